@@ -129,7 +129,7 @@ def run(  # noqa: PLR0913 - one argument per option
 ) -> int:
     """Run the cases of a grid; a second run resumes and computes only missing cases."""
     from . import grid as grids
-    from .sweeping import closing
+    from .sweeping import run_summary
     from .sweeping.sweep import Options, check, sweep
 
     options = grids.read_options(grids.SET, fixed), grids.read_options(grids.SWEEP, swept)
@@ -139,7 +139,7 @@ def run(  # noqa: PLR0913 - one argument per option
 
         check(Options(jobs, executor, scheduler, case_timeout=case_timeout))
         facts = estimate(source, out, jobs=jobs, shard=shard)._asdict()
-        click.echo(json.dumps(facts, indent=2) if as_json else printable(closing.estimate_text(facts)))
+        click.echo(json.dumps(facts, indent=2) if as_json else printable(run_summary.estimate_text(facts)))
         return 0
     result = sweep(
         source,
@@ -152,8 +152,8 @@ def run(  # noqa: PLR0913 - one argument per option
         max_failures=max_failures,
         shard=shard,
     )
-    facts = closing.of_run(result)
-    click.echo(json.dumps(facts, indent=2) if as_json else printable(closing.run_text(facts)))
+    facts = run_summary.of_run(result)
+    click.echo(json.dumps(facts, indent=2) if as_json else printable(run_summary.run_text(facts)))
     return result.exit_code
 
 
@@ -166,11 +166,11 @@ def run(  # noqa: PLR0913 - one argument per option
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, in SI units.")
 def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool) -> int:
     """Merge runs of one grid, for example its shards, into OUT, as if the grid had run there."""
-    from .sweeping import closing, merge
+    from .sweeping import run_summary, merge
 
     result = merge.merge(directories, out, partial=partial)
-    facts = closing.of_run(result)
-    click.echo(json.dumps(facts, indent=2) if as_json else printable(closing.run_text(facts)))
+    facts = run_summary.of_run(result)
+    click.echo(json.dumps(facts, indent=2) if as_json else printable(run_summary.run_text(facts)))
     return result.exit_code
 
 
@@ -207,7 +207,7 @@ def report(
     """
     from . import report as reports
     from . import store
-    from .sweeping.everything import everything
+    from .sweeping.all_cases import complete_run
 
     if len(directories) > 2 or (len(directories) == 2 and (all_cases or overlay)):
         raise InputError(
@@ -221,7 +221,7 @@ def report(
     directory = directories[0] if directories else store.newest(RESULTS)
     with (
         (
-            everything(directory) if all_cases else contextlib.nullcontext(reports.open(directory, partial=partial))
+            complete_run(directory) if all_cases else contextlib.nullcontext(reports.open(directory, partial=partial))
         ) as stored,
         _writing(),
     ):
@@ -381,7 +381,7 @@ def _writing() -> Iterator[None]:
     except ClearsweepError:
         raise
     except OSError as error:
-        room = "make room or " if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) else ""
+        advice = "make room or " if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) else ""
         raise InputError(
-            f"{error.filename or 'a file'}: cannot be written ({error.strerror or error}); {room}choose another place"
+            f"{error.filename or 'a file'}: cannot be written ({error.strerror or error}); {advice}choose another place"
         ) from error

@@ -312,9 +312,9 @@ def text(worn: Worn, number: float | None = None) -> str:
     lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (heads, *rows)]
     if len(columns["time"]) > _SHOWN:
         lines.append(f"... {len(columns['time']) - _SHOWN:,} more rows; --json has all")
-    beside = "" if number is None else f" (dimensionless {number:.3g})"
+    dimensionless = "" if number is None else f" (dimensionless {number:.3g})"
     ends = ", ".join(f"{_um(worn.depth[rule][-1])} um {rule}" for rule in rules)
-    lines += ["", f"k = {worn.coefficient:.4g} m^2/N{beside}; depth after {columns['time'][-1]:g} s: {ends}", ""]
+    lines += ["", f"k = {worn.coefficient:.4g} m^2/N{dimensionless}; depth after {columns['time'][-1]:g} s: {ends}", ""]
     if _is_coarse(worn):
         lines += ["The table's depth is rounded too coarsely to be compared with its own pressures and speeds.", ""]
     elif "depth" in columns and not worn.remarks:

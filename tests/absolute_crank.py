@@ -153,13 +153,13 @@ class Crank:
         applied = np.zeros(9)
         applied[1::3] = -self.gravity * self.masses[1::3]
         seen = [self.seen(y, contact) for contact in self.contacts]
-        normals, tangentials, held = [], [], []
+        normals, tangentials, sticking = [], [], []
         for contact, (depth, rate, slip, deep, sliding, _) in zip(self.contacts, seen, strict=True):
             normal = max(contact.law.raw(contact, depth, rate), 0.0) if contact.touching else 0.0
             tangential = 0.0
             if contact.friction is not None and normal > 0.0:
                 if contact.stuck:
-                    held.append(len(normals))
+                    sticking.append(len(normals))
                 else:
                     tangential = normal * contact.friction.kinetic(slip)
             normals.append(normal)
@@ -175,33 +175,33 @@ class Crank:
         whole = np.zeros((9 + m, 9 + m))
         whole[range(9), range(9)] = self.masses
         whole[:9, 9:], whole[9:, :9] = rows.T, rows
-        sides = np.zeros((9 + m, 1 + len(held)))
+        sides = np.zeros((9 + m, 1 + len(sticking)))
         sides[:9, 0], sides[9:, 0] = applied, right
-        for k, j in enumerate(held):
+        for k, j in enumerate(sticking):
             sides[:9, 1 + k] = seen[j][4]
-        found = np.linalg.solve(whole, sides)[:9]
-        acceleration = found[:, 0]
-        if held:
-            acceleration, bearing = self.hold(found, seen, held, normals)
-            for j, force in zip(held, bearing, strict=True):
+        result = np.linalg.solve(whole, sides)[:9]
+        acceleration = result[:, 0]
+        if sticking:
+            acceleration, bearing = self.hold(result, seen, sticking, normals)
+            for j, force in zip(sticking, bearing, strict=True):
                 tangentials[j] = force
-        told = [
-            (normal, tangential, one[2], one[0])
-            for normal, tangential, one in zip(normals, tangentials, seen, strict=True)
+        message = [
+            (normal, tangential, first[2], first[0])
+            for normal, tangential, first in zip(normals, tangentials, seen, strict=True)
         ]
-        return acceleration, told
+        return acceleration, message
 
-    def hold(self, found, seen, held, normals):
+    def hold(self, result, seen, sticking, normals):
         """Return the accelerations and the forces (N) that let all slips die away at the crank's rate, each if it can.
 
         The slips' rates are b + A T.  Of all ways to have each force free, or at either of its limits, one is right.
         """
-        rows = np.array([seen[j][4] for j in held])
-        wanted = np.array([-self.speed * seen[j][2] - seen[j][5] for j in held])
-        gain, base = rows @ found[:, 1:], rows @ found[:, 0] - wanted
-        limits = np.array([self.limit(self.contacts[j].friction) * normals[j] for j in held])
+        rows = np.array([seen[j][4] for j in sticking])
+        wanted = np.array([-self.speed * seen[j][2] - seen[j][5] for j in sticking])
+        gain, base = rows @ result[:, 1:], rows @ result[:, 0] - wanted
+        limits = np.array([self.limit(self.contacts[j].friction) * normals[j] for j in sticking])
         best, least = None, math.inf
-        for choice in itertools.product((0, 1, -1), repeat=len(held)):
+        for choice in itertools.product((0, 1, -1), repeat=len(sticking)):
             ends = np.array(choice)
             force, inside = ends * limits, np.flatnonzero(ends == 0)
             if inside.size:
@@ -212,7 +212,7 @@ class Crank:
             if beyond < least:
                 best, least = force, beyond
         assert least < 1e-9
-        return found[:, 0] + found[:, 1:] @ best, best
+        return result[:, 0] + result[:, 1:] @ best, best
 
     @staticmethod
     def limit(friction):
@@ -227,26 +227,26 @@ class Crank:
 
     def watched(self):
         """Return (joint, what, function) of all events that may come next."""
-        found = []
+        result = []
         for j, contact in enumerate(self.contacts):
             if not contact.touching:
-                found.append((j, "onset", self._event(j, lambda c, d, r, s: d, 1.0)))
+                result.append((j, "onset", self._event(j, lambda c, d, r, s: d, 1.0)))
                 continue
-            found.append((j, "separation", self._event(j, lambda c, d, r, s: d, -1.0)))
+            result.append((j, "separation", self._event(j, lambda c, d, r, s: d, -1.0)))
             if "raw" in contact.law.events:
-                found.append(
+                result.append(
                     (j, "raw", self._event(j, lambda c, d, r, s: c.law.raw(c, d, r) if d > 1e-12 else 1.0, 0.0))
                 )
             if "turn" in contact.law.events and contact.deepest == 0.0:
-                found.append((j, "turn", self._event(j, lambda c, d, r, s: r, -1.0)))
+                result.append((j, "turn", self._event(j, lambda c, d, r, s: r, -1.0)))
             elif "reach" in contact.law.events:
-                found.append((j, "reach", self._event(j, lambda c, d, r, s: d - c.deepest, 1.0)))
+                result.append((j, "reach", self._event(j, lambda c, d, r, s: d - c.deepest, 1.0)))
             if contact.friction is not None and contact.friction.band > 0.0:
                 if contact.stuck:  # a little beyond the band, where it would else stick again at once
-                    found.append((j, "slip", self._event(j, lambda c, d, r, s: abs(s) - 1.001 * c.friction.band, 1.0)))
+                    result.append((j, "slip", self._event(j, lambda c, d, r, s: abs(s) - 1.001 * c.friction.band, 1.0)))
                 else:
-                    found.append((j, "stick", self._event(j, lambda c, d, r, s: c.sense * s - c.friction.band, -1.0)))
-        return found
+                    result.append((j, "stick", self._event(j, lambda c, d, r, s: c.sense * s - c.friction.band, -1.0)))
+        return result
 
     def _event(self, j, function, direction):
         def value(t, y):
@@ -276,10 +276,10 @@ class Crank:
 
     def run(self, y, times, rtol=1e-11, longest=math.inf):
         """Return the states (times, 18) and (times, joints, 4) normal, tangential, slip, depth from `y` on."""
-        t, states, told = times[0], np.zeros((len(times), 18)), np.zeros((len(times), len(self.names), 4))
+        t, states, message = times[0], np.zeros((len(times), 18)), np.zeros((len(times), len(self.names), 4))
         while t < times[-1]:
             watched = self.watched()
-            found = solve_ivp(
+            result = solve_ivp(
                 self.rates,
                 (t, times[-1]),
                 y,
@@ -290,15 +290,15 @@ class Crank:
                 dense_output=True,
                 max_step=longest,
             )
-            for i in np.flatnonzero((times >= t) & (times <= found.t[-1])):
-                states[i] = found.sol(times[i])
-                told[i] = self.forces(states[i])[1]
-            t, y = found.t[-1], found.y[:, -1]
-            if found.status == 1:
-                for (j, what, _), at in zip(watched, found.t_events, strict=True):
+            for i in np.flatnonzero((times >= t) & (times <= result.t[-1])):
+                states[i] = result.sol(times[i])
+                message[i] = self.forces(states[i])[1]
+            t, y = result.t[-1], result.y[:, -1]
+            if result.status == 1:
+                for (j, what, _), at in zip(watched, result.t_events, strict=True):
                     if len(at):
                         self.pass_event(t, y, j, what)
-        return states, told
+        return states, message
 
 
 def seat(crank, y):
@@ -309,17 +309,17 @@ def seat(crank, y):
         contact.stuck = contact.friction is not None and abs(slip) < contact.friction.band
 
 
-def start_of(crank, found, k=0):
+def start_of(crank, result, k=0):
     """Return the state at the sample `k` of a run's time histories: what both programs begin with."""
-    radius, length, (here, there), t = crank.radius, crank.length, crank.centers, found.t[k]
-    angle, spin = np.array([crank.speed * t, found["rod/angle"][k]]), np.array([crank.speed, found["rod/rate"][k]])
+    radius, length, (here, there), t = crank.radius, crank.length, crank.centers, result.t[k]
+    angle, spin = np.array([crank.speed * t, result["rod/angle"][k]]), np.array([crank.speed, result["rod/rate"][k]])
     along = np.array([np.cos(angle), np.sin(angle)]).T
     across = spin[:, None] * np.array([-along[:, 1], along[:, 0]]).T
     gaps = {}
     for name in NAMES:
         side, column = (-1.0 if name == "rod-slider" else 1.0), name.replace("-", "_")
         keys = [f"joints/{column}/{key}" for key in ("x", "y", "vx", "vy")]
-        values = [side * found[key][k] if name in crank.names else 0.0 for key in keys]
+        values = [side * result[key][k] if name in crank.names else 0.0 for key in keys]
         gaps[name] = np.array(values).reshape(2, 2)
     pivot = gaps["ground-crank"]
     crank_pin = pivot + np.array([radius * along[0], radius * across[0]])

@@ -36,7 +36,7 @@ def at(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def told(at):
+def problems_in(at):
     """Return a function that gives the problems of a text."""
 
     def problems(text, overrides=None):

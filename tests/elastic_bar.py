@@ -77,5 +77,5 @@ def in_segments(speed: float, segments: int) -> tuple[float, float]:
     parted.terminal, parted.direction = True, 1.0
     start = np.array(start)
     start[count + 1] = -speed
-    found = solve_ivp(rates, (0.0, 2e-3), start, "DOP853", events=parted, rtol=1e-10, atol=1e-14, max_step=1e-6)
-    return max(pressed(y)[0] for y in found.y.T), float(found.t_events[0][0])
+    result = solve_ivp(rates, (0.0, 2e-3), start, "DOP853", events=parted, rtol=1e-10, atol=1e-14, max_step=1e-6)
+    return max(pressed(y)[0] for y in result.y.T), float(result.t_events[0][0])

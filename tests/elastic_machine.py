@@ -72,7 +72,7 @@ class Rod:
                 return self.gap(t, y)[0] - CLEARANCE
 
             touches.terminal, touches.direction = True, -1.0 if onset is not None else 1.0
-            found = solve_ivp(
+            result = solve_ivp(
                 lambda t, y, rate=onset: self.rates(t, y, rate),
                 (time, end),
                 y,
@@ -81,10 +81,10 @@ class Rod:
                 rtol=1e-12,
                 atol=1e-16,
             )
-            time, y = float(found.t[-1]), found.y[:, -1]
-            if found.status == 1 and onset is None:
+            time, y = float(result.t[-1]), result.y[:, -1]
+            if result.status == 1 and onset is None:
                 onset = self.gap(time, y)[1]
                 begun.append((time, onset))
-            elif found.status == 1:
+            elif result.status == 1:
                 onset = None
         return begun, y

@@ -33,8 +33,8 @@ class Mesh:
             sparse.kron(across, height / 6.0 * thick) + sparse.kron(mass, up / height) / slenderness**2
         )
         self.loads = [self._load(function(angles) * weights, shapes) for function in (np.cos, np.sin)]
-        self.along = np.full(along, height)
-        self.along[0] = 0.5 * height
+        self.independent = np.full(along, height)
+        self.independent[0] = 0.5 * height
         self.free = np.ones((around, along))
         self.free[0] = 1.0 - groove
         self.free = self.free.ravel()
@@ -63,7 +63,7 @@ class Mesh:
 
     def forces(self, squeeze, wedge):
         """Return the integrals of p cos(theta) and p sin(theta), and of the dissipation, over half of the pin."""
-        cosines, sines = (np.outer(load, self.along).ravel() for load in self.loads)
+        cosines, sines = (np.outer(load, self.independent).ravel() for load in self.loads)
         source = wedge * sines - squeeze * cosines
         pressure, diagonal = np.zeros(source.size), self.matrix.diagonal()
         for _ in range(4000):

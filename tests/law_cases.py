@@ -52,7 +52,7 @@ def numbers(law):
         assert field.unit in SAMPLES, f"{law.name}: give the unit {field.unit} a sample"
         seen[field.unit] = seen.get(field.unit, 0) + 1
         chosen[field.name] = SAMPLES[field.unit] * seen[field.unit] if field.default is None else field.default
-        assert field.holds(chosen[field.name])
+        assert field.contains(chosen[field.name])
     for order in law.orders:
         chosen[order.low], chosen[order.high] = sorted((chosen[order.low], chosen[order.high]))
     return chosen

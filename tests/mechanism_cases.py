@@ -65,7 +65,7 @@ def resolved(source):
 
 def told_both_ways(program: str) -> list[list[float]]:
     """Return the numbers that a program prints after "ok", run with compiled code and then with the compiler off."""
-    told = []
+    message = []
     for off in ("0", "1"):
         done = subprocess.run(
             [sys.executable, "-c", program],
@@ -77,8 +77,8 @@ def told_both_ways(program: str) -> list[list[float]]:
         assert done.returncode == 0, done.stderr
         status, *numbers = done.stdout.split()
         assert status == "ok"
-        told.append([float(number) for number in numbers])
-    return told
+        message.append([float(number) for number in numbers])
+    return message
 
 
 def check_that_no_contact_passes_unseen(

@@ -41,9 +41,9 @@ SEEN, SEARCH = "tests/test_plain.py -k unseen", "tests/test_event_search.py"
 ENDS = "tests/test_plain.py -k at_its_bearing"
 STICKS = "tests/test_plain.py -k stick"
 SCENES = "tests/test_plain.py"
-TALLY, RAMPS = "mechanics/solver/accumulate/tally.py", "tests/test_tally.py"
-CALM, BESIDE = "mechanics/solver/calm.py", "tests/test_side_by_side.py -k calm"
-HISTOGRAM, ALONG = "mechanics/observe/histogram.py", "mechanics/solver/accumulate/along.py"
+TALLY, RAMPS = "mechanics/solver/accumulate/totals.py", "tests/test_tally.py"
+ON_FAST_PATH, BESIDE = "mechanics/solver/fast_path.py", "tests/test_side_by_side.py -k calm"
+HISTOGRAM, ALONG = "mechanics/observe/histogram.py", "mechanics/solver/accumulate/step_sums.py"
 STORE, SHARDS = "tests/test_store.py", "tests/test_shards.py"
 STRANGERS = "tests/test_strangers.py -k 'not report'"
 PRESSURE, PERSSON, ARCHARD = (f"mechanics/joint/wear/{name}.py" for name in ("pressure", "persson", "archard"))
@@ -127,10 +127,10 @@ MUTATIONS = (
         SCENES,
     ),
     # steps that are not looked at
-    Mutation(CALM, "ahead[SPENT] = work.counts[EVALUATIONS]", "ahead[SPENT] += END * calm", BESIDE),
-    Mutation(CALM, "choice[LEFT] -= ahead[CALM_STEPS]", "choice[LEFT] -= 0.0", BESIDE),
-    Mutation(CALM, "due = min(due, turns.marks[mark])", "due = due", BESIDE),
-    Mutation(CALM, "due = min(due, record.times[sample])", "due = due", BESIDE),
+    Mutation(ON_FAST_PATH, "ahead[SPENT] = work.counts[EVALUATIONS]", "ahead[SPENT] += END * calm", BESIDE),
+    Mutation(ON_FAST_PATH, "choice[LEFT] -= ahead[CALM_STEPS]", "choice[LEFT] -= 0.0", BESIDE),
+    Mutation(ON_FAST_PATH, "due = min(due, turns.marks[mark])", "due = due", BESIDE),
+    Mutation(ON_FAST_PATH, "due = min(due, record.times[sample])", "due = due", BESIDE),
     Mutation(PROSPECT, "(ahead[CALM_STEPS] < ahead[UNASKED])", "(ahead[CALM_STEPS] >= 0.0)", BESIDE),
     Mutation(PROSPECT, "calm = settled & (", "calm = (step[STANDS] < 0.0) & (", BESIDE),
     # the histogram and the sums
@@ -331,7 +331,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("words", nargs="*")
     words = parser.parse_args().words
-    chosen = [one for one in MUTATIONS if not words or any(word in f"{one.file} {one.old}" for word in words)]
+    chosen = [first for first in MUTATIONS if not words or any(word in f"{first.file} {first.old}" for word in words)]
     bad = []
     with tempfile.TemporaryDirectory() as scratch:
         place = Path(scratch)

@@ -208,8 +208,8 @@ def multiplied(machine, opened, q, rates, force, crank):
     bodies = [machine.bodies[name] for name in closure.names]
     mass = np.diag(np.concatenate([[body.mass, body.mass, body.inertia] for body in bodies]))
     whole = np.block([[mass, rows.T], [rows, np.zeros((len(kept), len(kept)))]])
-    found = np.linalg.solve(whole, np.concatenate([force, right]))
-    return found[: q.size], -found[-1]
+    result = np.linalg.solve(whole, np.concatenate([force, right]))
+    return result[: q.size], -result[-1]
 
 
 def open_values(machine, opened, q):

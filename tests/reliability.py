@@ -62,19 +62,19 @@ def kills(count: int, seed: int, folder: Path, grid: dict = torture.GRID) -> tup
     start = torture.starter(folder, grid)
     assert start(folder / "undisturbed").wait() == 0
     rounds = torture.torture(start, folder, count, seed, (0.1, 3.0))
-    found = Counter()
+    result = Counter()
     for each in rounds:
-        found.update(torture.differences(folder / "undisturbed", each.out) | {"batches lost": each.lost_batches()})
-        print(f"{each.out.name}: {torture.told(each.kills)}", flush=True)
+        result.update(torture.differences(folder / "undisturbed", each.out) | {"batches lost": each.lost_batches()})
+        print(f"{each.out.name}: {torture.kills_text(each.kills)}", flush=True)
     victims = sum((each.kills for each in rounds), Counter())
     rows = [
-        ["kills", f"{victims.total():,}: {torture.told(victims)}"],
+        ["kills", f"{victims.total():,}: {torture.kills_text(victims)}"],
         ["seed", str(seed)],
         ["runs that were killed and went on to their end", f"{len(rounds):,}"],
         ["longest pause between two commits", f"{max(each.longest for each in rounds):.1f} s"],
-        *([name, f"{number:,}"] for name, number in found.items()),
+        *([name, f"{number:,}"] for name, number in result.items()),
     ]
-    return torture.same(found), rows
+    return torture.same(result), rows
 
 
 def lives(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
@@ -84,18 +84,18 @@ def lives(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
 
 def grids(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
     """Run mutated grids; return whether none was at fault, and rows for the page."""
-    found = torture_grids.fuzz(count, seed, folder)
-    codes = found["codes"]
+    result = torture_grids.fuzz(count, seed, folder)
+    codes = result["codes"]
     rows = [
-        ["mutated grids", f"{found['grids']:,}"],
+        ["mutated grids", f"{result['grids']:,}"],
         ["seed", str(seed)],
         ["refused with what is wrong (exit code 2)", f"{codes.get(2, 0):,}"],
         ["ran, or had too many cases to run them here (0)", f"{codes.get(0, 0):,}"],
         ["ran, and cases failed or were of a kind that is not compiled here (3)", f"{codes.get(3, 0):,}"],
-        ["longest", f"{found['longest']:.1f} s"],
-        ["tracebacks, other exit codes, files outside, beyond 5 s", f"{len(found['faults']):,}"],
+        ["longest", f"{result['longest']:.1f} s"],
+        ["tracebacks, other exit codes, files outside, beyond 5 s", f"{len(result['faults']):,}"],
     ]
-    return not found["faults"], rows
+    return not result["faults"], rows
 
 
 def flips(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
@@ -106,14 +106,14 @@ def flips(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
         sweep.sweep(grid, directory, executor="serial", show_progress=False)
 
     run(folder / "finished")
-    found = torture_flips.flips(folder / "finished", count, seed, run)
+    result = torture_flips.flips(folder / "finished", count, seed, run)
     bad = (torture_flips.UNNAMED, torture_flips.SILENT, torture_flips.FAULT)
     outcomes = (torture_flips.NAMED, torture_flips.UNREAD, *bad, "restored")
     rows = [
         [f"`{kind}`", f"{sum(each.values()) - each['restored']:,}", *(f"{each[outcome]:,}" for outcome in outcomes)]
-        for kind, each in sorted(found.items())
+        for kind, each in sorted(result.items())
     ]
-    total = sum(found.values(), Counter())
+    total = sum(result.values(), Counter())
     rows.append(["all", f"{total.total() - total['restored']:,}", *(f"{total[outcome]:,}" for outcome in outcomes)])
     good = not any(total[outcome] for outcome in bad) and total["restored"] == count
     return good, rows
@@ -136,10 +136,10 @@ def attempts(_count: int, _seed: int, folder: Path) -> tuple[bool, list[list[str
 
 def exits(count: int, _seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
     """Run every verb many times; return whether each ended with 0, and rows for the page."""
-    found = torture_exits.exits(count, -(-count // 10), folder)
+    result = torture_exits.exits(count, -(-count // 10), folder)
     rows = [
         [name, *(f"{number}" for codes in both for number in (len(codes), sum(code != 0 for code in codes)))]
-        for name, both in found.items()
+        for name, both in result.items()
     ]
     totals = [str(sum(int(row[k]) for row in rows)) for k in range(1, len(EXITS_HEAD))]
     return totals[1] == totals[3] == "0", [*rows, ["all", *totals]]

@@ -155,10 +155,10 @@ class Run(OfFrame):
     def event_blocks(self):
         """Yield the events of all cases, those of failed ones left out."""
         if self.histories:
-            one, good = self.events(""), (self.summary["status"] == "ok").to_numpy()
-            values = {"t": one["t"].to_numpy(), "joint": np.zeros(len(one), int)}
-            values["kind"] = (one["kind"] == "off").to_numpy(int)
-            yield np.where(good, len(one), 0), {name: np.tile(each, good.sum()) for name, each in values.items()}
+            first, good = self.events(""), (self.summary["status"] == "ok").to_numpy()
+            values = {"t": first["t"].to_numpy(), "joint": np.zeros(len(first), int)}
+            values["kind"] = (first["kind"] == "off").to_numpy(int)
+            yield np.where(good, len(first), 0), {name: np.tile(each, good.sum()) for name, each in values.items()}
 
     def poincare(self, case_id):
         """Return ten revolutions of a journal that wanders the more the faster the crank turns."""

@@ -73,14 +73,14 @@ def identify(folder, rig, seed, cases, law=None):
     whole["identify"] |= {"from": {str(folder / "rig.csv"): {"slider/a": "acceleration"}}, "cases": cases}
     begin = time.process_time()
     result = clearsweep.sweep(whole, folder / "run", show_progress=False)
-    found = {each.path: each for each in result.identified.parameters}
-    least = found[CLEARANCE]
+    computed = {each.path: each for each in result.identified.parameters}
+    least = computed[CLEARANCE]
     return {
         "seed": seed,
         "law": law or "",
         "true": rig,
         "impacts": impacts,
-        "found": {path: [each.low, each.value, each.high, each.determined] for path, each in found.items()},
+        "found": {path: [each.low, each.value, each.high, each.determined] for path, each in computed.items()},
         "inside": bool(least.low <= rig[CLEARANCE] <= least.high),
         "half_width": (least.high - least.low) / 2.0 / least.value,
         "explained": result.identified.explained,

@@ -49,34 +49,34 @@ def steady(duration, load, slip, depth, work, angle) -> History:
     return History(duration, *constants)
 
 
-def _step_of(history, begin, length, room):
+def _step_of(history, begin, length, workspace):
     """Return the Step of a History from `begin` (s) on."""
-    course, places = np.zeros((1, COURSES, PARTS + 1)), np.zeros((1, WHERE + SLOPES, MOMENTS))
+    step_values, places = np.zeros((1, COURSES, PARTS + 1)), np.zeros((1, WHERE + SLOPES, MOMENTS))
     even = begin + length * np.arange(PARTS + 1) / PARTS
     quarters = begin + length * np.arange(BETWEEN + 2) / (BETWEEN + 1)
-    course[0, KAPPA_COURSE] = 1.0
+    step_values[0, KAPPA_COURSE] = 1.0
     rows = (FORCE, SLIP_COURSE, DEPTH_COURSE, RUBBED_COURSE)
     for row, function in zip(rows, (history.load, history.slip, history.depth, history.work), strict=True):
-        course[0, row] = function(even)
+        step_values[0, row] = function(even)
     for row, angle in enumerate((history.on_bearing, history.on_journal)):
         places[0, row, : BETWEEN + 2] = angle(quarters)
         ends, nearby = quarters[[0, -1]], 1e-3 * length
         slopes = length * (angle(ends + nearby) - angle(ends - nearby)) / (2.0 * nearby)
         places[0, SLOPES + row, [0, BETWEEN + 1]] = slopes
-    beside = np.zeros((1, ALONG, MOMENTS)), np.zeros((STRIP, PARTS + 1)), room, np.zeros(0)
-    return Step(course, length, np.zeros(1), places, *beside)
+    beside = np.zeros((1, ALONG, MOMENTS)), np.zeros((STRIP, PARTS + 1)), workspace, np.zeros(0)
+    return Step(step_values, length, np.zeros(1), places, *beside)
 
 
 def worn_off(joint, history, steps=1):
     """Return the depths (m) of bearing and journal, the account, and the room of the last of so many steps."""
-    law, account, room = joint.wear, np.zeros(ACCOUNT), np.zeros(ROOM)
+    law, account, workspace = joint.wear, np.zeros(ACCOUNT), np.zeros(ROOM)
     count, length = int(law.bins), history.duration / steps
     depths = np.zeros(2 * count)
     for k in range(steps):
-        step = _step_of(history, k * length, length, room)
+        step = _step_of(history, k * length, length, workspace)
         fit_courses(step, 0, law.length)
         fit_places(step, 0)
         note_way(step, 0, account)
         note_pressure(joint, step, 0, account)
-        enter_wear(joint, room, step.course[0], length, (Bins(depths, 0, count), Bins(depths, count, count)))
-    return depths[:count], depths[count:], account, room
+        enter_wear(joint, workspace, step.step_values[0], length, (Bins(depths, 0, count), Bins(depths, count, count)))
+    return depths[:count], depths[count:], account, workspace

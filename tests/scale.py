@@ -27,7 +27,7 @@ from scale_cases import COUNTS
 
 import clearsweep
 from clearsweep import report, store
-from clearsweep.sweeping import closing, estimate, sweep
+from clearsweep.sweeping import run_summary, estimate, sweep
 from clearsweep.sweeping.simulator import SIMULATION
 
 ROOT = Path(__file__).parent.parent
@@ -47,7 +47,7 @@ def run(kind: str, directory: Path, count: int, seconds: float) -> dict[str, Any
     make, simulator = KINDS[kind]
     source = make(count, seconds) if seconds else make(count)
     result = sweep.run_sweep(source, directory, sweep.Options(jobs=JOBS, show_progress=False), simulator)
-    closing.run_text(closing.of_run(result))
+    run_summary.run_text(run_summary.of_run(result))
     return {"start": result.start_up, "ran": result.ran}
 
 

@@ -2,8 +2,8 @@
 
 import copy
 
-from clearsweep.mechanics.mechanism.planar.anatomy import kinds_of
-from clearsweep.mechanics.mechanism.spatial.anatomy import Anatomy
+from clearsweep.mechanics.mechanism.planar.machine_type import kinds_of
+from clearsweep.mechanics.mechanism.spatial.machine_type import MachineType
 
 ROD = {"length": 0.12, "mass": 0.21, "inertia": [2e-5, 2.5e-4, 2.5e-4], "center": [0.06, 0.0, 0.0]}
 CONTACT = {
@@ -62,5 +62,5 @@ def planar(joint="crank-rod", **keys):
 
 def limb(scene, form):
     """Return the number of the body that hangs by this form of joint, and the place of its first coordinate."""
-    parts = Anatomy(kinds_of(scene.value.mechanism)).parts
+    parts = MachineType(kinds_of(scene.value.mechanism)).parts
     return next((k, part.coordinate) for k, part in enumerate(parts) if part.form is form)

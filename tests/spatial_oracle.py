@@ -110,7 +110,7 @@ class Oracle:
     def points(self, seen):
         """Return place, outward normal and depth of every contact point."""
         turn, _, _, (middle, u, _, _), journal, _ = seen
-        w, found = turn[:, 2], []
+        w, result = turn[:, 2], []
         facing = math.copysign(1.0, u @ w)
         for end in ENDS:
             if self.count == 2 and self.half_journal > self.half:
@@ -121,21 +121,21 @@ class Oracle:
                 out = p - (p @ w) * w
                 depth = self.journal - np.linalg.norm(out)
                 n = out / np.linalg.norm(out)
-                found.append((journal + p + depth * n, n, depth))
+                result.append((journal + p + depth * n, n, depth))
             else:
                 p = extreme(
                     journal + end * self.half_journal * w - middle, self.journal, (turn[:, 0], turn[:, 1]), u, 1.0
                 )
                 out = p - (p @ u) * u
                 distance = np.linalg.norm(out)
-                found.append((middle + p, out / distance, distance - self.bearing))
+                result.append((middle + p, out / distance, distance - self.bearing))
         for end in ENDS if self.count == 4 else ():
             n = end * facing * u
             rim = n - (n @ w) * w
             size = np.linalg.norm(rim)
             p = journal + end * self.half_journal * w + (self.journal * rim / size if size > 0.0 else 0.0)
-            found.append((p, n, (p - middle) @ n - self.half - self.joint["axial_clearance"]))
-        return found
+            result.append((p, n, (p - middle) @ n - self.half - self.joint["axial_clearance"]))
+        return result
 
     def rubbing(self, normal, speed):
         """Return the friction, N."""
@@ -226,7 +226,7 @@ class Oracle:
         while t < times[-1]:
             for k, function in enumerate(watched):
                 function.direction = -1.0 if self.touching[k] else 1.0
-            found = solve_ivp(
+            result = solve_ivp(
                 self.rates,
                 (t, times[-1]),
                 y,
@@ -237,12 +237,12 @@ class Oracle:
                 dense_output=True,
                 max_step=2e-4,
             )
-            for i in np.flatnonzero((times >= t) & (times <= found.t[-1])):
-                states[i] = found.sol(times[i])
+            for i in np.flatnonzero((times >= t) & (times <= result.t[-1])):
+                states[i] = result.sol(times[i])
                 normals[i] = self.forces(times[i], states[i])[5]
-            t, y = found.t[-1], found.y[:, -1]
-            for k in range(self.count) if found.status == 1 else ():
-                if len(found.t_events[k]):
+            t, y = result.t[-1], result.y[:, -1]
+            for k in range(self.count) if result.status == 1 else ():
+                if len(result.t_events[k]):
                     rate = self.forces(t, y)[4][k]
                     self.touching[k] = not self.touching[k]
                     self.onset[k] = max(rate, 1e-3)

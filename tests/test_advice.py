@@ -61,18 +61,18 @@ def test_a_law_of_half_spaces_is_doubted_over_a_wide_arc_alone():
 
 def test_a_load_beyond_the_depth_of_a_law_is_told_with_both():
     """Johnson's law is followed up to 2 exp(-2) of 4 c exp(-1)."""
-    told = verdict(REFERENCE._replace(clearance=1e-6), 1e5, "johnson").reason
-    assert f"deep under the load, it holds up to {8.0 * math.exp(-3.0):.3f}\u00a0µm" in told
+    message = verdict(REFERENCE._replace(clearance=1e-6), 1e5, "johnson").reason
+    assert f"deep under the load, it holds up to {8.0 * math.exp(-3.0):.3f}\u00a0µm" in message
 
 
 def test_what_a_law_lacks_and_what_it_returns_is_told(grid):
-    told = advice_text(grid)
-    lines = {line.split()[0]: line for line in told.splitlines() if line.startswith("  ")}
+    message = advice_text(grid)
+    lines = {line.split()[0]: line for line in message.splitlines() if line.startswith("  ")}
     assert "not here  clearance from 5e-06 to 0.01 m: it was fitted there (1 of 2 cases)" in lines["pereira"]
     assert "not here  needs thickness" in lines["winkler"]
     assert "doubtful  gives back 0.796 where 0.7 is asked for" in lines["lankarani-nikravesh"]
     assert "holds" in lines["exact"]
-    assert "radial clearance 4.000 um (diametral 8.000 um)" in told.replace("\u00b5", "u").replace("\u00a0", " ")
+    assert "radial clearance 4.000 um (diametral 8.000 um)" in message.replace("\u00b5", "u").replace("\u00a0", " ")
 
 
 FILM = """
@@ -93,15 +93,15 @@ def test_films_are_told_by_the_length_of_the_bearing_and_rough_surfaces_by_their
 
 
 def test_one_law_is_asked_for_by_its_name(grid):
-    told = CliRunner().invoke(verbs, ["list", "power", "--for", str(grid)], catch_exceptions=False).stdout
-    assert "a stiffness that follows from the material is a ball's" in told
-    assert "johnson" not in told
+    message = CliRunner().invoke(verbs, ["list", "power", "--for", str(grid)], catch_exceptions=False).stdout
+    assert "a stiffness that follows from the material is a ball's" in message
+    assert "johnson" not in message
     with pytest.raises(InputError, match="did you mean 'johnson'"):
         advice_text(grid, "jonson")
 
 
 @pytest.mark.parametrize("law", [law for law in described() if law.ranges or law.trusted or law.unsound])
 def test_a_law_states_its_ranges_where_it_is_described(law):
-    told = " ".join(text(law.name).split())
-    assert all(limit.reason in told for limit in (*law.ranges, *law.trusted))
-    assert law.unsound in told
+    message = " ".join(text(law.name).split())
+    assert all(limit.reason in message for limit in (*law.ranges, *law.trusted))
+    assert law.unsound in message

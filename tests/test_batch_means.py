@@ -10,7 +10,7 @@ from scipy import stats
 from test_tally import add_ramp, filled
 
 from clearsweep.mechanics.observe.histogram import BINS, time_above
-from clearsweep.mechanics.solver.accumulate import tally as tallies
+from clearsweep.mechanics.solver.accumulate import totals as total_columns
 from clearsweep.simulation import batch_means, load_case, sums
 
 WORN = {
@@ -27,9 +27,9 @@ class Made:
     def __init__(self, seed=1):
         self.random = np.random.default_rng(seed)
         self.turns = 0
-        self.tally = SimpleNamespace(
-            whole=np.zeros(tallies.WHOLE),
-            joint=np.zeros((2, tallies.JOINT)),
+        self.totals = SimpleNamespace(
+            whole=np.zeros(total_columns.WHOLE),
+            joint=np.zeros((2, total_columns.JOINT)),
             histogram=np.zeros((2, BINS, 2)),
             wear=np.zeros(2 * 2 * 8),
         )
@@ -44,19 +44,19 @@ class Made:
 
     def sums(self):
         """Return copies of what is summed of the second joint and of the mechanism."""
-        return self.tally.joint[1].copy(), self.tally.whole.copy(), self.tally.wear.copy()
+        return self.totals.joint[1].copy(), self.totals.whole.copy(), self.totals.wear.copy()
 
     def turn(self):
         """Let one revolution pass."""
         self.turns += 1
-        for column in (tallies.FORCE_SQUARE, tallies.CONTACT_TIME, tallies.BEYOND_TIME):
-            self.tally.joint[:, column] += self.random.uniform(0.5, 1.5, 2)
-        self.tally.joint[:, tallies.ONSETS] += self.random.integers(1, 9, 2)
-        self.tally.whole[tallies.ACCELERATION_SQUARE] += self.random.uniform(0.5, 1.5)
-        self.tally.wear += self.random.uniform(0.0, 1.0, self.tally.wear.size) * np.arange(32)
+        for column in (total_columns.FORCE_SQUARE, total_columns.CONTACT_TIME, total_columns.BEYOND_TIME):
+            self.totals.joint[:, column] += self.random.uniform(0.5, 1.5, 2)
+        self.totals.joint[:, total_columns.ONSETS] += self.random.integers(1, 9, 2)
+        self.totals.whole[total_columns.ACCELERATION_SQUARE] += self.random.uniform(0.5, 1.5)
+        self.totals.wear += self.random.uniform(0.0, 1.0, self.totals.wear.size) * np.arange(32)
         share = self.random.uniform(0.02, 0.06)
-        add_ramp(self.tally.histogram[1], FORCES, share * TURN)
-        add_ramp(self.tally.histogram[1], (0.0, 0.0), (1.0 - share) * TURN)
+        add_ramp(self.totals.histogram[1], FORCES, share * TURN)
+        add_ramp(self.totals.histogram[1], (0.0, 0.0), (1.0 - share) * TURN)
         self.taken.append(self.sums())
 
 
@@ -81,44 +81,44 @@ def student(values):
 
 @pytest.mark.parametrize(
     ("figure", "column"),
-    [("contact_fraction", tallies.CONTACT_TIME), ("law_limit_fraction", tallies.BEYOND_TIME)],
+    [("contact_fraction", total_columns.CONTACT_TIME), ("law_limit_fraction", total_columns.BEYOND_TIME)],
 )
 def test_a_mean_over_time_and_its_interval_are_those_of_the_blocks(figure, column):
-    made, found = run(f"rod_slider_{figure}", 20)
+    made, result = run(f"rod_slider_{figure}", 20)
     means = np.diff([joint[column] for joint, _, _ in made.taken]) / TURN
-    assert (found.value, found.blocks) == (pytest.approx(means.mean()), 20)
-    assert found.half_width == pytest.approx(student(means))
+    assert (result.value, result.blocks) == (pytest.approx(means.mean()), 20)
+    assert result.half_width == pytest.approx(student(means))
 
 
 def test_impacts_are_counted_per_revolution():
-    made, found = run("rod_slider_impacts_per_rev", 20)
-    counts = np.diff([joint[tallies.ONSETS] for joint, _, _ in made.taken])
-    assert found.value == pytest.approx(counts.mean())
-    assert found.half_width == pytest.approx(student(counts))
+    made, result = run("rod_slider_impacts_per_rev", 20)
+    counts = np.diff([joint[total_columns.ONSETS] for joint, _, _ in made.taken])
+    assert result.value == pytest.approx(counts.mean())
+    assert result.half_width == pytest.approx(student(counts))
 
 
 @pytest.mark.parametrize("figure", ["rod_slider_force_rms", "slider_acceleration_rms"])
 def test_a_root_mean_square_has_half_the_relative_interval_of_the_square(figure):
-    made, found = run(figure, 20)
+    made, result = run(figure, 20)
     taken = [
-        whole[tallies.ACCELERATION_SQUARE] if figure.startswith("slider") else joint[tallies.FORCE_SQUARE]
+        whole[total_columns.ACCELERATION_SQUARE] if figure.startswith("slider") else joint[total_columns.FORCE_SQUARE]
         for joint, whole, _ in made.taken
     ]
     squares = np.diff(taken) / TURN
-    assert found.value == pytest.approx(math.sqrt(squares.mean()))
-    assert found.half_width / found.value == pytest.approx(0.5 * student(squares) / squares.mean())
+    assert result.value == pytest.approx(math.sqrt(squares.mean()))
+    assert result.half_width / result.value == pytest.approx(0.5 * student(squares) / squares.mean())
 
 
 def test_wear_is_that_of_the_deepest_bin_of_the_joint():
-    made, found = run("rod_slider_wear_rate_max", 20)
+    made, result = run("rod_slider_wear_rate_max", 20)
     depths = np.array([wear[16:] for _, _, wear in made.taken])  # bearing and journal of the second joint
     deepest = np.argmax(depths[-1])
-    assert found.value == pytest.approx(depths[-1, deepest] / (20 * TURN))
-    assert found.half_width == pytest.approx(student(np.diff(depths[:, deepest]) / TURN))
+    assert result.value == pytest.approx(depths[-1, deepest] / (20 * TURN))
+    assert result.half_width == pytest.approx(student(np.diff(depths[:, deepest]) / TURN))
 
 
 def test_the_force_exceeded_for_a_hundredth_of_the_time_is_that_of_the_ramps():
-    _, found = run("rod_slider_force_p99", 30)
+    _, result = run("rod_slider_force_p99", 30)
     random = Made().random
     shares = []
     for _ in range(30):
@@ -126,10 +126,10 @@ def test_the_force_exceeded_for_a_hundredth_of_the_time_is_that_of_the_ramps():
         shares.append(random.uniform(0.02, 0.06))
     mean = np.mean(shares)
     force = FORCES[1] - 0.01 / mean * (FORCES[1] - FORCES[0])
-    assert found.value == pytest.approx(force, rel=2e-3)
+    assert result.value == pytest.approx(force, rel=2e-3)
     above = np.array(shares) * (FORCES[1] - force) / (FORCES[1] - FORCES[0])  # share of time above it, by block
     steepness = mean / (FORCES[1] - FORCES[0])  # share of time per newton
-    assert found.half_width == pytest.approx(student(above) / steepness, rel=0.02)
+    assert result.half_width == pytest.approx(student(above) / steepness, rel=0.02)
 
 
 @pytest.mark.parametrize("force", [120.0, 121.3, 200.0, 299.0])
@@ -138,12 +138,12 @@ def test_the_time_above_a_force_is_that_of_the_ramp(force):
 
 
 def test_blocks_become_longer_as_a_run_grows_and_all_of_them_count():
-    made, found = run("rod_slider_contact_fraction", 71)
-    taken = np.array([joint[tallies.CONTACT_TIME] for joint, _, _ in made.taken])
+    made, result = run("rod_slider_contact_fraction", 71)
+    taken = np.array([joint[total_columns.CONTACT_TIME] for joint, _, _ in made.taken])
     whole = np.diff(taken[: 17 * 4 + 1 : 4]) / (4 * TURN)  # 17 blocks of four revolutions; 32 would be of two
-    assert found.blocks == 17
-    assert found.value == pytest.approx(whole.mean())
-    assert found.half_width == pytest.approx(student(whole))
+    assert result.blocks == 17
+    assert result.value == pytest.approx(whole.mean())
+    assert result.half_width == pytest.approx(student(whole))
 
 
 def test_neighbours_that_are_alike_widen_the_interval_up_to_a_limit():

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearsweep.sweeping.bracket import REPEATS, Border, scan, search, usual_probes
+from clearsweep.sweeping.bisection import REPEATS, Border, scan, search, usual_probes
 
 
 def found(good, last):

@@ -54,7 +54,7 @@ def test_sections_are_set_whole_and_nothing_takes_a_key_away(changed):
 
 
 @pytest.mark.parametrize(
-    ("fixed", "swept", "told"),
+    ("fixed", "swept", "message"),
     [
         (["drive.speed=3 mm"], [], "--set drive.speed: drive.speed: found '3 mm', whose unit mm has another dimension"),
         (["drive.sped=3 rpm"], [], "--set drive.sped: drive.sped: unknown key 'sped'; did you mean 'speed'?"),
@@ -73,7 +73,7 @@ def test_sections_are_set_whole_and_nothing_takes_a_key_away(changed):
         ),
     ],
 )
-def test_a_mistake_names_the_option_and_the_path(changed, fixed, swept, told):
+def test_a_mistake_names_the_option_and_the_path(changed, fixed, swept, message):
     with pytest.raises(InputError) as caught:
         changed(TEXT, fixed, swept)
-    assert any(problem.startswith(told) for problem in caught.value.problems), caught.value.problems
+    assert any(problem.startswith(message) for problem in caught.value.problems), caught.value.problems

@@ -64,20 +64,20 @@ def test_help_answers_in_a_fifth_of_a_second_and_imports_click_alone():
     times = []
     for _ in range(5):
         begin = time.perf_counter()
-        found = subprocess_cli("--help")
+        result = subprocess_cli("--help")
         times.append(time.perf_counter() - begin)
-    assert found.returncode == 0
-    assert "verify" in found.stdout
+    assert result.returncode == 0
+    assert "verify" in result.stdout
     assert min(times) < 0.2
     code = f"import sys, clearsweep.cli; sys.exit([m for m in {HEAVY} if m in sys.modules] or 0)"
-    found = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", code],
         capture_output=True,
         text=True,
         check=False,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
     )
-    assert found.returncode == 0, found.stderr
+    assert result.returncode == 0, result.stderr
 
 
 @pytest.mark.parametrize(
@@ -262,9 +262,9 @@ def test_init_writes_a_grid_that_loads_and_never_overwrites(run_cli, tmp_path):
 def test_what_a_grid_says_reaches_the_terminal_in_letters_only(run_cli, tmp_path, old, new):
     text = (ROOT / "configs" / "slider_crank.yaml").read_text(encoding="utf-8")
     (tmp_path / "grid.yaml").write_text(text.replace(old, new, 1), encoding="utf-8")
-    code, out, told = run_cli("run", str(tmp_path / "grid.yaml"), "--dry-run")
+    code, out, message = run_cli("run", str(tmp_path / "grid.yaml"), "--dry-run")
     assert code == 2
-    assert not [char for char in out + told if char != "\n" and not char.isprintable()]
+    assert not [char for char in out + message if char != "\n" and not char.isprintable()]
 
 
 def test_schema_is_a_json_schema(run_cli, monkeypatch):

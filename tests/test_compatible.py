@@ -22,15 +22,15 @@ MODULUS, CLEARANCE, LENGTH, RADIUS = 207e9 / (2.0 * (1.0 - 0.3**2)), 0.5e-3, 20e
 
 @pytest.mark.parametrize("depth", [1e-6, 2e-3, 0.1, 0.5])
 def test_force_arc_and_pressure_are_those_of_a_contact_on_a_grid(depth):
-    found = on_a_grid(depth, elements=150)
-    assert elastic_force(UNIT, depth) == pytest.approx(found.load, rel=1e-5)
+    result = on_a_grid(depth, elements=150)
+    assert elastic_force(UNIT, depth) == pytest.approx(result.load, rel=1e-5)
     half = brentq(lambda angle: depth_of_arc(angle) - depth, 1e-9, 1.3, xtol=1e-14)
-    assert found.half_angle == pytest.approx(half, rel=0.02)
+    assert result.half_angle == pytest.approx(half, rel=0.02)
     s = math.sin(0.5 * half)
-    inside = found.angles < 0.9 * half
-    t = np.sin(0.5 * found.angles[inside])
-    ellipse = (1.0 + depth) * np.cos(0.5 * found.angles[inside]) * np.sqrt(s * s - t * t)
-    assert found.pressure[inside] == pytest.approx(ellipse, rel=5e-3)
+    inside = result.angles < 0.9 * half
+    t = np.sin(0.5 * result.angles[inside])
+    ellipse = (1.0 + depth) * np.cos(0.5 * result.angles[inside]) * np.sqrt(s * s - t * t)
+    assert result.pressure[inside] == pytest.approx(ellipse, rel=5e-3)
 
 
 def test_it_is_johnson_s_law_where_the_arc_is_small():
@@ -79,16 +79,16 @@ def test_the_table_of_the_model_is_what_the_grid_gives():
     assert len(rows) == 7
     for row in rows:
         pen, *shown = map(float, row.strip("| ").split("|"))
-        found = on_a_grid(1e-6 * pen / CLEARANCE, elements=150)
+        result = on_a_grid(1e-6 * pen / CLEARANCE, elements=150)
         unit, pressure = MODULUS * CLEARANCE * LENGTH, MODULUS * CLEARANCE / RADIUS
         laws = [force(name, 1e-6 * pen) for name in ("compatible", "johnson", "compatible-fit", "persson")]
         wanted = [
-            math.degrees(found.half_angle),
-            found.load * unit,
+            math.degrees(result.half_angle),
+            result.load * unit,
             *laws,
-            persson_load(found.half_angle) * unit,
-            1e-6 * found.peak * pressure,
-            1e-6 * persson_peak(found.load) * pressure,
+            persson_load(result.half_angle) * unit,
+            1e-6 * result.peak * pressure,
+            1e-6 * persson_peak(result.load) * pressure,
         ]
         assert shown == pytest.approx(wanted, rel=2e-2), row  # an arc is a whole number of elements
         assert shown[1:6] + shown[7:] == pytest.approx(wanted[1:6] + wanted[7:], rel=1e-3), row

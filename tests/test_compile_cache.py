@@ -56,8 +56,8 @@ def run(tmp_path):
 
 @pytest.mark.heavy
 def test_code_is_kept_in_a_directory_of_the_user_alone(run):
-    place, hits, told = run()
-    assert (hits, told) == (0, "")
+    place, hits, message = run()
+    assert (hits, message) == (0, "")
     assert place.stat().st_mode & 0o777 == 0o700
     assert run() == (place, 1, "")
 
@@ -73,9 +73,9 @@ def test_damaged_code_is_compiled_anew_once_with_a_line(run, harm):
         if harm == "flip":
             content[len(content) // 2] ^= 4
         file.write_bytes(content[: len(content) // 2 if harm == "truncate" else 0] if harm != "flip" else content)
-    _, hits, told = run()
+    _, hits, message = run()
     assert hits == 0
-    assert told.count("is damaged and is compiled anew") == 1
+    assert message.count("is damaged and is compiled anew") == 1
     assert run() == (place, 1, "")
 
 
@@ -97,10 +97,10 @@ def test_code_is_not_taken_from_where_somebody_else_could_have_put_it(run, tmp_p
     else:  # root may write anywhere but below what is no directory
         shutil.rmtree(place.parent)
         place.parent.write_text("in the way")
-    used, hits, told = run()
+    used, hits, message = run()
     assert used.parent.parent != place.parent.parent
     assert hits == 0
-    assert "compiled code is not kept in" in told
+    assert "compiled code is not kept in" in message
     assert not used.exists()  # it went with the process
 
 
@@ -108,10 +108,10 @@ def test_code_is_not_taken_from_where_somebody_else_could_have_put_it(run, tmp_p
 def test_a_predictable_directory_below_the_temporary_one_is_not_trusted(run, tmp_path):
     planted = tmp_path / "tmp" / f"clearsweep-{os.getuid()}" / cache.stamp()
     planted.mkdir(parents=True)
-    used, _, told = run(home=Path("/proc/none"), TMPDIR=str(tmp_path / "tmp"))
+    used, _, message = run(home=Path("/proc/none"), TMPDIR=str(tmp_path / "tmp"))
     assert used != planted
     assert list(planted.iterdir()) == []
-    assert "compiled code is not kept" in told
+    assert "compiled code is not kept" in message
 
 
 def test_two_processes_that_compile_at_once_do_not_harm_each_other(monkeypatch, tmp_path):

@@ -109,8 +109,8 @@ def test_a_case_that_kills_its_worker_twice_has_crashed_and_the_others_go_on(clu
 def test_without_a_scheduler_there_is_a_cluster_of_its_own_and_late_cases_end(tmp_path):
     result = quiet(grid(1, (GOOD, HANGS, DIES)), tmp_path / "run", executor="dask", jobs=2, case_timeout=0.5)
     assert (result.ok, result.failed, result.missing) == (1, 2, 0)
-    told = dict(zip(result.open().summary["mechanism.gravity"], result.open().summary["status"], strict=True))
-    assert told == {GOOD: "ok", HANGS: "timeout", DIES: "crashed"}
+    message = dict(zip(result.open().summary["mechanism.gravity"], result.open().summary["status"], strict=True))
+    assert message == {GOOD: "ok", HANGS: "timeout", DIES: "crashed"}
 
 
 def test_workers_on_this_machine_have_one_thread_each():

@@ -76,8 +76,8 @@ def test_a_number_may_follow_from_two_axes(at):
         "define.play:", "define.d: [2 mm, 3 mm], define.play:"
     )
     grid = at(text)
-    found = {(point["define.d"], point["define.play"]) for point in map(grid.point, range(4))}
-    assert len(found) == 4
+    result = {(point["define.d"], point["define.play"]) for point in map(grid.point, range(4))}
+    assert len(result) == 4
     assert len(set(ids(grid))) == 4
     assert all(int(name, 16) == number for name, number in zip(ids(grid), grid.identities(), strict=True))
 
@@ -122,32 +122,32 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("old", "new", "message"), WRONG.values(), ids=WRONG)
-def test_a_mistake_is_told_with_its_place(told, old, new, message):
-    problems = told(WHOLE.replace(old, new))
+def test_a_mistake_is_told_with_its_place(problems_in, old, new, message):
+    problems = problems_in(WHOLE.replace(old, new))
     assert any(message in each for each in problems), problems
     assert all(each.split(":")[1].isdigit() for each in problems)
 
 
-def test_an_axis_over_an_expression_is_refused(told):
-    (problem,) = told(f"{WHOLE}sweep: {{{JOINT}.clearance: [20 um, 50 um]}}\n")
+def test_an_axis_over_an_expression_is_refused(problems_in):
+    (problem,) = problems_in(f"{WHOLE}sweep: {{{JOINT}.clearance: [20 um, 50 um]}}\n")
     assert f"{JOINT}.clearance: varies, but its value is the expression '= play'" in problem
 
 
-def test_what_cannot_vary_with_a_name_is_refused(told):
+def test_what_cannot_vary_with_a_name_is_refused(problems_in):
     text = swept(WHOLE.replace("play: 0.5 mm", "play: 0.5 mm, n: 10")).replace(
         "define.play:", "define.n: [2, 3], define.play:"
     )
-    problems = told(text + "limits: {rod_slider_force_peak: = n * '1 kN'}\n")
+    problems = problems_in(text + "limits: {rod_slider_force_peak: = n * '1 kN'}\n")
     assert any("is made of define.n, which varies; only the numbers of a case may be" in each for each in problems)
     text = text.replace("restitution: 0.9", "restitution: 0.9, exponent: = n / 4")
-    problems = told(text.replace("      restitution: 0.9, ", "      restitution: 0.9\n      "))
+    problems = problems_in(text.replace("      restitution: 0.9, ", "      restitution: 0.9\n      "))
     assert any(f"{CONTACT}.exponent: is made of define.n, which varies; this value cannot" in each for each in problems)
 
 
-def test_a_value_out_of_range_on_an_axis_is_refused(told):
-    problems = told(swept(WHOLE, "[20 um, 11 mm]"))
+def test_a_value_out_of_range_on_an_axis_is_refused(problems_in):
+    problems = problems_in(swept(WHOLE, "[20 um, 11 mm]"))
     assert any(f"{JOINT}.clearance: found" in each and "the journal would have no radius" in each for each in problems)
-    (problem,) = told(swept(WHOLE.replace("clearance: = play", "clearance: = play - '30 um'")))
+    (problem,) = problems_in(swept(WHOLE.replace("clearance: = play", "clearance: = play - '30 um'")))
     assert "comes to -1e-05, out of range; allowed: above 0 (m)" in problem
 
 
@@ -166,6 +166,6 @@ def test_no_name_is_an_error():
         load({"define": {}, "mechanism": {"type": "slider-crank"}})
 
 
-def test_a_name_that_is_not_defined_is_told_once(told):
+def test_a_name_that_is_not_defined_is_told_once(problems_in):
     for old, new in (("clearance: 0.5 mm", "clearance: = a"), ("speed: 5000 rpm", "speed: = 1 +")):
-        assert len(told(TEXT.replace(old, new))) == 1
+        assert len(problems_in(TEXT.replace(old, new))) == 1

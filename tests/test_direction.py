@@ -15,8 +15,8 @@ compiled = machine_code(direction)
 @pytest.mark.parametrize("largest", [1e-9, 0.1, 7.0, 1e3, 1e5])
 def test_a_direction_is_exact_to_rounding(function, largest):
     angles = np.concatenate([np.linspace(-largest, largest, 2001), np.arange(-40, 41) * math.pi / 8 % largest])
-    found = np.array([function(float(angle)) for angle in angles])
-    np.testing.assert_allclose(found, np.column_stack([np.cos(angles), np.sin(angles)]), rtol=0, atol=3e-16)
+    result = np.array([function(float(angle)) for angle in angles])
+    np.testing.assert_allclose(result, np.column_stack([np.cos(angles), np.sin(angles)]), rtol=0, atol=3e-16)
 
 
 def test_beyond_the_reach_of_the_table_the_library_is_asked():

@@ -28,12 +28,12 @@ TEXTS = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for
 
 def blocks(*languages):
     """Return every fenced block in one of these languages, but those that tests of their page run."""
-    found = []
+    result = []
     for page, text in TEXTS.items():
         for match in re.finditer(r"(<!-- .* -->\n)?^```(\w+)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
             if match[2] in languages and not (match[1] and page in MARKED):
-                found.append(pytest.param(match[3], id=f"{page}:{text[: match.start()].count(chr(10)) + 1}"))
-    return found
+                result.append(pytest.param(match[3], id=f"{page}:{text[: match.start()].count(chr(10)) + 1}"))
+    return result
 
 
 def commands(block):

@@ -118,10 +118,10 @@ def test_a_free_impact_gives_back_what_the_exact_law_is_asked_for_whatever_the_e
 @pytest.mark.parametrize("name", LAWS)
 def test_what_a_law_derives_is_a_number_with_a_unit(name):
     section = joint(elastic=name)
-    found = registry.derived(section)
-    assert all(math.isfinite(value) and unit for value, unit in found.values())
-    if "contact.penetration_limit" in found:
-        assert found["contact.penetration_limit"][0] == registry.penetration_limit(section)
+    result = registry.derived(section)
+    assert all(math.isfinite(value) and unit for value, unit in result.values())
+    if "contact.penetration_limit" in result:
+        assert result["contact.penetration_limit"][0] == registry.penetration_limit(section)
 
 
 # ---------------------------------------------------------------------------------------------- published values
@@ -192,8 +192,8 @@ def test_penetration_follows_back_from_radzimovsky_s_formula_with_radii():
         width = 1.60 * math.sqrt(line * BEARING * JOURNAL / CLEARANCE / MODULUS)
         ends = 2.0 / 3.0 + math.log(4.0 * BEARING / width) + math.log(4.0 * JOURNAL / width)
         assert line / (math.pi * MODULUS) * ends == pytest.approx(pen, rel=1e-13, abs=0.0)
-    found = [force("radzimovsky", pen, curvature_factor=1) for pen in DEPTHS]
-    assert found == pytest.approx((57.685, 724.97, 4441.6, 9860.8, 22210.0), rel=2e-4)
+    result = [force("radzimovsky", pen, curvature_factor=1) for pen in DEPTHS]
+    assert result == pytest.approx((57.685, 724.97, 4441.6, 9860.8, 22210.0), rel=2e-4)
 
 
 @pytest.mark.parametrize(("name", "power"), [("dubowsky-freudenstein", 3), ("goldsmith", 1)])

@@ -30,8 +30,8 @@ def solved(elastic=None, times=None, **changes):
 @pytest.mark.parametrize("speed", [0.2, 1.0, 4.4])
 def test_an_impact_on_six_segments_is_that_on_the_continuous_bar(speed):
     peak, duration = elastic_bar.continuous(speed)
-    found = elastic_bar.in_segments(speed, 6)
-    assert found == pytest.approx((peak, duration), rel=0.01)
+    result = elastic_bar.in_segments(speed, 6)
+    assert result == pytest.approx((peak, duration), rel=0.01)
 
 
 @pytest.mark.slow
@@ -52,8 +52,8 @@ def test_a_crank_with_an_elastic_rod_moves_as_equations_of_its_own_say(share):
     assert len(events) == len(begun) > 1
     np.testing.assert_allclose(events["t"], [time for time, _ in begun], rtol=1e-6)
     np.testing.assert_allclose(events["rate"], [rate for _, rate in begun], rtol=1e-5)
-    found = [path[name][-1] for name in ("slider/x", "slider/v", "rod/angle", "rod/extension")]
-    assert found == pytest.approx([state[5], state[11], state[0], state[4]], rel=1e-6)
+    result = [path[name][-1] for name in ("slider/x", "slider/v", "rod/angle", "rod/extension")]
+    assert result == pytest.approx([state[5], state[11], state[0], state[4]], rel=1e-6)
     assert path.summary["energy_residual"] < 1e-9
 
 

@@ -167,8 +167,8 @@ def test_a_slider_crank_moves_as_virtual_powers_say(opening):
         assert motion.output == pytest.approx(accelerations[1], rel=1e-7, abs=1e-7 * abs(accelerations).max())
         assert motion.torque == pytest.approx(torque, rel=1e-6, abs=1e-6)
         rows = [3 + "ABC".index(joint) for joint in opening]
-        found = np.array([item[:2] for item in gap_accelerations(mechanism, y, motion)])
-        assert found == pytest.approx(moved[rows], rel=1e-6, abs=1e-7 * abs(moved).max())
+        result = np.array([item[:2] for item in gap_accelerations(mechanism, y, motion)])
+        assert result == pytest.approx(moved[rows], rel=1e-6, abs=1e-7 * abs(moved).max())
         where, rates = positions(opening, q, theta), slopes(opening, q, theta) @ np.append(v, LINKS.speed)
         for row, gap in zip(rows, gaps(mechanism, pose), strict=True):
             assert [gap.x, gap.y, gap.vx, gap.vy] == pytest.approx([*where[row], *rates[row]], rel=1e-11, abs=1e-11)
@@ -180,12 +180,12 @@ def test_the_powers_on_both_bodies_add_up_and_leave_the_couple_of_two_contact_po
     joint = Joint(5e-4, 0.01, 0.0095, side, Lossless(), PowerThreeHalves(1e9), Tanh(0.3, 1e-3), ())
     pen, spin = 2e-5, (70.0, -20.0)
     gap = Gap(3.12e-4, 4.16e-4, 0.2, -0.4, *spin)
-    one = joint_load(joint, gap, PRESSED, pen, 0.1)
-    (contact,) = one.contacts
-    power = one.fx * gap.vx + one.fy * gap.vy + one.moment_proximal * spin[0] + one.moment_distal * spin[1]
+    first = joint_load(joint, gap, PRESSED, pen, 0.1)
+    (contact,) = first.contacts
+    power = first.fx * gap.vx + first.fy * gap.vy + first.moment_proximal * spin[0] + first.moment_distal * spin[1]
     taken = -contact.normal * contact.rate + contact.tangential * contact.slip
     assert power == pytest.approx(taken, rel=1e-12, abs=0.0)
-    couple = gap.x * one.fy - gap.y * one.fx + one.moment_proximal + one.moment_distal
+    couple = gap.x * first.fy - gap.y * first.fx + first.moment_proximal + first.moment_distal
     assert couple == pytest.approx(pen * contact.tangential, rel=1e-9, abs=0.0)
     rigid = gap._replace(vx=-50.0 * gap.y, vy=50.0 * gap.x, spin_proximal=50.0, spin_distal=50.0)
     (contact,) = joint_load(joint, rigid, PRESSED, pen, 0.1).contacts

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, NODES, RATE, SHARES, SLIP, column_of, columns
-from clearsweep.mechanics.solver import event, prospect
-from clearsweep.mechanics.solver.accumulate.along import FASTEST, step_width, sum_of
+from clearsweep.mechanics.solver import event, acceptance
+from clearsweep.mechanics.solver.accumulate.step_sums import FASTEST, step_width, sum_of
 from clearsweep.mechanics.solver.dop853 import END, ROWS, SCRATCH
 from clearsweep.mechanics.solver.span import deepest_between
 
@@ -77,7 +77,7 @@ def control(path: np.poly1d) -> float:
     o[:, KAPPA] = 2.0
     for row, x in zip(NODES, SHARES, strict=True):
         o[row, column_of(0, DEPTH)], o[row, column_of(0, RATE)] = path(x), path.deriv()(x)
-    return prospect.highest_control(o, 0, 0.5)
+    return acceptance.highest_control(o, 0, 0.5)
 
 
 @pytest.mark.parametrize("top", [0.0, 1e-3, 0.1])

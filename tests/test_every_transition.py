@@ -9,7 +9,7 @@ from mechanism_cases import JOINT
 
 from clearsweep.contracts.case import Contact, Film, Joint, Material, Materials
 from clearsweep.mechanics.joint import dry, lubricated, registry
-from clearsweep.mechanics.joint.contract import Present, contact_modes, every_latched, load
+from clearsweep.mechanics.joint.contract import JointState, contact_modes, every_latched, load
 from clearsweep.mechanics.joint.film.contract import asperity_load, dry_share
 from clearsweep.mechanics.joint.film.transition import bounds
 from clearsweep.mechanics.joint.places import first_place
@@ -33,7 +33,7 @@ def load_at(term, gap, depth):
     (modes,) = contact_modes(term)
     mode = modes.pressed if depth > 0.0 else modes.apart
     latched = np.array([ONSET, *(began for _, began in every_latched((term,)))])
-    present = Present(np.array([math.sqrt(max(depth, 0.0))]), np.array([mode]), latched, 0)
+    present = JointState(np.array([math.sqrt(max(depth, 0.0))]), np.array([mode]), latched, 0)
     return load(term, gap, first_place((term,), 0), present)
 
 
@@ -88,8 +88,8 @@ def test_the_force_is_continuous_over_a_transition_and_passes_from_the_film_to_t
     term = registry.joint_term(case_of(name), "slider")
     jumps = []
     for count in (1200, 2400):
-        found = [load_at(term, gap_at(d, 0.7, moving), d) for d in np.linspace(-4e-6, 5e-6, count)]
-        forces = np.array([(one.fx, one.fy, one.moment_proximal, one.moment_distal) for one in found])
+        result = [load_at(term, gap_at(d, 0.7, moving), d) for d in np.linspace(-4e-6, 5e-6, count)]
+        forces = np.array([(first.fx, first.fy, first.moment_proximal, first.moment_distal) for first in result])
         jumps.append(np.abs(np.diff(forces, axis=0)).max(axis=0))
     assert np.all(jumps[1] <= 0.6 * jumps[0] + 1e-12)
     film = lubricated.Film(**{key: value for key, value in term._asdict().items() if key in lubricated.Film._fields})

@@ -22,7 +22,7 @@ import pyarrow as pa, pyarrow.parquet as pq
 from fake_physics import GOOD, grid
 from fake_sweeps import merge, sweep
 from clearsweep import store
-from clearsweep.sweeping.everything import everything
+from clearsweep.sweeping.all_cases import everything
 place = Path(sys.argv[1])
 pq.write_table(pa.table({"mechanism.slider.mass": [1.0, 2.0, 3.0]}), place / "cases.parquet")
 source = grid(1, (GOOD,), wear=True)
@@ -85,8 +85,8 @@ def test_the_command_line_ends_with_its_code_whatever_a_library_does_at_the_end(
 def test_bad_exits_are_counted_for_every_verb(monkeypatch, tmp_path):
     verbs = {name: lambda mark: [sys.executable, "-c", f"import sys; sys.exit({mark[-1]} == 1)"] for name in ("a", "b")}
     monkeypatch.setattr(torture_exits, "prepared", lambda folder: (folder / "fresh").mkdir() or verbs)
-    found = torture_exits.exits(4, 3, tmp_path)
-    assert found == {"a": ([0, 1], [0, 1, 0]), "b": ([0, 1], [0, 1, 0])}
+    result = torture_exits.exits(4, 3, tmp_path)
+    assert result == {"a": ([0, 1], [0, 1, 0]), "b": ([0, 1], [0, 1, 0])}
 
 
 def test_a_fixture_that_hangs_is_ended_and_all_stacks_are_printed(request, tmp_path):

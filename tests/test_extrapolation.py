@@ -12,7 +12,7 @@ from clearsweep.simulation.first_touch import first_touch
 SCALE, RATE = 0.3, 1e-6  # m, over which the made-up rates change; m per revolution
 
 
-class Told:
+class BlockRecord:
     """What a made-up block told."""
 
     def __init__(self, rate, share=0.0, turns=1.0):
@@ -52,7 +52,7 @@ def plan(**other):
 
 def life(rates, share=0.0, **other):
     asked = plan(**other)
-    return lived(lambda state: Told(rates(state), share), Deepest(), asked, np.zeros(asked.first.size))
+    return lived(lambda state: BlockRecord(rates(state), share), Deepest(), asked, np.zeros(asked.first.size))
 
 
 #: Rates over what has worn, and the revolutions until it is 1 m: the integral of 1 / rate.
@@ -67,23 +67,23 @@ LAWS = {
 @pytest.mark.parametrize("law", LAWS)
 def test_a_life_is_that_of_the_law_of_its_rate_within_its_interval(law):
     rates, exact = LAWS[law]
-    found = life(rates)
-    assert found.reached
-    assert found.revolutions == pytest.approx(exact, rel=3e-3)
-    assert found.low <= exact <= found.high
-    assert found.nodes[-1].state[0] == pytest.approx(1.0, rel=1e-12)
-    assert np.all(np.diff([node.revolutions for node in found.nodes]) > 0.0)
+    result = life(rates)
+    assert result.reached
+    assert result.revolutions == pytest.approx(exact, rel=3e-3)
+    assert result.low <= exact <= result.high
+    assert result.nodes[-1].state[0] == pytest.approx(1.0, rel=1e-12)
+    assert np.all(np.diff([node.revolutions for node in result.nodes]) > 0.0)
 
 
 @pytest.mark.parametrize("law", ["falling", "growing"])
 def test_jumps_half_as_long_leave_a_quarter_of_the_error_which_is_what_a_life_says_of_itself(law):
     rates, exact = LAWS[law]
-    found = {longest: life(rates, tolerance=0.5, longest=longest * exact) for longest in (0.02, 0.01, 0.005)}
-    errors = [abs(each.revolutions / exact - 1.0) for each in found.values()]
+    result = {longest: life(rates, tolerance=0.5, longest=longest * exact) for longest in (0.02, 0.01, 0.005)}
+    errors = [abs(each.revolutions / exact - 1.0) for each in result.values()]
     assert errors[0] > 3.4 * errors[1] > 3.4**2 * errors[2]
-    assert all(error <= each.jump_error for error, each in zip(errors, found.values(), strict=True))
-    assert abs(found[0.02].revolutions / found[0.01].revolutions - 1.0) < 0.02
-    assert found[0.01].blocks > 1.8 * found[0.02].blocks
+    assert all(error <= each.jump_error for error, each in zip(errors, result.values(), strict=True))
+    assert abs(result[0.02].revolutions / result[0.01].revolutions - 1.0) < 0.02
+    assert result[0.01].blocks > 1.8 * result[0.02].blocks
 
 
 def test_a_tighter_tolerance_costs_blocks_and_gives_accuracy():
@@ -95,12 +95,12 @@ def test_a_tighter_tolerance_costs_blocks_and_gives_accuracy():
 
 
 def test_a_rate_that_nothing_changes_takes_one_block_and_has_the_interval_of_the_block():
-    found = life(LAWS["even"][0], share=0.1, constant=True, alike=True)
-    assert found.blocks == 1
-    assert found.jump_error == 0.0
-    assert found.revolutions == pytest.approx(1.0 / RATE, rel=1e-12)
-    assert found.low == pytest.approx(1.0 / (1.1 * RATE), rel=1e-12)
-    assert found.high == pytest.approx(1.0 / (0.9 * RATE), rel=1e-12)
+    result = life(LAWS["even"][0], share=0.1, constant=True, alike=True)
+    assert result.blocks == 1
+    assert result.jump_error == 0.0
+    assert result.revolutions == pytest.approx(1.0 / RATE, rel=1e-12)
+    assert result.low == pytest.approx(1.0 / (1.1 * RATE), rel=1e-12)
+    assert result.high == pytest.approx(1.0 / (0.9 * RATE), rel=1e-12)
 
 
 class Depth(Deepest):
@@ -123,7 +123,7 @@ def run_in(turns, *, drifting, initial, tolerance=1e-3):
 
     def measure(state):
         fallen = (initial - 1.0) * math.exp(-state[1] / 5000.0) * -math.expm1(-turns / 5000.0) * 5000.0 / turns
-        return Told([RATE * (1.0 + fallen), 1.0], turns=turns)
+        return BlockRecord([RATE * (1.0 + fallen), 1.0], turns=turns)
 
     first = np.array([math.inf, 500.0])
     asked = plan(limit=0.02, tolerance=tolerance, blocks=20000, first=first, alike=True, drifting=drifting)
@@ -139,22 +139,22 @@ def test_the_interval_of_a_life_that_runs_in_has_what_half_a_block_makes_of_it(t
     exact = brentq(left, 0.0, 1e5)
     last = 1.0 + (initial - 1.0) * math.exp(-exact / 5000.0)
     bias = 0.5 * turns * (initial / last - 1.0)  # revolutions, from the rates at both ends
-    found = run_in(turns, initial=initial, drifting=True)
-    assert found.revolutions - exact == pytest.approx(bias, rel=0.03)
-    assert found.low < exact < found.high
+    result = run_in(turns, initial=initial, drifting=True)
+    assert result.revolutions - exact == pytest.approx(bias, rel=0.03)
+    assert result.low < exact < result.high
     bare = run_in(turns, initial=initial, drifting=False)
     assert not bare.low < exact < bare.high
-    wider = 0.5 * (found.high - found.low) - 0.5 * (bare.high - bare.low)
+    wider = 0.5 * (result.high - result.low) - 0.5 * (bare.high - bare.low)
     assert wider == pytest.approx(abs(bias), rel=0.02)
 
 
 @pytest.mark.parametrize("tolerance", [0.1, 0.02, 0.005])
 def test_jumps_through_a_running_in_err_by_less_than_the_interval(tolerance):
     """The rate depends on the way slid, which a jump foretells; a correction by the depth would err by 1.9 % at 0.1."""
-    found = run_in(1.0, initial=4.0, drifting=True, tolerance=tolerance)
+    result = run_in(1.0, initial=4.0, drifting=True, tolerance=tolerance)
     exact = brentq(lambda n: RATE * (n + 15000.0 * -math.expm1(-n / 5000.0)) - 0.02, 0.0, 1e5)
-    assert found.low < exact < found.high
-    assert found.jump_error < 0.2 * tolerance
+    assert result.low < exact < result.high
+    assert result.jump_error < 0.2 * tolerance
 
 
 def test_independent_blocks_narrow_the_interval_and_blocks_of_one_motion_do_not():
@@ -168,7 +168,12 @@ def test_what_intervals_explain_does_not_shorten_jumps():
     chance = np.random.default_rng(5)
     rates, exact = LAWS["growing"]
     lives = [
-        lived(lambda h: Told(rates(h) * (1.0 + 0.1 * chance.standard_normal(1)), 0.196), Deepest(), plan(), np.zeros(1))
+        lived(
+            lambda h: BlockRecord(rates(h) * (1.0 + 0.1 * chance.standard_normal(1)), 0.196),
+            Deepest(),
+            plan(),
+            np.zeros(1),
+        )
         for _ in range(40)
     ]
     assert np.mean([each.blocks for each in lives]) < 2.0 * life(rates).blocks
@@ -184,17 +189,17 @@ def test_a_pit_that_wanders_is_followed():
         shares = np.exp(-(state - state.min()) / 0.05) * np.linspace(1.0, 2.0, bins)
         return RATE * bins * shares / shares.sum()
 
-    found = life(rates, bins=bins)
-    assert found.reached
-    depth = found.nodes[-1].state
-    assert depth.sum() == pytest.approx(bins * RATE * found.revolutions, rel=1e-9)
+    result = life(rates, bins=bins)
+    assert result.reached
+    depth = result.nodes[-1].state
+    assert depth.sum() == pytest.approx(bins * RATE * result.revolutions, rel=1e-9)
     finest = life(rates, bins=bins, tolerance=0.01)
-    assert found.revolutions == pytest.approx(finest.revolutions, rel=0.02)
+    assert result.revolutions == pytest.approx(finest.revolutions, rel=0.02)
     assert np.allclose(depth, finest.nodes[-1].state, atol=0.02)
 
 
 def test_a_rate_that_moves_elsewhere_is_seen_though_its_sum_stays():
-    here, there = Told([1.0, 0.0]), Told([0.0, 1.0])
+    here, there = BlockRecord([1.0, 0.0]), BlockRecord([0.0, 1.0])
     here.block = here
     assert misplaced(here, there, (slice(0, 2),)) == 1.0
     assert misplaced(here, here, (slice(0, 2),)) == 0.0
@@ -202,12 +207,12 @@ def test_a_rate_that_moves_elsewhere_is_seen_though_its_sum_stays():
 
 
 def test_a_life_that_does_not_come_to_its_end_is_as_long_as_it_was_run():
-    found = life(lambda h: RATE * np.exp(-h / 0.01), blocks=12)
-    assert not found.reached
-    assert found.blocks == 12
-    assert found.low == found.revolutions > 0.0
-    assert math.isinf(found.high)
-    assert math.isnan(found.jump_error)
+    result = life(lambda h: RATE * np.exp(-h / 0.01), blocks=12)
+    assert not result.reached
+    assert result.blocks == 12
+    assert result.low == result.revolutions > 0.0
+    assert math.isinf(result.high)
+    assert math.isnan(result.jump_error)
     still = life(lambda h: 0.0 * h)
     assert (still.reached, still.blocks, still.revolutions) == (False, 1, 0.0)
     assert not life(lambda h: 0.0 * h, constant=True).reached
@@ -215,7 +220,7 @@ def test_a_life_that_does_not_come_to_its_end_is_as_long_as_it_was_run():
 
 def test_a_block_that_fails_ends_it():
     count = iter(range(3))
-    assert lived(lambda h: Told([RATE]) if next(count) < 2 else None, Deepest(), plan(), np.zeros(1)) is None
+    assert lived(lambda h: BlockRecord([RATE]) if next(count) < 2 else None, Deepest(), plan(), np.zeros(1)) is None
     assert lived(lambda h: None, Deepest(), plan(), np.zeros(1)) is None
 
 
@@ -244,14 +249,14 @@ def pit(middle, half, depth):
 def test_the_eccentricity_at_first_touch_is_that_at_which_the_gap_closes():
     bearing, journal = pit(40, 30, 2e-5), pit(200, 25, 1e-5)
     turns = [0, 100, 190, 230]
-    found = first_touch(CLEARANCE, bearing, journal, 2.0 * math.pi * np.array(turns) / BINS)
+    result = first_touch(CLEARANCE, bearing, journal, 2.0 * math.pi * np.array(turns) / BINS)
     naive = {(t, d): touched(bearing, journal, t, d) for t in turns for d in range(BINS)}
     (turn, direction), most = max(naive.items(), key=lambda each: each[1])
-    assert found.growth == pytest.approx(most - CLEARANCE, rel=1e-6, abs=1e-15)
-    assert found.journal == (found.bearing - turn) % BINS
-    assert abs(found.bearing - direction) < 60
-    depth = bearing[found.bearing] + journal[found.journal]
-    assert (CLEARANCE + depth) * found.slant == pytest.approx(CLEARANCE + found.growth, rel=1e-12)
+    assert result.growth == pytest.approx(most - CLEARANCE, rel=1e-6, abs=1e-15)
+    assert result.journal == (result.bearing - turn) % BINS
+    assert abs(result.bearing - direction) < 60
+    depth = bearing[result.bearing] + journal[result.journal]
+    assert (CLEARANCE + depth) * result.slant == pytest.approx(CLEARANCE + result.growth, rel=1e-12)
 
 
 def test_a_body_that_is_worn_all_round_widens_the_joint_and_one_narrow_pit_does_not():

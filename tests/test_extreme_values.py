@@ -78,7 +78,7 @@ def test_an_extreme_value_is_refused_with_its_place(source, sentence, recwarn):
 
 @pytest.mark.parametrize("value", [0.0, 1.0 / LARGEST, LARGEST, 1.0])
 def test_the_bounds_themselves_are_allowed(value):
-    assert Field("x", "m", low_open=False).holds(value)
-    assert not Field("x", "m", -math.inf).holds(-2.0 * LARGEST)
+    assert Field("x", "m", low_open=False).contains(value)
+    assert not Field("x", "m", -math.inf).contains(-2.0 * LARGEST)
     assert "of a size from 1e-60 to 1e+60" in Field("x", "m").allowed(2.0 * LARGEST)
     assert "of a size" not in Field("x", "m").allowed(-1.0)

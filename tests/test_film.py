@@ -34,8 +34,8 @@ LONG, SHORT, PINKUS = long.Long(1.0, 6.0), short.Short(1.0, 1.5), long.PinkusSte
 MOTIONS = [*itertools.product((0.05, 0.3, 0.7, 0.95), (-1.5, -0.1, 0.0, 0.2, 2.0), (-0.7, 0.0, 1.0))]
 
 
-def told(law, ratio, closing, spin=1.0):
-    return film_force(law, FilmMotion(ratio, closing, spin))
+def told(law, ratio, squeeze_rate, spin=1.0):
+    return film_force(law, FilmMotion(ratio, squeeze_rate, spin))
 
 
 def oiled(law="finite", friction="none", length=0.04):
@@ -80,9 +80,9 @@ def test_a_long_film_that_is_squeezed_has_the_closed_form(ratio, closes, opens):
         (0.3, 0.1, (-3.30421, 3.42457), (-3.10934, 3.15749)),
     ],
 )
-def test_long_films_that_turn_and_are_squeezed_have_their_checked_values(ratio, closing, approximate, exact):
-    assert told(PINKUS, ratio, closing) == pytest.approx(approximate, rel=1e-5, abs=5e-6)
-    assert told(LONG, ratio, closing) == pytest.approx(exact, rel=1e-5, abs=5e-6)
+def test_long_films_that_turn_and_are_squeezed_have_their_checked_values(ratio, squeeze_rate, approximate, exact):
+    assert told(PINKUS, ratio, squeeze_rate) == pytest.approx(approximate, rel=1e-5, abs=5e-6)
+    assert told(LONG, ratio, squeeze_rate) == pytest.approx(exact, rel=1e-5, abs=5e-6)
 
 
 @pytest.mark.parametrize(
@@ -96,8 +96,8 @@ def test_long_films_that_turn_and_are_squeezed_have_their_checked_values(ratio, 
         (0.8, 1.0, 1.0, (-91.775019, 5.464720)),
     ],
 )
-def test_a_short_film_has_its_checked_values(ratio, closing, spin, force):
-    assert told(SHORT, ratio, closing, spin) == pytest.approx(force, rel=1e-7, abs=6e-8)
+def test_a_short_film_has_its_checked_values(ratio, squeeze_rate, spin, force):
+    assert told(SHORT, ratio, squeeze_rate, spin) == pytest.approx(force, rel=1e-7, abs=6e-8)
 
 
 @pytest.mark.parametrize(("law", "lead"), [(long, 1.0), (short, 0.0)], ids=["long", "short"])
@@ -105,15 +105,15 @@ def test_a_film_in_closed_form_is_the_integral_of_its_pressure(law, lead):
     """Over the half circle, with Gauss's rule; along the pin, a short film's pressure is a parabola."""
     form, share = (LONG, 1.0) if law is long else (SHORT, 1.0 / 3.0)
     x, weight = np.polynomial.legendre.leggauss(300)
-    for ratio, closing, spin in MOTIONS:
-        if closing == spin == 0.0:
+    for ratio, squeeze_rate, spin in MOTIONS:
+        if squeeze_rate == spin == 0.0:
             continue
-        squeeze = closing * (2.0 + ratio * ratio) if lead else 2.0 * closing
+        squeeze = squeeze_rate * (2.0 + ratio * ratio) if lead else 2.0 * squeeze_rate
         angle = math.atan2(squeeze, spin * ratio) + 0.5 * math.pi * (x + 1.0)
-        motion = FilmMotion(ratio, closing, spin)
+        motion = FilmMotion(ratio, squeeze_rate, spin)
         pressure = np.array([law._pressure(form, motion, math.cos(a), math.sin(a)) for a in angle])
-        found = [share * 0.5 * math.pi * float((weight * pressure * f(angle)).sum()) for f in (np.cos, np.sin)]
-        assert told(form, ratio, closing, spin) == pytest.approx(found, rel=1e-9, abs=1e-10)
+        result = [share * 0.5 * math.pi * float((weight * pressure * f(angle)).sum()) for f in (np.cos, np.sin)]
+        assert told(form, ratio, squeeze_rate, spin) == pytest.approx(result, rel=1e-9, abs=1e-10)
         fine = math.atan2(squeeze, spin * ratio) + np.linspace(0.0, math.pi, 2001)
         assert film_pressure(form, motion) == pytest.approx(
             law._pressure(form, motion, np.cos(fine), np.sin(fine)).max(), rel=1e-4
@@ -122,11 +122,11 @@ def test_a_film_in_closed_form_is_the_integral_of_its_pressure(law, lead):
 
 def test_the_long_films_antisymmetry_holds_with_the_full_films_force():
     """p(-theta; w, -eps') = -p(theta; w, eps'): what a half film bears while it opens follows from the full film."""
-    for law, (ratio, closing, spin) in itertools.product((LONG, PINKUS), MOTIONS):
-        if closing > 0.0 and spin > 0.0:
-            (closes, along), (opens, back) = (told(law, ratio, sign * closing, spin) for sign in (1.0, -1.0))
+    for law, (ratio, squeeze_rate, spin) in itertools.product((LONG, PINKUS), MOTIONS):
+        if squeeze_rate > 0.0 and spin > 0.0:
+            (closes, along), (opens, back) = (told(law, ratio, sign * squeeze_rate, spin) for sign in (1.0, -1.0))
             whole = 12.0 * math.pi * ratio * spin / ((2.0 + ratio**2) * math.sqrt(1.0 - ratio**2))
-            full = 12.0 * math.pi * closing / (1.0 - ratio**2) ** 1.5
+            full = 12.0 * math.pi * squeeze_rate / (1.0 - ratio**2) ** 1.5
             assert opens - closes == pytest.approx(full, rel=1e-10)
             assert along + back == pytest.approx(whole, rel=1e-10)
 
@@ -159,7 +159,7 @@ def test_a_finite_film_is_within_the_stated_error_of_reynolds_equation(slenderne
 def test_a_film_is_continuous_where_it_turns_from_closing_to_opening(name):
     law = RECIPES["film", name].make(oiled(name))
     for ratio in (1e-6, 0.1, 0.5, 0.9, 0.99):
-        before, here, after = (told(law, ratio, closing, 100.0) for closing in (-1e-9, 0.0, 1e-9))
+        before, here, after = (told(law, ratio, squeeze_rate, 100.0) for squeeze_rate in (-1e-9, 0.0, 1e-9))
         for force in (before, after):
             assert force == pytest.approx(here, rel=0.0, abs=1e-7 * math.hypot(*here) + 1e-8)
 

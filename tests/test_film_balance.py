@@ -25,13 +25,13 @@ def film_of(law, friction, journal=None):
     return registry.joint_term(joint, "slider")
 
 
-def gap_of(ratio, closing, spin, bearing=-40.0, around=0.0, angle=0.7):
+def gap_of(ratio, squeeze_rate, spin, bearing=-40.0, around=0.0, angle=0.7):
     """Return the Gap of a ratio, its rate, and the effective spin.
 
     closing : 1/s; spin : rad/s; bearing : rad/s, its own spin; around : rad/s, that of the line of centres.
     """
     x, y = ratio * CLEARANCE * math.cos(angle), ratio * CLEARANCE * math.sin(angle)
-    grows = CLEARANCE * closing
+    grows = CLEARANCE * squeeze_rate
     vx, vy = grows * math.cos(angle) - around * y, grows * math.sin(angle) + around * x
     return Gap(x, y, vx, vy, bearing, spin - bearing + 2.0 * around)
 
@@ -132,8 +132,8 @@ def test_a_film_takes_energy_at_any_motion(name, friction):
 @pytest.mark.parametrize(("name", "friction"), [*itertools.product(LAWS, BALANCED)])
 def test_a_film_that_only_turns_or_only_is_squeezed_takes_energy(name, friction):
     term = film_of(name, friction)
-    for ratio, closing in itertools.product((0.05, 0.4, 0.8, 0.97), (-300.0, 0.0, 300.0)):
-        film = lubricated.floating(term, gap_of(ratio, closing, 0.0 if closing else 200.0))
+    for ratio, squeeze_rate in itertools.product((0.05, 0.4, 0.8, 0.97), (-300.0, 0.0, 300.0)):
+        film = lubricated.floating(term, gap_of(ratio, squeeze_rate, 0.0 if squeeze_rate else 200.0))
         assert film.pumped > 0.0
         assert film.lost >= film.pumped
 
@@ -181,10 +181,10 @@ FLOWS = {"short": (flow_of_short, 1e-9), "long": (flow_of_long, 1e-9), "reynolds
 @pytest.mark.parametrize("name", FLOWS)
 def test_the_loss_of_a_film_is_the_quadrature_of_its_flow_and_its_shear(name):
     flow_of, tolerance = FLOWS[name]
-    for ratio, closing, spin in itertools.product((0.1, 0.6, 0.9), (-90.0, 0.0, 50.0), (-120.0, 250.0)):
-        gap = gap_of(ratio, closing, spin, bearing=15.0, around=40.0)
+    for ratio, squeeze_rate, spin in itertools.product((0.1, 0.6, 0.9), (-90.0, 0.0, 50.0), (-120.0, 250.0)):
+        gap = gap_of(ratio, squeeze_rate, spin, bearing=15.0, around=40.0)
         film = lubricated.floating(film_of(name, "butenschoen"), gap)
-        flow = flow_of(ratio, 2.0 * closing, spin * ratio)
+        flow = flow_of(ratio, 2.0 * squeeze_rate, spin * ratio)
         angles = 2.0 * math.pi * np.arange(400) / 400.0
         speed = RADIUS * (gap.spin_distal - gap.spin_proximal)
         thickness = CLEARANCE * (1.0 + ratio * np.cos(angles))

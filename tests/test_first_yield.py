@@ -125,9 +125,9 @@ def machine(law="hertz", **material):
 
 def test_a_slider_crank_yields_under_the_mass_of_its_slider():
     scene = machine()
-    found = joint("johnson", scene.case.joints[0].clearance)._replace(length=scene.case.joints[0].length)
-    found = found._replace(bearing_radius=scene.case.joints[0].bearing_radius)
-    energy = first_yield.yield_energy(found, registry.contact_terms(found)[1])
+    result = joint("johnson", scene.case.joints[0].clearance)._replace(length=scene.case.joints[0].length)
+    result = result._replace(bearing_radius=scene.case.joints[0].bearing_radius)
+    energy = first_yield.yield_energy(result, registry.contact_terms(result)[1])
     slider = scene.case.mechanism.values["slider.mass"]  # at crank angle 0 it moves alone along the rod
     assert yield_speeds(scene) == {"rod_slider_yield_speed": pytest.approx(math.sqrt(2.0 * energy / slider), rel=1e-9)}
     assert "rod_slider_yield_speed" in scene.layout.units

@@ -108,8 +108,8 @@ def test_every_velocity_law_takes_a_torque():
     for law, keys in laws.items():
         case = clearsweep.load_case(grid(loads__blade__friction={"law": law, "torque": "3 N*m"} | keys))
         assert case.machine.loads[0].friction[0] == 3.0, law
-        found = planar.ideal(case.machine, np.linspace(0.0, 6.0, 7))
-        assert np.all(np.isfinite(found.torque)), law
+        result = planar.ideal(case.machine, np.linspace(0.0, 6.0, 7))
+        assert np.all(np.isfinite(result.torque)), law
 
 
 def test_preload_rubs_in_a_joint_with_clearance_whether_it_touches_or_not():
@@ -120,9 +120,9 @@ def test_preload_rubs_in_a_joint_with_clearance_whether_it_touches_or_not():
     scenes = [clearsweep.load_case(grid(loads={}, joints={"coupler-rocker": each})) for each in (joint, loaded)]
     (brake,) = scenes[1].machine.loads
     assert (brake.joint, brake.radius, brake.normal, brake.friction.coefficient) == ("coupler-rocker", 0.01, 200.0, 0.1)
-    found = [clearsweep.simulate(scene).summary for scene in scenes]
-    assert found[1]["energy_residual"] < 1e-7
-    assert found[1]["crank_torque_peak"] != found[0]["crank_torque_peak"]
+    result = [clearsweep.simulate(scene).summary for scene in scenes]
+    assert result[1]["energy_residual"] < 1e-7
+    assert result[1]["crank_torque_peak"] != result[0]["crank_torque_peak"]
 
 
 @pytest.mark.parametrize(

@@ -69,8 +69,8 @@ def test_the_masses_of_an_impact_pair_can_be_swept_and_overridden():
     )
     assert [pair.written_case(k)["mechanism"]["masses"] for k in range(3)] == [[0.2, 0.1], [0.2, 0.2], [0.2, 0.3]]
     assert load(pair.resolved()).frame() == pair.frame()
-    one = load(CONFIGS / "impact_pair.yaml", {"mechanism.masses.0": "1 kg", "joints.pair.contact.restitution": 0.5})
-    assert one.written_case(0)["mechanism"]["masses"] == [1.0, 0.2]
+    first = load(CONFIGS / "impact_pair.yaml", {"mechanism.masses.0": "1 kg", "joints.pair.contact.restitution": 0.5})
+    assert first.written_case(0)["mechanism"]["masses"] == [1.0, 0.2]
 
 
 def test_what_is_left_out_does_not_appear(at):
@@ -278,10 +278,10 @@ def test_all_ids_at_once_are_those_of_the_cases_one_by_one(base):
         {"joints.pair.contact.restitution": 0.5},
     )
     for cases in (laws, masses, load(base)):
-        found = [f"{number:016x}" for number in cases.identities()]
-        assert len(found) == len(cases)
+        result = [f"{number:016x}" for number in cases.identities()]
+        assert len(result) == len(cases)
         some = range(0, len(cases), max(1, len(cases) // 40))
-        assert [found[k] for k in some] == [grid.identity(cases.written_case(k)) for k in some]
+        assert [result[k] for k in some] == [grid.identity(cases.written_case(k)) for k in some]
     points = [laws.written_case(k) for k in range(len(laws))]
     assert {point["simulate"]["discard"] for point in points} == {0.0, 2.0}
     assert {point["mechanism"]["crank"]["center"] for point in points} == {0.02, 0.025}

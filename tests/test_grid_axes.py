@@ -118,14 +118,14 @@ AXES = {
 
 
 @pytest.mark.parametrize(("lines", "message"), AXES.values(), ids=AXES)
-def test_a_mistake_in_a_sweep_is_told_with_its_place(told, lines, message):
-    problems = told(f"{TEXT}sweep:\n" + (f"  {lines}\n" if lines else ""))
+def test_a_mistake_in_a_sweep_is_told_with_its_place(problems_in, lines, message):
+    problems = problems_in(f"{TEXT}sweep:\n" + (f"  {lines}\n" if lines else ""))
     assert any(problem.startswith(f"grid.yaml:{message}") for problem in problems), problems
 
 
 @pytest.mark.slow
-def test_a_list_that_nobody_wrote_by_hand_is_refused(told):
+def test_a_list_that_nobody_wrote_by_hand_is_refused(problems_in):
     values = ", ".join(str(k) for k in range(1, 100_002))
-    (problem,) = told(f"{TEXT}sweep:\n  drive.speed: [{values}]\n")
+    (problem,) = problems_in(f"{TEXT}sweep:\n  drive.speed: [{values}]\n")
     assert "found a list of 100001 values; at most 100000" in problem
     assert "linspace" in problem

@@ -49,42 +49,42 @@ def test_every_elastic_law_resolves_builds_and_runs_in_a_slider_crank(name):
 @pytest.mark.parametrize("name", [name for name in names("elastic") if "length" in RECIPES["elastic", name].law.needs])
 def test_a_missing_length_is_told(name):
     extra = {"contact__thickness": 5e-3} if name == "winkler" else {}
-    (told,) = problems(cylinders(name, length=None, **extra))
-    assert f"{JOINT}.length: is missing; elastic '{name}' needs the joint's length" in told
+    (message,) = problems(cylinders(name, length=None, **extra))
+    assert f"{JOINT}.length: is missing; elastic '{name}' needs the joint's length" in message
 
 
 def test_a_missing_material_is_told():
-    (told,) = problems(cylinders(contact__material=None))
-    assert "contact.material: is missing; elastic 'johnson' needs both bodies' material" in told
+    (message,) = problems(cylinders(contact__material=None))
+    assert "contact.material: is missing; elastic 'johnson' needs both bodies' material" in message
 
 
 def test_what_only_another_elastic_law_uses_is_refused():
-    (told,) = problems(cylinders(contact__stiffness=6.61e10))
-    assert "contact.stiffness: is not used by" in told
+    (message,) = problems(cylinders(contact__stiffness=6.61e10))
+    assert "contact.stiffness: is not used by" in message
 
 
 def test_laws_that_need_nothing_and_laws_that_do_can_be_swept_together():
     source = cylinders(contact__stiffness=6.61e10)
     source["sweep"] = {f"{JOINT}.contact.elastic": ["power", "johnson", "persson"]}
     cases = grid.load(source, simulation.catalogue())
-    found = [cases.written_case(k)["joints"]["rod-slider"]["contact"] for k in range(len(cases))]
-    assert ["stiffness" in contact for contact in found] == [True, False, False]
+    result = [cases.written_case(k)["joints"]["rod-slider"]["contact"] for k in range(len(cases))]
+    assert ["stiffness" in contact for contact in result] == [True, False, False]
     assert len({cases.case_id(k) for k in range(3)}) == 3
     del source["joints"]["rod-slider"]["length"]
     assert len(problems(source)) == 2
 
 
 def test_a_fit_is_refused_for_clearances_it_was_not_made_for():
-    (told,) = problems(cylinders("pereira", clearance="3 um"))
-    assert "clearance: found 3 um; elastic 'pereira' allows 5e-06 to 0.01 (m): it was fitted there" in told
+    (message,) = problems(cylinders("pereira", clearance="3 um"))
+    assert "clearance: found 3 um; elastic 'pereira' allows 5e-06 to 0.01 (m): it was fitted there" in message
     source = cylinders("pereira")
     source["sweep"] = {f"{JOINT}.clearance": ["3 um", "0.1 mm"]}
     assert "found 3 um" in problems(source)[0]
 
 
 def test_a_layer_that_cannot_give_way_is_refused():
-    (told,) = problems(cylinders("winkler", contact__thickness=5e-3, contact__material__poisson=0.5))
-    assert "poisson: found 0.5; elastic 'winkler' allows" in told
+    (message,) = problems(cylinders("winkler", contact__thickness=5e-3, contact__material__poisson=0.5))
+    assert "poisson: found 0.5; elastic 'winkler' allows" in message
 
 
 def test_an_elastic_law_that_the_contact_law_does_not_use_needs_nothing():
@@ -97,9 +97,9 @@ def test_an_impact_pair_takes_the_sizes_that_cylinders_need():
     contact = {"law": "exact", "restitution": 0.5, "elastic": "johnson", "material": MATERIAL}
     sized = {"joints.pair": {"clearance": 0.5e-3, "bearing_radius": 0.01, "length": 0.02, "contact": contact}}
     assert resolved(changed(PAIR, sized))["joints"]["pair"]["length"] == 0.02
-    told = problems(changed(PAIR, {"joints.pair": {"clearance": 0.5e-3, "contact": contact}}))
-    assert [problem for problem in told if "bearing_radius: is missing" in problem]
-    assert [problem for problem in told if "length: is missing" in problem]
+    message = problems(changed(PAIR, {"joints.pair": {"clearance": 0.5e-3, "contact": contact}}))
+    assert [problem for problem in message if "bearing_radius: is missing" in problem]
+    assert [problem for problem in message if "length: is missing" in problem]
     assert "length" not in resolved(PAIR)["joints"]["pair"]
 
 
@@ -208,14 +208,14 @@ def test_the_material_of_one_body_can_be_swept_and_has_its_own_identity():
     ],
 )
 def test_a_material_that_is_not_whole_is_told(material, said):
-    told = problems(cylinders(contact__material=dict(material)))
-    assert said in told[0]
+    message = problems(cylinders(contact__material=dict(material)))
+    assert said in message[0]
 
 
 def test_a_layer_of_the_bearing_that_cannot_give_way_is_refused():
     own = {"bearing": BRONZE | {"poisson": 0.5}, "journal": MATERIAL}
-    (told,) = problems(cylinders("winkler", contact__thickness=5e-3, contact__material=own))
-    assert "material.bearing.poisson: found 0.5; elastic 'winkler' allows" in told
+    (message,) = problems(cylinders("winkler", contact__thickness=5e-3, contact__material=own))
+    assert "material.bearing.poisson: found 0.5; elastic 'winkler' allows" in message
 
 
 # ---------------------------------------------------------------------------------------------- laws with conditions
@@ -223,26 +223,26 @@ def test_a_layer_of_the_bearing_that_cannot_give_way_is_refused():
 
 def test_a_law_that_yields_asks_for_a_material_and_for_hertz_s_force():
     yields = {"law": "kogut-etsion", "hardness": "1 GPa"}
-    (told,) = problems(cylinders(contact=yields | {"stiffness": 6.61e10}))
-    assert "contact.material: is missing; law 'kogut-etsion' needs both bodies' material" in told
-    (told,) = problems(cylinders(contact=yields | {"elastic": "johnson", "material": MATERIAL}))
-    assert "found johnson; law 'kogut-etsion' allows power with the exponent 1.5" in told
-    (told,) = problems(cylinders(contact=yields | {"exponent": 1.4, "stiffness": 1e10, "material": MATERIAL}))
-    assert "found an exponent of 1.4; law 'kogut-etsion' allows" in told
+    (message,) = problems(cylinders(contact=yields | {"stiffness": 6.61e10}))
+    assert "contact.material: is missing; law 'kogut-etsion' needs both bodies' material" in message
+    (message,) = problems(cylinders(contact=yields | {"elastic": "johnson", "material": MATERIAL}))
+    assert "found johnson; law 'kogut-etsion' allows power with the exponent 1.5" in message
+    (message,) = problems(cylinders(contact=yields | {"exponent": 1.4, "stiffness": 1e10, "material": MATERIAL}))
+    assert "found an exponent of 1.4; law 'kogut-etsion' allows" in message
 
 
 @pytest.mark.parametrize("law", ["brown-mcphee", "elasto-plastic"])
 def test_static_friction_below_kinetic_friction_is_refused(law):
     section = written(friction=law)["friction"] | {"coefficient": 0.2, "static_coefficient": 0.15}
-    (told,) = problems(slider_crank("rod-slider", changes={f"{JOINT}.friction": section}))
-    assert "friction.coefficient: found 0.2; allowed: at most 0.15, the value of" in told
+    (message,) = problems(slider_crank("rod-slider", changes={f"{JOINT}.friction": section}))
+    assert "friction.coefficient: found 0.2; allowed: at most 0.15, the value of" in message
     equal = section | {"static_coefficient": 0.2}
     assert resolved(slider_crank("rod-slider", changes={f"{JOINT}.friction": equal}))
 
 
 def test_radzimovsky_s_factor_is_one_or_two():
-    (told,) = problems(cylinders("radzimovsky", contact__curvature_factor=1.5))
-    assert "curvature_factor: found 1.5, out of range; allowed: a whole number at least 1 and at most 2" in told
+    (message,) = problems(cylinders("radzimovsky", contact__curvature_factor=1.5))
+    assert "curvature_factor: found 1.5, out of range; allowed: a whole number at least 1 and at most 2" in message
 
 
 def test_other_elastic_laws_take_their_own_exponent():

@@ -17,12 +17,12 @@ def base(at):
     return at(TEXT).resolved()
 
 
-def test_a_wrong_override_is_told_as_one(told):
-    (problem,) = told(TEXT, {f"{JOINT}.clearance": "0.5 kg"})
+def test_a_wrong_override_is_told_as_one(problems_in):
+    (problem,) = problems_in(TEXT, {f"{JOINT}.clearance": "0.5 kg"})
     assert problem.startswith(f"overrides: {JOINT}.clearance: found '0.5 kg'")
-    (problem,) = told(TEXT, {f"{JOINT}.clearanc": "0.5 mm"})
+    (problem,) = problems_in(TEXT, {f"{JOINT}.clearanc": "0.5 mm"})
     assert problem.startswith(f"overrides: {JOINT}.clearanc: unknown key 'clearanc'; did you mean 'clearance'?")
-    (problem,) = told(TEXT, {"drive.speed.fast": 1})
+    (problem,) = problems_in(TEXT, {"drive.speed.fast": 1})
     assert problem == "overrides: drive.speed.fast: leads into the value '5000 rpm', not into a section"
 
 
@@ -237,9 +237,9 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize(("old", "new", "message"), MISTAKES.values(), ids=MISTAKES)
-def test_a_mistake_is_told_with_file_line_column_key_and_remedy(told, old, new, message):
+def test_a_mistake_is_told_with_file_line_column_key_and_remedy(problems_in, old, new, message):
     assert TEXT.count(old) == 1
-    problems = told(TEXT.replace(old, new))
+    problems = problems_in(TEXT.replace(old, new))
     assert any(problem.startswith(f"grid.yaml:{message}") for problem in problems), problems
     allowed = (
         2
@@ -250,10 +250,10 @@ def test_a_mistake_is_told_with_file_line_column_key_and_remedy(told, old, new, 
     assert len(problems) <= allowed, problems
 
 
-def test_all_mistakes_are_told_at_once_in_the_order_of_the_file(told):
+def test_all_mistakes_are_told_at_once_in_the_order_of_the_file(problems_in):
     text = TEXT.replace("0.5 mm", "0.5 kg").replace("lankarani-nikravesh", "herz").replace("speed:", "sped:")
     text = text.replace("1e-8", "1").replace("name: demo", "name: ''") + "sweep:\n  nothing.here: [1]\n"
-    problems = told(text)
+    problems = problems_in(text)
     assert [problem.split(":")[1] for problem in problems] == ["1", "7", "7", "10", "14", "19", "22"]
 
 
@@ -265,8 +265,8 @@ def test_a_dict_is_told_its_mistakes_without_a_place(base):
     assert [problem.split(": ")[0] for problem in caught.value.problems] == ["drive.speed", f"{CONTACT}.law"]
 
 
-def test_keys_of_the_other_mechanism_are_unknown(told):
-    problems = told(
+def test_keys_of_the_other_mechanism_are_unknown(problems_in):
+    problems = problems_in(
         "mechanism: {type: impact-pair, masses: [1 kg], speed: 1 m/s, gravity: 1}\n"
         "drive: {speed: 1}\njoints: {pair: 3}\n"
     )
@@ -291,8 +291,8 @@ UNREADABLE = {
 
 
 @pytest.mark.parametrize(("text", "message"), UNREADABLE.values(), ids=UNREADABLE)
-def test_what_is_no_grid_at_all_is_told_where(told, text, message):
-    (problem,) = told(text)
+def test_what_is_no_grid_at_all_is_told_where(problems_in, text, message):
+    (problem,) = problems_in(text)
     assert problem.startswith(message)
     assert "\n" not in problem
 
@@ -342,10 +342,10 @@ def test_more_cases_than_can_be_run_are_refused_at_once(base, axes):
     assert time.perf_counter() - began < 10.0
 
 
-def test_an_alias_costs_no_more_than_what_it_stands_for(told):
+def test_an_alias_costs_no_more_than_what_it_stands_for(problems_in):
     bomb = "\n".join(f"a{k + 1}: &a{k + 1} [{', '.join([f'*a{k}'] * 9)}]" for k in range(9))
     began = time.perf_counter()
-    told(f"a0: &a0 [1]\n{bomb}\n")
+    problems_in(f"a0: &a0 [1]\n{bomb}\n")
     assert time.perf_counter() - began < 2.0
 
 
@@ -389,14 +389,14 @@ def test_any_nonsense_gives_an_input_error(nonsense):
 
 
 @pytest.mark.parametrize("ending", ["", "joints: {}\n"])
-def test_a_slider_crank_without_any_clearance_is_refused(told, ending):
+def test_a_slider_crank_without_any_clearance_is_refused(problems_in, ending):
     head = TEXT[: TEXT.index("joints:")]
-    problems = told(head + ending)
+    problems = problems_in(head + ending)
     assert len(problems) == 1
     assert "joints: no joint has clearance; name at least one of ground-crank, crank-rod, rod-slider" in problems[0]
 
 
-def test_a_swept_value_in_a_section_whose_name_is_wrong_is_a_mistake_like_others(told):
-    problems = told(TEXT.replace("contact:", "contactx:") + f"sweep: {{{CONTACT}.restitution: [0.5, 0.9]}}\n")
+def test_a_swept_value_in_a_section_whose_name_is_wrong_is_a_mistake_like_others(problems_in):
+    problems = problems_in(TEXT.replace("contact:", "contactx:") + f"sweep: {{{CONTACT}.restitution: [0.5, 0.9]}}\n")
     assert any(f"{CONTACT}: is missing" in problem for problem in problems)
     assert any("'contactx'; did you mean 'contact'" in problem for problem in problems)

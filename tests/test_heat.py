@@ -32,7 +32,7 @@ def loss(temperature):
     return 100.0 * math.exp(-(temperature - AMBIENT) * math.log(3.0) / 40.0)
 
 
-STANDS = brentq(lambda temperature: AMBIENT + loss(temperature) / CONDUCTANCE - temperature, AMBIENT, 400.0)
+ACCEPTED = brentq(lambda temperature: AMBIENT + loss(temperature) / CONDUCTANCE - temperature, AMBIENT, 400.0)
 
 
 def balanced(monkeypatch, width, scatter=0.0):
@@ -52,23 +52,23 @@ def balanced(monkeypatch, width, scatter=0.0):
 def test_a_film_stands_where_its_loss_is_led_away_however_far_its_revolutions_scatter(monkeypatch, width):
     """Within 1 % of the rise; a half-width of 36 K does not make the ambient the answer."""
     balance, tried = balanced(monkeypatch, width)
-    assert balance.stands
+    assert balance.converged
     assert len(tried) > 1
-    assert balance.temperature["rod_slider"] == pytest.approx(STANDS, abs=0.01 * (STANDS - AMBIENT))
+    assert balance.temperature["rod_slider"] == pytest.approx(ACCEPTED, abs=0.01 * (ACCEPTED - AMBIENT))
 
 
 def test_no_first_guess_is_accepted_even_where_the_film_stays_at_the_ambient(monkeypatch):
     monkeypatch.setitem(globals(), "loss", lambda temperature: 1e-3)
     balance, tried = balanced(monkeypatch, 0.0)
-    assert balance.stands
+    assert balance.converged
     assert len(tried) == 2
 
 
 def test_a_loss_that_scatters_is_found_within_its_interval(monkeypatch):
     """4 W of 100 W: no two runs agree within 1 %, but after eight the half-width of 8 W is accepted."""
     balance, _ = balanced(monkeypatch, 8.0, scatter=4.0)
-    assert balance.stands
-    assert balance.temperature["rod_slider"] == pytest.approx(STANDS, abs=8.0 / CONDUCTANCE)
+    assert balance.converged
+    assert balance.temperature["rod_slider"] == pytest.approx(ACCEPTED, abs=8.0 / CONDUCTANCE)
 
 
 def test_losses_that_never_agree_within_a_tenth_of_the_rise_stand_nowhere(monkeypatch):
@@ -77,7 +77,7 @@ def test_losses_that_never_agree_within_a_tenth_of_the_rise_stand_nowhere(monkey
     quiet = loss
     monkeypatch.setitem(globals(), "loss", lambda temperature: quiet(temperature) + 25.0 * next(signs))
     balance, tried = balanced(monkeypatch, math.inf)
-    assert not balance.stands
+    assert not balance.converged
     assert len(tried) == heat.MOST
 
 
@@ -105,11 +105,11 @@ def test_a_short_window_finds_the_same_temperature_as_a_long_one():
         for window in ((6, 3), (30, 10))
     )
     assert short.status == long.status == "ok"
-    found, known = (path.summary["rod_slider_film_temperature"] for path in (short, long))
+    result, known = (path.summary["rod_slider_film_temperature"] for path in (short, long))
     rise = known - AMBIENT
     warm = AMBIENT + short.summary["rod_slider_film_loss"] / CONDUCTANCE
     assert rise > 5.0
-    assert found == pytest.approx(warm, abs=0.1 * rise)
+    assert result == pytest.approx(warm, abs=0.1 * rise)
     assert ("film-unsure" in short.message) == (
-        short.summary["rod_slider_film_temperature_ci"] > 0.1 * (found - AMBIENT)
+        short.summary["rod_slider_film_temperature_ci"] > 0.1 * (result - AMBIENT)
     )

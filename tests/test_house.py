@@ -28,8 +28,8 @@ def copy(tmp_path_factory):
 
 
 def test_the_imports_of_the_package_point_one_way(copy):
-    told = lint(copy)
-    assert told.returncode == 0, told.stdout
+    message = lint(copy)
+    assert message.returncode == 0, message.stdout
 
 
 @pytest.mark.parametrize(
@@ -54,20 +54,20 @@ def test_a_planted_import_the_wrong_way_is_found(copy, file, planted):
     before = source.read_text()
     source.write_text(f"{before}\n{planted}\n")
     try:
-        told = lint(copy)
+        message = lint(copy)
     finally:
         source.write_text(before)
-    assert told.returncode != 0
-    assert "BROKEN" in told.stdout
+    assert message.returncode != 0
+    assert "BROKEN" in message.stdout
 
 
 def test_no_module_imports_another_by_its_name_in_a_string():
-    found = [
+    result = [
         path.relative_to(ROOT).as_posix()
         for path in (ROOT / "clearsweep").rglob("*.py")
         if "import_module" in path.read_text() or "__import__" in path.read_text()
     ]
-    assert found == ["clearsweep/__init__.py"]  # public names are resolved when they are first used
+    assert result == ["clearsweep/__init__.py"]  # public names are resolved when they are first used
 
 
 def graph_of_imports() -> dict[str, set[str]]:
@@ -186,8 +186,9 @@ def test_mechanisms_are_told_apart_by_what_they_are_and_not_by_their_name():
 def test_every_mutation_still_has_its_text():
     """So that `make mutate`, which takes long, does not rot."""
     lost = [
-        one
-        for one in MUTATIONS
-        if (ROOT / "clearsweep" / one.file).read_text(encoding="utf-8").count(one.old) != 1 or one.old == one.new
+        first
+        for first in MUTATIONS
+        if (ROOT / "clearsweep" / first.file).read_text(encoding="utf-8").count(first.old) != 1
+        or first.old == first.new
     ]
     assert not lost

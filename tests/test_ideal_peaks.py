@@ -46,14 +46,14 @@ def bump_beside_a_jump(x):
 )
 def test_the_largest_value_is_found_at_ends_kinks_and_jumps(function, peak):
     peak = max(peak, ROOT) if function is falls_at_root else peak
-    (found,) = largest(lambda x: np.array([function(x)]), PLACES)
-    assert found == pytest.approx(peak, rel=1e-9, abs=1e-300)
+    (result,) = largest(lambda x: np.array([function(x)]), PLACES)
+    assert result == pytest.approx(peak, rel=1e-9, abs=1e-300)
 
 
 def test_of_several_functions_each_has_its_own_and_one_that_is_undefined_has_none():
-    found = largest(lambda x: np.array([np.cos(x - 1.0), np.where(x > 1.0, x, np.nan), falls_at_root(x)]), PLACES)
-    assert found[[0, 2]] == pytest.approx([1.0, ROOT], rel=1e-9)
-    assert math.isnan(found[1])
+    result = largest(lambda x: np.array([np.cos(x - 1.0), np.where(x > 1.0, x, np.nan), falls_at_root(x)]), PLACES)
+    assert result[[0, 2]] == pytest.approx([1.0, ROOT], rel=1e-9)
+    assert math.isnan(result[1])
 
 
 # ---------------------------------------------------------------------------------------------- machines
@@ -77,10 +77,10 @@ def peaks_of(changes):
 def test_a_crank_that_slows_down_has_its_largest_reaction_where_the_window_begins(discard):
     """M r sqrt(speed^4 + (torque / inertia)^2), the square of the speed falling evenly over the angle."""
     drive = {"torque": -3.0, "initial_speed": 200.0}
-    found = peaks_of(LIGHT | {"drive": drive, "simulate.revolutions": 2, "simulate.discard": discard})
+    result = peaks_of(LIGHT | {"drive": drive, "simulate.revolutions": 2, "simulate.discard": discard})
     slowing = 3.0 / ABOUT
     square = 200.0**2 - 2.0 * slowing * 2.0 * math.pi * discard
-    assert found["ground-crank"] == pytest.approx(2.0 * 0.03 * math.hypot(square, slowing), rel=1e-6)
+    assert result["ground-crank"] == pytest.approx(2.0 * 0.03 * math.hypot(square, slowing), rel=1e-6)
 
 
 @pytest.mark.parametrize(("speeds", "turns"), [([200.0, 150.0], 0.0), ([150.0, 200.0], 1.25)])
@@ -96,15 +96,15 @@ def test_a_crank_whose_speed_is_a_table_has_its_largest_reaction_at_one_end(spee
 def closely(case, count):
     """Return the largest reactions of a case at many angles of a turn, then three times about the largest of each."""
     turn = np.linspace(0.0, 2.0 * math.pi, count)
-    found = {}
+    result = {}
     for joint, force in ideal_motion(case, turn).reactions.items():
         about, size = turn, np.hypot(*force.T)
         for _ in range(3):
             width = 2.0 * (about[1] - about[0])
             about = about[np.argmax(size)] + np.linspace(-width, width, 2001)
             size = np.hypot(*ideal_motion(case, about).reactions[joint].T)
-        found[joint] = size.max()
-    return found
+        result[joint] = size.max()
+    return result
 
 
 @pytest.mark.parametrize("law", ["tanh", "ambrosio"])
@@ -114,9 +114,9 @@ def test_friction_that_turns_round_in_an_ideal_joint_leaves_the_largest_reaction
     rub = {"on": "slider-ground", "friction": {"law": law, "coefficient": 0.1, **smooth}}
     loads = {"rub": rub, "press": {"on": "slider", "force": [0.0, -5e3]}}
     case = clearsweep.load_case(slider_crank("rod-slider", changes={"loads": loads})).case
-    found, known = ideal_peaks(case), closely(case, 8001)
+    result, known = ideal_peaks(case), closely(case, 8001)
     for joint, value in known.items():
-        assert found[joint] == pytest.approx(value, rel=1e-6), joint
+        assert result[joint] == pytest.approx(value, rel=1e-6), joint
 
 
 @pytest.mark.parametrize("loads", [{}, {"gas": {"on": "slider", "table": GAS}}], ids=["free", "gas"])
@@ -132,5 +132,5 @@ def test_a_force_between_two_samples_is_looked_at_where_its_table_has_a_row():
     knots = [0.0, 77.10, 77.11, 77.12, 360.0]
     spike = {"on": "slider", "table": {"crank_angle [deg]": knots, "fx": [0, 0, -1e6, 0, 0]}}
     along_the_rod = 1e6 / math.sqrt(1.0 - (0.05 * math.sin(math.radians(77.11)) / 0.12) ** 2)
-    found = peaks_of({"loads": {"spike": spike}, "drive.speed": "300 rpm"})
-    assert found["rod-slider"] == pytest.approx(along_the_rod, rel=1e-3)
+    result = peaks_of({"loads": {"spike": spike}, "drive.speed": "300 rpm"})
+    assert result["rod-slider"] == pytest.approx(along_the_rod, rel=1e-3)

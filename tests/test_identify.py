@@ -16,7 +16,7 @@ from clearsweep.judging import features
 from clearsweep.language.errors import InputError
 from clearsweep.report import study
 from clearsweep.report.sections.identified import sections
-from clearsweep.sweeping import closing
+from clearsweep.sweeping import run_summary
 
 MASS, ROD = "mechanism.slider.mass", "mechanism.rod.mass"
 TURNS, SAMPLES, SPEED = 8, 180, 500.0  # of a case; rad/s
@@ -39,15 +39,15 @@ class Rig(Fake):
         """Return the motion of a case; one of a heavy rod fails."""
         if case.mechanism.values["rod.mass"] > 0.8:
             return Trajectory("step-budget", "made to fail", {})
-        found = trajectory(case)
+        result = trajectory(case)
         angle = np.linspace(0.0, TURNS * features.TURN, TURNS * SAMPLES + 1)
-        channels = {name: np.zeros(len(angle)) for name in found.channels}
+        channels = {name: np.zeros(len(angle)) for name in result.channels}
         own = {
             "t": angle / SPEED,
             "crank_angle": angle,
             "slider/a": motion(angle, case.mechanism.values["slider.mass"]),
         }
-        return Trajectory("ok", "", found.summary, channels | own)
+        return Trajectory("ok", "", result.summary, channels | own)
 
 
 def measure(path, mass=0.4, turns=12.0, samples=240, gain=1.03, noise=0.02, ahead=2.0):
@@ -86,10 +86,10 @@ def ran(tmp_path_factory):
 def test_the_true_value_is_within_a_narrow_interval(ran):
     result, out, _ = ran
     assert result.ran == 64
-    (found,) = result.identified.parameters
-    assert found.low < 0.4 < found.high
-    assert found.high - found.low < 0.1
-    assert found.determined == "well"
+    (computed,) = result.identified.parameters
+    assert computed.low < 0.4 < computed.high
+    assert computed.high - computed.low < 0.1
+    assert computed.determined == "well"
     assert result.identified.explained
     sample = pq.read_table(out / "identify.parquet").to_pydict()
     assert set(sample) == {MASS, "weight"}
@@ -106,7 +106,7 @@ def test_gain_angle_and_noise_are_found_beside_it(ran):
 
 
 def test_the_closing_lines_say_value_interval_and_fit(ran):
-    text = closing.run_text(closing.of_run(ran[0]))
+    text = run_summary.run_text(run_summary.of_run(ran[0]))
     assert re.search(r"slider mass 0\.\d+ kg \(95 %: 0\.\d+ to 0\.\d+ kg\)", text)
     assert "The model explains what was measured" in text
     for feature in ("rms:", "peak per revolution, median:", "impacts a revolution:", "rms, orders 17 to 22:"):
@@ -137,7 +137,7 @@ def test_a_key_that_the_signal_does_not_depend_on_is_said_to_be_undetermined(tmp
     assert (mass.determined, rod.determined) == ("well", "not")
     assert result.failed > 0  # and failed cases are left out
     assert result.identified.finished + result.failed == 48
-    assert "the data do not determine it" in closing.run_text(closing.of_run(result))
+    assert "the data do not determine it" in run_summary.run_text(run_summary.of_run(result))
 
 
 def test_what_no_case_explains_is_called_a_misfit(tmp_path, monkeypatch):
@@ -147,15 +147,15 @@ def test_what_no_case_explains_is_called_a_misfit(tmp_path, monkeypatch):
     monkeypatch.setitem(globals(), "motion", true)
     result = quiet(asked(file, 48), tmp_path / "run")
     assert not result.identified.explained
-    assert "Misfit: " in closing.run_text(closing.of_run(result))
-    assert "orders 33 to 45" in closing.run_text(closing.of_run(result))
+    assert "Misfit: " in run_summary.run_text(run_summary.of_run(result))
+    assert "orders 33 to 45" in run_summary.run_text(run_summary.of_run(result))
 
 
 def test_a_signal_over_time_of_a_slowly_varying_speed_is_taken_to_the_crank_angle():
     times = np.linspace(0.0, 1.0, 20_000)
     angle = 300.0 * times + 3.0 * np.sin(2.0 * times)
-    found = features.angle_of_time(times, motion(angle, 0.4), 296.0)
-    off = found - angle
+    result = features.angle_of_time(times, motion(angle, 0.4), 296.0)
+    off = result - angle
     assert np.ptp(off[2000:-2000]) < 0.02
 
 
@@ -215,9 +215,9 @@ identify:
         ("FILE", "none.csv", "none.csv"),
     ],
 )
-def test_a_mistake_is_told(tmp_path, told, old, new, message):
+def test_a_mistake_is_told(tmp_path, problems_in, old, new, message):
     file = measure(tmp_path / "rig.csv")
-    problems = told(IDENTIFIED.replace(old, new).replace("FILE", str(file)))
+    problems = problems_in(IDENTIFIED.replace(old, new).replace("FILE", str(file)))
     assert any(message in each for each in problems), problems
 
 

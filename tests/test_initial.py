@@ -43,22 +43,22 @@ def grid(gravity=0.0, **initial):
 
 
 def test_a_free_body_flies_from_where_it_starts_as_a_body_in_free_fall():
-    found = clearsweep.simulate(clearsweep.load_case(grid(9.81, **BALL)))
-    assert len(found.events) == 0
-    t = found.t
-    assert found["ball/x"] == pytest.approx(2e-3 + t, abs=1e-12)
-    assert found["ball/y"] == pytest.approx(-1e-3 + 0.5 * t - 0.5 * 9.81 * t**2, abs=1e-12)
-    assert found["ball/angle"] == pytest.approx(0.3 + 20.0 * t, abs=1e-11)
-    assert found.summary["ring_force_peak_ideal"] is None
-    assert found.summary["ring_force_peak_ratio"] is None
+    result = clearsweep.simulate(clearsweep.load_case(grid(9.81, **BALL)))
+    assert len(result.events) == 0
+    t = result.t
+    assert result["ball/x"] == pytest.approx(2e-3 + t, abs=1e-12)
+    assert result["ball/y"] == pytest.approx(-1e-3 + 0.5 * t - 0.5 * 9.81 * t**2, abs=1e-12)
+    assert result["ball/angle"] == pytest.approx(0.3 + 20.0 * t, abs=1e-11)
+    assert result.summary["ring_force_peak_ideal"] is None
+    assert result.summary["ring_force_peak_ratio"] is None
 
 
 def test_what_is_left_out_is_zero_and_an_elastic_rebound_keeps_the_speed():
-    found = clearsweep.simulate(clearsweep.load_case(grid(vx=5.0)))
-    assert [str(kind) for kind in found.events["kind"]] == ["on", "off"]
-    assert found.events["t"][0] == pytest.approx(0.01, rel=1e-9)
-    assert found["ball/vx"][-1] == pytest.approx(-5.0, rel=1e-8)
-    assert np.all(found["ball/angle"] == 0.0)
+    result = clearsweep.simulate(clearsweep.load_case(grid(vx=5.0)))
+    assert [str(kind) for kind in result.events["kind"]] == ["on", "off"]
+    assert result.events["t"][0] == pytest.approx(0.01, rel=1e-9)
+    assert result["ball/vx"][-1] == pytest.approx(-5.0, rel=1e-8)
+    assert np.all(result["ball/angle"] == 0.0)
 
 
 def test_a_rod_between_two_clearances_keeps_its_ideal_motion_for_comparison():

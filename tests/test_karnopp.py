@@ -8,7 +8,7 @@ from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
 from clearsweep.mechanics.coupling.sticking import slip_rates, surfaces_of, with_sticking_forces
-from clearsweep.mechanics.joint.contract import Present, every_latched
+from clearsweep.mechanics.joint.contract import JointState, every_latched
 from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
 from clearsweep.mechanics.joint.loads import loads_of
 from clearsweep.mechanics.mechanism.contract import accelerate, gap_accelerations, gaps, place
@@ -44,7 +44,7 @@ def looked_at(scene, y, state):
     pose, first = place(scene.mechanism, y), 2 * len(scene.coordinates) + 1
     relative = gaps(scene.mechanism, pose)
     latched = np.array([1.0] * len(state) + [began for _, began in every_latched(scene.joints)])
-    return pose, relative, loads_of(scene.joints, relative, Present(y, state, latched, first))
+    return pose, relative, loads_of(scene.joints, relative, JointState(y, state, latched, first))
 
 
 # ---------------------------------------------------------------------------------------------- the force that holds

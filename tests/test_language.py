@@ -89,7 +89,7 @@ def test_sentences_of_messages_are_short():
         room = path.relative_to(ROOT / "clearsweep").parts[0]
         for line, text in strings(ast.parse(path.read_text(encoding="utf-8"))):
             long.setdefault(room, []).extend(f"{path.relative_to(ROOT)}:{line}: {each}" for each in longer(text))
-    assert [each for room, found in long.items() if len(found) > LONGER.get(room, 0) for each in found] == []
+    assert [each for room, result in long.items() if len(result) > LONGER.get(room, 0) for each in result] == []
 
 
 @pytest.mark.parametrize("name", [None, *verbs.commands])

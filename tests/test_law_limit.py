@@ -38,22 +38,24 @@ def one(row):
 
 
 def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_worst():
-    told = Remarks(["crank_rod", "rod_slider"])
-    zero = dict.fromkeys((f"{joint}_{figure}" for joint in told.joints for figure in (ONSET_RATE, LIMIT_SHARE)), 0.0)
+    messages = Remarks(["crank_rod", "rod_slider"])
+    zero = dict.fromkeys(
+        (f"{joint}_{figure}" for joint in messages.joints for figure in (ONSET_RATE, LIMIT_SHARE)), 0.0
+    )
     zero |= {"crank_rod_yield_speed": 0.1, "rod_slider_yield_speed": 0.5}
-    told.add(one({"case_id": "a", "message": "", **zero, "rod_slider_onset_rate_max": 0.5}))
-    told.add(one({"case_id": "b", "message": "", **zero, "crank_rod_onset_rate_max": 0.4}))
-    told.add(one({"case_id": "c", "message": "", **zero, "rod_slider_onset_rate_max": 5.0}))
+    messages.add(one({"case_id": "a", "message": "", **zero, "rod_slider_onset_rate_max": 0.5}))
+    messages.add(one({"case_id": "b", "message": "", **zero, "crank_rod_onset_rate_max": 0.4}))
+    messages.add(one({"case_id": "c", "message": "", **zero, "rod_slider_onset_rate_max": 5.0}))
     message = past_limits([("crank-rod", "liu", np.inf, 0.0), ("rod-slider", "johnson", 2e-4, 0.125)])
-    told.add(one({"case_id": "d", "message": message, **zero, "rod_slider_law_limit_fraction": 0.125}))
-    told.add(one({"case_id": "e", "message": None, **zero, "rod_slider_law_limit_fraction": None}))
-    fast, deep = told.sentences()
+    messages.add(one({"case_id": "d", "message": message, **zero, "rod_slider_law_limit_fraction": 0.125}))
+    messages.add(one({"case_id": "e", "message": None, **zero, "rod_slider_law_limit_fraction": None}))
+    fast, deep = messages.sentences()
     assert "in 2 of 5 cases: the worst closes at 5 m/s, 10 times the 0.5 m/s at which its contact first yields" in fast
     assert "(case c, rod-slider)" in fast
     assert "a law that does not yield then overstates forces" in fast  # which law it is the row does not say
     assert "in 1 of 5 cases, longest in case d: rod-slider is deeper than 0.2 mm, up to which johnson holds" in deep
     assert "for 12 % of the time." in deep
-    together = Remarks(told.joints)
+    together = Remarks(messages.joints)
     rates = {column: [value] * 3 for column, value in zero.items()}
     rates["crank_rod_onset_rate_max"] = [0.11, np.nan, 0.5]
     together.add({"case_id": list("abc"), "message": ["", message, None], **rates})
@@ -62,22 +64,22 @@ def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_w
 
 
 def test_contacts_of_unknown_strength_are_not_blamed():
-    told = Remarks(["crank_rod", "rod_slider"])
+    message = Remarks(["crank_rod", "rod_slider"])
     rows = {"case_id": list("abc"), "message": ["", "", ""]}
-    rows |= {f"{joint}_law_limit_fraction": [0.0] * 3 for joint in told.joints}
+    rows |= {f"{joint}_law_limit_fraction": [0.0] * 3 for joint in message.joints}
     rows |= {"crank_rod_onset_rate_max": [0.6, 0.2, 0.0], "rod_slider_onset_rate_max": [9.0, 9.0, 9.0]}
     rows |= {"crank_rod_yield_speed": [None, 0.1, 0.1]}  # of a law that yields; nothing is known of rod-slider
-    told.add(rows)
-    (fast,) = told.sentences()
+    message.add(rows)
+    (fast,) = message.sentences()
     assert "in 1 of 3 cases: the worst closes at 0.2 m/s, 2 times the 0.1 m/s" in fast
     assert "(case b, crank-rod)" in fast
-    assert columns(told.joints, rows)[-1] == f"crank_rod_{YIELD_SPEED}"
+    assert columns(message.joints, rows)[-1] == f"crank_rod_{YIELD_SPEED}"
 
 
 def test_a_run_within_what_its_laws_are_made_for_has_nothing_to_tell():
-    told = Remarks(["pair"])
-    told.add(one({"case_id": "a", "message": "", "pair_onset_rate_max": 0.0, "pair_law_limit_fraction": 0.0}))
-    assert told.sentences() == []
+    message = Remarks(["pair"])
+    message.add(one({"case_id": "a", "message": "", "pair_onset_rate_max": 0.0, "pair_law_limit_fraction": 0.0}))
+    assert message.sentences() == []
     assert past_limits([("pair", "johnson", 1e-4, 0.0)]) == ""
 
 

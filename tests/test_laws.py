@@ -28,7 +28,7 @@ from scipy.special import lambertw
 import clearsweep
 from clearsweep import InputError, simulation
 from clearsweep.mechanics import describe
-from clearsweep.mechanics.coupling import attempt
+from clearsweep.mechanics.coupling import trial_step
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.loss.contract import contact_force, lowest_force
@@ -375,7 +375,7 @@ def code_of(**contact):
     """Return the compiled code of the right-hand side of a slider-crank with this contact, as text."""
     case = slider_crank("rod-slider", changes={"joints.rod-slider.contact": contact})
     made = clearsweep.load_case(case)
-    return str(objects.traced(attempt.attempt_entry, made.value, attempt.ARRAYS))
+    return str(objects.traced(trial_step.trial_step_entry, made.value, trial_step.ARRAYS))
 
 
 @pytest.mark.heavy
@@ -434,20 +434,20 @@ def test_the_mechanisms_are_described_beside_the_laws(law):
 
 @pytest.mark.parametrize("name", dict.fromkeys(name for _, name in RECIPES))
 def test_every_law_tells_formula_parameters_and_source(name):
-    told = " ".join(describe.text(name).split())
-    for recipe in (found for (_, other), found in RECIPES.items() if other == name):
+    message = " ".join(describe.text(name).split())
+    for recipe in (result for (_, other), result in RECIPES.items() if other == name):
         for part in (recipe.law.formula, recipe.law.source, *(field.name for field in recipe.law.fields)):
-            assert " ".join(part.split()) in told
+            assert " ".join(part.split()) in message
         if takes_restitution(recipe.law.family, recipe.law.name):
-            assert f"0.5 {recipe.returned(0.5):.4f}" in told
+            assert f"0.5 {recipe.returned(0.5):.4f}" in message
         if recipe.law.family == "elastic":
-            assert "pen, um" in told
+            assert "pen, um" in message
 
 
 def test_johnson_tells_its_force_at_a_micrometre_and_its_limit():
-    told = describe.text("johnson")
-    assert "814.62" in told
-    assert "holds up to 199.1 um" in told
+    message = describe.text("johnson")
+    assert "814.62" in message
+    assert "holds up to 199.1 um" in message
 
 
 def test_an_unknown_name_is_answered_with_the_nearest():
@@ -459,6 +459,6 @@ def test_a_name_in_two_families_shows_both(monkeypatch):
     recipe = RECIPES["law", "hertz"]
     twin = recipe._replace(law=recipe.law._replace(family="elastic", name="hertz"), make=lambda joint: joint_power())
     monkeypatch.setitem(RECIPES, ("elastic", "hertz"), twin)
-    told = describe.text("hertz")
-    assert "contact.law: hertz" in told
-    assert "contact.elastic: hertz" in told
+    message = describe.text("hertz")
+    assert "contact.law: hertz" in message
+    assert "contact.elastic: hertz" in message

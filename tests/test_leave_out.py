@@ -10,7 +10,7 @@ from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
 from clearsweep.mechanics.compiled import family
-from clearsweep.mechanics.coupling import attempt
+from clearsweep.mechanics.coupling import trial_step
 from clearsweep.mechanics.trace import objects
 from clearsweep.simulation.run import integrated
 
@@ -28,7 +28,7 @@ def scene(**changes):
 
 def code_of(made):
     """Return the compiled code of the right-hand side of a scene, as text."""
-    return str(objects.traced(attempt.attempt_entry, made.value, attempt.ARRAYS))
+    return str(objects.traced(trial_step.trial_step_entry, made.value, trial_step.ARRAYS))
 
 
 def test_a_frictionless_scene_compiles_no_friction():
@@ -58,7 +58,7 @@ def test_only_a_scene_with_wear_has_code_columns_and_arrays_for_it():
     run = integrated(bare, np.empty(0), end)
     assert run.work.wear == family.NO_ENTRY
     assert run.work.sample == family.NO_ENTRY
-    assert run.tally.wear.size == 0
+    assert run.totals.wear.size == 0
     assert clearsweep.simulate(bare).wear == {}
 
 

@@ -80,8 +80,8 @@ def test_a_name_gives_the_case_of_its_numbers():
 
 
 def test_numbers_beside_a_name_override():
-    one = {"name": "cusn8", "young": "100 GPa"}
-    contact = {"law": "lankarani-nikravesh", "restitution": 0.8, "material": one}
+    first = {"name": "cusn8", "young": "100 GPa"}
+    contact = {"law": "lankarani-nikravesh", "restitution": 0.8, "material": first}
     made = with_joint("contact", contact)
     bearing, journal = made.case(0).joints[0].contact.material
     assert bearing == journal
@@ -102,11 +102,11 @@ def test_an_oil_gives_the_viscosity_at_a_temperature():
 
 def test_what_is_taken_is_told_with_its_range():
     made = with_joint("wear", {"pair": "steel/bronze greased"})
-    told, _ = facts(made, SIMULATION)
+    message, _ = facts(made, SIMULATION)
     path = f"{JOINT}.wear.coefficient (steel/bronze greased"
     known = library.PAIRS["steel/bronze greased"].values["coefficient"]
-    assert told[f"{path})"]["min"] == known.typical
-    assert (told[f"{path}, published range)"]["min"], told[f"{path}, published range)"]["max"]) == known[2:]
+    assert message[f"{path})"]["min"] == known.typical
+    assert (message[f"{path}, published range)"]["min"], message[f"{path}, published range)"]["max"]) == known[2:]
     swept = with_joint("wear", {"pair": "steel/bronze greased"}, sweep={f"{JOINT}.wear.coefficient": [1e-15, 2e-15]})
     assert (swept.taken, len(swept)) == ((), 2)
 

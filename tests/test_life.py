@@ -14,10 +14,10 @@ import clearsweep
 from clearsweep import grid, simulation, store
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint.wear.contract import Worn
-from clearsweep.mechanics.solver import plan
-from clearsweep.mechanics.solver.accumulate.tally import FORCE_MAX
+from clearsweep.mechanics.solver import run_control
+from clearsweep.mechanics.solver.accumulate.totals import FORCE_MAX
 from clearsweep.simulation import life as lives
-from clearsweep.simulation.life_block import Told, read, written
+from clearsweep.simulation.life_block import BlockRecord, read, written
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.start import control_of, start_of
 from clearsweep.simulation.watch import go_to, moment_of
@@ -129,9 +129,9 @@ def test_histories_of_lives_are_stored_ragged_and_read_again(tmp_path):
     run = clearsweep.open(tmp_path / "run")
     held = grid.load(made_up, fake_physics.CATALOGUE)
     for k in range(len(held)):
-        expected, found = fake_physics.trajectory(held.case(k)).history, run.history(held.case_id(k))
-        assert found.keys() == expected.keys()
-        assert all(np.array_equal(found[name], expected[name]) for name in found)
+        expected, result = fake_physics.trajectory(held.case(k)).history, run.history(held.case_id(k))
+        assert result.keys() == expected.keys()
+        assert all(np.array_equal(result[name], expected[name]) for name in result)
     with h5py.File(tmp_path / "run" / "orbits.h5") as file:
         assert file["history/offsets"][-1] == sum(
             len(run.history(held.case_id(k))["revolutions"]) for k in range(len(held))
@@ -189,17 +189,17 @@ def test_logs_outlive_a_run_until_their_cases_are_done(tmp_path):
 
 def test_what_blocks_told_is_read_as_it_was_written_and_nothing_else_is():
     chance = np.random.default_rng(3)
-    told = [
-        Told(*(chance.standard_normal(shape) for shape in (7, 7, 2, (24, 2), 12, 2, ())))._replace(
+    message = [
+        BlockRecord(*(chance.standard_normal(shape) for shape in (7, 7, 2, (24, 2), 12, 2, ())))._replace(
             counts=np.arange(12) + k, life=np.int64(k)
         )
         for k in range(3)
     ]
-    content = written(told)
+    content = written(message)
     again = read(content, 7)
     assert len(again) == 3
-    for one, other in zip(told, again, strict=True):
-        assert all(a.tobytes() == b.tobytes() and a.dtype == b.dtype for a, b in zip(one, other, strict=True))
+    for first, other in zip(message, again, strict=True):
+        assert all(a.tobytes() == b.tobytes() and a.dtype == b.dtype for a, b in zip(first, other, strict=True))
     assert read(content, 8) == read(content[:-40], 7) == read(b"", 7) == read(None, 7) == []
 
 
@@ -236,14 +236,14 @@ class Memory:
 
 @heavy
 def test_a_wear_rate_that_nothing_changes_is_found_in_one_block():
-    found = lived()
-    summary, history = found.summary, found.history
-    assert found.status == "ok"
-    assert "unreached" not in found.message  # though 5000 rpm are too fast for a dry bush, which it says
-    assert "pv-high: rod-slider has a mean pV of" in found.message
+    result = lived()
+    summary, history = result.summary, result.history
+    assert result.status == "ok"
+    assert "unreached" not in result.message  # though 5000 rpm are too fast for a dry bush, which it says
+    assert "pv-high: rod-slider has a mean pV of" in result.message
     assert summary["rod_slider_life_blocks"] == 1
     length = summary["rod_slider_life_revolutions"]
-    turns = round((found.t[-1] * 5000.0 / 60.0) - 1.0)
+    turns = round((result.t[-1] * 5000.0 / 60.0) - 1.0)
     assert turns > 8
     assert length == pytest.approx(2e-5 / summary["rod_slider_wear_depth_max"] * turns, rel=1e-9)
     assert summary["rod_slider_life_hours"] == pytest.approx(length / 5000.0 / 60.0, rel=1e-9)
@@ -258,33 +258,33 @@ def test_a_wear_rate_that_nothing_changes_is_found_in_one_block():
     growth = summary["rod_slider_clearance_growth"]
     assert 2e-5 <= growth <= 4e-5
     assert history["rod_slider/clearance"] == pytest.approx([5e-4, 5e-4 + growth], rel=1e-12)
-    assert found["history/revolutions"] is history["revolutions"]
-    assert len(repr(found)) - len(found.message) < 200
+    assert result["history/revolutions"] is history["revolutions"]
+    assert len(repr(result)) - len(result.message) < 200
     plain = clearsweep.simulate(
         clearsweep.load_case(slider_crank("rod-slider", changes=WORN | {"simulate.revolutions": turns + 1}))
     )
-    assert all(np.array_equal(found[name], plain[name]) for name in plain.channels)
-    assert np.array_equal(found.events, plain.events)
+    assert all(np.array_equal(result[name], plain[name]) for name in plain.channels)
+    assert np.array_equal(result.events, plain.events)
     assert summary["rod_slider_force_rms"] == plain.summary["rod_slider_force_rms"]
     assert plain.history == {}
 
 
 @heavy
 def test_clearance_growth_is_a_limit_as_well():
-    found = lived(of="clearance_growth")
-    assert found.summary["rod_slider_clearance_growth"] == pytest.approx(2e-5, rel=1e-6)
-    assert found.history["rod_slider/wear_depth_max"][-1] < 2e-5
-    assert found.summary["rod_slider_life_revolutions"] < lived().summary["rod_slider_life_revolutions"]
+    result = lived(of="clearance_growth")
+    assert result.summary["rod_slider_clearance_growth"] == pytest.approx(2e-5, rel=1e-6)
+    assert result.history["rod_slider/wear_depth_max"][-1] < 2e-5
+    assert result.summary["rod_slider_life_revolutions"] < lived().summary["rod_slider_life_revolutions"]
 
 
 @heavy
 def test_what_does_not_wear_has_no_life_and_says_so():
-    found = lived({"joints.rod-slider.wear.coefficient": 0.0})
-    assert found.status == "ok"
-    assert found.summary["rod_slider_life_revolutions"] is None
-    assert found.summary["rod_slider_life_high"] is None
-    assert found.summary["rod_slider_life_low"] == 0.0
-    assert found.message.split(" | ")[-1] == (
+    result = lived({"joints.rod-slider.wear.coefficient": 0.0})
+    assert result.status == "ok"
+    assert result.summary["rod_slider_life_revolutions"] is None
+    assert result.summary["rod_slider_life_high"] is None
+    assert result.summary["rod_slider_life_low"] == 0.0
+    assert result.message.split(" | ")[-1] == (
         "unreached: nothing wears in rod-slider, so that it never comes to life.limit"
     )
 
@@ -331,13 +331,13 @@ def test_a_life_whose_blocks_do_not_reach_its_limit_has_a_lower_bound_and_tells_
     monkeypatch.setattr("clearsweep.language.phases.LONGEST", 0.0)
     monkeypatch.setattr("clearsweep.language.phases.LOOK", 1e-3)
     scene = clearsweep.load_case(source(blocks=3, limit="900 um"))
-    found = clearsweep.simulate(scene, progress=True)
-    summary = found.summary
-    assert found.status == "ok"
-    assert "unreached: rod-slider does not come to life.limit in " in found.message
+    result = clearsweep.simulate(scene, progress=True)
+    summary = result.summary
+    assert result.status == "ok"
+    assert "unreached: rod-slider does not come to life.limit in " in result.message
     assert summary["rod_slider_life_revolutions"] is None
     assert summary["rod_slider_life_high"] is None
-    assert summary["rod_slider_life_low"] == found.history["revolutions"][-1] > 0.0
+    assert summary["rod_slider_life_low"] == result.history["revolutions"][-1] > 0.0
     assert summary["rod_slider_clearance_growth"] > 0.0
     said = capsys.readouterr().err
     assert "block 1, 0\N{NO-BREAK SPACE}m of 0.900\N{NO-BREAK SPACE}mm: " in said
@@ -347,11 +347,11 @@ def test_a_life_whose_blocks_do_not_reach_its_limit_has_a_lower_bound_and_tells_
 
 @heavy
 def test_a_life_that_fails_says_in_which_block():
-    found = lived({"simulate.event_budget": 1})
-    assert found.status == "event-budget"
-    assert found.message.startswith("block 1 of its life: met all ")
-    assert found.history == {}
-    assert found.summary["rod_slider_life_revolutions"] is None
+    result = lived({"simulate.event_budget": 1})
+    assert result.status == "event-budget"
+    assert result.message.startswith("block 1 of its life: met all ")
+    assert result.history == {}
+    assert result.summary["rod_slider_life_revolutions"] is None
 
 
 @heavy
@@ -360,8 +360,8 @@ def test_time_that_a_killed_life_took_counts_towards_its_budget(monkeypatch):
     log = Memory(most=2)
     with pytest.raises(KilledError):
         lived(log=log)
-    told = read(log.content, 2 * 72 + 2)
-    spent = [each._replace(seconds=np.array([0.1, 1000.0])) for each in told]
+    message = read(log.content, 2 * 72 + 2)
+    spent = [each._replace(seconds=np.array([0.1, 1000.0])) for each in message]
     resumed = Memory()
     resumed.content = written(spent)
     assert lived({"simulate.time_budget": 900.0}, log=resumed).status == "time-budget"
@@ -378,16 +378,16 @@ def test_a_joint_that_runs_in_lives_as_long_as_the_law_says():
         "joints.rod-slider.contact.restitution": 0.1,
     }
     at_once = lived({key: value for key, value in running.items() if "running" not in key}, limit="3 um")
-    found = lived(running, limit="3 um", tolerance=0.05)
-    assert found.status == "ok"
+    result = lived(running, limit="3 um", tolerance=0.05)
+    assert result.status == "ok"
     pace = at_once.history["rod_slider/wear_depth_max"][-1] / at_once.history["revolutions"][-1]  # m per revolution
-    turns = found.summary["rod_slider_life_revolutions"]
+    turns = result.summary["rod_slider_life_revolutions"]
     assert turns < at_once.summary["rod_slider_life_revolutions"]
-    rates = found.history["rod_slider/wear_rate"] * 60.0 / 5000.0 / pace  # over the steady one
+    rates = result.history["rod_slider/wear_rate"] * 60.0 / 5000.0 / pace  # over the steady one
     assert rates[0] == pytest.approx(initial / steady, rel=0.02)
     # rates fall to the steady one with the way slid, which is as long in each revolution
     fresh = (rates - 1.0) / (initial / steady - 1.0)
-    per_turn = -np.log(fresh[1:]) / found.history["revolutions"][1:]
+    per_turn = -np.log(fresh[1:]) / result.history["revolutions"][1:]
     assert np.ptp(per_turn) < 0.05 * per_turn.mean()
     exact = 3e-6 / pace
     ways = per_turn.mean()
@@ -415,12 +415,12 @@ def worn_on(case, turns):
         control = control_of(scene, math.inf, keep_events=False)._replace(window=0.0, step_budget=10**9)
         if last:
             go_to(moment_of(last.work), run.work)
-        status, _ = run.go(control._replace(pause=scene.turning.at(case.simulate.discard + k)))
-        assert status == plan.PAUSED
+        status, _ = run.go(control._replace(pause=scene.crank_clock.at(case.simulate.discard + k)))
+        assert status == run_control.PAUSED
         last = run
         if k:
-            worn = worn + run.tally.wear.reshape(2, -1)
-            peaks.append(run.tally.joint[0, FORCE_MAX])
+            worn = worn + run.totals.wear.reshape(2, -1)
+            peaks.append(run.totals.joint[0, FORCE_MAX])
         depths.append(worn.max())
     return np.array(depths), np.array(peaks), worn
 
@@ -443,12 +443,12 @@ def test_jumps_come_to_what_two_hundred_revolutions_of_one_motion_wear_off():
     depths, peaks, worn = worn_on(plain, 200)
     assert depths[-1] / plain.joints[0].clearance == pytest.approx(0.2, rel=0.1)
     assert abs(np.median(peaks[-10:]) / np.median(peaks[:10]) - 1.0) > 0.05
-    found = lived(ACTING, limit=float(depths[-1]), tolerance=0.05, max_revolutions=50)
-    length = found.summary["rod_slider_life_revolutions"]
-    assert found.summary["rod_slider_life_blocks"] < 15
-    within = found.summary["rod_slider_life_low"] < 200.0 < found.summary["rod_slider_life_high"]
+    result = lived(ACTING, limit=float(depths[-1]), tolerance=0.05, max_revolutions=50)
+    length = result.summary["rod_slider_life_revolutions"]
+    assert result.summary["rod_slider_life_blocks"] < 15
+    within = result.summary["rod_slider_life_low"] < 200.0 < result.summary["rod_slider_life_high"]
     assert within or length == pytest.approx(200.0, rel=0.02)
     for place, body in enumerate(("bearing", "journal")):
-        assert found.history[f"rod_slider/profile_{body}"][-1].sum() == pytest.approx(worn[place].sum(), rel=0.02)
+        assert result.history[f"rod_slider/profile_{body}"][-1].sum() == pytest.approx(worn[place].sum(), rel=0.02)
     halved = lived(ACTING, limit=float(depths[-1]), tolerance=0.05, max_revolutions=50, longest_jump=40)
     assert halved.summary["rod_slider_life_revolutions"] == pytest.approx(length, rel=0.02)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from clearsweep.contracts.layout import Column, Layout
-from clearsweep.judging.lifetime import COLUMNS, Lifetime, told
+from clearsweep.judging.lifetime import COLUMNS, Lifetime, interval_text
 from clearsweep.sweeping.lives import Lives, life_lines
 
 
@@ -22,7 +22,7 @@ def plainly(text):
 
 @pytest.mark.parametrize("share", [0.3, 0.02, 2e-3, 1.3e-4, 2.5e-5, 1e-7, 0.0])
 def test_the_ends_of_an_interval_differ_or_it_is_told_by_its_width(share):
-    said = plainly(told(life(share)))
+    said = plainly(interval_text(life(share)))
     assert said.startswith("85.5 h (95 %, numerics alone: ")
     numbers = [float(number) for number in re.findall(r"([\d.]+) h", said)]
     if len(numbers) > 1:
@@ -35,29 +35,29 @@ def test_the_ends_of_an_interval_differ_or_it_is_told_by_its_width(share):
 
 
 def test_a_life_without_an_upper_end_says_so():
-    assert "85.0 h to no end" in plainly(told(Lifetime(85.5, 1000.0, 994.0, math.inf)))
-    assert "no end" in told(Lifetime(85.5, 1000.0, 994.0, math.nan))
+    assert "85.0 h to no end" in plainly(interval_text(Lifetime(85.5, 1000.0, 994.0, math.inf)))
+    assert "no end" in interval_text(Lifetime(85.5, 1000.0, 994.0, math.nan))
 
 
 def test_an_end_that_is_not_known_is_not_said_to_be_endless():
-    low = plainly(told(life(0.02, low_uncertain=1000.0 / 3.0)))
-    high = plainly(told(life(0.02, high_uncertain=3000.0)))
+    low = plainly(interval_text(life(0.02, low_uncertain=1000.0 / 3.0)))
+    high = plainly(interval_text(life(0.02, high_uncertain=3000.0)))
     assert "no end" not in low + high
     assert "from 28.5 h, the other end not known, with the uncertain wear coefficients" in low
     assert "to 256 h, the other end not known, with the uncertain wear coefficients" in high
 
 
 def test_an_uncertain_coefficient_is_told_beside_the_numerics():
-    said = plainly(told(life(0.02, low_uncertain=1000.0 / 3.0, high_uncertain=3100.0)))
+    said = plainly(interval_text(life(0.02, low_uncertain=1000.0 / 3.0, high_uncertain=3100.0)))
     assert said.endswith("; 28.5 h to 265 h with the uncertain wear coefficients")
-    assert "uncertain" not in told(life(0.02))
+    assert "uncertain" not in interval_text(life(0.02))
 
 
 def test_wide_smoothing_is_told_beside_the_interval():
-    assert plainly(told(life(0.02, smoothing=math.radians(11.0)))).endswith(
+    assert plainly(interval_text(life(0.02, smoothing=math.radians(11.0)))).endswith(
         "; its worn shapes are smoothed over 11 deg, an effect that the interval does not contain"
     )
-    assert "smoothed" not in told(life(0.02, smoothing=math.radians(3.0)))
+    assert "smoothed" not in interval_text(life(0.02, smoothing=math.radians(3.0)))
 
 
 def test_the_closing_lines_name_the_shortest_and_the_longest_life():

@@ -18,7 +18,7 @@ from clearsweep.language import expression
 from clearsweep.language.errors import InputError
 from clearsweep.report.sections import verdict as section_of_verdict
 from clearsweep.report.study import prepare
-from clearsweep.sweeping import closing
+from clearsweep.sweeping import run_summary
 
 PEAK, IDEAL = "rod_slider_force_peak", "rod_slider_force_peak_ideal"
 UNITS = {"force": "N", "other": "N", "length": "m", "rate": "rad/s", "ratio": "1"}
@@ -28,8 +28,8 @@ HEADROOM = {"headroom": f"1 - {PEAK} / (2 * {IDEAL})"}
 def judged(limits, **columns):
     """Return which limits some cases exceed, and their margins."""
     given = {name: np.array(values, float) for name, values in columns.items()}
-    found = verdict.Verdict((), verdict.limits_of(limits)).judge(given)
-    return found["limits_exceeded"].tolist(), found["margin"].tolist()
+    result = verdict.Verdict((), verdict.limits_of(limits)).evaluate(given)
+    return result["limits_exceeded"].tolist(), result["margin"].tolist()
 
 
 def test_margins_are_those_of_the_definition():
@@ -71,8 +71,8 @@ def test_a_null_counts_by_what_it_means(null, most, least):
     columns = [Column("x", "1", "", null=null)]
     for kind, expected in (("at_most", most), ("at_least", least)):
         limits = verdict.limits_of({"x": {kind: 5.0}}, columns)
-        found = verdict.Verdict((), limits).judge({"x": np.array([math.nan, 5.0])})
-        assert found["limits_exceeded"].tolist() == [expected, ""]
+        result = verdict.Verdict((), limits).evaluate({"x": np.array([math.nan, 5.0])})
+        assert result["limits_exceeded"].tolist() == [expected, ""]
 
 
 def test_no_margin_is_beyond_a_float():
@@ -104,8 +104,8 @@ def test_a_limit_of_zero_is_judged_without_margin():
 def test_expressions_have_the_units_and_values_of_their_columns(text, unit, value):
     columns = {"force": [2, 3], "other": [3, 4], "length": [4, 5], "rate": [2, 3], "ratio": [1, 1]}
     assert expression.unit_of(text, UNITS) == unit
-    found = expression.value_of(text, {name: np.array(values, float) for name, values in columns.items()})
-    assert found == pytest.approx(value, rel=1e-14, nan_ok=True)
+    result = expression.value_of(text, {name: np.array(values, float) for name, values in columns.items()})
+    assert result == pytest.approx(value, rel=1e-14, nan_ok=True)
 
 
 @pytest.mark.parametrize(
@@ -227,17 +227,17 @@ def test_limits_of_a_finished_sweep_are_changed_without_running_a_case(ran):
 
 def test_the_closing_lines_count_cases_that_exceed_limits(ran):
     result, summary = ran(limits={PEAK: "0.1015 N", "steps": {"at_least": 2, "times": "rhs_evaluations"}})
-    facts = closing.of_run(result)
+    facts = run_summary.of_run(result)
     assert facts["limits"]["cases"] == 3
     assert facts["limits"]["exceeding"] == 3
     assert facts["limits"]["each"][PEAK]["cases"] == int((summary[PEAK] > 0.1015).sum()) == 1
     assert facts["limits"]["worst"]["margin"] == summary["margin"].min()
-    text = closing.run_text(facts)
+    text = run_summary.run_text(facts)
     assert "Limits: 3 of 3 cases exceed at least one; 3 cases failed and have no figures" in text
     assert f"{PEAK} at most 0.1015 N: 1 exceed it" in text
     assert "steps at least 2 times rhs_evaluations: 3 exceed it" in text
     assert f"case {facts['limits']['worst']['case_id'][:8]}" in text
-    assert closing.of_run(ran()[0])["limits"] is None
+    assert run_summary.of_run(ran()[0])["limits"] is None
 
 
 @pytest.mark.parametrize("text", [f"{PEAK} / (0 * steps)", f"0 * {PEAK} / (0 * steps)"])
@@ -247,12 +247,12 @@ def test_an_infinite_or_undefined_figure_is_no_good_case_wherever_a_run_is_judge
     good = summary[summary["status"] == "ok"]
     assert good["limits_exceeded"].tolist() == ["ratio"] * 3
     assert good[["ratio", "margin"]].isna().all(axis=None)
-    facts = closing.of_run(result)
+    facts = run_summary.of_run(result)
     assert (facts["limits"]["exceeding"], facts["limits"]["unknown"], facts["limits"]["worst"]) == (3, 3, None)
     assert facts["limits"]["each"]["ratio"] == {"limit": "at most 5\u00a0N", "cases": 3, "unknown": 3}
-    told = closing.run_text(facts)
-    assert "ratio at most 5 N: 3 exceed it (3 of them cannot be judged: null)" in told
-    assert "3 cases cannot be judged" in told
+    message = run_summary.run_text(facts)
+    assert "ratio at most 5 N: 3 exceed it (3 of them cannot be judged: null)" in message
+    assert "3 cases cannot be judged" in message
     study = prepare(clearsweep.open(result.directory))
     points = section_of_verdict.sections(study)[0].blocks[0].texts
     assert points[0].startswith("3 of 3 cases exceed at least one limit")
@@ -265,10 +265,10 @@ def test_an_infinite_or_undefined_figure_is_no_good_case_wherever_a_run_is_judge
 def test_a_case_from_python_is_judged_like_one_of_a_sweep():
     more = {"figures": HEADROOM, "limits": {PEAK: "1 N", "steps": {"at_least": 1}}}
     changes = {"simulate.revolutions": 0.5, "save": {"orbits": "none"}, **more}
-    found = clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=changes))).summary
-    assert found["limits_exceeded"] == PEAK
-    assert found["margin"] == pytest.approx(1.0 - found[PEAK], rel=1e-12)
-    assert found["headroom"] == pytest.approx(1.0 - found[PEAK] / (2.0 * found[IDEAL]), rel=1e-12)
+    result = clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=changes))).summary
+    assert result["limits_exceeded"] == PEAK
+    assert result["margin"] == pytest.approx(1.0 - result[PEAK], rel=1e-12)
+    assert result["headroom"] == pytest.approx(1.0 - result[PEAK] / (2.0 * result[IDEAL]), rel=1e-12)
 
 
 def test_until_cannot_judge_an_own_figure():

@@ -14,7 +14,7 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep.mechanics.compiled.family import inlined, kernel
-from clearsweep.mechanics.coupling import attempt
+from clearsweep.mechanics.coupling import trial_step
 from clearsweep.mechanics.trace import cache, objects
 from clearsweep.mechanics.trace.memory import View
 from clearsweep.mechanics.trace.symbols import DOUBLE
@@ -63,7 +63,7 @@ def test_an_object_is_made_for_every_level_whatever_the_processor(monkeypatch, l
 
 
 def test_all_levels_that_run_here_give_the_same_bits(monkeypatch):
-    known, found = list(objects.LEVELS), []
+    known, result = list(objects.LEVELS), []
     if objects.level() not in known:
         pytest.skip("a processor of another kind")
     for level in known[known.index(objects.level()) :]:
@@ -72,8 +72,8 @@ def test_all_levels_that_run_here_give_the_same_bits(monkeypatch):
         monkeypatch.setattr(objects, "_WANTED", [])
         code = objects.loaded(content)
         objects.function_at(code.address, 1)(NUMBERS.ctypes.data, out.ctypes.data, 0)
-        found.append(out.tobytes())
-    assert len(set(found)) == 1
+        result.append(out.tobytes())
+    assert len(set(result)) == 1
 
 
 @pytest.mark.parametrize("width", [1, 8])
@@ -81,7 +81,7 @@ def test_an_object_for_another_kind_of_processor_asks_for_nothing_more_and_links
     """A step of a slider-crank with friction; linking needs that processor's linker.  Nobody has run it."""
     case = clearsweep.load_case(slider_crank("rod-slider", changes={"joints.rod-slider.friction": TANH}))
     monkeypatch.setattr(objects, "_WANTED", ["aarch64"])
-    made = objects.traced(attempt.attempt_entry, case.value, attempt.ARRAYS, width=width, spread=True)
+    made = objects.traced(trial_step.trial_step_entry, case.value, trial_step.ARRAYS, width=width, spread=True)
     content = objects.object_of(made)
     assert int.from_bytes(content[0x12:0x14], "little") == 183  # of AArch64, in ELF
     assert undefined(content) <= SYMBOLS
@@ -89,8 +89,8 @@ def test_an_object_for_another_kind_of_processor_asks_for_nothing_more_and_links
     if linker:
         (tmp_path / "step.o").write_bytes(content)
         command = [linker, "-shared", "-o", str(tmp_path / "step.so"), str(tmp_path / "step.o")]
-        told = subprocess.run(command, capture_output=True, text=True, check=False)
-        assert (told.returncode, told.stderr) == (0, "")
+        message = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert (message.returncode, message.stderr) == (0, "")
 
 
 @pytest.mark.heavy
@@ -131,11 +131,11 @@ def test_an_object_asks_the_system_to_move_memory_alone(tmp_path):
     subprocess.run(
         [sys.executable, "-c", f"import clearsweep.simulation\n{program}"], check=True, cwd=place, env=environment
     )
-    found = set()
+    result = set()
     for file in (*tmp_path.rglob("*.o"), *(cache.SHIPPED / stamp).rglob("*.o")):
-        found |= undefined(file.read_bytes())
-    assert found
-    assert found <= SYMBOLS
+        result |= undefined(file.read_bytes())
+    assert result
+    assert result <= SYMBOLS
 
 
 def undefined(content):

@@ -14,7 +14,7 @@ import pytest
 
 import clearsweep
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.solver import plan
+from clearsweep.mechanics.solver import run_control
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.start import control_of, start_of
 
@@ -81,12 +81,12 @@ def too_weak():
 @pytest.mark.slow
 def test_a_crank_stalls_where_it_stalls_however_often_the_run_pauses():
     scene = clearsweep.load_case(too_weak())
-    control, ends = control_of(scene, scene.turning.at(1.0), keep_events=False), []
+    control, ends = control_of(scene, scene.crank_clock.at(1.0), keep_events=False), []
     for stretch in (control.stretch, 10):
         run = Run(start_of(scene, np.empty(0)))
         status, _ = run.go(control._replace(stretch=stretch))
         ends.append((status, *run.work.end))
-    assert ends[0][0] == plan.STALLED
+    assert ends[0][0] == run_control.STALLED
     assert ends[1] == ends[0]
 
 

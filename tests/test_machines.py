@@ -8,14 +8,14 @@ import re
 import pytest
 
 from clearsweep import grid, simulation
-from clearsweep.contracts.machine import Course, Motor, Push, Spring, Tabled
+from clearsweep.contracts.machine import Schedule, Motor, Push, Spring, Tabled
 from clearsweep.contracts.outline import LoadOutline
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.mechanism.loads import keys
 from clearsweep.mechanics.mechanism.planar.form import Planar
 from clearsweep.report import mechanism as pictures
 from clearsweep.simulation.ideal import ideal_peaks, mechanism_of
-from clearsweep.simulation.turning import followed
+from clearsweep.simulation.crank_clock import followed
 
 CATALOGUE = simulation.catalogue()
 CONTACT = {"law": "hertz", "stiffness": "1e9 N/m^1.5"}
@@ -136,8 +136,8 @@ def test_what_is_kept_of_an_ideal_machine_belongs_to_every_row_of_its_tables():
         knots, forces = [0.18 * row for row in range(2001)], [0.0] * 2001
         forces[1000] = force
         load = {"on": "slider", "table": {"crank_angle [deg]": knots, "fx": forces}}
-        found = grid.load(changed(SLIDER_CRANK, loads={"gas": load}), CATALOGUE)
-        peaks.append(ideal_peaks(found.case(0))["rod-slider"])
+        result = grid.load(changed(SLIDER_CRANK, loads={"gas": load}), CATALOGUE)
+        peaks.append(ideal_peaks(result.case(0))["rod-slider"])
     assert peaks[1] > 10.0 * peaks[0]
 
 
@@ -301,12 +301,12 @@ def test_a_linkage_that_cannot_turn_is_refused_with_place_body_and_angle(tmp_pat
 
 
 def test_the_revolutions_of_a_speed_table_end_where_its_angle_says():
-    course = followed(Course(times=_array(0.0, 1.0, 3.0), speeds=_array(0.0, 10.0, 4.0)))
-    assert course.at(5.0 / (2.0 * math.pi)) == pytest.approx(1.0, rel=1e-12)
-    assert course.at(19.0 / (2.0 * math.pi)) == pytest.approx(3.0, rel=1e-12)
-    assert course.at(23.0 / (2.0 * math.pi)) == pytest.approx(4.0, rel=1e-12)
+    schedule = followed(Schedule(times=_array(0.0, 1.0, 3.0), speeds=_array(0.0, 10.0, 4.0)))
+    assert schedule.at(5.0 / (2.0 * math.pi)) == pytest.approx(1.0, rel=1e-12)
+    assert schedule.at(19.0 / (2.0 * math.pi)) == pytest.approx(3.0, rel=1e-12)
+    assert schedule.at(23.0 / (2.0 * math.pi)) == pytest.approx(4.0, rel=1e-12)
     turns = 1.25 / (2.0 * math.pi)  # after half a second, at half of the acceleration
-    assert course.at(turns) == pytest.approx(0.5, rel=1e-12)
+    assert schedule.at(turns) == pytest.approx(0.5, rel=1e-12)
 
 
 def _array(*values):

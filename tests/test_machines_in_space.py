@@ -14,7 +14,7 @@ from clearsweep.mechanics.compiled.attitude import in_fixed
 from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.joint.spatial import SpatialLoad
 from clearsweep.mechanics.mechanism.contract import accelerate, energy, gaps, output_error, place
-from clearsweep.mechanics.mechanism.planar.anatomy import kinds_of
+from clearsweep.mechanics.mechanism.planar.machine_type import kinds_of
 
 GRAVITY = [1.0, -9.81, 3.0]
 SKEW = {"tilt": [0.004, 0.002], "offset": [1e-5, 2e-5, 3e-5]}
@@ -116,17 +116,17 @@ def loads(count, seed=5):
 def test_a_slider_crank_of_bodies_and_joints_is_the_slider_crank(opened, ideal):
     case = spatial(*opened, ideal=ideal or "spherical", **SKEW)
     case["mechanism"]["gravity"] = GRAVITY
-    known, found = clearsweep.load_case(case), clearsweep.load_case(slider_crank(*opened, ideal=ideal))
-    one, other = found.value.mechanism, known.value.mechanism
-    assert kinds_of(one) == kinds_of(other)
-    assert (one.hangs, one.openings, one.aim, one.speed, one.gravity) == (
+    known, result = clearsweep.load_case(case), clearsweep.load_case(slider_crank(*opened, ideal=ideal))
+    first, other = result.value.mechanism, known.value.mechanism
+    assert kinds_of(first) == kinds_of(other)
+    assert (first.hangs, first.openings, first.aim, first.speed, first.gravity) == (
         (other.hangs, other.openings, other.aim, other.speed, other.gravity)
     )
     still = Vector(1e-4, 1e-4, 1e-4)  # inertia of the slider, which does not turn
-    assert [part._replace(inertia=still) if part.mass == 0.14 else part for part in one.parts] == [
+    assert [part._replace(inertia=still) if part.mass == 0.14 else part for part in first.parts] == [
         part._replace(inertia=still) if part.mass == 0.14 else part for part in other.parts
     ]
-    assert found.start == pytest.approx(known.start, rel=1e-12, abs=1e-13)
+    assert result.start == pytest.approx(known.start, rel=1e-12, abs=1e-13)
 
 
 def moved_by(state, n, accelerations, h):
@@ -224,15 +224,15 @@ def test_a_slider_crank_of_bodies_and_joints_moves_as_the_slider_crank():
     times = np.linspace(0.0, 0.03, 21)
     case = spatial("crank-rod", **SKEW)
     case["mechanism"]["gravity"] = GRAVITY
-    known, found = (
+    known, result = (
         clearsweep.simulate(clearsweep.load_case(each), times=times)
         for each in (case, slider_crank("crank-rod", ideal="spherical"))
     )
-    assert found.status == "ok"
+    assert result.status == "ok"
     for name in ("rod/x", "rod/y", "rod/z", "slider/x", "joints/crank_rod/x", "joints/crank_rod/z"):
-        assert found[name] == pytest.approx(known[name], rel=0.0, abs=1e-9)
-    assert list(found.events["joint"]) == list(known.events["joint"])
-    assert found.events["t"] == pytest.approx(known.events["t"], rel=0.0, abs=1e-9)
+        assert result[name] == pytest.approx(known[name], rel=0.0, abs=1e-9)
+    assert list(result.events["joint"]) == list(known.events["joint"])
+    assert result.events["t"] == pytest.approx(known.events["t"], rel=0.0, abs=1e-9)
 
 
 @pytest.mark.slow
@@ -242,10 +242,10 @@ def test_a_four_bar_in_space_loses_nothing_where_impacts_give_all_back(opened):
     case = four_bar(*opened, **ideal)
     for name in opened:
         case["joints"][name]["contact"]["restitution"] = 1.0
-    found = clearsweep.simulate(clearsweep.load_case(case), times=[0.03])
-    assert found.status == "ok"
-    assert len(found.events) > 10
-    assert found.summary["energy_residual"] < 1e-11
+    result = clearsweep.simulate(clearsweep.load_case(case), times=[0.03])
+    assert result.status == "ok"
+    assert len(result.events) > 10
+    assert result.summary["energy_residual"] < 1e-11
 
 
 @pytest.mark.parametrize(

@@ -32,9 +32,9 @@ slow = pytest.mark.slow
 
 def largest(rows: Iterable[Row], quantity: str, variant: str = "") -> float:
     """Return the largest difference of a quantity; there has to be one."""
-    found = [abs(row.difference) for row in rows if (row.quantity, row.variant) == (quantity, variant)]
-    assert found
-    return max(found)
+    result = [abs(row.difference) for row in rows if (row.quantity, row.variant) == (quantity, variant)]
+    assert result
+    return max(result)
 
 
 def test_a_hertz_impact_is_as_deep_hard_and_long_as_the_closed_form():
@@ -70,8 +70,8 @@ def test_every_film_settles_where_both_tables_say_and_drags_as_tabulated():
 
 def at(rows, quantity, variant, low, high):
     """Return the rows of a quantity and a law whose incidence lies between two angles (deg)."""
-    found = [row for row in rows if (row.quantity, row.variant) == (quantity, variant)]
-    return [row for row in found if low <= float(row.point.split()[1]) <= high]
+    result = [row for row in rows if (row.quantity, row.variant) == (quantity, variant)]
+    return [row for row in result if low <= float(row.point.split()[1]) <= high]
 
 
 def test_a_ball_that_sticks_springs_back_with_bristles_and_stops_without():
@@ -118,9 +118,11 @@ def test_a_block_drawn_along_a_guide_sticks_and_slips_as_in_the_paper():
 
 def test_a_rig_has_the_torque_of_its_source_while_the_film_bears_alone():
     rows = crank_pin.measure(quick=True)
-    found = {row.point: row for row in rows if row.quantity == "shaft torque"}
-    assert found["8 kN, 1000 rpm"].computed == pytest.approx(found["8 kN, 1000 rpm"].reference, rel=0.08)
-    assert found["4 kN, 250 rpm"].computed < 0.7 * found["4 kN, 250 rpm"].reference  # mixed friction: as the page says
+    result = {row.point: row for row in rows if row.quantity == "shaft torque"}
+    assert result["8 kN, 1000 rpm"].computed == pytest.approx(result["8 kN, 1000 rpm"].reference, rel=0.08)
+    assert (
+        result["4 kN, 250 rpm"].computed < 0.7 * result["4 kN, 250 rpm"].reference
+    )  # mixed friction: as the page says
 
 
 @slow
@@ -180,9 +182,9 @@ def few(monkeypatch):
 
 @pytest.mark.usefixtures("few")
 def test_the_command_prints_rows_of_the_contract_as_json():
-    told = CliRunner().invoke(cli.verbs, ["verify", "--measured", "--json"])
-    assert told.exit_code == 0, told.output
-    rows = json.loads(told.stdout)
+    message = CliRunner().invoke(cli.verbs, ["verify", "--measured", "--json"])
+    assert message.exit_code == 0, message.output
+    rows = json.loads(message.stdout)
     assert len(rows) == 12
     for row in rows:
         assert set(row) >= KEYS

@@ -89,7 +89,7 @@ def test_the_mean_pressure_times_speed_is_that_of_the_histories():
     changes = {"joints.rod-slider.wear": WEAR | {"coefficient": 1e-12}}
     changes |= {"simulate.revolutions": 0.5, "simulate.discard": 0.0, "simulate.tolerance": 1e-6}
     ready = clearsweep.load_case(slider_crank("rod-slider", changes=changes))
-    path = clearsweep.simulate(ready, times=np.linspace(0.0, ready.turning.at(0.5), 40001))
+    path = clearsweep.simulate(ready, times=np.linspace(0.0, ready.crank_clock.at(0.5), 40001))
     joint, force = ready.case.joints[0], path["joints/rod_slider/force_normal"]
     x, y, vx, vy = (path[f"joints/rod_slider/{name}"] for name in ("x", "y", "vx", "vy"))
     along = (x * vy - y * vx) / np.maximum(np.hypot(x, y), 1e-12)
@@ -123,11 +123,11 @@ def test_a_residual_is_remarked_upon_where_the_tolerance_does_not_explain_it():
 
 
 def test_a_run_counts_the_cases_whose_figures_cannot_be_meant_and_names_one():
-    told, nothing = Remarks(["pair"]), {"pair_onset_rate_max": [0.0] * 2, "pair_law_limit_fraction": [0.0] * 2}
+    messages, nothing = Remarks(["pair"]), {"pair_onset_rate_max": [0.0] * 2, "pair_law_limit_fraction": [0.0] * 2}
     joint = Reached("pair", 0.6e-3, 0.7e-3, 0.5e-3, 0.01)
     message = message_of("", too_deep([joint]), worn_through([joint]), imbalance(0.024, 1e-8, 10.0))
-    told.add({"case_id": ["a", "b"], "message": ["", message], **nothing})
-    deep, worn, unbalanced = told.sentences()
+    messages.add({"case_id": ["a", "b"], "message": ["", message], **nothing})
+    deep, worn, unbalanced = messages.sentences()
     assert "or than a tenth of it in 1 of 2 cases, such as case b: pair is penetrated by 0.6 mm" in deep
     assert "in 1 of 2 cases, such as case b: pair is worn 0.7 mm deep" in worn
     assert "in 1 of 2 cases, such as case b: the energy residual is 0.024" in unbalanced

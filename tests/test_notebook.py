@@ -63,9 +63,9 @@ def test_without_xarray_its_lack_is_named(monkeypatch):
 
 def test_histories_go_to_xarray_with_their_units():
     pytest.importorskip("xarray")
-    found = made_up().to_xarray()
-    assert found["joints/rod_slider/force_normal"].sizes == {"t": 5000}
-    assert found.attrs["steps"] == 7
+    result = made_up().to_xarray()
+    assert result["joints/rod_slider/force_normal"].sizes == {"t": 5000}
+    assert result.attrs["steps"] == 7
 
 
 def test_an_opened_run_writes_its_report(tmp_path, monkeypatch):

@@ -71,9 +71,9 @@ def test_the_grid_and_the_list_know_a_law_that_was_entered(sticky):
     assert law == sticky(0.8)
     assert registry.pulls(joint)
     assert registry.restitution(joint) is None
-    told = CliRunner().invoke(verbs, ["laws", "sticky"])
-    assert told.exit_code == 0
-    assert "F = F_elastic (1 + b u)" in told.output
+    message = CliRunner().invoke(verbs, ["laws", "sticky"])
+    assert message.exit_code == 0
+    assert "F = F_elastic (1 + b u)" in message.output
     assert "made up for a test" in CliRunner().invoke(verbs, ["laws"]).output
     rates = np.linspace(-2.0, 2.0, 9)
     expected = elastic_force(elastic, 1e-5) * (1.0 + 0.8 * rates / 0.5)
@@ -122,7 +122,7 @@ def _forgetful(friction, *rest):
 
 
 def entered(law, form):
-    recipe.enter(law, (form,), lambda joint: form())
+    recipe.register(law, (form,), lambda joint: form())
 
 
 def test_a_law_without_its_declarations_is_refused_when_it_is_entered(recipes):
@@ -147,16 +147,16 @@ def test_a_law_without_its_declarations_is_refused_when_it_is_entered(recipes):
 def test_a_law_whose_description_does_not_fit_its_numbers_is_refused(recipes):
     hertz = recipes["law", "hertz"]
     with pytest.raises(TypeError, match="law 'hertz': is entered already"):
-        recipe.enter(hertz.law, hertz.forms, hertz.make)
+        recipe.register(hertz.law, hertz.types, hertz.make)
     with pytest.raises(TypeError, match="takes a restitution, but declares none that a free impact returns"):
-        recipe.enter(hertz.law._replace(name="silent", fields=(RESTITUTION,)), hertz.forms, hertz.make)
+        recipe.register(hertz.law._replace(name="silent", fields=(RESTITUTION,)), hertz.types, hertz.make)
     with pytest.raises(TypeError, match="takes no stiffness for a spring of its own"):
-        recipe.enter(hertz.law._replace(name="loose", uses_elastic=False), hertz.forms, hertz.make)
+        recipe.register(hertz.law._replace(name="loose", uses_elastic=False), hertz.types, hertz.make)
 
 
 def test_a_maker_that_returns_another_type_than_it_was_entered_with_is_found(recipes):
     hertz = recipes["law", "hertz"]
-    recipe.enter(hertz.law._replace(name="astray"), hertz.forms, lambda joint: Linear(1.0))
+    recipe.register(hertz.law._replace(name="astray"), hertz.types, lambda joint: Linear(1.0))
     case = changed(PAIR, {"joints.pair.contact": {"law": "astray", "stiffness": 6.61e10}})
     joint = grid.load(case, simulation.catalogue()).case(0).joints[0]
     with pytest.raises(TypeError, match="law 'astray': makes a Linear, entered with Lossless"):
@@ -165,13 +165,13 @@ def test_a_maker_that_returns_another_type_than_it_was_entered_with_is_found(rec
 
 def test_a_pressure_and_a_friction_law_that_were_entered_are_found_by_the_grid(recipes):
     mean, tanh = recipes["pressure", "mean"], recipes["friction", "tanh"]
-    recipe.enter(mean.law._replace(name="even"), mean.forms, mean.make)
+    recipe.register(mean.law._replace(name="even"), mean.types, mean.make)
     fields = (*tanh.law.fields[:1], Field("velocity_scale", "m/s", default=2e-3))
-    recipe.enter(tanh.law._replace(name="soft", fields=fields), tanh.forms, tanh.make)
+    recipe.register(tanh.law._replace(name="soft", fields=fields), tanh.types, tanh.make)
     changes = {
         "joints.rod-slider.wear": {"law": "archard", "coefficient": 2e-14, "pressure": "even"},
         "joints.rod-slider.friction": {"law": "soft", "coefficient": 0.1},
     }
     joint = grid.load(slider_crank("rod-slider", changes=changes), simulation.catalogue()).case(0).joints[0]
-    assert type(registry.wear_term(joint).pressure) is mean.forms[0]
+    assert type(registry.wear_term(joint).pressure) is mean.types[0]
     assert registry.friction_term(joint) == (0.1, 2e-3)

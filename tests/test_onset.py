@@ -24,7 +24,7 @@ from clearsweep.mechanics.joint.loss.renewed import PRESSED_ON, TURNED, renewed
 from clearsweep.mechanics.joint.rebound import approach_loss
 from clearsweep.mechanics.mechanism.contract import energy, gaps, impact_masses, place
 from clearsweep.mechanics.observe.observables import Observed, observed_in
-from clearsweep.mechanics.solver import plan
+from clearsweep.mechanics.solver import run_control
 from clearsweep.simulation import scene as scenes
 from clearsweep.simulation.run import Run, onset_rates
 from clearsweep.simulation.start import control_of, period, start_of
@@ -53,7 +53,7 @@ def lasting(elastic, restitution):
 @pytest.mark.parametrize("name", KEEPING)
 def test_until_a_contact_lasts_its_law_is_the_published_one(name):
     law, elastic = registry.contact_terms(joint(name))
-    impact = renewed(law, elastic, 0.25)._replace(turning=1.0)
+    impact = renewed(law, elastic, 0.25)._replace(doubling_energy=1.0)
     for rate in (-RATE, 0.0, RATE):
         assert contact_force(impact, elastic, PEN, rate, 0.7) == contact_force(law, elastic, PEN, rate, 0.7)
 
@@ -67,8 +67,8 @@ def test_no_free_impact_comes_near_the_speed_at_which_a_contact_lasts(name, aske
 
 def test_the_force_does_not_jump_where_the_rule_changes():
     elastic = power_of(6.61e10, 1.5)
-    before = lasting(elastic, 0.5)._replace(turning=elastic_energy(elastic, PEN))
-    beyond, at_last = before._replace(turning=-before.turning), before._replace(turning=0.0)
+    before = lasting(elastic, 0.5)._replace(doubling_energy=elastic_energy(elastic, PEN))
+    beyond, at_last = before._replace(doubling_energy=-before.doubling_energy), before._replace(doubling_energy=0.0)
     published = contact_force(before, elastic, PEN, RATE, 0.7)
     assert contact_force(beyond, elastic, PEN, RATE, 0.7) == pytest.approx(published, rel=1e-14)
     for other in (beyond, at_last):
@@ -77,16 +77,18 @@ def test_the_force_does_not_jump_where_the_rule_changes():
 
 def test_guards_look_for_the_doubled_speed_then_for_rest():
     elastic = power_of(6.61e10, 1.5)
-    (turning,) = latched(lasting(elastic, 0.5), ENTERED, observed(0.4), 0.0)
-    assert turning == pytest.approx(0.5 * MASS * 0.8**2, rel=1e-14)  # W where v = sqrt(2 W / m) is twice 0.4 m/s
+    (doubling_energy,) = latched(lasting(elastic, 0.5), ENTERED, observed(0.4), 0.0)
+    assert doubling_energy == pytest.approx(
+        0.5 * MASS * 0.8**2, rel=1e-14
+    )  # W where v = sqrt(2 W / m) is twice 0.4 m/s
     falling, rising = observed(-RATE), observed(RATE)
-    law = lasting(elastic, 0.5)._replace(turning=turning)
-    depth = (turning / (0.4 * 6.61e10)) ** 0.4
+    law = lasting(elastic, 0.5)._replace(doubling_energy=doubling_energy)
+    depth = (doubling_energy / (0.4 * 6.61e10)) ** 0.4
     for share, sign in ((0.999, -1.0), (1.001, 1.0)):
         assert sign * guard_values(law, rising, rising, math.sqrt(share * depth))[PRESSED_ON] > 0.0
     assert guard_values(law, rising, falling, 0.0)[TURNED] == NEVER  # a deepest point is not looked for
     assert guard_values(law, falling, rising, 0.0)[TURNED] == RATE
-    pressed = law._replace(turning=latched(law, PRESSED_ON, rising, 0.0)[0])
+    pressed = law._replace(doubling_energy=latched(law, PRESSED_ON, rising, 0.0)[0])
     assert guard_values(pressed, rising, falling, 0.0) == (NEVER, RATE)
     assert latched(pressed, TURNED, falling, 0.0) == (0.0,)
     assert guard_values(lasting(elastic, 0.5), falling, rising, 0.0) == (NEVER, NEVER)
@@ -192,14 +194,14 @@ def test_a_free_impact_gives_back_what_the_law_does(asked):
 @pytest.mark.parametrize("contact", [{"exponent": 1.0, "stiffness": 1e8}, {}, {"exponent": 2.0, "stiffness": 1e13}])
 def test_free_impacts_of_all_laws_are_as_published(name, contact):
     for asked in (0.1, 0.3, 0.5, 0.7, 0.9, 0.95):
-        found = bounce("renewed", name, asked, **contact)["pair_restitution"]
-        assert found == pytest.approx(RECIPES["law", name].returned(asked), rel=1e-6)
+        result = bounce("renewed", name, asked, **contact)["pair_restitution"]
+        assert result == pytest.approx(RECIPES["law", name].returned(asked), rel=1e-6)
 
 
 def test_the_start_is_forgotten_unless_the_first_touch_counts():
     def figures(onset):
-        found = [simulate(crank(onset, start)).summary for start in ("centred", "seated")]
-        return np.array([[each[f"rod_slider_{name}"] for name in ("force_rms", "force_p99")] for each in found])
+        result = [simulate(crank(onset, start)).summary for start in ("centred", "seated")]
+        return np.array([[each[f"rod_slider_{name}"] for name in ("force_rms", "force_p99")] for each in result])
 
     centred, seated = figures("renewed")
     assert seated == pytest.approx(centred, rel=1e-3)
@@ -209,8 +211,8 @@ def test_the_start_is_forgotten_unless_the_first_touch_counts():
 
 def steps(run, control):
     """Yield the law's phase before and after every step of a run, which stands behind that step."""
-    status, work = plan.PAUSED, run.work
-    while status == plan.PAUSED:
+    status, work = run_control.PAUSED, run.work
+    while status == run_control.PAUSED:
         before = work.latched[-1]
         status, _ = run.go(control._replace(pause=np.nextafter(work.y[work.time], math.inf)))
         yield before, work.latched[-1]
@@ -270,7 +272,7 @@ def test_in_an_impact_it_is_that_of_the_impact():
     made = crank(revolutions=1, discard=0)
     run = Run(start_of(made, np.empty(0)))
     run.go(control_of(made, 1.0, keep_events=True)._replace(event_budget=1))
-    assert keeps_onset(made.value.joints[0].law._replace(turning=1.0))
+    assert keeps_onset(made.value.joints[0].law._replace(doubling_energy=1.0))
     assert onset_rates(run.ends())[0] == run.work.latched[0] > 0.1
 
 
@@ -289,8 +291,8 @@ def test_both_rules_can_be_swept():
     swept = slider_crank("rod-slider") | {
         "sweep": {f"{CONTACT}.law": ["hertz", "flores"], f"{CONTACT}.onset": ["first", "renewed"]}
     }
-    found = [contact.law + (contact.onset or "") for contact in map(contact_of, cases_of(swept))]
-    assert found == ["hertz", "floresfirst", "floresrenewed"]
+    result = [contact.law + (contact.onset or "") for contact in map(contact_of, cases_of(swept))]
+    assert result == ["hertz", "floresfirst", "floresrenewed"]
 
 
 def cases_of(source):
@@ -323,20 +325,20 @@ def test_centred_and_seated_starts_agree_on_the_fast_machine_of_the_readme():
     source = yaml.safe_load((ROOT / "configs/slider_crank.yaml").read_text(encoding="utf-8"))
     source["sweep"] |= FAST
     judged = {"figure": "rod_slider_force_p99", "relative_ci": 1e-6, "max_revolutions": 40}
-    found = {}
+    result = {}
     for start in ("centred", "seated"):
         settings = {"revolutions": 40, "discard": 20, "tolerance": 1e-8, "start": start, "until": judged}
         cases = cases_of(copy.deepcopy(source) | {"simulate": settings, "save": {"orbits": "none"}})
-        found[start] = [simulate(scenes.build(case)).summary for case in cases]
-    apart = {number for number, both in enumerate(zip(*found.values(), strict=True)) if not agree(*both)}
+        result[start] = [simulate(scenes.build(case)).summary for case in cases]
+    apart = {number for number, both in enumerate(zip(*result.values(), strict=True)) if not agree(*both)}
     assert apart <= COEXISTING | SLOW
 
 
-def agree(one, other):
+def agree(first, other):
     """Return whether two motions are the same: periodic ones by figures, others by their intervals."""
-    ratio = {name: other[f"rod_slider_{name}"] / one[f"rod_slider_{name}"] for name in ("force_p99", "force_peak")}
-    if one["period"] is not None and one["period"] == other["period"]:
-        rms = other["rod_slider_force_rms"] / one["rod_slider_force_rms"]
+    ratio = {name: other[f"rod_slider_{name}"] / first[f"rod_slider_{name}"] for name in ("force_p99", "force_peak")}
+    if first["period"] is not None and first["period"] == other["period"]:
+        rms = other["rod_slider_force_rms"] / first["rod_slider_force_rms"]
         return abs(rms - 1.0) < 0.02 and abs(ratio["force_p99"] - 1.0) < 0.02 and abs(ratio["force_peak"] - 1.0) < 0.1
-    apart = abs(one["rod_slider_force_p99"] - other["rod_slider_force_p99"])
-    return apart <= (one["figure_ci"] or 0.0) + (other["figure_ci"] or 0.0)
+    apart = abs(first["rod_slider_force_p99"] - other["rod_slider_force_p99"])
+    return apart <= (first["figure_ci"] or 0.0) + (other["figure_ci"] or 0.0)

@@ -13,7 +13,7 @@ from clearsweep.grid.optimised import Choice
 from clearsweep.language.errors import InputError
 from clearsweep.report import study
 from clearsweep.report.sections.optimised import sections
-from clearsweep.sweeping import closing
+from clearsweep.sweeping import run_summary
 
 MASS, ROD, GRAVITY = "mechanism.slider.mass", "mechanism.rod.mass", "mechanism.gravity"
 
@@ -41,7 +41,7 @@ def test_the_best_case_is_found_among_ordinary_cases(tmp_path):
     assert row[MASS] == pytest.approx(0.4, abs=0.02)
     summary = clearsweep.open(tmp_path / "run").summary
     assert row["miss"] == summary["miss"].min()
-    assert "Optimised over 40 cases" in closing.run_text(closing.of_run(result))
+    assert "Optimised over 40 cases" in run_summary.run_text(run_summary.of_run(result))
     assert clearsweep.open(tmp_path / "run").optimise["case_id"][0] == row["case_id"]
 
 
@@ -66,7 +66,7 @@ def test_limits_are_constraints(tmp_path):
     (row,) = best(tmp_path / "run")
     assert row["margin"] < 0.0
     assert row["limiting"] == "rod_slider_force_peak"
-    assert "none keeps to the limits" in closing.run_text(closing.of_run(none))
+    assert "none keeps to the limits" in run_summary.run_text(run_summary.of_run(none))
 
 
 def test_of_two_objectives_the_front_is_given(tmp_path):
@@ -150,8 +150,8 @@ def test_laws_fits_and_whole_numbers_are_chosen(at):
         ("optimise:\n", "sweep: {drive.speed: [1 rpm, 2 rpm]}\noptimise:\n", "conflicts with `sweep`"),
     ],
 )
-def test_a_mistake_is_told(told, old, new, message):
-    problems = told(OPTIMISED.replace(old, new))
+def test_a_mistake_is_told(problems_in, old, new, message):
+    problems = problems_in(OPTIMISED.replace(old, new))
     assert any(message in each for each in problems), problems
 
 

@@ -12,7 +12,7 @@ from clearsweep.report.sections import summary
 from clearsweep.report.sections import verdict as section
 from clearsweep.report.study import prepare
 from clearsweep.report.worst_case import question, worst_case
-from clearsweep.sweeping import closing
+from clearsweep.sweeping import run_summary
 
 PEAK = "rod_slider_force_peak"
 FILM = {"film_thickness_min": "m", "dry_load_share": "1", "film_loss": "W"}
@@ -73,7 +73,7 @@ def test_of_several_joints_the_worse_one_ranks_a_case_and_null_never_does():
 @pytest.mark.parametrize("limits", [None, {PEAK: "0.1015 N"}])
 def test_page_and_closing_lines_name_the_same_worst_case(tmp_path, limits):
     result = quiet(grid(3) | ({"limits": limits} if limits else {}), tmp_path / "run")
-    facts = closing.of_run(result)
+    facts = run_summary.of_run(result)
     prepared = prepare(result.open())
     case_id, _ = worst_case(prepared)
     assert facts["worst"][0]["case_id"] == case_id
@@ -81,7 +81,7 @@ def test_page_and_closing_lines_name_the_same_worst_case(tmp_path, limits):
     names = [name for name, _, _ in summary.sections(prepared)[0].blocks[0].cards]
     assert names[1] == ("Within the limits" if limits else "Largest normal force")
     said = " ".join(section.sections(prepared)[0].blocks[0].texts)
-    text = closing.run_text(facts)
+    text = run_summary.run_text(facts)
     assert ("No limits are set" in said) == ("No limits are set" in text) == (not limits)
     assert ("Worst case" in said) == (not limits)
     if limits:

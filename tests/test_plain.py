@@ -56,8 +56,8 @@ def test_energies_balance_in_every_opening(joints):
 @pytest.mark.parametrize("name", [name for name in names("friction") if name != "none"])
 def test_energies_balance_with_every_friction(name):
     friction = written(friction=name)["friction"]
-    found = seated(friction, "rod-slider", **{"drive.speed": "300 rpm"}).summary
-    assert found["energy_residual"] < 1e-5
+    result = seated(friction, "rod-slider", **{"drive.speed": "300 rpm"}).summary
+    assert result["energy_residual"] < 1e-5
 
 
 @pytest.mark.parametrize("joint", NAMES)
@@ -70,17 +70,17 @@ def test_energies_balance_where_surfaces_stick(joint):
 def test_an_impact_gives_back_no_more_than_came_and_its_energies_balance(name):
     unused = {"length"} if RECIPES["law", name].law.uses_elastic else {"length", "bearing_radius"}
     pair = {key: value for key, value in written(law=name).items() if key not in unused}
-    found = run(PAIR, {"joints.pair": pair, "simulate.impacts": 1, "simulate.tolerance": 1e-7}).summary
-    assert 0.0 < found["pair_restitution"] < 1.0 + 1e-6
-    assert found["energy_residual"] < 1e-5
+    result = run(PAIR, {"joints.pair": pair, "simulate.impacts": 1, "simulate.tolerance": 1e-7}).summary
+    assert 0.0 < result["pair_restitution"] < 1.0 + 1e-6
+    assert result["energy_residual"] < 1e-5
 
 
 def test_restitution_is_the_mean_over_the_impacts_of_what_each_gives_back():
-    found = run(PAIR, {"simulate.impacts": 3, "simulate.tolerance": 1e-8, "save.orbits": "all"})
-    rates = found.events["rate"]  # of an onset, then of its separation, and so on
+    result = run(PAIR, {"simulate.impacts": 3, "simulate.tolerance": 1e-8, "save.orbits": "all"})
+    rates = result.events["rate"]  # of an onset, then of its separation, and so on
     given_back = -rates[1::2] / rates[::2]
     assert len(given_back) == 3
-    assert found.summary["pair_restitution"] == pytest.approx(given_back.mean(), rel=1e-12)
+    assert result.summary["pair_restitution"] == pytest.approx(given_back.mean(), rel=1e-12)
     assert given_back == pytest.approx(0.5, rel=1e-4)
 
 
@@ -102,19 +102,19 @@ def test_contacts_begin_and_end_where_the_journal_is_at_its_bearing():
     changes = {"simulate.revolutions": 0.3, "simulate.tolerance": 1e-8, "save.orbits": "all"}
     events = crank("rod-slider", **changes).events
     assert len(events) > 6
-    found = crank("rod-slider", times=events["t"], **changes)
-    eccentricity = np.hypot(found["joints/rod_slider/x"], found["joints/rod_slider/y"])
-    assert np.abs(eccentricity - 0.5e-3).max() < 1e-4 * found.summary["rod_slider_penetration_max"]
+    result = crank("rod-slider", times=events["t"], **changes)
+    eccentricity = np.hypot(result["joints/rod_slider/x"], result["joints/rod_slider/y"])
+    assert np.abs(eccentricity - 0.5e-3).max() < 1e-4 * result.summary["rod_slider_penetration_max"]
 
 
 def test_surfaces_that_stick_bear_what_they_hold_and_slide_by_their_law_beyond_the_band():
     """At half stroke the rod turns back in the slider: the surfaces slow down, stick, and slide the other way."""
     slow = {"drive.speed": "60 rpm", "simulate.revolutions": 0.3, "simulate.tolerance": 1e-8}
     times = np.linspace(0.2, 0.3, 4001)
-    found = seated(STICKS, "rod-slider", times=times, **slow)
-    x, y, vx, vy = (found[f"joints/rod_slider/{name}"] for name in ("x", "y", "vx", "vy"))
-    normal, tangential = found["joints/rod_slider/force_normal"], found["joints/rod_slider/force_tangential"]
-    slip = (x * vy - y * vx) / np.hypot(x, y) + found["rod/rate"] * 9.5e-3
+    result = seated(STICKS, "rod-slider", times=times, **slow)
+    x, y, vx, vy = (result[f"joints/rod_slider/{name}"] for name in ("x", "y", "vx", "vy"))
+    normal, tangential = result["joints/rod_slider/force_normal"], result["joints/rod_slider/force_tangential"]
+    slip = (x * vy - y * vx) / np.hypot(x, y) + result["rod/rate"] * 9.5e-3
     sliding, inside = np.abs(slip) > 1.002 * STICKS["band"], np.abs(slip) < 0.998 * STICKS["band"]
     law = -np.sign(slip) * (0.1 + 0.05 * np.exp(-((slip / 2e-3) ** 2))) * normal
     assert slip[sliding].min() < -0.01 < 0.01 < slip[sliding].max()
@@ -151,12 +151,12 @@ def test_the_implicit_method_finds_the_same_motion(law):
 def test_a_stiff_contact_is_left_to_the_implicit_method():
     damped = {"joints.rod-slider.contact": {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 1e6}}
     begin = {"simulate.start": "seated", "simulate.revolutions": 0.01}
-    found = {
+    result = {
         method: crank("rod-slider", **damped, **begin, **{"simulate.method": method}).summary
         for method in ("auto", "explicit")
     }
-    assert found["auto"]["rhs_evaluations"] < 0.5 * found["explicit"]["rhs_evaluations"]
-    assert found["auto"]["energy_residual"] < 1e-4
+    assert result["auto"]["rhs_evaluations"] < 0.5 * result["explicit"]["rhs_evaluations"]
+    assert result["auto"]["energy_residual"] < 1e-4
 
 
 # ---------------------------------------------------------------------------------------------- figures
@@ -195,11 +195,11 @@ def test_wear_is_what_archard_says_of_force_and_way():
     material = {"young": 207e9, "poisson": 0.3}
     changes = {"simulate.start": "seated", "simulate.revolutions": last}
     changes |= {"joints.rod-slider.wear": wear, "joints.rod-slider.contact.material": material}
-    found = crank("rod-slider", times=times, **changes)
-    x, y, vx, vy, force = (found[f"joints/rod_slider/{name}"] for name in ("x", "y", "vx", "vy", "force_normal"))
-    sliding = np.abs((x * vy - y * vx) / np.hypot(x, y) + radius * found["rod/rate"])
+    result = crank("rod-slider", times=times, **changes)
+    x, y, vx, vy, force = (result[f"joints/rod_slider/{name}"] for name in ("x", "y", "vx", "vy", "force_normal"))
+    sliding = np.abs((x * vy - y * vx) / np.hypot(x, y) + radius * result["rod/rate"])
     worn = np.trapezoid(force * sliding, times)
-    summary, depths = found.summary, found.wear["rod_slider"]
+    summary, depths = result.summary, result.wear["rod_slider"]
     area = 2.0 * math.pi / 36 * 0.02  # of a bin, over the radius
     volumes = area * 0.01 * depths[0].sum(), area * radius * depths[1].sum()
     expected = (bearing * worn, journal * worn)  # m^3, so small that only a relative tolerance says anything

@@ -26,7 +26,7 @@ from clearsweep.contracts.machine import (
     At,
     Body,
     Constant,
-    Course,
+    Schedule,
     Machine,
     Motor,
     Pin,
@@ -35,7 +35,7 @@ from clearsweep.contracts.machine import (
     Spring,
     Tabled,
 )
-from clearsweep.mechanics.joint.contract import FREE, PRESSED, Load, Present, load
+from clearsweep.mechanics.joint.contract import FREE, PRESSED, Load, JointState, load
 from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
 from clearsweep.mechanics.joint.friction.sliding import Tanh
 from clearsweep.mechanics.joint.guide import Guide
@@ -119,7 +119,7 @@ LOADS = (
 )
 DRIVES = {
     "constant": Constant(60.0, 0.4),
-    "table": Course(np.array([0.0, 0.01, 0.05]), np.array([50.0, 80.0, 60.0]), 0.4),
+    "table": Schedule(np.array([0.0, 0.01, 0.05]), np.array([50.0, 80.0, 60.0]), 0.4),
     "motor": Motor(20.0, 150.0, 60.0, 2e-3, 0.4),
     "torque": Motor(2.0, math.inf, 60.0, 0.0, 0.4),
 }
@@ -204,13 +204,13 @@ def test_the_ideal_slider_crank_is_the_closed_form():
         "crank.length": 0.05, "crank.mass": 0.3, "crank.inertia": 1e-4, "crank.center": 0.025, "rod.length": 0.12,
         "rod.mass": 0.21, "rod.inertia": 2.5e-4, "rod.center": 0.06, "slider.mass": 0.14, "gravity": 9.81,
     }  # fmt: skip
-    found, forces = planar.ideal(slider_crank(), angles), reactions(bodies, 100.0, angles)
-    for mine, theirs in zip(found[:3], slider(0.05, 0.12, angles, 100.0), strict=True):
+    result, forces = planar.ideal(slider_crank(), angles), reactions(bodies, 100.0, angles)
+    for mine, theirs in zip(result[:3], slider(0.05, 0.12, angles, 100.0), strict=True):
         assert mine == pytest.approx(theirs, rel=1e-12, abs=1e-12 * np.max(np.abs(theirs)))
     for name, force in forces.items():
-        assert found.reactions[name] == pytest.approx(force, rel=1e-11, abs=1e-11 * np.max(np.abs(force)))
+        assert result.reactions[name] == pytest.approx(force, rel=1e-11, abs=1e-11 * np.max(np.abs(force)))
     expected = torque(bodies, forces["crank-rod"], angles)
-    assert found.torque == pytest.approx(expected, rel=1e-11, abs=1e-11 * np.max(np.abs(expected)))
+    assert result.torque == pytest.approx(expected, rel=1e-11, abs=1e-11 * np.max(np.abs(expected)))
 
 
 def test_the_ideal_torque_turns_nothing_in_a_turn_and_does_the_work_of_a_load():
@@ -295,10 +295,10 @@ def test_a_corner_presses_where_it_is_and_its_powers_add_up(tilted):
     pose = contract.place(built.value, y)
     (gap,) = contract.gaps(built.value, pose)
     mode, onset = np.array([PRESSED, FREE, PRESSED, PRESSED]), np.full(4, 0.1)
-    present = Present(np.append(y, [0.01, 0.0, 0.02, 0.005]), mode, onset, y.size)
-    from clearsweep.mechanics.joint.contract import Place
+    present = JointState(np.append(y, [0.01, 0.0, 0.02, 0.005]), mode, onset, y.size)
+    from clearsweep.mechanics.joint.contract import Offsets
 
-    pull = load(BLOCK, gap, Place(0, y.size + 4, 4, 0), present)
+    pull = load(BLOCK, gap, Offsets(0, y.size + 4, 4, 0), present)
     assert [contact.normal for contact in pull.contacts] == pytest.approx([1e3, 0.0, 8e3, 125.0])
     motion = contract.accelerate(built.value, pose, (pull,))
     taken = sum(contact.normal * contact.rate - contact.tangential * contact.slip for contact in pull.contacts)
@@ -309,7 +309,9 @@ def test_a_corner_presses_where_it_is_and_its_powers_add_up(tilted):
 
     def depths(moved):
         (there,) = contract.gaps(built.value, contract.place(built.value, moved))
-        return np.array([contact.depth for contact in load(BLOCK, there, Place(0, y.size + 4, 4, 0), present).contacts])
+        return np.array(
+            [contact.depth for contact in load(BLOCK, there, Offsets(0, y.size + 4, 4, 0), present).contacts]
+        )
 
     assert along(kinetic, y, motion.accelerations) == pytest.approx(given - taken, rel=1e-7)
     rates = [contact.rate for contact in pull.contacts]

@@ -24,7 +24,7 @@ from clearsweep.report.partial import gathered
 from clearsweep.simulation import outcome
 from clearsweep.simulation.progress import Life, LifeLimits
 from clearsweep.store import StoredRun
-from clearsweep.sweeping import closing, estimate, progress
+from clearsweep.sweeping import run_summary, estimate, progress
 from clearsweep.sweeping.simulator import SIMULATION
 from clearsweep.sweeping.worker import time_case
 
@@ -55,7 +55,7 @@ def phases_seen():
 
         def changed(self):
             """Note the words of the open phases."""
-            self.words += [found.what] if (found := phases.progress()) else []
+            self.words += [result.what] if (result := phases.progress()) else []
 
     listener = Listener()
     phases._listeners.append(listener)
@@ -99,8 +99,12 @@ def test_phases_inside_are_named_and_the_one_that_knows_tells_the_time_left(cloc
         clock.now = 6.0
         run.note(share=0.3)
         case.facts = {"case": 2}
-        found = phases.progress()
-        assert (found.what, found.left, dict(found.facts)) == ("timing 4 cases: revolution 3 of 10", 14.0, {"case": 2})
+        result = phases.progress()
+        assert (result.what, result.left, dict(result.facts)) == (
+            "timing 4 cases: revolution 3 of 10",
+            14.0,
+            {"case": 2},
+        )
     assert phases.progress() is None
 
 
@@ -133,18 +137,18 @@ def test_a_terminal_gets_a_line_that_is_redrawn_and_cleared(clock, monkeypatch):
 
 
 def test_a_fault_in_one_line_does_not_end_the_progress_of_a_run(monkeypatch, capfd):
-    failed, told = threading.Event(), threading.Event()
+    failed, message = threading.Event(), threading.Event()
 
     def words():
         if not failed.is_set():
             failed.set()
             raise ZeroDivisionError
-        told.set()
+        message.set()
         return "still at work"
 
     monkeypatch.setattr(phases, "LOOK", 0.001)
     with phases.shown(), phases.phase(words):
-        assert told.wait(10.0)
+        assert message.wait(10.0)
     assert "Traceback" not in capfd.readouterr().err
 
 
@@ -159,19 +163,19 @@ def test_what_a_worker_wrote_is_read_as_it_stands_by_then(clock, monkeypatch):
             life.note(left=58.0, block=3)
         assert content.pop() is None  # it is over
     wall[0] += 8.0
-    found = phases.read(content[0])
-    assert (found.what, found.seconds, found.left) == ("block 3, 10 um of 50 um", 10.0, 50.0)
-    assert found.facts == {"block": 3}
+    result = phases.read(content[0])
+    assert (result.what, result.seconds, result.left) == ("block 3, 10 um of 50 um", 10.0, 50.0)
+    assert result.facts == {"block": 3}
     assert phases.read(content[0][:-1]) is None
 
 
 def test_the_compiler_at_work_is_a_phase(monkeypatch):
-    told = []
+    message = []
     monkeypatch.setattr(objects.cache, "kept", lambda name: None)
     monkeypatch.setattr(objects.cache, "keep", lambda name, content: None)
-    monkeypatch.setattr(objects, "object_of", lambda module: told.append(phases.progress()) or b"")
+    monkeypatch.setattr(objects, "object_of", lambda module: message.append(phases.progress()) or b"")
     assert objects.code_of(objects.code_of, "a test", lambda: None) is None
-    (compiling,) = told
+    (compiling,) = message
     assert (compiling.what, compiling.once) == ("compiling (kept for later runs)", True)
     assert phases.progress() is None
 
@@ -307,10 +311,10 @@ def test_a_run_and_its_status_tell_of_compiling_and_of_a_life_at_work(tmp_path, 
     assert "left; case 1 of 2 (" in at_work[0]
     assert "about 4 min 5" in at_work[0].partition("; ")[2]
     assert int(at_work[0].partition("about ")[2].split(" min")[0]) in (9, 10)  # two lives of 5 min, one after the other
-    told = [each for facts in seen for each in facts["at_work"] if "block" in each]
-    assert {each["case"] for each in told} >= {1}
-    assert (told[0]["block"], told[0]["limit"], told[0]["what"]) == (7, 50e-6, "block 7, 31 um of 50 um")
-    assert 290.0 < told[0]["left"] < 300.0
+    message = [each for facts in seen for each in facts["at_work"] if "block" in each]
+    assert {each["case"] for each in message} >= {1}
+    assert (message[0]["block"], message[0]["limit"], message[0]["what"]) == (7, 50e-6, "block 7, 31 um of 50 um")
+    assert 290.0 < message[0]["left"] < 300.0
     text = next(store.status_text(facts) for facts in seen if any("block" in each for each in facts["at_work"]))
     assert "\ncase 1 of 2 (" in text
     assert not store.status(tmp_path / "run")["at_work"]
@@ -355,12 +359,12 @@ class Steady(Fake):
 def test_a_dry_run_of_cases_that_take_long_extrapolates_their_beginning(tmp_path, monkeypatch):
     monkeypatch.setattr(estimate, "PILOT_TIME", 4.0)  # s
     begin = time.monotonic()
-    found = estimate.estimate(grid(3), tmp_path / "run", jobs=1, simulator=Steady)
+    result = estimate.estimate(grid(3), tmp_path / "run", jobs=1, simulator=Steady)
     assert time.monotonic() - begin < 60.0  # of 300 s, on a machine with other work to do
-    assert found.extrapolated == found.timed >= 2
-    assert found.case_seconds == pytest.approx(100.0, rel=0.1)
-    assert found.seconds == pytest.approx(300.0, rel=0.1)
-    assert "2 of them extrapolated from" in closing.estimate_text(found._replace(extrapolated=2)._asdict())
+    assert result.extrapolated == result.timed >= 2
+    assert result.case_seconds == pytest.approx(100.0, rel=0.1)
+    assert result.seconds == pytest.approx(300.0, rel=0.1)
+    assert "2 of them extrapolated from" in run_summary.estimate_text(result._replace(extrapolated=2)._asdict())
 
 
 def test_the_time_of_a_case_is_without_what_it_compiles(monkeypatch):
@@ -468,11 +472,11 @@ def test_what_a_case_takes_beside_its_integration_is_its_setup_time(monkeypatch,
     quick = solve(case).summary["setup_time"]
     monkeypatch.setattr(outcome, "ideal_peaks", slow)
     begin = time.perf_counter()
-    found = solve(case)
+    result = solve(case)
     spent = time.perf_counter() - begin
-    assert 0.0 < quick < found.summary["setup_time"] - 0.3
-    assert 0.4 < found.summary["setup_time"] <= spent - found.summary["run_time"] + 1e-6
-    assert found.units["setup_time"] == "s"
+    assert 0.0 < quick < result.summary["setup_time"] - 0.3
+    assert 0.4 < result.summary["setup_time"] <= spent - result.summary["run_time"] + 1e-6
+    assert result.units["setup_time"] == "s"
 
 
 @heavy

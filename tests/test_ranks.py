@@ -34,8 +34,8 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
     truth = 6.0 / np.pi * np.arcsin(0.6 / 2.0)  # Spearman's of two normal variables whose correlation is 0.6
     for _ in range(400):
         x, noise = random.normal(size=(2, 80))
-        found = ranks.rank_correlation(x, 0.6 * x + 0.8 * noise)
-        held.append(found.low <= truth <= found.high)
+        result = ranks.rank_correlation(x, 0.6 * x + 0.8 * noise)
+        held.append(result.low <= truth <= result.high)
     assert 0.91 < np.mean(held) < 0.99
 
 

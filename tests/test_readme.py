@@ -30,9 +30,9 @@ def test_every_command_is_named_and_every_command_named_is_there():
     named = set(re.findall(r"^\| `clearsweep (\w+)", page, re.MULTILINE))
     assert named == set(verbs.commands)
     for name in named:
-        told = CliRunner().invoke(verbs, [name, "--help"])
-        assert told.exit_code == 0
-        assert len(told.output.splitlines()) > 4
+        message = CliRunner().invoke(verbs, [name, "--help"])
+        assert message.exit_code == 0
+        assert len(message.output.splitlines()) > 4
 
 
 def test_links_and_figures_are_there():
@@ -52,9 +52,9 @@ def small_run(tmp_path_factory):
     (folder / "configs/slider_crank.yaml").write_text(thin, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        told = CliRunner().invoke(verbs, ["run", "configs/slider_crank.yaml", "-j", "1"])
-    assert told.exit_code == 0, told.output
-    return folder, told.stdout
+        message = CliRunner().invoke(verbs, ["run", "configs/slider_crank.yaml", "-j", "1"])
+    assert message.exit_code == 0, message.output
+    return folder, message.stdout
 
 
 def test_a_run_prints_the_table_that_is_shown(small_run):

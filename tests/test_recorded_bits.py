@@ -51,11 +51,11 @@ def scene_of(law, elastic, friction):
 def digest(law, elastic, friction):
     """Return a hash of the rates and observables of eight states of a scene."""
     scene = scene_of(law, elastic, friction)
-    code, found = code_of(scene, 1), hashlib.sha256()
+    code, result = code_of(scene, 1), hashlib.sha256()
     for row, seed in itertools.product((5, END), (7, 8)):
         done = filled(code, states(scene, seed), row, 1)
-        found.update(done.k.tobytes() + done.o.tobytes())
-    return found.hexdigest()[:16]
+        result.update(done.k.tobytes() + done.o.tobytes())
+    return result.hexdigest()[:16]
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from test_sweep import same_results
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep.language.errors import InputError
-from clearsweep.sweeping import closing
+from clearsweep.sweeping import run_summary
 
 MASS, SPEED = "mechanism.slider.mass", "drive.speed"
 MASSES, SPEEDS = [0.1, 0.3, 0.5, 0.7, 0.9], [100.0, 300.0, 500.0, 700.0]
@@ -23,9 +23,9 @@ class Arc(Fake):
     @staticmethod
     def solve(case, log=None):
         """Return a made-up trajectory."""
-        found = trajectory(case)
-        found.summary["rod_slider_force_peak"] = distance(case.mechanism.values["slider.mass"], case.drive.speed)
-        return found
+        result = trajectory(case)
+        result.summary["rod_slider_force_peak"] = distance(case.mechanism.values["slider.mass"], case.drive.speed)
+        return result
 
 
 RADIUS = 0.6137  # N, of the border
@@ -94,7 +94,7 @@ def test_a_border_across_one_axis_is_enclosed_to_a_thousandth_of_a_step(tmp_path
     assert good <= RADIUS < bad
     assert bad / good == pytest.approx(2.0 ** (1.0 / 1024), rel=1e-9)  # halved by ratios, as the axis is
     assert result.refined == (500, 10, 1, True)
-    assert "Refined: 10 of at most 500 cases added" in closing.run_text(closing.of_run(result))
+    assert "Refined: 10 of at most 500 cases added" in run_summary.run_text(run_summary.of_run(result))
 
 
 def test_steps_that_are_equal_are_halved_by_differences(tmp_path):
@@ -106,7 +106,9 @@ def test_steps_that_are_equal_are_halved_by_differences(tmp_path):
 def test_where_all_cases_agree_none_is_added(tmp_path, limit):
     result = quiet(refined(limits={"rod_slider_force_peak": limit}), tmp_path / "run")
     assert (result.cases, result.refined.added) == (20, 0)
-    assert "nowhere one keeps to the limits and its neighbour does not" in closing.run_text(closing.of_run(result))
+    assert "nowhere one keeps to the limits and its neighbour does not" in run_summary.run_text(
+        run_summary.of_run(result)
+    )
 
 
 def test_each_law_has_its_own_border(tmp_path):
@@ -129,7 +131,7 @@ def test_a_refined_run_is_written_to_run_json_so_that_it_loads_again(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"refine": 200}, "refine: found 200; expected a section such as {along: limits, cases: 200}"),
         ({"refine": {"along": "limits"}}, "refine.cases: is missing"),
@@ -147,10 +149,10 @@ def test_a_refined_run_is_written_to_run_json_so_that_it_loads_again(tmp_path):
         ({"refine": {"cases": 3, "added": {MASS: [0.2]}}}, "refine.added: has not a value of every swept path"),
     ],
 )
-def test_a_mistake_is_told(changes, told):
+def test_a_mistake_is_told(changes, message):
     with pytest.raises(InputError) as caught:
         grids.load(refined(**changes), Fake.catalogue())
-    assert any(told in problem for problem in caught.value.problems), caught.value.problems
+    assert any(message in problem for problem in caught.value.problems), caught.value.problems
 
 
 def test_shards_of_what_is_refined_are_refused_with_a_way_out(tmp_path):
@@ -162,10 +164,10 @@ def test_a_case_that_fails_is_beyond_the_border(tmp_path):
     class Failing(Arc):
         @staticmethod
         def solve(case, log=None):
-            found = Arc.solve(case)
-            if found.summary["rod_slider_force_peak"] > RADIUS:
-                return type(found)("step-budget", "made to fail", {})
-            return found
+            result = Arc.solve(case)
+            if result.summary["rod_slider_force_peak"] > RADIUS:
+                return type(result)("step-budget", "made to fail", {})
+            return result
 
     quiet(refined(limits={"rod_slider_force_peak": 10.0}), tmp_path / "run", simulator=Failing)
     added, _ = off_border(clearsweep.open(tmp_path / "run").summary)

@@ -170,10 +170,10 @@ def test_long_tables_say_that_they_are_cut(pages):
 def test_elastic_range_is_told_with_figures():
     run = Run(strength=600e6)
     run.summary["rod_slider_yield_speed"] = 0.05
-    (told,) = headline.limits(study.prepare(run))
-    assert "in 108 of 108 cases" in told
-    assert "the worst closes at 4.4 m/s, 88 times the 0.05 m/s" in told
-    assert any(f"case {case_id[:8]}, rod-slider" in told for case_id in run.summary["case_id"])
+    (message,) = headline.limits(study.prepare(run))
+    assert "in 108 of 108 cases" in message
+    assert "the worst closes at 4.4 m/s, 88 times the 0.05 m/s" in message
+    assert any(f"case {case_id[:8]}, rod-slider" in message for case_id in run.summary["case_id"])
     run.summary["rod_slider_yield_speed"] = 4.5
     assert headline.limits(study.prepare(run)) == []
     assert headline.limits(study.prepare(Run())) == []  # of unknown strength

@@ -157,17 +157,17 @@ LAID_OUT = """
     ("name", "width"), [("laws", 1600), ("laws", 500), pytest.param("joints", 800, marks=pytest.mark.slow)]
 )
 def test_page_is_laid_out_and_fetches_nothing(pages, browse, proxy, name, width):
-    found = browse(pages[name], LAID_OUT, width=width)
-    assert found["errors"] == []
-    assert found["fetched"] == []
+    result = browse(pages[name], LAID_OUT, width=width)
+    assert result["errors"] == []
+    assert result["fetched"] == []
     assert [address for address in proxy[2] if ".test" in address] == ["http://report.test/"]
-    assert len(found["svg"]) == pages[name].count("<svg ") > 20
-    assert len(found["canvas"]) >= 4
+    assert len(result["svg"]) == pages[name].count("<svg ") > 20
+    assert len(result["canvas"]) >= 4
     for kind in ("svg", "section", "table", "canvas"):
-        assert all(wide > 50 and high > 20 for wide, high in found[kind])
-    assert found["folded"]  # the setup, until it is opened
-    assert found["smallest"] > 5.5  # px, of the first letters of every figure
-    assert found["page"] <= found["window"]  # nothing makes the page scroll sideways
+        assert all(wide > 50 and high > 20 for wide, high in result[kind])
+    assert result["folded"]  # the setup, until it is opened
+    assert result["smallest"] > 5.5  # px, of the first letters of every figure
+    assert result["page"] <= result["window"]  # nothing makes the page scroll sideways
 
 
 def test_browser_would_notice_a_fetch_and_a_script_that_is_not_the_pages(pages, browse, proxy):
@@ -225,22 +225,22 @@ USED = """
 
 
 def test_cases_are_sorted_filtered_brushed_and_followed(pages, browse):
-    found = browse(pages["laws"], USED)
-    assert found["errors"] == []
+    result = browse(pages["laws"], USED)
+    assert result["errors"] == []
     run = Run(**RUNS["laws"]).summary
     forces = sorted(run["rod_slider_force_peak"], reverse=True)
-    assert [float(text) for text in found["first"]] == pytest.approx([force / 1e3 for force in forces][:20], rel=1e-3)
-    assert found["cases"] == "24 cases."
-    assert found["sorted"] == [text for text in ("0.05", "0.1", "0.2", "0.5") for _ in range(6)][:20]
-    assert found["filtered"] == ["12 of 24 cases.", ["0.05", "0.1"]]
-    assert found["words"] == ["6 of 24 cases.", ["hertz"]]
-    assert found["cleared"] == "24 cases."
-    low, high = map(float, found["brushed"][1].split(".."))
-    assert found["brushed"][0] == "6 of 24 cases."
+    assert [float(text) for text in result["first"]] == pytest.approx([force / 1e3 for force in forces][:20], rel=1e-3)
+    assert result["cases"] == "24 cases."
+    assert result["sorted"] == [text for text in ("0.05", "0.1", "0.2", "0.5") for _ in range(6)][:20]
+    assert result["filtered"] == ["12 of 24 cases.", ["0.05", "0.1"]]
+    assert result["words"] == ["6 of 24 cases.", ["hertz"]]
+    assert result["cleared"] == "24 cases."
+    low, high = map(float, result["brushed"][1].split(".."))
+    assert result["brushed"][0] == "6 of 24 cases."
     assert 0.05 <= low < high < 0.1
-    assert found["chosen"][0] in set(run["case_id"])
-    assert found["chosen"][1] == 1
-    assert "force peak" in found["tip"]
+    assert result["chosen"][0] in set(run["case_id"])
+    assert result["chosen"][1] == 1
+    assert "force peak" in result["tip"]
 
 
 FOLLOWED = """
@@ -254,13 +254,13 @@ FOLLOWED = """
 
 
 def test_cell_of_a_map_says_its_value_and_leads_to_its_case(pages, browse):
-    found = browse(pages["pair"], FOLLOWED)
-    assert found["errors"] == []
-    assert found["hash"] == f"#case-{found['id']}"
-    force, place = found["said"].split(": ")
-    assert place.replace("\u00a0", " ") == f"clearance {found['clearance']} mm, crank speed {found['speed']} rpm"
-    row = Run(**RUNS["pair"]).summary.set_index("case_id").loc[found["id"]]
-    assert row["rod_slider_force_peak"] == pytest.approx(1e3 * float(found["force"]), rel=1e-3)
+    result = browse(pages["pair"], FOLLOWED)
+    assert result["errors"] == []
+    assert result["hash"] == f"#case-{result['id']}"
+    force, place = result["said"].split(": ")
+    assert place.replace("\u00a0", " ") == f"clearance {result['clearance']} mm, crank speed {result['speed']} rpm"
+    row = Run(**RUNS["pair"]).summary.set_index("case_id").loc[result["id"]]
+    assert row["rod_slider_force_peak"] == pytest.approx(1e3 * float(result["force"]), rel=1e-3)
     assert force == wording.Scale(1e3, "kN").text(row["rod_slider_force_peak"])
 
 
@@ -288,15 +288,15 @@ PLAYED = """
 
 
 def test_motion_plays_steps_and_pauses(pages, browse):
-    found = browse(pages["laws"], PLAYED)
-    assert found["errors"] == []
-    assert found["changed"] == [True, True]
-    assert found["marker"].startswith("33.3")
-    assert re.fullmatch(r"[\d.]+°", found["at"])
-    assert "ideal" in found["said"]
-    assert found["playing"] > found["third"]
-    assert found["still"] == found["paused"]
-    assert found["curves"] == 3
+    result = browse(pages["laws"], PLAYED)
+    assert result["errors"] == []
+    assert result["changed"] == [True, True]
+    assert result["marker"].startswith("33.3")
+    assert re.fullmatch(r"[\d.]+°", result["at"])
+    assert "ideal" in result["said"]
+    assert result["playing"] > result["third"]
+    assert result["still"] == result["paused"]
+    assert result["curves"] == 3
 
 
 def test_page_is_dark_where_that_is_preferred(pages, browse):
@@ -315,10 +315,10 @@ def test_page_has_no_serious_barrier(pages, browse):
       return {barriers: result.violations.filter(each => ["serious", "critical"].includes(each.impact))
         .map(each => `${each.id}: ${each.nodes[0].html}`), passed: result.passes.length};
     """
-    found = browse(pages["laws"], looked, first=axe)
-    assert found["errors"] == []
-    assert found["passed"] > 20
-    assert found["barriers"] == []
+    result = browse(pages["laws"], looked, first=axe)
+    assert result["errors"] == []
+    assert result["passed"] > 20
+    assert result["barriers"] == []
 
 
 CHOSEN = """
@@ -340,11 +340,11 @@ def test_the_wear_of_a_case_that_is_chosen_is_drawn(monkeypatch, tmp_path, brows
         depth[place] = 1e-9 * (1 + place)
         ends[case_id] = {"rod_slider": (depth, 0.5 * depth)}
     monkeypatch.setattr(run, "wear", lambda case_id: ends.get(case_id, ends[order[0]]))
-    found = browse(report.write(run, tmp_path / "page.html").read_text(encoding="utf-8"), CHOSEN)
-    assert found["errors"] == []
-    assert found["cases"] == len(order)
-    assert [text.replace("\u00a0", " ").split(" at ")[0] for text in found["last"]["said"]] == [
+    result = browse(report.write(run, tmp_path / "page.html").read_text(encoding="utf-8"), CHOSEN)
+    assert result["errors"] == []
+    assert result["cases"] == len(order)
+    assert [text.replace("\u00a0", " ").split(" at ")[0] for text in result["last"]["said"]] == [
         "deepest 91.0 nm",
         "deepest 45.5 nm",
     ]
-    assert not set(found["first"]["drawn"]) & set(found["last"]["drawn"])
+    assert not set(result["first"]["drawn"]) & set(result["last"]["drawn"])

@@ -19,8 +19,8 @@ def painted(picture):
 
 
 def section(run, module=curves, **options):
-    (found,) = module.sections(study.prepare(run, **options))
-    return {picture.title: picture for _, picture in found.pictures}
+    (result,) = module.sections(study.prepare(run, **options))
+    return {picture.title: picture for _, picture in result.pictures}
 
 
 @pytest.mark.parametrize(("typical", "reduced"), [(False, "max"), (True, "median")])
@@ -81,7 +81,7 @@ def test_maps_of_one_figure_share_their_colours_and_hold_the_summary():
     drawn = section(run, maps) | {picture.title: picture for picture in maps.first(study.prepare(run))}
     forces = [painted(picture) for title, picture in drawn.items() if title.startswith("Force peak: ")]
     ends = {axes.collections[0].get_clim() for axes in forces}
-    tables = [run.summary.groupby([one, other])[PEAK].max() for one, other in ((CLEARANCE, SPEED),)]
+    tables = [run.summary.groupby([first, other])[PEAK].max() for first, other in ((CLEARANCE, SPEED),)]
     assert len(forces) == 6
     ((low, high),) = ends
     assert high == pytest.approx(run.summary[PEAK].max() / 1e3, rel=1e-12)

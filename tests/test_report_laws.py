@@ -109,7 +109,7 @@ def test_laws_that_never_meet_at_equal_values_are_not_compared():
     run.summary = run.summary[(run.summary[LAW] == "exact") == (run.summary["drive.speed"] > 200.0)]
     run.summary = run.summary.reset_index(drop=True)
     assert "No two finished cases differ in the contact law alone" in blocks(run, Sentences)[0].texts[0]
-    assert not any(one.key.endswith("spread") for one in tables(run))
+    assert not any(first.key.endswith("spread") for first in tables(run))
 
 
 def test_restitution_asked_for_stands_beside_what_each_law_gives_back(tmp_path):
@@ -136,12 +136,12 @@ def test_an_impact_pair_measures_what_its_laws_give_back():
 
 def test_the_choice_of_the_elastic_law_moves_the_force_fourteenfold(tmp_path):
     run = of_elastic(["winkler", "power", "johnson"])
-    told = text(run, tmp_path)
+    message = text(run, tmp_path)
     assert (
         "At a penetration of 1 µm these elastic laws differ by a factor of 14.2: 66.1 N (power) to 939 N "
         "(winkler); by 30.2 at 0.1 µm"
-    ) in told
-    assert "elastic law winkler, power, johnson" in told
+    ) in message
+    assert "elastic law winkler, power, johnson" in message
     rows = {row[0]: row for row in table(run, "elastic_force_rod_slider").rows}
     assert rows["johnson"][2:7] == pytest.approx((63.068, 814.618, 5158.36, 11700.0, 27138.3), rel=1e-4)
     assert rows["johnson"][8] == pytest.approx(0.1991e-3, rel=1e-3)
@@ -205,10 +205,10 @@ def test_laws_of_another_version_leave_the_rest_of_the_page(tmp_path):
     run = of_laws()
     run.grid["sweep"][LAW] = ["lankarani-nikravesh", "forgotten"]
     run.summary[LAW] = run.summary[LAW].replace("exact", "forgotten")
-    told = text(run, tmp_path)
-    assert "Spread between the contact laws" in told
-    assert "This version does not know every law of this run" in told
-    assert "given back" not in told
+    message = text(run, tmp_path)
+    assert "Spread between the contact laws" in message
+    assert "This version does not know every law of this run" in message
+    assert "given back" not in message
 
 
 def test_tables_of_laws_are_written_with_their_units(tmp_path):
@@ -239,9 +239,9 @@ def test_a_case_is_resolved_again_with_the_keys_that_it_uses():
 def test_ranges_of_what_is_derived_hold_one_unit_each():
     cases = grid.load("configs/law_comparison.yaml", simulation.catalogue())
     derived, _ = sweep.facts(cases, SIMULATION)
-    stiff = {name: one for name, one in derived.items() if "contact.stiffness" in name}
-    assert {one["unit"] for one in stiff.values()} == {"N/m^1.5", "N/m^1.16257", "N/m^1.02531"}
-    assert all(one["min"] == one["max"] for one in stiff.values())
+    stiff = {name: first for name, first in derived.items() if "contact.stiffness" in name}
+    assert {first["unit"] for first in stiff.values()} == {"N/m^1.5", "N/m^1.16257", "N/m^1.02531"}
+    assert all(first["min"] == first["max"] for first in stiff.values())
 
 
 def test_every_law_that_is_drawn_is_named():
@@ -254,7 +254,7 @@ def test_every_law_that_is_drawn_is_named():
 
 
 @pytest.mark.parametrize(
-    ("limit", "told"),
+    ("limit", "message"),
     [
         (70000.0, "decides whether the limits are kept in 1 of 3 designs, such as at crank speed 3000 rpm: kept with "),
         (1e9, "does not move the verdict on 3 designs: each keeps to the limits with every one"),
@@ -262,7 +262,7 @@ def test_every_law_that_is_drawn_is_named():
         (20000.0, "lankarani-nikravesh, exceeded with exact"),
     ],
 )
-def test_whether_the_choice_moves_the_verdict_is_said_first(limit, told):
+def test_whether_the_choice_moves_the_verdict_is_said_first(limit, message):
     run = of_laws()
     peak = run.summary[PEAK]
     run.grid["limits"] = {PEAK: limit}
@@ -270,7 +270,7 @@ def test_whether_the_choice_moves_the_verdict_is_said_first(limit, told):
     run.summary[verdict.MARGIN] = 1.0 - peak / limit
     (part,) = [part for part in of_choice(run) if part.key.endswith("contact_law")]
     first = part.blocks[0].texts[0].replace("\u00a0", " ")
-    assert told in first
+    assert message in first
     table = next(table for table in part.tables if table.key.endswith("_verdict"))
     for law, designs, beyond, smallest, _ in table.rows:
         mine = peak[run.summary[LAW] == law]

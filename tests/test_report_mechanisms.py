@@ -118,9 +118,9 @@ def test_the_output_is_judged_by_its_own_ideal_motion_and_in_its_own_unit():
     ideal = AMPLITUDE * np.sin(5000 * RPM * t + LEAD)
     run = run_of("four-bar", further={"rocker/angle": ideal + np.radians(0.5)})
     prepared, case_id = study.prepare(run), run.summary["case_id"][0]
-    told = {picture.title: picture.alt for picture in motion.pictures(prepared, case_id, run.orbit(case_id))}
-    assert told["Rocker position error"] == "Rocker error, at most 0.500°."
-    assert "the ideal mechanism reaches" in told["Rocker acceleration against the ideal mechanism"]
+    message = {picture.title: picture.alt for picture in motion.pictures(prepared, case_id, run.orbit(case_id))}
+    assert message["Rocker position error"] == "Rocker error, at most 0.500°."
+    assert "the ideal mechanism reaches" in message["Rocker acceleration against the ideal mechanism"]
     run.summary["rocker_error_max"] = np.radians(0.5)
     (said,) = [sentence for sentence in headline.sentences(study.prepare(run)) if "ideal place" in sentence]
     assert said.startswith("The rocker is off its ideal place by up to 0.500°; its acceleration reaches")
@@ -134,5 +134,5 @@ def test_the_ideal_motion_of_the_slider_crank_is_the_closed_form_that_the_grid_g
     angle = np.linspace(16 * np.pi, 20 * np.pi, 1441)
     place = CRANK * np.cos(angle) + np.sqrt(ROD**2 - (CRANK * np.sin(angle)) ** 2)
     path = pd.DataFrame(run.orbit(case_id)).assign(**{"slider/place": place + 2e-6})
-    told = {picture.title: picture.alt for picture in motion.pictures(prepared, case_id, path)}
-    assert told["Slider position error"].replace("\u00a0", " ") == "Slider error, at most 2.00 µm."
+    message = {picture.title: picture.alt for picture in motion.pictures(prepared, case_id, path)}
+    assert message["Slider position error"].replace("\u00a0", " ") == "Slider error, at most 2.00 µm."

@@ -21,9 +21,9 @@ TURN = 2.0 * np.pi
 def test_a_spectrum_finds_every_oscillation_at_its_order_and_no_other():
     angle = np.linspace(0.0, 2 * TURN, 1441)
     values = 7.0 + 3.0 * np.cos(2 * angle + 0.3) + 0.5 * np.sin(5.5 * angle)
-    found = spectrum.of_history(angle, values)
-    assert found.turns == 2
-    amplitudes = dict(zip(found.order.tolist(), found.amplitude.tolist(), strict=True))
+    result = spectrum.of_history(angle, values)
+    assert result.turns == 2
+    amplitudes = dict(zip(result.order.tolist(), result.amplitude.tolist(), strict=True))
     assert amplitudes.pop(2.0) == pytest.approx(3.0, rel=1e-12)
     assert amplitudes.pop(5.5) == pytest.approx(0.5, rel=1e-12)
     assert max(amplitudes.values()) < 1e-12
@@ -32,8 +32,8 @@ def test_a_spectrum_finds_every_oscillation_at_its_order_and_no_other():
 def test_a_spectrum_keeps_the_mean_square_and_leaves_out_what_is_no_whole_turn():
     angle = np.linspace(1.0, 1.0 + 2.25 * TURN, 2 * 360 + 90 + 1)
     values = np.random.default_rng(1).normal(size=len(angle))
-    found, last = spectrum.of_history(angle, values), values[-720:]
-    square = 0.5 * (found.amplitude[:-1] ** 2).sum() + found.amplitude[-1] ** 2
+    result, last = spectrum.of_history(angle, values), values[-720:]
+    square = 0.5 * (result.amplitude[:-1] ** 2).sum() + result.amplitude[-1] ** 2
     assert square == pytest.approx(last.var(), rel=1e-12)
     assert spectrum.of_history(angle[:300], values[:300]) is None
 
@@ -43,7 +43,7 @@ def test_a_diagram_has_the_stored_points_of_the_cases_along_its_axis_after_what_
     given = study.prepare(run)
     beside = run.summary.query(f"`{CLEARANCE}` == 2e-4")["case_id"].iloc[0]
     axis = next(axis for axis in given.axes if axis.path == "drive.speed")
-    points = strobe.along(given, given.joints[0], axis, beside)
+    points = strobe.independent(given, given.joints[0], axis, beside)
     cases = run.summary.query(f"`{CLEARANCE}` == 2e-4").sort_values("drive.speed")
     stored = pd.concat([run.poincare(case_id)[2:] for case_id in cases["case_id"]])
     assert points.cases == 3
@@ -84,8 +84,8 @@ def test_the_time_of_impacts_is_that_of_contacts_shorter_than_ten_degrees_within
         second: [(2.5, 2.5277), (2.6, 2.6279)],
     }
     given = study.prepare(run)
-    found = kinds.short_contacts(given, given.joints[0])
-    assert found == pytest.approx([(0.005 + 0.02) / 8, 0.0277 / 8], rel=1e-9)
+    result = kinds.short_contacts(given, given.joints[0])
+    assert result == pytest.approx([(0.005 + 0.02) / 8, 0.0277 / 8], rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -113,8 +113,8 @@ def test_the_table_of_kinds_is_that_of_the_summary(tmp_path):
         parts = [float(row[name]) for name in ("free flight", "impacts", "lasting contact")]
         assert sum(parts) == pytest.approx(1.0, rel=1e-12)
         expected = [(period == 1).mean(), (period == 2).mean(), (period == 3).mean(), period.isna().mean()]
-        found = [float(row[name]) for name in ("period 1", "period 2", "period n", "irregular")]
-        assert found == pytest.approx(expected)
+        result = [float(row[name]) for name in ("period 1", "period 2", "period n", "irregular")]
+        assert result == pytest.approx(expected)
 
 
 def test_the_section_shows_what_there_is_and_is_left_out_where_nothing_turns():
@@ -156,8 +156,8 @@ def test_events_are_read_in_blocks_as_they_are_read_case_by_case(tmp_path, monke
     monkeypatch.setattr("clearsweep.store.read.GROUP_ROWS", 4)
     blocks = list(run.event_blocks())
     assert [len(counts) for counts, _ in blocks] == [4, 2]
-    one = pd.concat([run.events(case_id) for case_id in run.summary["case_id"]])
-    assert sum(counts.sum() for counts, _ in blocks) == len(one) > 0
+    first = pd.concat([run.events(case_id) for case_id in run.summary["case_id"]])
+    assert sum(counts.sum() for counts, _ in blocks) == len(first) > 0
     for name, words in (("t", None), ("joint", run.layout.contacts), ("kind", ("on", "off"))):
         values = np.concatenate([events[name] for _, events in blocks])
-        assert [*(values if words is None else (words[code] for code in values))] == one[name].tolist()
+        assert [*(values if words is None else (words[code] for code in values))] == first[name].tolist()

@@ -129,9 +129,11 @@ def test_bins_that_are_too_coarse_for_the_arcs_are_told_with_how_many_would_do(e
     run = Run()
     run.summary["rod_slider_wear_bins_enough"] = float(enough)
     (section_,) = sections.wear.sections(study.prepare(run))
-    told = " ".join(text for block in section_.blocks if isinstance(block, section.Sentences) for text in block.texts)
-    assert ("360 bins are too coarse in" in told) == (remedy is not None)
-    assert remedy is None or remedy in told
+    message = " ".join(
+        text for block in section_.blocks if isinstance(block, section.Sentences) for text in block.texts
+    )
+    assert ("360 bins are too coarse in" in message) == (remedy is not None)
+    assert remedy is None or remedy in message
 
 
 def test_wear_is_shown_in_units_of_designers_beside_those_of_the_window():

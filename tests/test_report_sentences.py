@@ -42,11 +42,11 @@ def test_values_that_are_compared_have_the_unit_of_the_largest():
 
 def test_a_sentence_has_one_unit_of_force(run):
     prepared = study.prepare(run)
-    told = [*headline.sentences(prepared), *verdict.ratios(prepared)]
-    told[:0] = drivers.sentences(prepared, prepared.joints[0])
-    assert sum(bool(units(sentence)) for sentence in told) >= 4
-    assert all(len(units(sentence)) < 2 for sentence in told), told
-    assert units(told[-1]) == {"kN"}  # of a median of some kN the peak and the ideal one, both less, take the unit
+    message = [*headline.sentences(prepared), *verdict.ratios(prepared)]
+    message[:0] = drivers.sentences(prepared, prepared.joints[0])
+    assert sum(bool(units(sentence)) for sentence in message) >= 4
+    assert all(len(units(sentence)) < 2 for sentence in message), message
+    assert units(message[-1]) == {"kN"}  # of a median of some kN the peak and the ideal one, both less, take the unit
 
 
 def test_the_rows_of_a_figure_have_one_unit(run):
@@ -59,10 +59,10 @@ def test_the_rows_of_a_figure_have_one_unit(run):
 def test_the_largest_peak_is_named_with_what_p99_sees_of_it(run):
     hidden = run.summary[P99].idxmin()
     run.summary.loc[hidden, PEAK] = 9e6
-    told = headline.sentences(study.prepare(run))[0]
-    assert told.startswith("Largest force peak: 9.00\u00a0MN at ")
-    assert "crank speed 286.5\u00a0rpm" in told
-    assert "(p99 " in told
+    message = headline.sentences(study.prepare(run))[0]
+    assert message.startswith("Largest force peak: 9.00\u00a0MN at ")
+    assert "crank speed 286.5\u00a0rpm" in message
+    assert "(p99 " in message
 
 
 def test_cards_and_pictures_have_the_speed_at_which_the_joint_first_yields(run):

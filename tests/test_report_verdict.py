@@ -12,7 +12,7 @@ from clearsweep.judging import verdict
 from clearsweep.report import study
 from clearsweep.report.picture import svg
 from clearsweep.report.sections import maps, trust
-from clearsweep.report.sections import sought as answers
+from clearsweep.report.sections import seek as answers
 from clearsweep.report.sections import verdict as section
 
 PEAK, IDEAL = "rod_slider_force_peak", "rod_slider_force_peak_ideal"
@@ -51,15 +51,15 @@ def test_the_table_of_limits_is_that_of_the_summary(run):
     prepared = study.prepare(run)
     (table,) = section.sections(prepared)[0].tables
     cases = prepared.cases
-    found = {row[0]: tuple(cell.value for cell in row[2:6]) for row in table.rows}
+    result = {row[0]: tuple(cell.value for cell in row[2:6]) for row in table.rows}
     assert [row[1] for row in table.rows] == [
         "force peak at most 6 times the ideal peak",
         "slider error at most 0.3\u00a0mm",
     ]
     margins = {PEAK: 1.0 - cases[PEAK] / cases[IDEAL] / 6.0, "slider_error_max": 1.0 - cases["slider_error_max"] / 3e-4}
     for name, margin in margins.items():
-        assert found[name][:3] == (int((margin < 0.0).sum()), 0, len(cases))
-        assert found[name][3] == pytest.approx(margin.min(), rel=1e-12)
+        assert result[name][:3] == (int((margin < 0.0).sum()), 0, len(cases))
+        assert result[name][3] == pytest.approx(margin.min(), rel=1e-12)
 
 
 def test_a_map_shows_the_worst_of_a_cell_or_on_request_the_median(run):
@@ -91,9 +91,9 @@ def test_the_page_holds_the_verdict_and_its_map(run, tmp_path):
     assert page.index('id="verdict"') < page.index('id="headline"')
 
 
-def told(found, place=0):
+def told(result, place=0):
     """Return what the first block of a section says, with plain spaces."""
-    return " ".join(found[place].blocks[0].texts).replace("\u00a0", " ")
+    return " ".join(result[place].blocks[0].texts).replace("\u00a0", " ")
 
 
 @pytest.mark.parametrize(("whom", "limit"), [("each", 0.3137), ("all", 0.3137), ("each", 0.05), ("each", 1.0)])

@@ -30,12 +30,12 @@ def dense():
 
 def test_the_load_peak_is_the_largest_resultant_of_the_two_forces(dense):
     load = np.hypot(dense["joints/rod_slider/force_normal"], dense["joints/rod_slider/force_tangential"]).max()
-    found = dense.summary["rod_slider_load_peak"]
-    assert load <= found * (1.0 + 1e-9)
-    assert load == pytest.approx(found, rel=1e-4)
-    assert found > 1.0005 * dense.summary["rod_slider_force_peak"]  # where it slides, sqrt(1 + 0.05^2) of it
+    result = dense.summary["rod_slider_load_peak"]
+    assert load <= result * (1.0 + 1e-9)
+    assert load == pytest.approx(result, rel=1e-4)
+    assert result > 1.0005 * dense.summary["rod_slider_force_peak"]  # where it slides, sqrt(1 + 0.05^2) of it
     assert dense.summary["rod_slider_force_peak_ratio"] == pytest.approx(
-        found / dense.summary["rod_slider_force_peak_ideal"], rel=1e-12
+        result / dense.summary["rod_slider_force_peak_ideal"], rel=1e-12
     )
 
 
@@ -64,8 +64,8 @@ def test_a_peak_belongs_to_the_revolution_of_its_contact():
     np.maximum.at(straddling, last[first != last].astype(int), ended["force_peak"][first != last])
     np.maximum.at(straddling, first[first != last].astype(int), ended["force_peak"][first != last])
     assert np.all(straddling[1:] < peaks[1:])  # so that the events tell the peak of every revolution
-    found = path.summary["rod_slider_force_peak_median"]
-    assert found == pytest.approx(np.median(peaks[1:]), rel=1e-12)
+    result = path.summary["rod_slider_force_peak_median"]
+    assert result == pytest.approx(np.median(peaks[1:]), rel=1e-12)
     assert path.summary["rod_slider_force_peak_median_low"] == pytest.approx(np.sort(peaks[1:])[0], rel=1e-12)
     assert path.summary["rod_slider_force_peak_p95_high"] is None
     assert path.summary["period"] is None
@@ -74,19 +74,19 @@ def test_a_peak_belongs_to_the_revolution_of_its_contact():
 def test_the_revolution_of_the_largest_peak_has_the_bits_of_the_whole_run():
     changes = SHORT | {"simulate.revolutions": 7, "save": {"orbits": "all", "samples": 90}}
     scene = clearsweep.load_case(slider_crank("rod-slider", changes=changes))
-    whole, found = clearsweep.simulate(scene), peak_revolution(scene.case, 0, 7.0)
-    first = int(found.turns)
-    assert 1 <= first == found.turns <= 6
+    whole, result = clearsweep.simulate(scene), peak_revolution(scene.case, 0, 7.0)
+    first = int(result.turns)
+    assert 1 <= first == result.turns <= 6
     same = [
         name for name in whole.summary if name not in ("run_time", "setup_time", "rhs_evaluations")
     ]  # which sampling adds to
-    assert [found.path.summary[name] for name in same] == [whole.summary[name] for name in same]
+    assert [result.path.summary[name] for name in same] == [whole.summary[name] for name in same]
     here = slice(90 * first, 90 * first + 91)
-    usual = np.isin(found.path.t, whole.t)
+    usual = np.isin(result.path.t, whole.t)
     for name in ("t", "slider/x", "joints/rod_slider/force_normal"):
-        assert np.array_equal(found.path[name][usual], whole[name][here])
-    assert 91 < found.path.t.size < 91 + 62
-    force = found.path["joints/rod_slider/force_normal"].max()
+        assert np.array_equal(result.path[name][usual], whole[name][here])
+    assert 91 < result.path.t.size < 91 + 62
+    force = result.path["joints/rod_slider/force_normal"].max()
     assert 0.9 < force / whole.summary["rod_slider_force_peak"] <= 1.0 + 1e-12  # in between it is sampled densely
     ended = whole.events[whole.events["kind"] == "off"]
     hardest = ended[ended["t"] > TURN][np.argmax(ended["force_peak"][ended["t"] > TURN])]
@@ -162,17 +162,17 @@ def test_intervals_of_quantiles_hold_what_they_promise():
     for _ in range(2000):
         values = random.exponential(size=100)
         for share, place in ((0.5, 0), (0.95, 1)):
-            found, true = spread.quantiles(values, (share,))[0], stats.expon.ppf(share)
-            assert found.value == pytest.approx(np.quantile(values, share), rel=1e-12)
-            high = np.inf if found.high is None else found.high  # what is no end is no bound
-            missed[place] += not found.low <= true <= high
+            result, true = spread.quantiles(values, (share,))[0], stats.expon.ppf(share)
+            assert result.value == pytest.approx(np.quantile(values, share), rel=1e-12)
+            high = np.inf if result.high is None else result.high  # what is no end is no bound
+            missed[place] += not result.low <= true <= high
     assert np.all(missed / 2000 < 0.05 + 3 * np.sqrt(0.05 * 0.95 / 2000))
 
 
 def test_values_that_follow_each_other_count_for_fewer():
     walk = np.cumsum(np.random.default_rng(1).normal(size=200))
     mixed = np.random.default_rng(2).permutation(walk)
-    widths = [found.high - found.low for found in (spread.quantiles(values, (0.5,))[0] for values in (walk, mixed))]
+    widths = [result.high - result.low for result in (spread.quantiles(values, (0.5,))[0] for values in (walk, mixed))]
     assert widths[0] > 2.0 * widths[1]
 
 

@@ -75,8 +75,8 @@ def test_the_file_is_what_its_solver_makes():
         law, sines = law_of(slenderness), np.array([-0.97, -0.4, 0.1, 0.8])
         exact = film_table.logarithms(slenderness, ratio, sines)
         for table, rows, tolerance in ((law.power, exact[0], 2e-3), (law.peak, exact[1], 0.1)):
-            found = [reynolds.expansion(table, ratio, sine)[0] for sine in sines]
-            assert found == pytest.approx(rows, rel=0.0, abs=tolerance)
+            result = [reynolds.expansion(table, ratio, sine)[0] for sine in sines]
+            assert result == pytest.approx(rows, rel=0.0, abs=tolerance)
 
 
 def published(motion, shortest=0.2):
@@ -89,9 +89,9 @@ def published(motion, shortest=0.2):
                 yield slenderness, ratio, float(row["sommerfeld_number_So"]), row["attitude_deg"]
 
 
-def sommerfeld(slenderness, ratio, closing, spin):
+def sommerfeld(slenderness, ratio, squeeze_rate, spin):
     """Return So and attitude (deg) by the law: F psi^2 / (L D mu w) of integrals over half of the pin."""
-    radial, tangential = 3.0 * np.array(film_force(law_of(slenderness), FilmMotion(ratio, closing, spin)))
+    radial, tangential = 3.0 * np.array(film_force(law_of(slenderness), FilmMotion(ratio, squeeze_rate, spin)))
     return math.hypot(radial, tangential), math.degrees(math.atan2(tangential, -radial))
 
 
@@ -100,9 +100,9 @@ def test_a_bearing_that_turns_bears_what_butenschoen_tabulated():
     rows = list(published("wedge"))
     assert len(rows) == 84
     for slenderness, ratio, load, attitude in rows:
-        found, angle = sommerfeld(slenderness, ratio, 0.0, 1.0)
+        result, angle = sommerfeld(slenderness, ratio, 0.0, 1.0)
         # the table's So has four digits, and its grid is coarse for thin films
-        assert found == pytest.approx(load, rel=0.022 if ratio <= 0.9 else 0.04, abs=6e-5), (slenderness, ratio)
+        assert result == pytest.approx(load, rel=0.022 if ratio <= 0.9 else 0.04, abs=6e-5), (slenderness, ratio)
         assert angle - float(attitude) == pytest.approx(0.0, abs=0.5 + 5.0 * slenderness**2 * (1.0 - ratio))
 
 
@@ -123,19 +123,19 @@ def test_a_bearing_that_is_squeezed_bears_what_butenschoen_tabulated():
     assert len(rows) > 160
     for slenderness, ratio, load, _ in rows:
         if abs(ratio) <= 0.97 and ratio != 0.0:
-            found, _ = sommerfeld(slenderness, abs(ratio), math.copysign(1.0, ratio), 0.0)
-            assert found == pytest.approx(load, rel=0.02, abs=6e-5), (slenderness, ratio)
+            result, _ = sommerfeld(slenderness, abs(ratio), math.copysign(1.0, ratio), 0.0)
+            assert result == pytest.approx(load, rel=0.02, abs=6e-5), (slenderness, ratio)
 
 
 def test_the_fits_of_finite_are_as_near_to_the_tables_as_they_say():
     """Each alone: a steady wedge and a pure squeeze, over what the law is trusted for."""
     for slenderness, ratio, load, _ in published("wedge", 0.125):
-        found = math.hypot(*film_force(finite.butenschoen(1.0, slenderness), FilmMotion(ratio, 0.0, 1.0)))
-        assert ratio > 0.95 or found == pytest.approx(load, rel=0.07, abs=6e-5), (slenderness, ratio)
+        result = math.hypot(*film_force(finite.butenschoen(1.0, slenderness), FilmMotion(ratio, 0.0, 1.0)))
+        assert ratio > 0.95 or result == pytest.approx(load, rel=0.07, abs=6e-5), (slenderness, ratio)
     for slenderness, ratio, load, _ in published("squeeze", 0.125):
         motion = FilmMotion(abs(ratio), math.copysign(1.0, ratio), 0.0)
-        found = math.hypot(*film_force(finite.butenschoen(1.0, slenderness), motion))
-        assert abs(ratio) > 0.95 or found == pytest.approx(load, rel=0.07, abs=6e-5), (slenderness, ratio)
+        result = math.hypot(*film_force(finite.butenschoen(1.0, slenderness), motion))
+        assert abs(ratio) > 0.95 or result == pytest.approx(load, rel=0.07, abs=6e-5), (slenderness, ratio)
 
 
 #: Length / diameter, eccentricity ratio -> Sommerfeld number S = 1 / (2 pi So) and attitude (deg): Raimondi & Boyd
@@ -167,7 +167,7 @@ def test_a_film_never_feeds_energy_in(slenderness, ratio, turn):
     squeeze, wedge = math.sin(turn), math.cos(turn)
     motion = FilmMotion(ratio, 0.5 * squeeze, wedge / ratio if ratio > 1e-6 else 0.0)
     radial, tangential = film_force(law_of(slenderness), motion)
-    squeeze, wedge = 2.0 * motion.closing, motion.spin * ratio
+    squeeze, wedge = 2.0 * motion.squeeze_rate, motion.spin * ratio
     assert wedge * tangential - squeeze * radial >= 0.0
 
 
@@ -211,8 +211,8 @@ def test_the_largest_pressure_is_that_of_the_second_way():
         film, law = film_table.Film(slenderness, ratio, (128, 16)), law_of(slenderness)
         for turn, tolerance in ((0.0, 0.02), (0.5, 0.02), (1.5, 0.02), (-0.3, 0.03), (-1.5, 0.1)):
             squeeze, wedge = moving(ratio, turn)
-            found = film_pressure(law, FilmMotion(ratio, 0.5 * squeeze, wedge / ratio))
-            assert found == pytest.approx(film.solve(squeeze, wedge).highest, rel=tolerance)
+            result = film_pressure(law, FilmMotion(ratio, 0.5 * squeeze, wedge / ratio))
+            assert result == pytest.approx(film.solve(squeeze, wedge).highest, rel=tolerance)
 
 
 @pytest.mark.plain

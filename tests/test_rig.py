@@ -9,7 +9,7 @@ import rigs
 from ruamel.yaml import YAML
 
 import clearsweep
-from clearsweep.sweeping import closing
+from clearsweep.sweeping import run_summary
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "docs/rig.md").read_text(encoding="utf-8")
@@ -26,11 +26,13 @@ def test_the_clearance_is_found_from_the_acceleration(tmp_path):
     whole = YAML(typ="safe").load((ROOT / "configs/rig.yaml").read_text(encoding="utf-8"))
     whole["identify"] |= {"from": {str(ROOT / "configs/rig.csv"): {"slider/a": "acceleration"}}, "cases": 160}
     result = clearsweep.sweep(whole, tmp_path / "rig", show_progress=False)
-    found = {each.path: each for each in result.identified.parameters}[rigs.CLEARANCE]
-    assert found.low < rigs.TRUE[rigs.CLEARANCE] < found.high
+    computed = {each.path: each for each in result.identified.parameters}[rigs.CLEARANCE]
+    assert computed.low < rigs.TRUE[rigs.CLEARANCE] < computed.high
     (read,) = result.identified.signals
     assert read.angle == pytest.approx(0.698, abs=0.05)  # 40 deg
-    assert re.search(r"  clearance [\d.]+ um \(95 %: [\d.]+ to [\d.]+ um\)", closing.run_text(closing.of_run(result)))
+    assert re.search(
+        r"  clearance [\d.]+ um \(95 %: [\d.]+ to [\d.]+ um\)", run_summary.run_text(run_summary.of_run(result))
+    )
 
 
 @pytest.mark.slow

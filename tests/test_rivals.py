@@ -49,9 +49,9 @@ def test_accelerations_gaps_and_forces_are_those_of_the_kernels(name, pressed):
         model.rates(t, y / unit, du, record[0])
         assert du * unit == pytest.approx(ours[:n], rel=1e-9, abs=1e-9 * np.abs(ours[:n]).max())
         seen = ours[n + 1 :].reshape(joints, JOINT_WIDTH)
-        for place, found in ((DEPTH, "depth"), (RATE, "closing"), (NORMAL, "force")):
+        for place, result in ((DEPTH, "depth"), (RATE, "closing"), (NORMAL, "force")):
             scale = np.abs(seen[:, place]).max()
-            assert record[found][0, :joints] == pytest.approx(seen[:, place], rel=1e-9, abs=1e-9 * scale)
+            assert record[result][0, :joints] == pytest.approx(seen[:, place], rel=1e-9, abs=1e-9 * scale)
         depths = record["depth"].copy()
         model.depths(t, y / unit, record[0])
         assert record["depth"] == pytest.approx(depths, abs=1e-14)
@@ -62,7 +62,7 @@ def test_accelerations_gaps_and_forces_are_those_of_the_kernels(name, pressed):
 @pytest.mark.slow
 def test_scipy_stepped_from_event_to_event_follows_the_reference():
     problem = PROBLEMS["b_base"]
-    verdict = problem.judge(stepwise.solve(problem, 1e-11))
+    verdict = problem.assess(stepwise.solve(problem, 1e-11))
     assert verdict.events_exact
     assert verdict.first_half < 1e-6
 
@@ -86,12 +86,12 @@ def test_a_ratio_is_the_mean_over_all_errors_and_says_whether_what_was_asked_is_
         for error, factor in ((1e-6, 1.0), (1e-10, 2.0 if method == speed.OURS else 4.0))
         if (method, error) != ("heyoka", 1e-10)
     ]
-    found = {ratio["method"]: ratio for ratio in speed.ratios({"name": "b_base", "rows": rows})}
-    assert found[speed.SODA]["each"] == [3.0, *[6.0] * 8]
-    assert found[speed.SODA]["over_ours"] == pytest.approx(3.0 * 2.0 ** (8.0 / 9.0))
-    assert [found[name]["met"] for name in (speed.SODA, speed.SCIPY, "heyoka")] == [True, True, None]
-    assert found["heyoka"]["over_ours"] == pytest.approx(5.0)  # it errs by less nowhere: one error counts
-    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    result = {ratio["method"]: ratio for ratio in speed.ratios({"name": "b_base", "rows": rows})}
+    assert result[speed.SODA]["each"] == [3.0, *[6.0] * 8]
+    assert result[speed.SODA]["over_ours"] == pytest.approx(3.0 * 2.0 ** (8.0 / 9.0))
+    assert [result[name]["met"] for name in (speed.SODA, speed.SCIPY, "heyoka")] == [True, True, None]
+    assert result["heyoka"]["over_ours"] == pytest.approx(5.0)  # it errs by less nowhere: one error counts
+    assert json.loads(json.dumps(result, allow_nan=False)) == result
 
 
 def test_a_time_at_an_error_lies_on_log_log_lines():

@@ -12,13 +12,13 @@ from clearsweep.mechanics.joint.roughness.profile import identify
 @pytest.mark.parametrize("dimension", [1.3, 1.5, 1.7])
 def test_a_profile_of_known_dimension_is_recognised(dimension):
     x, heights = profile(dimension)
-    found = identify(tuple(x), tuple(heights))
-    assert found.dimension == pytest.approx(dimension, abs=0.03, rel=0.0)
-    assert found.dimension_low < dimension < found.dimension_high
-    assert found.dimension_high - found.dimension_low < 0.2
-    assert math.log10(found.scale) == pytest.approx(-10.0, abs=0.5, rel=0.0)
-    assert found.scale_low < found.scale < found.scale_high
-    assert found.residual < 0.05
+    result = identify(tuple(x), tuple(heights))
+    assert result.dimension == pytest.approx(dimension, abs=0.03, rel=0.0)
+    assert result.dimension_low < dimension < result.dimension_high
+    assert result.dimension_high - result.dimension_low < 0.2
+    assert math.log10(result.scale) == pytest.approx(-10.0, abs=0.5, rel=0.0)
+    assert result.scale_low < result.scale < result.scale_high
+    assert result.residual < 0.05
 
 
 def test_tilt_and_height_of_a_profile_do_not_matter():
@@ -28,7 +28,7 @@ def test_tilt_and_height_of_a_profile_do_not_matter():
 
 
 @pytest.mark.parametrize(
-    ("spoil", "told"),
+    ("spoil", "message"),
     [
         (lambda x, z: (x[:500], z[:500]), "has 500 rows; at least 1000"),
         (lambda x, z: (x**1.1, z), "expected even steps"),
@@ -36,7 +36,7 @@ def test_tilt_and_height_of_a_profile_do_not_matter():
         (lambda x, z: (x, np.sin(2e3 * x)), "grow with the power"),
     ],
 )
-def test_what_is_no_profile_of_a_fractal_is_told(spoil, told):
+def test_what_is_no_profile_of_a_fractal_is_told(spoil, message):
     x, heights = spoil(*profile(1.5, rows=1200))
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         identify(tuple(x), tuple(heights))

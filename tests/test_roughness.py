@@ -280,18 +280,18 @@ def test_a_profile_takes_the_place_of_dimension_and_scale_by_its_content(tmp_pat
     first = loaded(with_profile(tmp_path / "a.csv"))
     joint = first.case(0).joints[0]
     derived = registry.derived(joint)
-    found = identify(joint.roughness.tables["from_profile"]["x"], joint.roughness.tables["from_profile"]["height"])
-    assert derived["roughness.dimension"] == (found.dimension, "1")
-    assert derived["roughness.scale"] == (found.scale, "m")
-    assert derived["roughness.dimension_low"][0] < found.dimension < derived["roughness.dimension_high"][0]
-    given = rough(dimension=found.dimension, scale=found.scale)
+    result = identify(joint.roughness.tables["from_profile"]["x"], joint.roughness.tables["from_profile"]["height"])
+    assert derived["roughness.dimension"] == (result.dimension, "1")
+    assert derived["roughness.scale"] == (result.scale, "m")
+    assert derived["roughness.dimension_low"][0] < result.dimension < derived["roughness.dimension_high"][0]
+    given = rough(dimension=result.dimension, scale=result.scale)
     assert elastic_force(term_of(joint), 1e-6) == elastic_force(term_of(given), 1e-6)
     assert loaded(with_profile(tmp_path / "b.csv")).case_id(0) == first.case_id(0)
     assert loaded(with_profile(tmp_path / "a.csv", seed=2)).case_id(0) != first.case_id(0)
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         (lambda: source(dimension=None), "roughness.dimension: is missing for fractal"),
         (lambda: source(law="kogut-etsion", scale=None), "roughness.scale: is missing for kogut-etsion"),
@@ -305,10 +305,10 @@ def test_a_profile_takes_the_place_of_dimension_and_scale_by_its_content(tmp_pat
         (lambda: source(from_profile={"x": [0, 1], "height": [0, 1]}), "conflicts with from_profile"),
     ],
 )
-def test_what_a_rough_joint_lacks_is_told(given, told):
+def test_what_a_rough_joint_lacks_is_told(given, message):
     with pytest.raises(InputError) as caught:
         loaded(given())
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_a_smooth_joint_compiles_to_what_it_was():

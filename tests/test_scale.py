@@ -15,7 +15,7 @@ from clearsweep.contracts.results import Trajectory
 from clearsweep.language import wording
 from clearsweep.report import case_table, rows, study
 from clearsweep.report.draw import comparison
-from clearsweep.sweeping.crew import within
+from clearsweep.sweeping.worker_pool import within
 from clearsweep.sweeping.shard import each_once
 
 

@@ -23,43 +23,43 @@ TIGHT = {"simulate.tolerance": 1e-11, "simulate.method": "explicit"}
 
 def simulated(joints, changes, times=None):
     """Return the run of a slider-crank."""
-    found = clearsweep.simulate(clearsweep.load_case(slider_crank(*joints, changes=TIGHT | changes)), times=times)
-    assert found.status == "ok", found.message
-    return found
+    result = clearsweep.simulate(clearsweep.load_case(slider_crank(*joints, changes=TIGHT | changes)), times=times)
+    assert result.status == "ok", result.message
+    return result
 
 
-def again(found, law, rpm, *, friction=None, gravity=0.0, sizes=(CLEARANCE, BEARING), seated=False):
+def again(result, law, rpm, *, friction=None, gravity=0.0, sizes=(CLEARANCE, BEARING), seated=False):
     """Return the second program after the same motion, its states and its contacts at the same times.
 
     found : a run with its open joints' histories; law : makes a contact's law.
     """
-    opened = [name for name in NAMES if f"joints/{name.replace('-', '_')}/x" in found.channels]
+    opened = [name for name in NAMES if f"joints/{name.replace('-', '_')}/x" in result.channels]
     mechanism = SLIDER_CRANK["mechanism"] | {"gravity": gravity}
     crank = Crank(mechanism, rpm * 2.0 * math.pi / 60.0, {name: (law(), friction, sizes) for name in opened})
-    start = start_of(crank, found)
+    start = start_of(crank, result)
     if seated:
         seat(crank, start)
-    return crank, *crank.run(start, np.array(found.t), longest=1e-3 / crank.speed)  # no contact is stepped over
+    return crank, *crank.run(start, np.array(result.t), longest=1e-3 / crank.speed)  # no contact is stepped over
 
 
-def check_motion(found, crank, states, told, share):
+def check_motion(result, crank, states, message, share):
     """Check the motion to a share of the clearance, and forces to that share of the largest."""
-    assert found["slider/x"] == pytest.approx(states[:, 6], rel=0.0, abs=share * CLEARANCE)
-    assert found["rod/angle"] == pytest.approx(states[:, 5], rel=0.0, abs=share * CLEARANCE / 0.12)
+    assert result["slider/x"] == pytest.approx(states[:, 6], rel=0.0, abs=share * CLEARANCE)
+    assert result["rod/angle"] == pytest.approx(states[:, 5], rel=0.0, abs=share * CLEARANCE / 0.12)
     for k, name in enumerate(crank.names):
         for row, force in enumerate(("normal", "tangential")):
-            here = found[f"joints/{name.replace('-', '_')}/force_{force}"]
-            assert here == pytest.approx(told[:, k, row], rel=0.0, abs=share * told[:, k, 0].max())
+            here = result[f"joints/{name.replace('-', '_')}/force_{force}"]
+            assert here == pytest.approx(message[:, k, row], rel=0.0, abs=share * message[:, k, 0].max())
 
 
-def onsets(found):
+def onsets(result):
     """Return times (s) and joints of all onsets and separations of a run."""
-    return found.events["t"], [name.replace("_", "-") for name in found.events["joint"]]
+    return result.events["t"], [name.replace("_", "-") for name in result.events["joint"]]
 
 
-def check_events(found, crank, off):
+def check_events(result, crank, off):
     """Check that contacts begin and end at the same times, to `off` (s)."""
-    times, joints = onsets(found)
+    times, joints = onsets(result)
     own = [(t, name) for t, name, what in crank.events if what in ("onset", "separation")]
     assert joints == [name for _, name in own]
     assert times == pytest.approx([t for t, _ in own], rel=0.0, abs=off)
@@ -81,13 +81,13 @@ def test_three_joints_that_stick_at_once_hold_each_other_as_the_complementarity_
         f"joints.{name}.{key}": value for name in NAMES for key, value in (("friction", STICKS), ("contact", contact))
     }
     changes |= {"drive.speed": "60 rpm", "mechanism.gravity": 9.81, "simulate.start": "seated"}
-    found = simulated(NAMES, changes | {"simulate.revolutions": 0.03}, np.linspace(0.0, 0.03, 61))
-    crank, states, told = again(
-        found, lambda: Damped(6.61e8, 0.5), 60.0, friction=Karnopp(0.15, 0.25, 0.1, 0.08), gravity=9.81, seated=True
+    result = simulated(NAMES, changes | {"simulate.revolutions": 0.03}, np.linspace(0.0, 0.03, 61))
+    crank, states, message = again(
+        result, lambda: Damped(6.61e8, 0.5), 60.0, friction=Karnopp(0.15, 0.25, 0.1, 0.08), gravity=9.81, seated=True
     )
-    check_motion(found, crank, states, told, 1e-8)
+    check_motion(result, crank, states, message, 1e-8)
     assert [what for *_, what in crank.events] == ["stick", "slip"]
-    shares = np.abs(told[:, :, 1]) / told[:, :, 0]
+    shares = np.abs(message[:, :, 1]) / message[:, :, 0]
     assert np.all(shares[10] < 0.24)  # all three hold
     assert np.count_nonzero(shares > 0.25 - 1e-9, axis=0).min() >= 3  # and each comes to its limit
 
@@ -103,10 +103,10 @@ def test_a_contact_that_yields_moves_and_misplaces_the_slider_as_the_second_prog
     end = 0.3 * 60.0 / 5000.0
     times = np.linspace(0.0, end, 2001)
     changes = {"joints.rod-slider.contact": YIELDS, "simulate.revolutions": 0.3}
-    found = simulated(["rod-slider"], changes, times)
-    crank, states, told = again(found, lambda: Yielding(STIFFNESS, 0.7), 5000.0)
-    check_motion(found, crank, states, told, 1e-6)
-    check_events(found, crank, 1e-9)
+    result = simulated(["rod-slider"], changes, times)
+    crank, states, message = again(result, lambda: Yielding(STIFFNESS, 0.7), 5000.0)
+    check_motion(result, crank, states, message, 1e-6)
+    check_events(result, crank, 1e-9)
     kinds = [what for *_, what in crank.events]
     assert kinds.count("turn") > 3
     assert kinds.count("reach") > 0
@@ -116,17 +116,17 @@ def test_a_contact_that_yields_moves_and_misplaces_the_slider_as_the_second_prog
     k = int(np.argmax(off))
     assert 0 < k < len(times) - 1
     peak = off[k] + (off[k + 1] - off[k - 1]) ** 2 / (8.0 * (2.0 * off[k] - off[k + 1] - off[k - 1]))
-    assert found.summary["slider_error_max"] == pytest.approx(peak, rel=1e-6)
+    assert result.summary["slider_error_max"] == pytest.approx(peak, rel=1e-6)
 
 
 @pytest.mark.slow
 def test_two_joints_that_yield_move_as_the_second_program_says():
     joints = ["crank-rod", "rod-slider"]
     changes = {f"joints.{name}.contact": YIELDS for name in joints} | {"simulate.revolutions": 0.2}
-    found = simulated(joints, changes, np.linspace(0.0, 0.2 * 60.0 / 5000.0, 201))
-    crank, states, told = again(found, lambda: Yielding(STIFFNESS, 0.7), 5000.0)
-    check_motion(found, crank, states, told, 5e-5)
-    check_events(found, crank, 1e-8)
+    result = simulated(joints, changes, np.linspace(0.0, 0.2 * 60.0 / 5000.0, 201))
+    crank, states, message = again(result, lambda: Yielding(STIFFNESS, 0.7), 5000.0)
+    check_motion(result, crank, states, message, 5e-5)
+    check_events(result, crank, 1e-8)
     assert {name for _, name, what in crank.events if what == "turn"} == set(joints)
 
 
@@ -187,14 +187,14 @@ def test_a_disturbance_grows_as_the_second_program_has_it(monkeypatch):
     monkeypatch.setattr("clearsweep.simulation.run.Perturbed", Seen)
     contact = {"law": "lankarani-nikravesh", "stiffness": STIFFNESS, "restitution": 0.9, "onset": "first"}
     changes = {"joints.rod-slider.contact": contact, "simulate.horizon": True, "simulate.tolerance": 1e-12}
-    found = simulated(["rod-slider"], changes, np.linspace(0.0, 60.0 / 5000.0, 3))
+    result = simulated(["rod-slider"], changes, np.linspace(0.0, 60.0 / 5000.0, 3))
     opened = {"rod-slider": (Damped(STIFFNESS, 0.9), None, (CLEARANCE, BEARING))}
     crank = Crank(SLIDER_CRANK["mechanism"], 5000.0 * math.pi / 30.0, opened)
     moments = np.array(seen[0].times)
-    own = twin_growths(crank, start_of(crank, found), moments)
+    own = twin_growths(crank, start_of(crank, result), moments)
     assert seen[0].growths == pytest.approx(list(own), rel=0.0, abs=0.1)
     assert moments[-1] > 0.8 * 60.0 / 5000.0
-    assert found.summary["lyapunov_exponent"] == pytest.approx(own[-1] / moments[-1], rel=1e-2)
+    assert result.summary["lyapunov_exponent"] == pytest.approx(own[-1] / moments[-1], rel=1e-2)
 
 
 def own_period(states, units):
@@ -224,11 +224,11 @@ def test_the_period_of_a_motion_is_that_of_its_bodies_in_absolute_coordinates(rp
         "simulate.tolerance": 1e-8,
     }
     turns = np.arange(20, 46) * 60.0 / rpm
-    found = simulated(["rod-slider"], changes | {"simulate.method": "auto"}, turns)
+    result = simulated(["rod-slider"], changes | {"simulate.method": "auto"}, turns)
     law = Damped(STIFFNESS, restitution)
     crank = Crank(SLIDER_CRANK["mechanism"], rpm * math.pi / 30.0, {"rod-slider": (law, None, (clearance, BEARING))})
-    states = np.array([start_of(crank, found, k) for k in range(len(turns))])
+    states = np.array([start_of(crank, result, k) for k in range(len(turns))])
     states[:, 2] -= crank.speed * turns
     units = clearance * np.tile([1.0, 1.0, 1.0 / 0.12], 6)
     units[9:] *= crank.speed
-    assert found.summary["period"] == own_period(states, units) == period
+    assert result.summary["period"] == own_period(states, units) == period

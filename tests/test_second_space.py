@@ -35,9 +35,9 @@ class FourBar:
             c, s = math.cos(SPEED * t), math.sin(SPEED * t)
             arm = CRANK["points"]["pin"][0] * np.array([c, s, 0.0])
             return arm, SPEED * np.cross(Z, arm), -(SPEED**2) * arm, np.zeros((3, 12))
-        k, one = list(BODIES).index(body), BODIES[body]
+        k, first = list(BODIES).index(body), BODIES[body]
         at, turn, v, w = self.state(y, k)
-        arm = turn @ (np.array(one["points"][name]) - np.array(one["center"]))
+        arm = turn @ (np.array(first["points"][name]) - np.array(first["center"]))
         rows = np.zeros((3, 12))
         rows[:, 6 * k : 6 * k + 3], rows[:, 6 * k + 3 : 6 * k + 6] = np.eye(3), -skew(arm)
         return at + arm, v + np.cross(w, arm), np.cross(w, np.cross(w, arm)), rows
@@ -80,12 +80,12 @@ class FourBar:
     def rates(self, t, y):
         """Return the rates of the state."""
         mass, applied, flow = np.zeros((12, 12)), np.zeros(12), np.zeros(26)
-        for k, one in enumerate(BODIES.values()):
+        for k, first in enumerate(BODIES.values()):
             _, turn, v, w = self.state(y, k)
-            inertia = turn @ np.diag(one["inertia"]) @ turn.T
-            mass[6 * k : 6 * k + 3, 6 * k : 6 * k + 3] = one["mass"] * np.eye(3)
+            inertia = turn @ np.diag(first["inertia"]) @ turn.T
+            mass[6 * k : 6 * k + 3, 6 * k : 6 * k + 3] = first["mass"] * np.eye(3)
             mass[6 * k + 3 : 6 * k + 6, 6 * k + 3 : 6 * k + 6] = inertia
-            applied[6 * k : 6 * k + 3] = one["mass"] * np.array(GRAVITY)
+            applied[6 * k : 6 * k + 3] = first["mass"] * np.array(GRAVITY)
             applied[6 * k + 3 : 6 * k + 6] = -np.cross(w, inertia @ w)
             q = y[13 * k + 3 : 13 * k + 7]
             flow[13 * k : 13 * k + 3] = v
@@ -93,18 +93,18 @@ class FourBar:
         rows, right = self.constraints(t, y)
         many = len(rows)
         whole = np.block([[mass, rows.T], [rows, np.zeros((many, many))]])
-        found = np.linalg.solve(whole, np.concatenate([applied, right]))[:12]
+        result = np.linalg.solve(whole, np.concatenate([applied, right]))[:12]
         for k in range(2):
-            flow[13 * k + 7 : 13 * k + 13] = found[6 * k : 6 * k + 6]
+            flow[13 * k + 7 : 13 * k + 13] = result[6 * k : 6 * k + 6]
         return flow
 
 
-def start_of(found):
+def start_of(result):
     """Return the state at the first sample of a run."""
     parts = []
     for body in BODIES:
         names = ["x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"]
-        parts += [found[f"{body}/{name}"][0] for name in names]
+        parts += [result[f"{body}/{name}"][0] for name in names]
     return np.array(parts)
 
 
@@ -131,15 +131,15 @@ def test_the_bodies_of_a_tree_move_as_absolute_coordinates_have_it(opened, ideal
     case["joints"][opened] = joint
     times = np.linspace(0.0, 0.003, 13)
     case["simulate"] |= {"revolutions": 0.05}
-    found = clearsweep.simulate(clearsweep.load_case(case), times=times)
-    assert found.status == "ok"
-    assert len(found.events) == 0
+    result = clearsweep.simulate(clearsweep.load_case(case), times=times)
+    assert result.status == "ok"
+    assert len(result.events) == 0
     kinds = {name: ideal.get(name.replace("-", "_"), "revolute") for name in PINS if name != opened}
     machine = FourBar([(kind, *PINS[name]) for name, kind in kinds.items()])
-    own = solve_ivp(machine.rates, (0.0, times[-1]), start_of(found), "DOP853", times, rtol=1e-12, atol=1e-14).y
+    own = solve_ivp(machine.rates, (0.0, times[-1]), start_of(result), "DOP853", times, rtol=1e-12, atol=1e-14).y
     for k, body in enumerate(BODIES):
-        places = np.array([found[f"{body}/{axis}"] for axis in "xyz"])
-        spins = np.array([found[f"{body}/w{axis}"] for axis in "xyz"])
+        places = np.array([result[f"{body}/{axis}"] for axis in "xyz"])
+        spins = np.array([result[f"{body}/w{axis}"] for axis in "xyz"])
         assert places == pytest.approx(own[13 * k : 13 * k + 3], rel=0.0, abs=1e-13)
         assert spins == pytest.approx(own[13 * k + 10 : 13 * k + 13], rel=0.0, abs=1e-10)
         if body == "coupler":

@@ -38,18 +38,18 @@ def grid(revolutions, running_in, **more):
 class Rubbed:
     """One revolution of the second program from the state of a run, wear summed up over even times."""
 
-    def __init__(self, found, samples=6001):
+    def __init__(self, result, samples=6001):
         """Go on from the settled motion; found : a run whose first sample is at the end of `discard`."""
         crank = Crank(
             SLIDER_CRANK["mechanism"], 2.0 * math.pi / TURN, {"rod-slider": (Damped(6.61e10, 0.3), None, SIZES)}
         )
-        start = start_of(crank, found)
+        start = start_of(crank, result)
         seat(crank, start)
-        crank.contacts[0].onset = found.summary["rod_slider_onset_rate"]
-        self.times = np.linspace(found.t[0], found.t[0] + TURN, samples)
-        states, told = crank.run(start, self.times)
+        crank.contacts[0].onset = result.summary["rod_slider_onset_rate"]
+        self.times = np.linspace(result.t[0], result.t[0] + TURN, samples)
+        states, message = crank.run(start, self.times)
         assert crank.events == []  # it never parts
-        self.load, self.slip = told[:, 0, 0] / LENGTH, np.abs(told[:, 0, 2])
+        self.load, self.slip = message[:, 0, 0] / LENGTH, np.abs(message[:, 0, 2])
         end = states[:, 3:5] + 0.06 * np.array([np.cos(states[:, 5]), np.sin(states[:, 5])]).T
         off = end - states[:, 6:8]  # the journal, on the rod, in the bearing of the slider
         angle = np.arctan2(off[:, 1], off[:, 0])
@@ -85,25 +85,25 @@ class Rubbed:
 def both():
     """Return a run of one revolution and the second program after it."""
     times = np.linspace(SETTLED * TURN, (SETTLED + 1) * TURN, 101)
-    found = clearsweep.simulate(clearsweep.load_case(grid(SETTLED + 1, RUNNING_IN)), times=times)
-    assert found.status == "ok"
-    return found, Rubbed(found)
+    result = clearsweep.simulate(clearsweep.load_case(grid(SETTLED + 1, RUNNING_IN)), times=times)
+    assert result.status == "ok"
+    return result, Rubbed(result)
 
 
 def test_perssons_pressure_wears_both_bodies_of_a_joint_that_runs_in_as_the_second_program_says(both):
-    found, own = both
-    assert found["joints/rod_slider/force_normal"] == pytest.approx(own.load[::60] * LENGTH, rel=1e-6)
-    for body, depths in enumerate(found.wear["rod_slider"]):
+    result, own = both
+    assert result["joints/rod_slider/force_normal"] == pytest.approx(own.load[::60] * LENGTH, rel=1e-6)
+    for body, depths in enumerate(result.wear["rod_slider"]):
         expected = own.worn(body, own.falling(body))
         assert depths.sum() == pytest.approx(expected.sum(), rel=1e-4)
         assert depths == pytest.approx(expected, rel=0.0, abs=1e-4 * expected.max())
-    half = np.array([one for one, _ in own.arcs])
+    half = np.array([first for first, _ in own.arcs])
     assert half.max() > 0.5  # rad: conformal
     peaks = np.array([pressure(np.zeros(1))[0] for _, pressure in own.arcs])
-    summary = found.summary
+    summary = result.summary
     assert summary["rod_slider_pressure_peak"] == pytest.approx(peaks.max(), rel=1e-4)
     assert summary["rod_slider_pv_peak"] == pytest.approx((peaks * own.slip).max(), rel=1e-4)
-    sums = [spread(pressure, one, SIZES.bearing, np.zeros(1), 2001)[1] for one, pressure in own.arcs]
+    sums = [spread(pressure, first, SIZES.bearing, np.zeros(1), 2001)[1] for first, pressure in own.arcs]
     mean = np.mean(np.array(sums) / (2.0 * SIZES.bearing * half))
     assert summary["rod_slider_pressure_mean"] == pytest.approx(mean, rel=1e-3)
 
@@ -117,15 +117,15 @@ def test_a_joint_that_runs_in_lives_as_long_as_the_second_program_says(both):
 
     def depth(turns):
         fresh = distance / per_turn * (1.0 - math.exp(-turns * per_turn / distance))
-        told = zip(bins, STEADY.values(), list(RUNNING_IN.values())[:2], strict=True)
-        return max(one * (steady * turns + (first - steady) * fresh) for one, steady, first in told)
+        message = zip(bins, STEADY.values(), list(RUNNING_IN.values())[:2], strict=True)
+        return max(single * (steady * turns + (first - steady) * fresh) for single, steady, first in message)
 
     expected = brentq(lambda turns: depth(turns) - limit, 1.0, 1e9)
     life = {"limit": limit, "joint": "rod-slider", "max_revolutions": 20, "tolerance": 0.02}
     more = {"life": life, "save.orbits": "last", "save.revolutions": 1, "save.samples": 36}
-    found = clearsweep.simulate(clearsweep.load_case(grid(SETTLED + 8, RUNNING_IN | {"distance": distance}, **more)))
-    assert found.status == "ok"
-    summary = found.summary
+    result = clearsweep.simulate(clearsweep.load_case(grid(SETTLED + 8, RUNNING_IN | {"distance": distance}, **more)))
+    assert result.status == "ok"
+    summary = result.summary
     # blocks of some revolutions stand for their beginnings, so a life comes out too long by half a block at most
     assert summary["rod_slider_life_revolutions"] == pytest.approx(expected, rel=2e-3)
 
@@ -227,14 +227,14 @@ def test_springs_on_worn_surfaces_press_and_wear_as_the_second_program_says():
     case = grid_of.load(slider_crank("rod-slider", changes=changes), simulation.catalogue()).case(0)
     times = np.linspace(0.0, 0.08 * TURN, 2001)
     scene = simulation.build(case, {"rod-slider": Worn(*map(mean_depths, WAVES))})
-    found = clearsweep.simulate(scene, times=times)
+    result = clearsweep.simulate(scene, times=times)
     crank = Bedded(SLIDER_CRANK["mechanism"], 2.0 * math.pi / TURN, {"rod-slider": (Damped(1.0, 1.0), None, OPEN)})
-    states, told = crank.run(start_of(crank, found), times, longest=2e-6)
+    states, message = crank.run(start_of(crank, result), times, longest=2e-6)
     assert [what for *_, what in crank.events].count("onset") > 1
     ends = [t for t, _, what in crank.events if what in ("onset", "separation")]
-    assert found.events["t"] == pytest.approx(ends, rel=0.0, abs=2e-8)
-    normal = told[:, 0, 0]
-    assert found["joints/rod_slider/force_normal"] == pytest.approx(normal, rel=0.0, abs=1e-5 * normal.max())
+    assert result.events["t"] == pytest.approx(ends, rel=0.0, abs=2e-8)
+    normal = message[:, 0, 0]
+    assert result["joints/rod_slider/force_normal"] == pytest.approx(normal, rel=0.0, abs=1e-5 * normal.max())
     worn = np.zeros((2, 360))
     for y in states:
         top, (low, high), deep = crank.arc(y)
@@ -252,6 +252,6 @@ def test_springs_on_worn_surfaces_press_and_wear_as_the_second_program_says():
             places = np.append(edges[order, 0], math.inf) + 0.5 * (low + high)
             lost = 2e-14 * abs(slip) * (times[1] - times[0]) * np.diff(np.interp(places, phi, sums))
             worn[body, order] += lost / (radius * 2.0 * math.pi / 360)
-    for depths, expected in zip(found.wear["rod_slider"], worn, strict=True):
+    for depths, expected in zip(result.wear["rod_slider"], worn, strict=True):
         assert depths.sum() == pytest.approx(expected.sum(), rel=5e-4)
         assert depths == pytest.approx(expected, rel=0.0, abs=1e-3 * expected.max())

@@ -12,7 +12,7 @@ from test_sweep import parts, program, same_results, wait_for
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep.language.errors import InputError
-from clearsweep.sweeping import closing
+from clearsweep.sweeping import run_summary
 from clearsweep.sweeping.seeking import every
 
 MASS, GRAVITY = "mechanism.slider.mass", "mechanism.gravity"
@@ -59,7 +59,7 @@ def test_the_border_is_found_to_the_width_asked_for_and_enclosed(tmp_path):
     assert len(run.summary) == result.ran
     assert run.summary[MASS].between(0.1, 0.9).all()
     assert run.grid["seek"]["largest"] == MASS
-    text = closing.run_text(closing.of_run(result))
+    text = run_summary.run_text(run_summary.of_run(result))
     assert "largest slider mass within the limits" in text
     assert "limited by rod_slider_force_peak" in text
 
@@ -105,7 +105,7 @@ def test_where_the_figure_is_infinite_or_undefined_no_value_is_safe(tmp_path, te
     result = quiet(sought() | more, tmp_path / "run")
     (row,) = answers(tmp_path / "run")
     assert (row[f"seek.{MASS}"], row["limiting"]) == (None, "ratio")
-    assert f"{result.cases} of them cannot be judged" in closing.run_text(closing.of_run(result))
+    assert f"{result.cases} of them cannot be judged" in run_summary.run_text(run_summary.of_run(result))
 
 
 def test_what_was_sought_goes_when_the_grid_seeks_nothing_any_more(tmp_path):
@@ -121,11 +121,11 @@ class Noisy(Fake):
     @staticmethod
     def solve(case):
         """Return a made-up trajectory."""
-        found = trajectory(case)
+        result = trajectory(case)
         mass = case.mechanism.values["slider.mass"]
         if abs(mass - 0.3137) < 0.005:
-            found.summary["rod_slider_force_peak"] = np.random.default_rng(int(1e9 * mass)).choice([0.1, 0.9])
-        return found
+            result.summary["rod_slider_force_peak"] = np.random.default_rng(int(1e9 * mass)).choice([0.1, 0.9])
+        return result
 
 
 def test_where_limits_are_met_by_chance_the_answer_stays_on_the_safe_side(tmp_path):
@@ -158,7 +158,7 @@ def test_killed_at_any_round_it_goes_on_to_the_same_answers(tmp_path, after):
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"largest": "mechanism.slider.mas"}, "seek.between: names nothing; did you mean"),
         ({"largest": None}, "seek.largest: is missing"),
@@ -176,10 +176,10 @@ def test_killed_at_any_round_it_goes_on_to_the_same_answers(tmp_path, after):
         ({"form": "each"}, "seek.form: unknown key 'form'; did you mean 'for'?"),
     ],
 )
-def test_a_mistake_is_told(changes, told):
+def test_a_mistake_is_told(changes, message):
     with pytest.raises(InputError) as caught:
         loaded(sought(**changes))
-    assert any(told in problem for problem in caught.value.problems), caught.value.problems
+    assert any(message in problem for problem in caught.value.problems), caught.value.problems
 
 
 def test_without_limits_nothing_can_be_sought():
@@ -223,7 +223,7 @@ def test_paths_in_step_have_one_value(tmp_path):
     assert len(summary) == result.ran == row["probes"]
     again = quiet(sought(largest=[MASS, rod]), tmp_path / "run")
     assert again.ran == 0
-    assert "within the limits" in closing.run_text(closing.of_run(again))
+    assert "within the limits" in run_summary.run_text(run_summary.of_run(again))
 
 
 def test_paths_in_step_of_other_units_are_refused(tmp_path):
@@ -236,13 +236,13 @@ def test_paths_in_step_of_other_units_are_refused(tmp_path):
 def test_none_in_the_range_says_how_near_each_case_comes_and_what_would_pass(tmp_path):
     result = quiet(sought(limit=0.05, gravities=(GOOD, 1e-3)), tmp_path / "run")
     assert [row["limiting"] for row in answers(tmp_path / "run")] == ["rod_slider_force_peak"] * 2
-    facts = closing.of_run(result)
+    facts = run_summary.of_run(result)
     for answer in facts["seek"]["answers"]:
         (best,) = answer["best"]
         assert best["value"] == 0.1
         assert best["margin"] == pytest.approx(-1.0)
         assert best["needed"] == {"rod_slider_force_peak": "at most 0.1\u00a0N"}
-    assert "it would pass with rod_slider_force_peak at most 0.1 N" in closing.run_text(facts)
+    assert "it would pass with rod_slider_force_peak at most 0.1 N" in run_summary.run_text(facts)
 
 
 def test_none_in_the_range_says_which_other_keys_move_the_margin(tmp_path):
@@ -254,7 +254,7 @@ def test_none_in_the_range_says_which_other_keys_move_the_margin(tmp_path):
     assert first.lower == pytest.approx(-1.52)
     assert first.upper == pytest.approx(-2.08)
     assert all(effect.size == 0.0 for effect in result.effects[1:])
-    text = closing.run_text(closing.of_run(result))
+    text = run_summary.run_text(run_summary.of_run(result))
     assert f"{MASS} (0.14 kg): -10% -152 %, +10% -208 %" in text
     again = quiet(source, tmp_path / "run")
     assert again.ran == 0
@@ -298,5 +298,5 @@ def test_the_border_among_fits(good, border):
         ("H8/e8", "H8/q99", "seek.among"),
     ],
 )
-def test_a_mistake_among_fits_is_told(told, old, new, message):
-    assert any(message in problem for problem in told(FITTED.replace(old, new)))
+def test_a_mistake_among_fits_is_told(problems_in, old, new, message):
+    assert any(message in problem for problem in problems_in(FITTED.replace(old, new)))

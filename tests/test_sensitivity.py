@@ -80,8 +80,8 @@ def test_the_error_of_a_mean_falls_as_expected(run, method, least, most):
     """Sixteen times the cases: a fourth of the error where points are independent, much less for a Sobol sequence."""
     errors = []
     for n in (16, 256):
-        found = [sensitivity.settings(run(linear, method, n, seed))[0] for seed in range(20)]
-        errors.append(np.sqrt(np.mean([(one.figures[PEAK].mean() - 13.0) ** 2 for one in found])))
+        result = [sensitivity.settings(run(linear, method, n, seed))[0] for seed in range(20)]
+        errors.append(np.sqrt(np.mean([(first.figures[PEAK].mean() - 13.0) ** 2 for first in result])))
     assert least < errors[0] / errors[1] < most
 
 
@@ -90,11 +90,13 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
     chance, held = np.random.default_rng(3), []
     for _ in range(200):
         values = chance.normal(10.0, 2.0, 100)
-        told = sensitivity.spread(values)
+        message = sensitivity.spread(values)
         exceeded = sensitivity.exceedance(values > 12.0)
         truths = (10.0, 0.2, *(stats.norm.ppf(share, 10.0, 2.0) for share in sensitivity.QUANTILES), stats.norm.sf(1.0))
-        estimates = (told.mean, told.cv, *told.quantiles, exceeded)
-        held.append([not (one.low > truth or one.high < truth) for one, truth in zip(estimates, truths, strict=True)])
+        estimates = (message.mean, message.cv, *message.quantiles, exceeded)
+        held.append(
+            [not (first.low > truth or first.high < truth) for first, truth in zip(estimates, truths, strict=True)]
+        )
     assert (np.mean(held, axis=0) > 0.88).all()
 
 
@@ -106,9 +108,9 @@ def test_a_quantile_has_no_end_that_the_sample_is_too_small_for():
 
 
 def test_equal_values_have_no_spread():
-    told = sensitivity.spread(np.full(16, 0.1))
-    assert told.cv == (0.0, 0.0, 0.0)
-    assert all(one == (0.1, 0.1, 0.1) for one in told.quantiles)
+    message = sensitivity.spread(np.full(16, 0.1))
+    assert message.cv == (0.0, 0.0, 0.0)
+    assert all(first == (0.1, 0.1, 0.1) for first in message.quantiles)
 
 
 def limit_rows(run):
@@ -127,8 +129,8 @@ def test_failed_cases_count_as_failures_in_a_probability_of_their_own(run, faili
     assert 0 < beyond[1] < beyond[0] < len(values)
     assert len(rows) == 3  # two limits, and at least one of them
     for row, count in zip(rows, [beyond[1], beyond[0], beyond[0]], strict=True):  # rms, peak, either
-        found = row["probability of exceeding it"]
-        assert found.value == pytest.approx(count / len(values))
+        result = row["probability of exceeding it"]
+        assert result.value == pytest.approx(count / len(values))
         if not failing:
             assert "or of failing" not in row
             continue
@@ -147,17 +149,17 @@ def test_a_limit_that_was_never_exceeded_may_still_be():
 def test_a_sample_is_told_apart_for_each_setting_of_the_other_axes(run):
     more = "sweep: {mechanism.gravity: [0, 1]}"
     made = run(lambda point: linear(point) * (1 + point["mechanism.gravity"]), more=more)
-    one, two = sorted(sensitivity.settings(made), key=lambda setting: setting.point["mechanism.gravity"])
-    assert [one.point, two.point] == [{"mechanism.gravity": 0.0}, {"mechanism.gravity": 1.0}]
-    assert np.array_equal(two.figures[PEAK], 2.0 * one.figures[PEAK])
+    first, two = sorted(sensitivity.settings(made), key=lambda setting: setting.point["mechanism.gravity"])
+    assert [first.point, two.point] == [{"mechanism.gravity": 0.0}, {"mechanism.gravity": 1.0}]
+    assert np.array_equal(two.figures[PEAK], 2.0 * first.figures[PEAK])
 
 
 def test_equal_draws_count_as_often_as_they_were_drawn(run):
     sure = {"method": "sobol", "n": 64, "over": {SPEED: {"uniform": [15, 15]}}}
     made = run(lambda point: point[SPEED], overrides={"sample": sure})
-    (one,) = sensitivity.settings(made)
+    (first,) = sensitivity.settings(made)
     assert len(made.summary) == 1
-    assert len(one.case_ids) == 64
+    assert len(first.case_ids) == 64
 
 
 def test_a_stored_sample_is_found_again_and_grows(tmp_path):
@@ -169,14 +171,16 @@ def test_a_stored_sample_is_found_again_and_grows(tmp_path):
     drawn["sample"]["n"] = 32
     result = sweep(drawn, tmp_path / "run", **options)
     assert (result.ran, result.reused) == (16, 16)
-    (one,) = sensitivity.settings(result.open())
-    assert one.figures[PEAK] == pytest.approx(result.open().grid["sample"]["drawn"]["mechanism.slider.mass"], rel=1e-15)
+    (first,) = sensitivity.settings(result.open())
+    assert first.figures[PEAK] == pytest.approx(
+        result.open().grid["sample"]["drawn"]["mechanism.slider.mass"], rel=1e-15
+    )
 
 
 def test_failed_cases_are_left_out_and_counted(run):
-    (one,) = sensitivity.settings(run(linear, failing=(3, 5)))
-    assert len(one.failed) == 2
-    assert sensitivity.spread(one.figures[PEAK]).cases == 62
+    (first,) = sensitivity.settings(run(linear, failing=(3, 5)))
+    assert len(first.failed) == 2
+    assert sensitivity.spread(first.figures[PEAK]).cases == 62
 
 
 # ----------------------------------------------------------------------------------------------- sensitivities
@@ -184,49 +188,49 @@ def test_failed_cases_are_left_out_and_counted(run):
 
 def test_sobol_indices_of_a_linear_figure(run):
     made = run(linear, "saltelli", 1024)
-    (one,) = sensitivity.settings(made)
-    found = sensitivity.sobol_indices(one, PEAK, list(made.grid["sample"]["drawn"]))
-    for index, truth in zip(found, (0.8, 0.2, 0.0), strict=True):
+    (first,) = sensitivity.settings(made)
+    result = sensitivity.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"]))
+    for index, truth in zip(result, (0.8, 0.2, 0.0), strict=True):
         assert index.first.value == pytest.approx(truth, abs=0.01)
         assert index.total.value == pytest.approx(truth, abs=0.01)
         assert index.first.low <= index.first.value <= index.first.high
-    values = one.figures[PEAK].reshape(5, 1, -1)
+    values = first.figures[PEAK].reshape(5, 1, -1)
     scipys = stats.sobol_indices(func={"f_A": values[0], "f_B": values[1], "f_AB": values[2:]}, n=1024)
-    assert [index.first.value for index in found] == pytest.approx(scipys.first_order.ravel(), abs=1e-12)
-    assert [index.total.value for index in found] == pytest.approx(scipys.total_order.ravel(), abs=1e-12)
+    assert [index.first.value for index in result] == pytest.approx(scipys.first_order.ravel(), abs=1e-12)
+    assert [index.total.value for index in result] == pytest.approx(scipys.total_order.ravel(), abs=1e-12)
 
 
 @pytest.mark.parametrize("method", ["saltelli", "one-at-a-time"])
 def test_a_sensitivity_is_refused_where_a_case_failed(run, method, tmp_path):
     made = run(linear, method, 16, failing=(4,))
-    (one,) = sensitivity.settings(made)
+    (first,) = sensitivity.settings(made)
     tell = sensitivity.sobol_indices if method == "saltelli" else sensitivity.effects
-    with pytest.raises(InputError, match=f"1 failed: {one.failed[0]}; run them again"):
-        tell(one, PEAK, list(made.grid["sample"]["drawn"]))
-    assert f"1 failed: {one.failed[0]}" in report.write(made, tmp_path / "page.html").read_text(encoding="utf-8")
+    with pytest.raises(InputError, match=f"1 failed: {first.failed[0]}; run them again"):
+        tell(first, PEAK, list(made.grid["sample"]["drawn"]))
+    assert f"1 failed: {first.failed[0]}" in report.write(made, tmp_path / "page.html").read_text(encoding="utf-8")
 
 
 def test_one_at_a_time_gives_each_variable_its_effect(run):
     made = run(linear, "one-at-a-time")
-    (one,) = sensitivity.settings(made)
-    found = sensitivity.effects(one, PEAK, list(made.grid["sample"]["drawn"]))
-    assert [effect.path for effect in found] == [CLEARANCE, SPEED, YOUNG]
-    assert [effect.high - effect.low for effect in found] == pytest.approx([3.6, 1.8, 0.0])
-    assert not any(effect.chaotic for effect in found)
+    (first,) = sensitivity.settings(made)
+    result = sensitivity.effects(first, PEAK, list(made.grid["sample"]["drawn"]))
+    assert [effect.path for effect in result] == [CLEARANCE, SPEED, YOUNG]
+    assert [effect.high - effect.low for effect in result] == pytest.approx([3.6, 1.8, 0.0])
+    assert not any(effect.chaotic for effect in result)
 
 
 def test_an_effect_within_the_scatter_is_called_chaotic(run):
     made = run(lambda point: linear(point) + 20.0 * unit(sum(point.values())), "one-at-a-time")
-    (one,) = sensitivity.settings(made)
-    found = sensitivity.effects(one, PEAK, list(made.grid["sample"]["drawn"]))
-    assert found[0].scatter > 5.0
-    assert any(effect.chaotic for effect in found)
+    (first,) = sensitivity.settings(made)
+    result = sensitivity.effects(first, PEAK, list(made.grid["sample"]["drawn"]))
+    assert result[0].scatter > 5.0
+    assert any(effect.chaotic for effect in result)
 
 
 def chance(made):
     """Return what is said of chance in the force peak of a run of method saltelli."""
-    (one,) = sensitivity.settings(made)
-    return sensitivity.chance(one, PEAK, sensitivity.sobol_indices(one, PEAK, list(made.grid["sample"]["drawn"])))
+    (first,) = sensitivity.settings(made)
+    return sensitivity.chance(first, PEAK, sensitivity.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"])))
 
 
 def noisy(run, share):
@@ -252,39 +256,39 @@ def noisy(run, share):
 def test_the_share_of_chance_is_measured_by_cases_run_again(run, share, chaotic):
     made, again = noisy(run, share)
     made.summary[f"{PEAK}_difference"] = again - made.summary[PEAK]
-    found = chance(made)
-    assert found.measured
-    assert found.share == pytest.approx(share, abs=0.1)
-    assert found.chaotic == chaotic
+    result = chance(made)
+    assert result.measured
+    assert result.share == pytest.approx(share, abs=0.1)
+    assert result.chaotic == chaotic
 
 
 @pytest.mark.parametrize(("share", "chaotic"), [(0.0, False), (0.2, False), (0.7, True), (1.0, True)])
 def test_the_design_alone_bounds_the_share_of_chance(run, share, chaotic):
-    found = chance(noisy(run, share)[0])
-    assert not found.measured
-    assert share - 0.1 < found.share < share + 0.2  # the weakest variable has no part of its own
-    assert found.chaotic == chaotic
+    result = chance(noisy(run, share)[0])
+    assert not result.measured
+    assert share - 0.1 < result.share < share + 0.2  # the weakest variable has no part of its own
+    assert result.chaotic == chaotic
 
 
 def test_a_variable_that_leaves_the_motion_alone_does_not_bound_chance(run):
     made, _ = noisy(run, 0.7)
     inert = made.summary.groupby([CLEARANCE, SPEED]).transform("first")
     made.summary[[PEAK, "energy_residual"]] = inert[[PEAK, "energy_residual"]]  # Young's modulus changes nothing
-    (one,) = sensitivity.settings(made)
-    indices = sensitivity.sobol_indices(one, PEAK, list(made.grid["sample"]["drawn"]))
+    (first,) = sensitivity.settings(made)
+    indices = sensitivity.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert [index.total.value for index in indices if index.path == YOUNG] == [0.0]
-    assert sensitivity.chance(one, PEAK, indices).chaotic
+    assert sensitivity.chance(first, PEAK, indices).chaotic
 
 
 def test_a_tenth_of_the_tolerance_counts_as_a_disturbance(run):
     made = run(linear, "one-at-a-time")
     made.summary[f"{PEAK}_difference"] = 2.0
-    (one,) = sensitivity.settings(made)
-    found = {effect.path: effect for effect in sensitivity.effects(one, PEAK, list(made.grid["sample"]["drawn"]))}
-    assert found[SPEED].scatter == pytest.approx(2.0)
-    assert found[SPEED].chaotic  # its effect is 1.8
-    assert not found[CLEARANCE].chaotic  # 3.6
-    assert found[CLEARANCE].blurred() == pytest.approx(2.0 / 3.6)
+    (first,) = sensitivity.settings(made)
+    result = {effect.path: effect for effect in sensitivity.effects(first, PEAK, list(made.grid["sample"]["drawn"]))}
+    assert result[SPEED].scatter == pytest.approx(2.0)
+    assert result[SPEED].chaotic  # its effect is 1.8
+    assert not result[CLEARANCE].chaotic  # 3.6
+    assert result[CLEARANCE].blurred() == pytest.approx(2.0 / 3.6)
 
 
 # ------------------------------------------------------------------------------------------------------- report

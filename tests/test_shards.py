@@ -21,7 +21,7 @@ from clearsweep import grid as grids
 from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.sweeping import merge as merging
 from clearsweep.sweeping import sweep as sweeping
-from clearsweep.sweeping.crew import case_ids
+from clearsweep.sweeping.worker_pool import case_ids
 from clearsweep.sweeping.shard import Shard
 
 pytestmark = pytest.mark.heavy
@@ -209,12 +209,12 @@ def test_shards_run_merge_and_report_from_the_command_line(tmp_path, monkeypatch
     for k in (1, 2):
         assert run(["run", "g.yaml", "--executor", "serial", "--shard", f"{k}/2"]).output.startswith("3 cases ran")
     shards = [f"results/made-up-shard-{k}-of-2" for k in (1, 2)]
-    told = run(["merge", *shards, "--out", "results/made-up"])
-    assert told.exit_code == 0
-    assert told.output.startswith("6 cases of 2 directories merged")
+    message = run(["merge", *shards, "--out", "results/made-up"])
+    assert message.exit_code == 0
+    assert message.output.startswith("6 cases of 2 directories merged")
     assert run(["report", "results/made-up"]).exit_code == 0
     assert Path("results/made-up/report.html").stat().st_size > 10_000
     with h5py.File("results/made-up/orbits.h5") as file:
         assert len(file["case_id"]) == 6
-    told = run(["merge", *shards, "nowhere", "--out", "x"])
-    assert "holds no run" in str(told.exception)
+    message = run(["merge", *shards, "nowhere", "--out", "x"])
+    assert "holds no run" in str(message.exception)

@@ -12,7 +12,7 @@ from clearsweep import grid, simulation
 from clearsweep.judging import validity
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.observe.histogram import BINS, FORCE, KAPPA_COURSE, PARTS, add_course, time_above
-from clearsweep.mechanics.solver.accumulate.tally import ENERGY_RUBBED, JOINT, LOAD_TIME
+from clearsweep.mechanics.solver.accumulate.totals import ENERGY_RUBBED, JOINT, LOAD_TIME
 from clearsweep.simulation import figures
 from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integrated
@@ -73,9 +73,9 @@ def test_a_film_whose_asperities_bear_a_few_millionths_of_the_load_bears_alone()
 @pytest.mark.parametrize(("first", "last"), [(0.0, 40.0), (40.0, 0.0), (3.0, 3.0), (1e-9, 2e-9)])
 def test_a_course_spends_above_a_force_the_share_of_the_step_that_it_is_there(first, last):
     """Forces below all bins are in the lowest one."""
-    course, filled = np.zeros((FORCE + KAPPA_COURSE + 1, PARTS + 1)), np.zeros((1, BINS, 2))
-    course[FORCE], course[KAPPA_COURSE] = np.linspace(first, last, PARTS + 1), 3.0
-    add_course(filled, 0, course, 0.7)
+    step_values, filled = np.zeros((FORCE + KAPPA_COURSE + 1, PARTS + 1)), np.zeros((1, BINS, 2))
+    step_values[FORCE], step_values[KAPPA_COURSE] = np.linspace(first, last, PARTS + 1), 3.0
+    add_course(filled, 0, step_values, 0.7)
     assert time_above(0.0, filled[0]) == pytest.approx(0.7, rel=1e-12)
     for force in (1.0, 10.0, 30.0):
         low, high = sorted((first, last))
@@ -84,9 +84,9 @@ def test_a_course_spends_above_a_force_the_share_of_the_step_that_it_is_there(fi
 
 
 def test_a_step_without_dry_force_enters_nothing():
-    course, filled = np.zeros((FORCE + KAPPA_COURSE + 1, PARTS + 1)), np.zeros((1, BINS, 2))
-    course[KAPPA_COURSE] = 1.0
-    add_course(filled, 0, course, 0.7)
+    step_values, filled = np.zeros((FORCE + KAPPA_COURSE + 1, PARTS + 1)), np.zeros((1, BINS, 2))
+    step_values[KAPPA_COURSE] = 1.0
+    add_course(filled, 0, step_values, 0.7)
     assert not filled.any()
 
 
@@ -95,14 +95,14 @@ def blocks(loads, dry):
     taken, sums = [], []
     joint, filled = np.zeros((1, JOINT)), np.zeros((1, BINS, 2))
     for load, force in [(0.0, 0.0), *zip(loads, dry, strict=True)]:
-        course = np.zeros((FORCE + KAPPA_COURSE + 1, PARTS + 1))
-        course[FORCE], course[KAPPA_COURSE] = force, 1.0
-        add_course(filled, 0, course, 0.5)
+        step_values = np.zeros((FORCE + KAPPA_COURSE + 1, PARTS + 1))
+        step_values[FORCE], step_values[KAPPA_COURSE] = force, 1.0
+        add_course(filled, 0, step_values, 0.5)
         joint[0, LOAD_TIME] += load
         joint[0, 0] += 0.5 * force
-        tally = SimpleNamespace(joint=joint, dry=filled)
-        taken.append(DryTime(bears=True).take(tally, 0))
-        sums.append(Share(0, LOAD_TIME).take(tally, 0))
+        totals = SimpleNamespace(joint=joint, dry=filled)
+        taken.append(DryTime(bears=True).take(totals, 0))
+        sums.append(Share(0, LOAD_TIME).take(totals, 0))
     return np.arange(len(loads) + 1.0), taken, sums
 
 
@@ -150,10 +150,10 @@ def test_friction_at_walls_and_flanges_of_a_joint_in_space_is_all_that_is_rubbed
     changes = {"simulate.revolutions": 0.1, "simulate.tolerance": 1e-7, "drive.speed": 200.0}
     source = changed(spatial(friction=FRICTION, tilt=[2e-3, 2e-3], axial_clearance=4e-5), changes)
     scene = clearsweep.load_case(source)
-    end = scene.turning.at(0.1)
+    end = scene.crank_clock.at(0.1)
     with np.errstate(all="ignore"):  # as compiled code does
         run = integrated(scene, np.empty(0), end)
-    rubbed = run.work.tally.whole[ENERGY_RUBBED]
+    rubbed = run.work.totals.whole[ENERGY_RUBBED]
     summary = trajectory_of(scene, run, end).summary
     assert summary["crank_rod_axial_force_peak"] > 0.0
     assert rubbed > 0.0
@@ -207,8 +207,8 @@ def test_friction_that_would_heat_a_dry_joint_by_more_than_100_k_is_flagged():
     assert validity.friction_heat([("rod-slider", 99.9, None)]) == ""
     remark = validity.friction_heat([("crank-rod", 5.0, None), ("rod-slider", 124.2, None)])
     assert remark == "friction-heat: rod-slider: friction power 124 W would heat a dry joint by some 124 K at 1 W/K"
-    found = validity.Remarks(["rod_slider"])
-    found.add(
+    result = validity.Remarks(["rod_slider"])
+    result.add(
         {
             "case_id": ["a"],
             "message": [remark],
@@ -217,7 +217,7 @@ def test_friction_that_would_heat_a_dry_joint_by_more_than_100_k_is_flagged():
             "rod_slider_law_limit_fraction": [0.0],
         }
     )
-    (sentence,) = found.sentences()
+    (sentence,) = result.sentences()
     assert "1 of 1 case" in sentence
     assert "124 K" in sentence
 

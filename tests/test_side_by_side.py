@@ -9,12 +9,12 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.mechanics.compiled.family import NO_ENTRY, empty_entries
-from clearsweep.mechanics.compiled.kept import Form, Kept
+from clearsweep.mechanics.compiled.pinned import TypeKey, Pinned
 from clearsweep.mechanics.observe.histogram import BINS
 from clearsweep.mechanics.solver import loop
 from clearsweep.mechanics.solver.choice import COST
 from clearsweep.mechanics.solver.event import EVALUATIONS, REJECTED, STEPS
-from clearsweep.mechanics.solver.plan import CALM_STEPS, GOING, OK
+from clearsweep.mechanics.solver.run_control import FAST_STEPS, GOING, OK
 from clearsweep.simulation import ensemble, run
 from clearsweep.simulation.revolutions import marks_of
 from clearsweep.simulation.start import NOWHERE, control_of, start_of
@@ -51,20 +51,20 @@ def cases(*joints, count=CASES, **changes):
     ]
 
 
-def same(one, other):
+def same(first, other):
     """Return whether two trajectories are equal to the last bit, but for the time they took."""
-    alike = all(repr(value) == repr(other.summary[name]) for name, value in one.summary.items() if name not in TIMED)
-    histories = all(np.array_equal(values, other.channels[name]) for name, values in one.channels.items())
-    sections = all(np.array_equal(values, other.poincare[name]) for name, values in one.poincare.items())
-    worn = all(map(np.array_equal, sum(one.wear.values(), ()), sum(other.wear.values(), ())))
-    said = (one.status, one.message) == (other.status, other.message)
-    return alike and histories and sections and worn and said and np.array_equal(one.events, other.events)
+    alike = all(repr(value) == repr(other.summary[name]) for name, value in first.summary.items() if name not in TIMED)
+    histories = all(np.array_equal(values, other.channels[name]) for name, values in first.channels.items())
+    sections = all(np.array_equal(values, other.poincare[name]) for name, values in first.poincare.items())
+    worn = all(map(np.array_equal, sum(first.wear.values(), ()), sum(other.wear.values(), ())))
+    said = (first.status, first.message) == (other.status, other.message)
+    return alike and histories and sections and worn and said and np.array_equal(first.events, other.events)
 
 
 def alone_and_together(listed):
     """Return the results of cases one by one, and those of all of them side by side."""
-    found = dict(simulation.solve_each(listed))
-    return [simulation.solve(case) for case in listed], [found[place] for place in range(len(listed))]
+    result = dict(simulation.solve_each(listed))
+    return [simulation.solve(case) for case in listed], [result[place] for place in range(len(listed))]
 
 
 def test_a_case_is_the_same_alone_beside_others_and_in_any_order(together):
@@ -73,7 +73,7 @@ def test_a_case_is_the_same_alone_beside_others_and_in_any_order(together):
     assert all(map(same, alone, beside))
     assert len({trajectory.summary["steps"] for trajectory in alone}) > CASES // 2  # they do differ from each other
     backwards = dict(simulation.solve_each(listed[::-1]))
-    assert all(same(one, backwards[CASES - 1 - place]) for place, one in enumerate(alone))
+    assert all(same(first, backwards[CASES - 1 - place]) for place, first in enumerate(alone))
 
 
 ELASTIC = {"mechanism.rod.elastic": {"axial_stiffness": 4e8, "segments": 2, "damping": 0.02}}
@@ -112,14 +112,14 @@ def test_a_case_leaves_nothing_to_the_next_one_that_uses_its_arrays():
     first, second, third, fourth = cases(count=4, **{"save.orbits": "none"})
     failing = second._replace(simulate=second.simulate._replace(step_budget=40))
     implicit = third._replace(simulate=third.simulate._replace(method="implicit"))
-    found = []
+    result = []
     for case in (first, failing, first, implicit, first, fourth, first):
-        found.append(simulation.solve(case))
+        result.append(simulation.solve(case))
         assert len(run._spare) == 1
-    assert [path.status for path in found] == ["ok", "step-budget", *["ok"] * 5]
+    assert [path.status for path in result] == ["ok", "step-budget", *["ok"] * 5]
     run._spare.clear()
     anew = simulation.solve(first)
-    assert all(same(path, anew) for path in found[::2])
+    assert all(same(path, anew) for path in result[::2])
 
 
 def test_steps_are_taken_side_by_side_where_that_is_possible(together, monkeypatch):
@@ -142,12 +142,12 @@ def test_what_happens_to_one_case_happens_to_none_beside_it(together):
     checked = listed[7]._replace(simulate=listed[7].simulate._replace(error_check=True))
     broken = listed[8]._replace(mechanism=None)
     spoiled = [*listed[:3], short, listed[4], hasty, listed[6], checked, broken, *listed[9:]]
-    found = dict(simulation.solve_each(spoiled))
-    assert [found[3].status, found[5].status] == ["step-budget", "event-budget"]
-    assert isinstance(found[8], Exception)
-    assert same(simulation.solve(checked), found[7])
+    result = dict(simulation.solve_each(spoiled))
+    assert [result[3].status, result[5].status] == ["step-budget", "event-budget"]
+    assert isinstance(result[8], Exception)
+    assert same(simulation.solve(checked), result[7])
     untouched = [place for place in range(CASES) if place not in (3, 5, 7, 8)]
-    assert all(same(simulation.solve(listed[place]), found[place]) for place in untouched)
+    assert all(same(simulation.solve(listed[place]), result[place]) for place in untouched)
 
 
 def test_a_budget_that_just_suffices_or_just_does_not_comes_to_the_same_beside_others(together):
@@ -166,9 +166,9 @@ def test_a_case_without_time_ends_as_alone_and_leaves_those_beside_it_as_they_ar
     listed = cases(**{"save.orbits": "none"})
     alone = [simulation.solve(case) for case in listed]
     hasty = listed[4]._replace(simulate=listed[4].simulate._replace(revolutions=1e9, time_budget=1e-3))
-    found = dict(simulation.solve_each([*listed[:4], hasty, *listed[5:]]))
-    assert found[4].status == simulation.solve(hasty).status == "time-budget"
-    assert all(same(alone[place], found[place]) for place in range(CASES) if place != 4)
+    result = dict(simulation.solve_each([*listed[:4], hasty, *listed[5:]]))
+    assert result[4].status == simulation.solve(hasty).status == "time-budget"
+    assert all(same(alone[place], result[place]) for place in range(CASES) if place != 4)
 
 
 def test_what_goes_wrong_with_one_case_on_the_way_is_its_own(together, monkeypatch):
@@ -181,10 +181,10 @@ def test_what_goes_wrong_with_one_case_on_the_way_is_its_own(together, monkeypat
     unlucky = listed[2].joints[0].clearance
     alone = [simulation.solve(case) for case in listed]
     monkeypatch.setattr(run.Run, "ended", ended)
-    found = dict(simulation.solve_each(listed))
-    assert isinstance(found.pop(2), MemoryError)
-    assert len(found) == 3
-    assert all(same(alone[place], other) for place, other in found.items())
+    result = dict(simulation.solve_each(listed))
+    assert isinstance(result.pop(2), MemoryError)
+    assert len(result) == 3
+    assert all(same(alone[place], other) for place, other in result.items())
 
 
 def test_a_crank_that_comes_to_rest_too_early_is_refused_as_it_is_alone(tmp_path):
@@ -211,8 +211,8 @@ def test_a_log_that_is_full_is_taken_away_and_the_motion_goes_on(together, monke
     assert max(map(len, whole)) > 8
     monkeypatch.setattr(run.loop, "LOG", 4)
     alone, beside = alone_and_together(listed)
-    for one, *others in zip(whole, alone, beside, strict=True):
-        assert all(np.array_equal(one, other.events) for other in others)
+    for first, *others in zip(whole, alone, beside, strict=True):
+        assert all(np.array_equal(first, other.events) for other in others)
 
 
 def test_time_that_went_to_other_cases_does_not_count(together, monkeypatch):
@@ -242,11 +242,11 @@ def test_what_has_ended_is_told_before_others_have_begun_where_they_take_long(to
     integrate, listed = loop.integrate, cases()
     monkeypatch.setattr(ensemble.loop, "integrate", slow)
     monkeypatch.setattr(ensemble.time, "process_time", lambda: float(len(began)))
-    found = simulation.solve_each(listed)
-    place, first = next(found)
+    result = simulation.solve_each(listed)
+    place, first = next(result)
     early = len(began)
     assert same(simulation.solve(listed[place]), first)
-    assert len(list(found)) == CASES - 1
+    assert len(list(result)) == CASES - 1
     assert early < len(began) / 2
 
 
@@ -263,8 +263,8 @@ def test_one_contact_and_several_are_of_one_form_to_the_loop():
     forms = set()
     for joints in (("rod-slider",), ("ground-crank", "rod-slider")):
         with empty_entries():
-            one = run.Run(start_of(simulation.build(cases(*joints, count=1)[0]), np.empty(0)))
-        forms.add((repr(Form(one.work)), *(repr(Form(arrays)) for arrays in run.shared(one.lane))))
+            first = run.Run(start_of(simulation.build(cases(*joints, count=1)[0]), np.empty(0)))
+        forms.add((repr(TypeKey(first.work)), *(repr(TypeKey(arrays)) for arrays in run.shared(first.lane))))
     assert len(forms) == 1
 
 
@@ -308,7 +308,7 @@ def test_a_run_that_begins_another_scene_is_as_one_made_for_it(changes):
         used, new = (run.Run(start_of(scene, times, marks)) for scene in (first, second))
         for name, array in arrays_in(used.work):
             array[...] = array if name in OF_TYPE else 7
-        used.tally.bins[:] = BINS - 1  # up to which the histogram was filled
+        used.totals.bins[:] = BINS - 1  # up to which the histogram was filled
         used.begin(start_of(second, times, marks))
     pairs = zip(arrays_in(used.work), arrays_in(new.work), strict=True)
     differing = [name for (name, was), (_, is_new) in pairs if name not in SCRATCH and not np.array_equal(was, is_new)]
@@ -322,16 +322,28 @@ def test_a_calm_step_comes_to_what_one_does_that_is_looked_at():
     """A run that pauses after every step looks at each; it only evaluates anew where it goes on, but after the last."""
     _, case = cases(count=2, **{"simulate.tolerance": 1e-4, "simulate.revolutions": 2.2})
     scene = simulation.build(case)
-    control = control_of(scene, scene.turning.at(2.2), keep_events=True)
+    control = control_of(scene, scene.crank_clock.at(2.2), keep_events=True)
     times, marks, runs, events = np.linspace(0.0, 1e-3, 5), marks_of(scene, 2.2), [], []
     for stretch in (control.stretch, 1):
         runs.append(run.Run(start_of(scene, times, marks)))
         events.append(runs[-1].go(control._replace(stretch=stretch))[1])
-    calm, paused = (one.work for one in runs)
-    told = {"whole", "joint", "histogram", "samples", "states", "peaks", "passed", "end", "mode", "method", "proposals"}
-    told.add("choice")  # of the method, by evaluations
-    for (name, one), (_, other) in zip(arrays_in(calm), arrays_in(paused), strict=True):
-        assert name not in told or np.array_equal(one, other), name
+    calm, paused = (first.work for first in runs)
+    message = {
+        "whole",
+        "joint",
+        "histogram",
+        "samples",
+        "states",
+        "peaks",
+        "passed",
+        "end",
+        "mode",
+        "method",
+        "proposals",
+    }
+    message.add("choice")  # of the method, by evaluations
+    for (name, first), (_, other) in zip(arrays_in(calm), arrays_in(paused), strict=True):
+        assert name not in message or np.array_equal(first, other), name
     assert np.array_equal(*events)
     again = paused.counts - calm.counts
     assert again[EVALUATIONS] == again.sum() == calm.counts[STEPS] - 1 > 100
@@ -344,14 +356,14 @@ def test_most_steps_are_calm():
     scenes = [simulation.build(case) for case in cases(count=2, **{"save.orbits": "none"})]
     board = run.board_of(scenes[0])
     runs = [run.Run(start_of(scene, NOWHERE), lane=run.lane_of(board, lane)) for lane, scene in enumerate(scenes)]
-    for one, scene in zip(runs, scenes, strict=True):
-        run.start(one, control_of(scene, scene.turning.at(0.6), keep_events=False))
-    addresses, status, most = np.array([one.kept.address for one in runs]), np.zeros(2, np.int64), 0.0
-    lot = Kept(loop.Lot(addresses, status, NO_ENTRY, *run.shared(runs[0].lane)))
+    for first, scene in zip(runs, scenes, strict=True):
+        run.start(first, control_of(scene, scene.crank_clock.at(0.6), keep_events=False))
+    addresses, status, most = np.array([first.kept.address for first in runs]), np.zeros(2, np.int64), 0.0
+    lot = Pinned(loop.Lot(addresses, status, NO_ENTRY, *run.shared(runs[0].lane)))
     for end in np.linspace(0.1, 0.5, 40):
-        runs[0].heed(control_of(scenes[0], scenes[0].turning.at(end), keep_events=False))
+        runs[0].heed(control_of(scenes[0], scenes[0].crank_clock.at(end), keep_events=False))
         loop.integrate(runs[0].kept, lot)
-        most = max(most, runs[1].work.ahead[CALM_STEPS])
+        most = max(most, runs[1].work.stepper[FAST_STEPS])
     assert status.tolist() == [OK, GOING]
     assert most > 5.0
 
@@ -387,5 +399,5 @@ def test_any_opening_comes_to_the_same(joints, together):
 @pytest.mark.parametrize("name", ["lubricated", "worn_slider_crank", "probabilistic", "four_bar"])
 def test_lanes_without_a_case_do_no_harm(name, together):
     """Tables are read at addresses that are among the parameters, in every lane."""
-    found = grid.load(Path(__file__).parents[1] / "configs" / f"{name}.yaml", simulation.catalogue())
-    assert all(map(same, *alone_and_together([found.case(i) for i in range(3)])))
+    result = grid.load(Path(__file__).parents[1] / "configs" / f"{name}.yaml", simulation.catalogue())
+    assert all(map(same, *alone_and_together([result.case(i) for i in range(3)])))

@@ -11,7 +11,7 @@ import clearsweep
 from clearsweep.contracts.machine import Aim, At, Body, Constant, Machine, Slot
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint import dry
-from clearsweep.mechanics.joint.contract import PRESSED, Place, Present, load
+from clearsweep.mechanics.joint.contract import PRESSED, Offsets, JointState, load
 from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
 from clearsweep.mechanics.joint.friction.sliding import Tanh
 from clearsweep.mechanics.joint.guide import GuideGap
@@ -101,12 +101,12 @@ def lever(time):
 
 def test_the_machine_without_clearance_moves_and_presses_as_the_closed_form_says():
     times, h = np.linspace(0.0, 0.5, 51), 1e-4
-    found = planar.ideal(machine(), SPEED * times)
-    np.testing.assert_allclose(found.place, lever(times), rtol=1e-12)
+    result = planar.ideal(machine(), SPEED * times)
+    np.testing.assert_allclose(result.place, lever(times), rtol=1e-12)
     spun = (lever(times - h) - 2.0 * lever(times) + lever(times + h)) / h**2
     inertia = 2e-3 + 0.4 * 0.12**2
     x, y = CRANK_LENGTH * np.cos(SPEED * times), CRANK_LENGTH * np.sin(SPEED * times) - FOOT
-    pushed = -np.hypot(*found.reactions["slot"].T)
+    pushed = -np.hypot(*result.reactions["slot"].T)
     np.testing.assert_allclose(pushed, -np.abs(inertia * spun / np.hypot(x, y)), rtol=1e-4, atol=1e-5)
 
 
@@ -117,8 +117,8 @@ JOINT = SlotJoint(5e-5, 6e-3, 1.0, 0.06, LAW, ELASTIC, FRICTION)
 def state(gap, joint=JOINT):
     """Return what a joint does in contact at a gap."""
     depth = math.hypot(gap.x - min(max(gap.x, -0.06), 0.06), gap.y) - joint.clearance
-    present = Present(np.array([math.sqrt(max(depth, 0.0))]), np.array([PRESSED]), np.array([0.2]), 0)
-    return load(joint, gap, Place(0, 1, 1, 0), present), present
+    present = JointState(np.array([math.sqrt(max(depth, 0.0))]), np.array([PRESSED]), np.array([0.2]), 0)
+    return load(joint, gap, Offsets(0, 1, 1, 0), present), present
 
 
 def test_an_end_of_the_slot_is_a_round_bearing():
@@ -126,7 +126,7 @@ def test_an_end_of_the_slot_is_a_round_bearing():
     beyond, across = 4e-5, 5e-5
     gap = GuideGap(0.06 + beyond, across, 0.3, 0.1, 0.0, 7.0, 1.0, 0.0, 1.0, 0.0)
     slotted, present = state(gap)
-    bearing = load(round_one, dry.Gap(beyond, across, 0.3, 0.1, 0.0, 7.0), Place(0, 1, 1, 0), present)
+    bearing = load(round_one, dry.Gap(beyond, across, 0.3, 0.1, 0.0, 7.0), Offsets(0, 1, 1, 0), present)
     assert (slotted.fx, slotted.fy) == pytest.approx((bearing.fx, bearing.fy), rel=1e-12)
     assert slotted.moment_distal == pytest.approx(bearing.moment_distal, rel=1e-12)
     assert slotted.contacts[0] == pytest.approx(bearing.contacts[0], rel=1e-12)

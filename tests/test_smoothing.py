@@ -28,11 +28,11 @@ def test_the_width_of_the_smoothing_is_the_least_that_keeps_one_point_of_contact
 
 
 def test_wide_smoothing_is_told_and_narrow_is_not():
-    told = smoothed([("big", math.radians(11.0)), ("small", math.radians(3.9)), ("fixed", None)])
-    assert told.startswith(
+    message = smoothed([("big", math.radians(11.0)), ("small", math.radians(3.9)), ("fixed", None)])
+    assert message.startswith(
         "smoothed: the worn shapes of big are smoothed over 11 deg at the end, at first over 2 deg; "
     )
-    assert "small" not in told
-    assert "Its effect on the life is not known" in told
-    assert "12 %" not in told  # of another case
+    assert "small" not in message
+    assert "Its effect on the life is not known" in message
+    assert "12 %" not in message  # of another case
     assert smoothed([("small", math.radians(3.9)), ("fixed", None)]) == ""

@@ -22,8 +22,8 @@ from clearsweep.mechanics.joint.contract import (
     ACTS,
     FREE,
     PRESSED,
-    Place,
-    Present,
+    Offsets,
+    JointState,
     contact_modes,
     load,
     power_lost,
@@ -92,7 +92,7 @@ def pressed(scene, state):
             state[place_of + c] = math.copysign(math.sqrt(abs(point.depth)), point.depth)
         modes += [ACTS, ACTS]
     rates = np.full(len(modes), 0.1)
-    return Present(state, np.array(modes), rates, place_of), state
+    return JointState(state, np.array(modes), rates, place_of), state
 
 
 def points(joint, gap):
@@ -104,11 +104,11 @@ def points(joint, gap):
 
 def loads_of(scene, present):
     """Return pose and loads of a scene whose joints stand one behind the other in the state."""
-    pose, first, found = place(scene.value.mechanism, present.y), 0, []
+    pose, first, result = place(scene.value.mechanism, present.y), 0, []
     for joint, gap in zip(scene.value.joints, gaps(scene.value.mechanism, pose), strict=True):
-        found.append(load(joint, gap, Place(first, 0, 0, 0), present))
-        first += len(found[-1].contacts)
-    return pose, tuple(found)
+        result.append(load(joint, gap, Offsets(first, 0, 0, 0), present))
+        first += len(result[-1].contacts)
+    return pose, tuple(result)
 
 
 # ---------------------------------------------------------------------------------------------- geometry
@@ -122,9 +122,9 @@ def test_the_farthest_point_of_a_leaning_circle_is_where_a_search_finds_it(radiu
     for _ in range(5):
         p, k = 2e-4 * random.standard_normal(2), lean * random.standard_normal(2) / math.sqrt(2.0)
         values = p @ d - 0.5 * radius * (k @ d) ** 2
-        found = np.array(farthest(*p, *k, radius))
-        assert found @ found == pytest.approx(1.0, rel=1e-14, abs=0.0)
-        assert p @ found - 0.5 * radius * (k @ found) ** 2 >= values.max() * (1.0 - 1e-9) - 1e-18
+        result = np.array(farthest(*p, *k, radius))
+        assert result @ result == pytest.approx(1.0, rel=1e-14, abs=0.0)
+        assert p @ result - 0.5 * radius * (k @ result) ** 2 >= values.max() * (1.0 - 1e-9) - 1e-18
 
 
 def test_a_journal_jams_at_the_tilt_that_its_sizes_give():
@@ -151,8 +151,8 @@ def test_rates_of_depth_are_the_slopes_of_depth(name):
     scene = built(name)
     state, n, h = stirred(scene), len(scene.built.lengths), 3e-9
     roots = 2 * n + 1
-    present = Present(state, np.full(12, FREE), np.full(12, 1e-3), roots)
-    _, found = loads_of(scene, present)
+    present = JointState(state, np.full(12, FREE), np.full(12, 1e-3), roots)
+    _, result = loads_of(scene, present)
     ends = []
     for sign in (-1.0, 1.0):
         moved = state.copy()
@@ -160,8 +160,8 @@ def test_rates_of_depth_are_the_slopes_of_depth(name):
         moved[2 * n] += sign * h
         relative = gaps(scene.value.mechanism, place(scene.value.mechanism, moved))
         ends.append([points(*pair) for pair in zip(scene.value.joints, relative, strict=True)])
-    for told, before, after in zip(found, *ends, strict=True):
-        for contact, a, b in zip(told.contacts, before, after, strict=False):
+    for message, before, after in zip(result, *ends, strict=True):
+        for contact, a, b in zip(message.contacts, before, after, strict=False):
             assert contact.rate == pytest.approx((b.depth - a.depth) / (2.0 * h), rel=1e-6, abs=1e-7)
 
 
@@ -172,11 +172,11 @@ def test_the_powers_of_all_forces_make_the_kinetic_energy(name):
     state[limb(scene, Slide)[1]] += 3.2e-4  # deep in the walls
     present, state = pressed(scene, state)
     assert np.count_nonzero(present.mode == PRESSED) >= 1
-    pose, found = loads_of(scene, present)
-    motion = accelerate(scene.value.mechanism, pose, found)
+    pose, result = loads_of(scene, present)
+    motion = accelerate(scene.value.mechanism, pose, result)
     power = motion.torque * scene.built.rate + energy(scene.value.mechanism, pose)[1]
-    for told in found:
-        for contact in told.contacts:
+    for message in result:
+        for contact in message.contacts:
             power += contact.tangential * contact.slip - power_stored(contact) - power_lost(contact)
     ends = []
     for sign in (-1.0, 1.0):
@@ -208,9 +208,9 @@ def seen(turn, bearing, journal, middle, walls="ends"):
         pair.pressed if root > 0.0 else pair.apart for root, pair in zip(y[:4], contact_modes(joint), strict=False)
     ]
     mode = np.array(modes + [ACTS] * 2)
-    told = load(joint, gap, Place(0, 0, 0, 0), Present(y, mode, np.full(6, 0.1), 0))
-    sides = (told.force, told.on_journal, told.on_bearing)
-    return mode, np.array([np.array(in_fixed(frame, side)) @ turn for side in sides]), told.contacts
+    message = load(joint, gap, Offsets(0, 0, 0, 0), JointState(y, mode, np.full(6, 0.1), 0))
+    sides = (message.force, message.on_journal, message.on_bearing)
+    return mode, np.array([np.array(in_fixed(frame, side)) @ turn for side in sides]), message.contacts
 
 
 def turned(*vector):
@@ -220,22 +220,22 @@ def turned(*vector):
     return np.array(frame_of(math.cos(0.5 * angle), *(half * x for x in vector)))
 
 
-STANDS = (turned(0.004, 0.003, 0.0), turned(-0.006, 0.002, 0.7), np.array([1.9e-4, 0.8e-4, 1.8e-4]))
+ACCEPTED = (turned(0.004, 0.003, 0.0), turned(-0.006, 0.002, 0.7), np.array([1.9e-4, 0.8e-4, 1.8e-4]))
 
 
 @pytest.mark.parametrize("walls", ["ends", "spread"])
 @pytest.mark.parametrize("about", [(0.3, -0.2, 1.1), (0.0, 0.0, 2.0), (3.0, 0.5, -0.2)])
 def test_nothing_changes_when_the_whole_assembly_is_turned(about, walls):
-    mode, before, _ = seen(np.eye(3), *STANDS, walls)
-    _, after, _ = seen(turned(*about), *STANDS, walls)
+    mode, before, _ = seen(np.eye(3), *ACCEPTED, walls)
+    _, after, _ = seen(turned(*about), *ACCEPTED, walls)
     assert np.count_nonzero(mode == PRESSED) >= 2
     assert after == pytest.approx(before, rel=1e-10, abs=1e-10 * np.abs(before).max())
 
 
 @pytest.mark.parametrize("walls", ["ends", "spread"])
 def test_nothing_changes_when_the_journal_is_turned_about_its_own_axis(walls):
-    bearing, journal, middle = STANDS
-    _, before, _ = seen(np.eye(3), *STANDS, walls)
+    bearing, journal, middle = ACCEPTED
+    _, before, _ = seen(np.eye(3), *ACCEPTED, walls)
     _, after, _ = seen(np.eye(3), bearing, journal @ turned(0.0, 0.0, 0.9), middle, walls)
     assert after == pytest.approx(before, rel=1e-10, abs=1e-10 * np.abs(before).max())
 
@@ -243,10 +243,10 @@ def test_nothing_changes_when_the_journal_is_turned_about_its_own_axis(walls):
 @pytest.mark.parametrize("walls", ["ends", "spread"])
 @pytest.mark.parametrize("ends", [0, 1])
 def test_nothing_changes_when_the_axis_of_a_body_is_turned_round(ends, walls):
-    bearing, journal, middle = STANDS
+    bearing, journal, middle = ACCEPTED
     round_ = turned(math.pi, 0.0, 0.0)
     sides = (bearing @ round_, journal) if ends == 0 else (bearing, journal @ round_)
-    _, before, contacts = seen(np.eye(3), *STANDS, walls)
+    _, before, contacts = seen(np.eye(3), *ACCEPTED, walls)
     _, after, others = seen(np.eye(3), *sides, middle, walls)
     assert after == pytest.approx(before, rel=1e-10, abs=1e-10 * np.abs(before).max())
     order = (0, 1, 2, 3) if ends == 0 else (1, 0, 3, 2)  # contacts are numbered by the ends of the journal
@@ -290,9 +290,9 @@ def test_a_free_body_turns_as_the_elliptic_functions_say():
     ).T
     poses = [place(mechanism, np.append(y, 0.0)) for y in path]
     frames, spins = [pose.frames[body] for pose in poses], [pose.spins[body] for pose in poses]
-    found = np.array([in_body(*pair) for pair in zip(frames, spins, strict=True)])
-    assert found == pytest.approx(known, rel=1e-9, abs=1e-9 * 60.0)
-    momentum = np.array([in_fixed(frame, Vector(*(inertia * w))) for frame, w in zip(frames, found, strict=True)])
+    result = np.array([in_body(*pair) for pair in zip(frames, spins, strict=True)])
+    assert result == pytest.approx(known, rel=1e-9, abs=1e-9 * 60.0)
+    momentum = np.array([in_fixed(frame, Vector(*(inertia * w))) for frame, w in zip(frames, result, strict=True)])
     assert momentum == pytest.approx(np.tile(momentum[0], (41, 1)), rel=1e-9, abs=1e-9 * np.linalg.norm(momentum[0]))
     assert np.linalg.norm(path[-1, rod]) == pytest.approx(1.0, rel=1e-9, abs=0.0)
 
@@ -300,30 +300,30 @@ def test_a_free_body_turns_as_the_elliptic_functions_say():
 # ---------------------------------------------------------------------------------------------- whole motions
 
 
-def compared(found, known):
+def compared(result, known):
     """Assert that events and time histories are those of the reference, as far as `found` goes."""
-    samples, count = known["samples"], len(found.t)
+    samples, count = known["samples"], len(result.t)
     for kind, name in (("com", "rod/{}"), ("velocity", "rod/v{}"), ("omega", "rod/w{}")):
         there = np.array(samples[f"rod/{kind}"])[:count]
-        here = np.array([found[name.format(axis)] for axis in "xyz"]).T
+        here = np.array([result[name.format(axis)] for axis in "xyz"]).T
         assert here == pytest.approx(there, rel=1e-6, abs=1e-6 * np.abs(there).max()), kind
     turns = np.array(
-        [np.ravel(np.array(frame_of(*q)).T) for q in zip(*(found[f"rod/q{k}"] for k in "wxyz"), strict=True)]
+        [np.ravel(np.array(frame_of(*q)).T) for q in zip(*(result[f"rod/q{k}"] for k in "wxyz"), strict=True)]
     )
     assert turns == pytest.approx(np.array(samples["rod/R_columns"])[:count], rel=0.0, abs=1e-9)
     for name, key in (("slider/x", "slider/x"), ("slider/a", "slider/a"), ("crank/torque", "crank/torque")):
         there = np.array(samples[key])[:count]
-        assert found[name] == pytest.approx(there, rel=1e-6, abs=1e-6 * np.abs(there).max()), name
-    gap = np.array([found[f"joints/crank_rod/{axis}"] for axis in "xyz"]).T
+        assert result[name] == pytest.approx(there, rel=1e-6, abs=1e-6 * np.abs(there).max()), name
+    gap = np.array([result[f"joints/crank_rod/{axis}"] for axis in "xyz"]).T
     assert gap == pytest.approx(np.array(samples["gap"])[:count], rel=0.0, abs=1e-6 * 2e-4)
-    assert found["joints/crank_rod/tilt"] == pytest.approx(np.array(samples["tilt"])[:count], rel=1e-6, abs=1e-10)
+    assert result["joints/crank_rod/tilt"] == pytest.approx(np.array(samples["tilt"])[:count], rel=1e-6, abs=1e-10)
     for k in range(4):
         there = np.array(samples["points"][f"crank_rod_{k + 1}"]["force_normal"])[:count]
-        assert found[f"joints/crank_rod/force_normal_{k + 1}"] == pytest.approx(there, rel=1e-6, abs=1e-6 * 900.0)
-    last = found.t[-1] if count else 0.0
+        assert result[f"joints/crank_rod/force_normal_{k + 1}"] == pytest.approx(there, rel=1e-6, abs=1e-6 * 900.0)
+    last = result.t[-1] if count else 0.0
     events = [event for event in known["events"] if event["t"] <= last]
-    assert [(e["joint"], e["kind"]) for e in found.events] == [(e["joint"], e["kind"]) for e in events]
-    for here, there in zip(found.events, events, strict=True):
+    assert [(e["joint"], e["kind"]) for e in result.events] == [(e["joint"], e["kind"]) for e in events]
+    for here, there in zip(result.events, events, strict=True):
         assert here["t"] == pytest.approx(there["t"], rel=0.0, abs=1e-10)
         assert here["rate"] == pytest.approx(there["rate"], rel=1e-6, abs=1e-8)
         assert here["force_peak"] == pytest.approx(there["force_peak"], rel=1e-6, abs=0.0)
@@ -332,12 +332,12 @@ def compared(found, known):
 @pytest.mark.heavy
 def test_half_a_revolution_is_that_of_quadruple_precision():
     known = reference()
-    found = clearsweep.simulate(clearsweep.load_case(known["grid"]), times=known["samples"]["t"])
-    assert found.status == "ok"
-    assert found.summary["energy_residual"] < 1e-12
-    compared(found, known)
+    result = clearsweep.simulate(clearsweep.load_case(known["grid"]), times=known["samples"]["t"])
+    assert result.status == "ok"
+    assert result.summary["energy_residual"] < 1e-12
+    compared(result, known)
     tilt = np.array(known["samples"]["tilt"]).max()
-    summary = found.summary
+    summary = result.summary
     assert tilt < summary["crank_rod_tilt_max"] < summary["crank_rod_tilt_limit"] + 0.002
     peaks = [(event["joint"], event["force_peak"]) for event in known["events"]]
     axial = max(force for joint, force in peaks if joint in ("crank_rod_3", "crank_rod_4"))
@@ -377,10 +377,10 @@ def test_a_parallel_journal_moves_as_in_the_plane(walls):
 @pytest.mark.heavy
 def test_nothing_is_lost_where_impacts_give_all_back():
     case = spatial(contact=JOINT["contact"] | {"restitution": 1.0}, tilt=[0.005, 0.003], offset=[0.0, 0.0, 5e-5])
-    found = clearsweep.simulate(clearsweep.load_case(case), times=[0.03])
-    assert len(found.events) > 20
-    assert found.summary["energy_residual"] < 1e-12
-    sizes = np.linalg.norm([found[f"rod/q{k}"][-1] for k in "wxyz"])
+    result = clearsweep.simulate(clearsweep.load_case(case), times=[0.03])
+    assert len(result.events) > 20
+    assert result.summary["energy_residual"] < 1e-12
+    sizes = np.linalg.norm([result[f"rod/q{k}"][-1] for k in "wxyz"])
     assert sizes == pytest.approx(1.0, rel=1e-14, abs=0.0)
 
 
@@ -403,20 +403,20 @@ def test_absolute_coordinates_with_multipliers_give_the_same_motion(opened, keys
     times = np.linspace(0.0, 0.03, 21)
     oracle = Oracle(case)
     states, normals, events = oracle.run(times)
-    found = clearsweep.simulate(clearsweep.load_case(case), times=times)
-    assert found.status == "ok"
+    result = clearsweep.simulate(clearsweep.load_case(case), times=times)
+    assert result.status == "ok"
     assert (
-        pytest.approx(states[:, :3], rel=0.0, abs=1e-7 * 2e-4) == np.array([found[f"rod/{axis}"] for axis in "xyz"]).T
+        pytest.approx(states[:, :3], rel=0.0, abs=1e-7 * 2e-4) == np.array([result[f"rod/{axis}"] for axis in "xyz"]).T
     )
-    assert found["slider/x"] == pytest.approx(states[:, 3], rel=0.0, abs=1e-7 * 2e-4)
-    spins = np.array([found[f"rod/w{axis}"] for axis in "xyz"]).T
+    assert result["slider/x"] == pytest.approx(states[:, 3], rel=0.0, abs=1e-7 * 2e-4)
+    spins = np.array([result[f"rod/w{axis}"] for axis in "xyz"]).T
     assert spins == pytest.approx(states[:, 16:], rel=0.0, abs=1e-7 * np.abs(states[:, 16:]).max())
     column = opened.replace("-", "_")
     for k in range(oracle.count):
-        here = found[f"joints/{column}/force_normal_{k + 1}"]
+        here = result[f"joints/{column}/force_normal_{k + 1}"]
         assert here == pytest.approx(normals[:, k], rel=0.0, abs=1e-7 * normals.max())
-    assert [int(event["joint"][-1]) - 1 for event in found.events] == [k for _, k, _ in events]
-    assert found.events["t"] == pytest.approx([t for t, _, _ in events], rel=0.0, abs=1e-9)
+    assert [int(event["joint"][-1]) - 1 for event in result.events] == [k for _, k, _ in events]
+    assert result.events["t"] == pytest.approx([t for t, _, _ in events], rel=0.0, abs=1e-9)
 
 
 # ---------------------------------------------------------------------------------------------- grids

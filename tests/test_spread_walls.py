@@ -23,8 +23,8 @@ from clearsweep.mechanics.joint.contract import (
     CLIPPED,
     FREE,
     PRESSED,
-    Place,
-    Present,
+    Offsets,
+    JointState,
     contact_modes,
     load,
     power_lost,
@@ -61,7 +61,7 @@ def loaded(joint, gap, onset=(0.1, 0.1), modes=None):
         depth = joints.wall_point(joint.ends, joint, gap, end).depth
         y[c], mode[c] = math.sqrt(max(depth, 0.0)), pairs[c].pressed if depth > 0.0 else pairs[c].apart
     mode[:2] = mode[:2] if modes is None else modes
-    return load(joint, gap, Place(0, 0, 0, 0), Present(y, mode, np.array([*onset, *[0.1] * 4]), 0))
+    return load(joint, gap, Offsets(0, 0, 0, 0), JointState(y, mode, np.array([*onset, *[0.1] * 4]), 0))
 
 
 # ---------------------------------------------------------------------------------------------- the potential
@@ -69,7 +69,7 @@ def loaded(joint, gap, onset=(0.1, 0.1), modes=None):
 
 def ends_of(joint, middle, axis):
     """Return (depth, lean inwards, half of the length that bears) at both ends, and the share of the stiffness."""
-    w, found = np.array([0.0, 0.0, 1.0]), []
+    w, result = np.array([0.0, 0.0, 1.0]), []
     longer = not isinstance(joint, joints.Flanged)
     shorter = min(joint.half_journal, joint.half_length)
     half = joint.half_journal
@@ -85,18 +85,18 @@ def ends_of(joint, middle, axis):
             near = extreme(edge, joint.bearing_radius, (across, np.cross(axis, across)), w, -1.0)
             off = -edge + (edge @ w) * w
             depth = joint.journal_radius - np.linalg.norm(near - (near @ w) * w)
-            found.append((depth, -end * (off / np.linalg.norm(off)) @ axis))
+            result.append((depth, -end * (off / np.linalg.norm(off)) @ axis))
         else:
             off = center - (center @ axis) * axis
             depth = np.linalg.norm(point - (point @ axis) * axis) - joint.bearing_radius
-            found.append((depth, end * (off / np.linalg.norm(off)) @ w))
-    return [(depth, lean, half) for depth, lean in found], half / (shorter if longer else joint.half_journal)
+            result.append((depth, end * (off / np.linalg.norm(off)) @ w))
+    return [(depth, lean, half) for depth, lean in result], half / (shorter if longer else joint.half_journal)
 
 
 def stored(joint, middle, axis, stiffness=1e9, power=1.5):
     """Return the energy (J) of slices whose depth falls by the lean from either end to the middle of the length."""
-    total, (found, share) = 0.0, ends_of(joint, middle, axis)
-    for depth, lean, half in found:
+    total, (result, share) = 0.0, ends_of(joint, middle, axis)
+    for depth, lean, half in result:
         inner = depth - half * lean
         a, b = max(depth, 0.0), max(inner, 0.0)
         mean = (a ** (power + 2.0) - b ** (power + 2.0)) / (power + 2.0) / (depth - inner)
@@ -121,7 +121,7 @@ def test_force_and_moment_are_the_slopes_of_what_the_slices_store(name):
     keys, middle, lean = POSES[name]
     joint, middle = joint_of(**keys), np.array(middle)
     axis = np.array([*lean, 1.0]) / np.linalg.norm([*lean, 1.0])
-    told = loaded(joint, gap_of(middle, axis))
+    message = loaded(joint, gap_of(middle, axis))
 
     def turned(vector, k, angle):  # of what the journal, turned by an angle, sees
         about = np.eye(3)[k] * angle
@@ -134,10 +134,10 @@ def test_force_and_moment_are_the_slopes_of_what_the_slices_store(name):
     moment = [slope(lambda h, k=k: stored(joint, *(turned(v, k, h) for v in (middle, axis))), 2e-6) for k in range(3)]
     size = np.linalg.norm(force)
     assert size > 0.01
-    assert np.array(told.force) == pytest.approx(np.array(force), rel=0.0, abs=1e-6 * size)
-    assert np.array(told.on_journal) == pytest.approx(np.array(moment), rel=0.0, abs=1e-6 * size * joint.half_length)
-    assert np.array(told.on_bearing) == pytest.approx(  # what acts on one body acts on the other the other way
-        -np.array(told.on_journal) - np.cross(middle, told.force), rel=0.0, abs=1e-12 * size
+    assert np.array(message.force) == pytest.approx(np.array(force), rel=0.0, abs=1e-6 * size)
+    assert np.array(message.on_journal) == pytest.approx(np.array(moment), rel=0.0, abs=1e-6 * size * joint.half_length)
+    assert np.array(message.on_bearing) == pytest.approx(  # what acts on one body acts on the other the other way
+        -np.array(message.on_journal) - np.cross(middle, message.force), rel=0.0, abs=1e-12 * size
     )
 
 
@@ -145,11 +145,11 @@ def test_force_and_moment_are_the_slopes_of_what_the_slices_store(name):
 def test_what_bodies_lose_goes_into_the_walls_to_the_last_digit(name):
     keys, middle, lean = POSES[name]
     joint, velocity, spin = joint_of(**keys), np.array([0.3, -0.2, 0.7]), np.array([3.0, -5.0, 2.0])
-    told = loaded(joint, gap_of(middle, [*lean, 1.0], velocity, spin))
-    lost = -np.dot(told.force, velocity) - np.dot(told.on_journal, spin)
-    kept = sum(power_stored(contact) for contact in told.contacts)
-    assert kept == pytest.approx(lost, rel=1e-12, abs=1e-12 * np.linalg.norm(told.force))
-    assert sum(abs(power_lost(contact)) for contact in told.contacts) <= 1e-13 * abs(kept)
+    message = loaded(joint, gap_of(middle, [*lean, 1.0], velocity, spin))
+    lost = -np.dot(message.force, velocity) - np.dot(message.on_journal, spin)
+    kept = sum(power_stored(contact) for contact in message.contacts)
+    assert kept == pytest.approx(lost, rel=1e-12, abs=1e-12 * np.linalg.norm(message.force))
+    assert sum(abs(power_lost(contact)) for contact in message.contacts) <= 1e-13 * abs(kept)
 
 
 # ---------------------------------------------------------------------------------------------- forces at both ends
@@ -180,12 +180,12 @@ def test_in_one_plane_the_ends_bear_what_slices_between_them_come_to(lean, loss)
     points = [joints.wall_point(joint.ends, joint, gap, end) for end in joints.ENDS]
     moving = [velocity + np.cross(spin, np.array(point.at) - [middle, 0.0, 0.0]) for point in points]
     rates = [np.dot(v, point.normal) for v, point in zip(moving, points, strict=True)]
-    told = loaded(joint, gap)
+    message = loaded(joint, gap)
     expected = by_slices([point.depth for point in points], rates, 0.75 * (1.0 - 0.7**2) if loss else 0.0, 0.1)
-    found = [contact.at_end for contact in told.contacts[:2]]
-    assert found == pytest.approx(expected, rel=2e-5 if abs(lean) > 5e-3 else 1e-7, abs=1e-9)
-    assert told.contacts[0].normal + told.contacts[1].normal == pytest.approx(sum(found), rel=1e-14)
-    assert told.contacts[-1].normal == pytest.approx(abs(found[0] - found[1]), rel=1e-12, abs=1e-13)
+    result = [contact.at_end for contact in message.contacts[:2]]
+    assert result == pytest.approx(expected, rel=2e-5 if abs(lean) > 5e-3 else 1e-7, abs=1e-9)
+    assert message.contacts[0].normal + message.contacts[1].normal == pytest.approx(sum(result), rel=1e-14)
+    assert message.contacts[-1].normal == pytest.approx(abs(result[0] - result[1]), rel=1e-12, abs=1e-13)
 
 
 @pytest.mark.parametrize(
@@ -193,11 +193,11 @@ def test_in_one_plane_the_ends_bear_what_slices_between_them_come_to(lean, loss)
 )
 def test_a_strip_bears_what_the_closed_form_says(deep, shallow):
     elastic = joint_of().elastic
-    found = strips.mean_elastic(elastic, joint_of().walls.rule, (deep, shallow))
+    result = strips.mean_elastic(elastic, joint_of().walls.rule, (deep, shallow))
     known = quad(lambda s: elastic_force(elastic, max(deep + (shallow - deep) * s, 0.0)), 0.0, 1.0, epsrel=1e-13)[0]
     if shallow < 0.99 * deep:
         known = 1e9 * (deep**2.5 - max(shallow, 0.0) ** 2.5) / (2.5 * (deep - shallow))
-    assert found == pytest.approx(known, rel=1e-13, abs=0.0)
+    assert result == pytest.approx(known, rel=1e-13, abs=0.0)
 
 
 @pytest.mark.parametrize("law", ["power", "johnson", "persson", "liu", "compatible", "winkler", "linear"])
@@ -230,12 +230,12 @@ def test_other_laws_are_spread_as_closely_as_their_quadrature_says(law):
 
 def both(middle, lean, **keys):
     """Return the force (N) along x and the moment (N m) about y of a leaning journal, spread and at the ends."""
-    found = []
+    result = []
     for walls in ("spread", "ends"):
         joint = joint_of(walls=walls, **keys)
-        told = loaded(joint, gap_of([middle, 0.0, 0.0], [-math.sin(lean), 0.0, math.cos(lean)]))
-        found.append((-told.force.x, -told.on_journal.y))
-    return found
+        message = loaded(joint, gap_of([middle, 0.0, 0.0], [-math.sin(lean), 0.0, math.cos(lean)]))
+        result.append((-message.force.x, -message.on_journal.y))
+    return result
 
 
 def test_a_pressed_journal_is_a_third_as_stiff_against_tilting_as_with_its_walls_at_the_ends():
@@ -276,9 +276,9 @@ def test_an_end_that_pulls_is_clipped_by_itself():
     gap = gap_of([2.1e-4, 0.0, 0.0], [0.0, 0.0, 1.0], velocity=[-1.0, 0.0, 0.0])
     free = loaded(joint, gap, modes=[PRESSED, PRESSED])
     assert free.contacts[0].raw < 0.0
-    one = loaded(joint, gap, modes=[CLIPPED, PRESSED])
-    assert one.contacts[0].normal == 0.0
-    assert one.contacts[1].normal == pytest.approx(free.contacts[1].normal, rel=1e-14)
+    first = loaded(joint, gap, modes=[CLIPPED, PRESSED])
+    assert first.contacts[0].normal == 0.0
+    assert first.contacts[1].normal == pytest.approx(free.contacts[1].normal, rel=1e-14)
     none = loaded(joint, gap, modes=[CLIPPED, CLIPPED])
     assert np.array(none.force) == pytest.approx(np.zeros(3), rel=0.0, abs=1e-15)
     assert np.array(none.on_journal) == pytest.approx(np.zeros(3), rel=0.0, abs=1e-15)
@@ -293,8 +293,8 @@ def test_force_and_moment_do_not_jump_where_a_strip_begins_to_pull(shift, lean):
 
         def sides(rate, modes=None, spin=spin):
             gap = gap_of([2.1e-4, 0.0, shift], [lean, 0.0, 1.0], [rate, 0.0, 0.1], [0.0, spin, 0.0])
-            told = loaded(joint, gap, modes=modes)
-            return told.contacts[0].raw, np.array([*told.force, *(100.0 * np.array(told.on_journal))])
+            message = loaded(joint, gap, modes=modes)
+            return message.contacts[0].raw, np.array([*message.force, *(100.0 * np.array(message.on_journal))])
 
         low, high = -3.0, 3.0
         for _ in range(80):
@@ -380,9 +380,11 @@ def test_the_rates_of_spread_walls_are_differentiated_exactly(keys):
 def test_walls_are_spread_unless_said_otherwise_or_the_law_keeps_an_indentation():
     case = spatial(walls=None)
     assert isinstance(clearsweep.load_case(case).value.joints[0].walls, joints.Spread)
-    assert isinstance(clearsweep.load_case(spatial()).value.joints[0].walls, joints.Ends)
+    assert isinstance(clearsweep.load_case(spatial()).value.joints[0].walls, joints.EndContacts)
     plastic = HERTZ | {"law": "lankarani-nikravesh-plastic", "restitution": 0.7}
-    assert isinstance(clearsweep.load_case(spatial(walls=None, contact=plastic)).value.joints[0].walls, joints.Ends)
+    assert isinstance(
+        clearsweep.load_case(spatial(walls=None, contact=plastic)).value.joints[0].walls, joints.EndContacts
+    )
     with pytest.raises(InputError, match=r"joints\.crank-rod\.walls: .*(spread|ends)"):
         clearsweep.load_case(spatial(walls="middle"))
 
@@ -395,12 +397,12 @@ def test_wear_goes_with_the_elastic_force_over_the_strip():
     strip = along_walls.Slope(0.01, 1e-3)
     for low, high in ((0.0, 1e-3), (1e-3, 2e-3), (3e-3, 4e-3)):  # 4 um deep: pressed over 4 mm
         known = ((4e-3 - low) ** 2.5 - (4e-3 - high) ** 2.5) / 4e-3**2.5
-        found = along_walls.load_share(joint.walls, joint, strip, 4e-6, (low, high))
-        assert found == pytest.approx(known, rel=1e-12)
+        result = along_walls.load_share(joint.walls, joint, strip, 4e-6, (low, high))
+        assert result == pytest.approx(known, rel=1e-12)
     inside = along_walls.Slope(0.01, -1e-3)  # of an end that is apart: pressed from 6 mm on
     assert along_walls.pressed_ways(inside, -6e-6) == pytest.approx((6e-3, 1e-2), rel=1e-12)
-    found = along_walls.load_share(joint.walls, joint, inside, -6e-6, (0.0, 8e-3))
-    assert found == pytest.approx(0.5**2.5, rel=1e-12)
+    result = along_walls.load_share(joint.walls, joint, inside, -6e-6, (0.0, 8e-3))
+    assert result == pytest.approx(0.5**2.5, rel=1e-12)
     loads = along_walls.loads_along(joint.walls, joint, strip, 4e-6, 100.0)
     assert loads.even == pytest.approx(100.0 / 4e-3, rel=1e-12)
     assert loads.most == pytest.approx(2.5 * 100.0 / 4e-3, rel=1e-12)
@@ -420,20 +422,20 @@ def sliding_out(walls):
 @pytest.mark.plain
 @pytest.mark.parametrize("walls", ["ends", "spread"])
 def test_a_journal_that_leaves_its_bearing_ends_the_run_and_says_so(walls):
-    found = clearsweep.simulate(clearsweep.load_case(sliding_out(walls)), times=[0.0])
-    assert found.status == "left-bearing"
-    assert "crank-rod leaves its bearing at" in found.message
-    assert "20 mm along the axis" in found.message
-    assert "flange: true" in found.message
-    assert found.summary["crank_rod_force_peak"] is None
-    assert len(found.events) > 0
-    time = float(found.message.split(" at ")[1].split(" s")[0])
+    result = clearsweep.simulate(clearsweep.load_case(sliding_out(walls)), times=[0.0])
+    assert result.status == "left-bearing"
+    assert "crank-rod leaves its bearing at" in result.message
+    assert "20 mm along the axis" in result.message
+    assert "flange: true" in result.message
+    assert result.summary["crank_rod_force_peak"] is None
+    assert len(result.events) > 0
+    time = float(result.message.split(" at ")[1].split(" s")[0])
     falling = math.sqrt(2.0 * 0.02 / 9.81)
     if walls == "ends":  # nothing but gravity along the axis
         assert time == pytest.approx(falling, rel=1e-5)
     else:  # what is stored in the length that is still pressed goes into the motion outwards
         assert 0.9 * falling < time < falling
-    assert found.events["t"].max() < time
+    assert result.events["t"].max() < time
 
 
 def test_a_journal_that_would_start_beside_its_bearing_is_refused():
@@ -464,7 +466,7 @@ def test_compiled_and_plain_code_move_spread_walls_alike():
 @pytest.mark.heavy
 def test_nothing_is_lost_where_spread_walls_give_all_back():
     case = spatial(walls="spread", contact=HERTZ, tilt=[0.005, 0.003], offset=[0.0, 0.0, 5e-5])
-    found = clearsweep.simulate(clearsweep.load_case(case), times=[0.03])
-    assert found.status == "ok"
-    assert len(found.events) > 20
-    assert found.summary["energy_residual"] < 1e-12
+    result = clearsweep.simulate(clearsweep.load_case(case), times=[0.03])
+    assert result.status == "ok"
+    assert len(result.events) > 20
+    assert result.summary["energy_residual"] < 1e-12

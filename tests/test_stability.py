@@ -25,9 +25,9 @@ FIGURES = ("force_peak", "force_rms", "penetration_max", "impacts_per_rev", "ons
 
 
 def run(source, **overrides):
-    found = clearsweep.simulate(clearsweep.load_case(source, {k.replace("__", "."): v for k, v in overrides.items()}))
-    assert found.status == "ok", found.message
-    return found.summary
+    result = clearsweep.simulate(clearsweep.load_case(source, {k.replace("__", "."): v for k, v in overrides.items()}))
+    assert result.status == "ok", result.message
+    return result.summary
 
 
 # ---------------------------------------------------------------------------------------------- the table
@@ -96,19 +96,19 @@ def test_what_is_beyond_the_bound_fails_and_is_compared_with_a_tighter_tolerance
 
 def test_a_contact_that_the_log_lacks_is_seen():
     made, _ = stability.scene_of(next(case for case in TABLE if case.name == "stiffness/C 1e+10"))
-    found = clearsweep.simulate(made, times=np.linspace(0.0, 0.02, 4001))
-    assert stability._largest_escape(made, found, 0, "rod_slider") < stability.SLACK
-    lost = clearsweep.Trajectory("ok", "", found.summary, found.channels, found.events[1:])
+    result = clearsweep.simulate(made, times=np.linspace(0.0, 0.02, 4001))
+    assert stability._largest_escape(made, result, 0, "rod_slider") < stability.SLACK
+    lost = clearsweep.Trajectory("ok", "", result.summary, result.channels, result.events[1:])
     assert stability._largest_escape(made, lost, 0, "rod_slider") > stability.SLACK
 
 
 def test_a_joint_that_has_just_left_its_bearing_is_not_met_again_at_once():
     """Eleven thousand events without a loss, from hard impacts to all but grazing ones."""
     (dear,) = (case for case in TABLE if case.name == "dear/ABC undamped 1e14, 1 rpm")
-    found = clearsweep.simulate(clearsweep.load_case(dear.grid, {"simulate.revolutions": 0.2}), times=[0.0])
-    assert found.status == "ok"
+    result = clearsweep.simulate(clearsweep.load_case(dear.grid, {"simulate.revolutions": 0.2}), times=[0.0])
+    assert result.status == "ok"
     for joint in ("ground_crank", "crank_rod", "rod_slider"):
-        events = found.events[found.events["joint"] == joint]
+        events = result.events[result.events["joint"] == joint]
         assert len(events) > 3000
         assert np.all(np.diff(events["t"]) > 0.0)
         assert np.all(events["rate"][events["kind"] == "on"] > 0.0)
@@ -137,9 +137,9 @@ def untimed(summary):
 @pytest.mark.parametrize("names", list(itertools.permutations(extremes.ALL)), ids="+".join)
 def test_the_order_of_joints_in_the_file_does_not_matter(names):
     changes = {"simulate.revolutions": 0.5, "mechanism.gravity": 9.81, "joints.rod-slider.clearance": 2e-4}
-    one = run(slider_crank(*extremes.ALL, changes=changes))
+    first = run(slider_crank(*extremes.ALL, changes=changes))
     other = run(slider_crank(*names, changes=changes))
-    assert untimed(one) == untimed(other)
+    assert untimed(first) == untimed(other)
 
 
 @pytest.mark.parametrize("opening", ["C", "BC"])
@@ -155,8 +155,8 @@ def test_a_tighter_tolerance_converges(opening):
 
 
 def test_bodies_of_a_pair_may_be_swapped():
-    one, other = (run(extremes.pair(1e9, 0.5, masses=masses)) for masses in ((0.1, 3.0), (3.0, 0.1)))
-    assert untimed(one) == untimed(other)
+    first, other = (run(extremes.pair(1e9, 0.5, masses=masses)) for masses in ((0.1, 3.0), (3.0, 0.1)))
+    assert untimed(first) == untimed(other)
 
 
 @pytest.mark.parametrize("name", extremes.ALL)
@@ -164,12 +164,12 @@ def test_either_body_may_carry_the_journal_where_nothing_rubs(name):
     """Without friction only the normal counts, which both surfaces share: from concentric pins the motion is one."""
     proximal, distal = name.split("-")
     joint = name.replace("-", "_")
-    one, other = (
+    first, other = (
         run(slider_crank(name), simulate__revolutions=0.3, **{f"joints__{name}__journal": body})
         for body in (proximal, distal)
     )
     for figure in FIGURES:
-        assert one[f"{joint}_{figure}"] == pytest.approx(other[f"{joint}_{figure}"], rel=1e-7, abs=0.0)
+        assert first[f"{joint}_{figure}"] == pytest.approx(other[f"{joint}_{figure}"], rel=1e-7, abs=0.0)
 
 
 def mirrored(sign):
@@ -191,9 +191,9 @@ def test_a_mirrored_start_at_the_reversed_crank_gives_the_mirrored_motion():
         down, start=start, value=down.value._replace(mechanism=down.value.mechanism._replace(drive=drive))
     )
     times = np.linspace(0.0, 0.02, 201)
-    one, other = (clearsweep.simulate(made, times=times) for made in (up, down))
-    assert one.status == other.status == "ok"
-    assert one["rod/angle"] == pytest.approx(-other["rod/angle"], abs=1e-9)
-    assert one["slider/x"] == pytest.approx(other["slider/x"], abs=1e-10)
-    assert one["joints/rod_slider/y"] == pytest.approx(-other["joints/rod_slider/y"], abs=1e-9)
-    assert len(one.events) == len(other.events) > 0
+    first, other = (clearsweep.simulate(made, times=times) for made in (up, down))
+    assert first.status == other.status == "ok"
+    assert first["rod/angle"] == pytest.approx(-other["rod/angle"], abs=1e-9)
+    assert first["slider/x"] == pytest.approx(other["slider/x"], abs=1e-10)
+    assert first["joints/rod_slider/y"] == pytest.approx(-other["joints/rod_slider/y"], abs=1e-9)
+    assert len(first.events) == len(other.events) > 0

@@ -33,10 +33,10 @@ def test_factors_solve_a_system(fixed):
     matrix[:4, :4] = np.eye(4)
     if not fixed:
         matrix[0, 0] = 0.0  # needs pivoting
-    factors, pivots, found = matrix.copy(), np.zeros(9, dtype=np.int64), right.copy()
+    factors, pivots, result = matrix.copy(), np.zeros(9, dtype=np.int64), right.copy()
     assert newton.factorise(factors, pivots, fixed)
-    newton.substitute(factors, pivots, found)
-    assert matrix @ found == pytest.approx(right, abs=1e-12)
+    newton.substitute(factors, pivots, result)
+    assert matrix @ result == pytest.approx(right, abs=1e-12)
     assert not newton.factorise(np.zeros((3, 3)), np.zeros(3, dtype=np.int64), 0)
 
 
@@ -62,8 +62,8 @@ def test_stages_say_what_lies_between_them():
 def test_the_error_estimate_is_of_the_order_it_says():
     """The estimate for y' = y^0 t^k, whose rate at the start is 0 for k > 0, vanishes up to the fourth power of t."""
     for power in range(1, 6):
-        found = radau.E @ radau.C ** (power + 1) / (power + 1)
-        assert (abs(found) < 1e-13) == (power < radau.ORDER - 1)
+        result = radau.E @ radau.C ** (power + 1) / (power + 1)
+        assert (abs(result) < 1e-13) == (power < radau.ORDER - 1)
 
 
 @pytest.mark.parametrize(("damping", "gain"), [(1e6, 12.0), (1e7, 80.0)])

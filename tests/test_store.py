@@ -36,9 +36,9 @@ def filled(directory, held_grid, batches):
     """Commit the batches, each a list of case indices, and merge them."""
     with store.RunDirectory(directory).open_for(held_grid) as held:
         for number, indices in enumerate(batches):
-            store.commit(directory, store.Form.of(held_grid), f"{number:016x}", rows_of(held_grid, indices))
+            store.commit(directory, store.ResultSchema.of(held_grid), f"{number:016x}", rows_of(held_grid, indices))
         held.recover()
-        merged = store.merge(held, store.Form.of(held_grid), held.rows())
+        merged = store.merge(held, store.ResultSchema.of(held_grid), held.rows())
         held.write_record(held_grid, merged=merged)
     return store.open(directory)
 
@@ -114,7 +114,7 @@ def test_what_a_failed_case_went_through_before_is_not_kept(tmp_path):
     failed = results.Trajectory("timeout", "", good.summary, good.channels, good.events, good.wear)
     rows = [store.Row(held_grid.case_id(k), held_grid.point(k), path) for k, path in enumerate((failed, other))]
     with store.RunDirectory(directory).open_for(held_grid) as held:
-        store.commit(directory, store.Form.of(held_grid), "0" * 16, rows)
+        store.commit(directory, store.ResultSchema.of(held_grid), "0" * 16, rows)
         held.recover()
         with h5py.File(held.batches[0].orbits, "r") as file:
             assert len(good.t) > 0
@@ -129,9 +129,9 @@ def test_the_events_that_a_failed_case_kept_are_stored(tmp_path):
     paths = results.Trajectory("left-bearing", "it left", {}, events=met), dataclasses.replace(other, events=met[:1])
     rows = [store.Row(held_grid.case_id(k), held_grid.point(k), path) for k, path in enumerate(paths)]
     with store.RunDirectory(directory).open_for(held_grid) as held:
-        store.commit(directory, store.Form.of(held_grid), "0" * 16, rows)
+        store.commit(directory, store.ResultSchema.of(held_grid), "0" * 16, rows)
         held.recover()
-        merged = store.merge(held, store.Form.of(held_grid), held.rows())
+        merged = store.merge(held, store.ResultSchema.of(held_grid), held.rows())
         held.write_record(held_grid, merged=merged)
     run = store.open(directory)
     assert [len(run.events(row.case_id)) for row in rows] == [2, 1]
@@ -150,10 +150,10 @@ def test_orbits_file_reads_as_the_contract_says(mixed):
         assert file["wear/rod_slider/bearing"].shape == (len(held_grid), 36)
         assert file["t"].compression == "gzip"
         assert file["t"].shuffle
-        found = {}
-        file.visititems(lambda name, item: found.update({name: dict(item.attrs)} if hasattr(item, "shape") else {}))
-        assert all(attributes["units"] and attributes["description"] for attributes in found.values())
-        assert {channel.name for channel in held_grid.layout.channels} <= set(found)
+        result = {}
+        file.visititems(lambda name, item: result.update({name: dict(item.attrs)} if hasattr(item, "shape") else {}))
+        assert all(attributes["units"] and attributes["description"] for attributes in result.values())
+        assert {channel.name for channel in held_grid.layout.channels} <= set(result)
 
 
 def test_datasets_longer_than_a_chunk_are_put_together_exactly(tmp_path, monkeypatch):
@@ -226,7 +226,9 @@ def test_the_newest_result_of_a_case_counts_but_a_good_one_first(tmp_path):
     with store.RunDirectory(directory).open_for(held_grid) as held:
         for number, status in enumerate(("crashed", "ok", "timeout")):
             path = results.Trajectory(status, "", {}) if status != "ok" else Fake.solve(held_grid.case(0))
-            store.commit(directory, store.Form.of(held_grid), f"{number:016x}", [store.Row(case_id, point, path)])
+            store.commit(
+                directory, store.ResultSchema.of(held_grid), f"{number:016x}", [store.Row(case_id, point, path)]
+            )
         held.recover()
         assert [bool(row["failed"]) for row in held.rows()] == [False]
 
@@ -234,7 +236,9 @@ def test_the_newest_result_of_a_case_counts_but_a_good_one_first(tmp_path):
 def committed(directory, held_grid, batch):
     """Commit a good result of the first case as a batch of this name."""
     case_id, point = held_grid.case_id(0), held_grid.point(0)
-    store.commit(directory, store.Form.of(held_grid), batch, [store.Row(case_id, point, Fake.solve(held_grid.case(0)))])
+    store.commit(
+        directory, store.ResultSchema.of(held_grid), batch, [store.Row(case_id, point, Fake.solve(held_grid.case(0)))]
+    )
 
 
 @pytest.mark.parametrize("names", [("0" * 16, "1" * 16), ("1" * 16, "0" * 16)])
@@ -250,13 +254,13 @@ def test_of_two_good_results_the_newer_counts_whatever_its_batch_is_called(tmp_p
 
 def test_batches_taken_over_twice_are_there_once(tmp_path):
     held_grid = loaded(grid(1))
-    with store.RunDirectory(tmp_path / "one").open_for(held_grid) as one:
+    with store.RunDirectory(tmp_path / "one").open_for(held_grid) as first:
         committed(tmp_path / "one", held_grid, "0" * 16)
-        one.recover()
+        first.recover()
         with store.RunDirectory(tmp_path / "other").open_for(held_grid) as other:
             for _ in range(2):
-                other.take(one)
-            assert [batch.name for batch in other.batches] == [batch.name for batch in one.batches]
+                other.take(first)
+            assert [batch.name for batch in other.batches] == [batch.name for batch in first.batches]
 
 
 @pytest.mark.parametrize("folder", ["shards", "parts"])
@@ -398,9 +402,9 @@ def test_a_full_disk_is_a_storage_error_that_names_the_file(tmp_path, monkeypatc
 def test_a_file_is_on_the_disk_before_its_name_is_and_the_name_before_anything_follows(tmp_path, monkeypatch):
     done = []
 
-    def seen(name, function, told):
+    def seen(name, function, message):
         def call(*arguments):
-            done.append((name, *told(*arguments)))
+            done.append((name, *message(*arguments)))
             return function(*arguments)
 
         monkeypatch.setattr(durable.os, name, call)
@@ -419,7 +423,7 @@ def test_a_batch_is_committed_after_its_histories(tmp_path, monkeypatch):
     written = []
     monkeypatch.setattr(durable, "replace", lambda path, content, scratch: written.append(path.parent.name))
     held_grid = loaded(grid(2, wear=True))
-    store.commit(tmp_path, store.Form.of(held_grid), "0" * 16, rows_of(held_grid, [0, 1]))
+    store.commit(tmp_path, store.ResultSchema.of(held_grid), "0" * 16, rows_of(held_grid, [0, 1]))
     assert written == ["shards", "parts"]
 
 

@@ -62,14 +62,14 @@ def again(directory):
 
 def everything(directory) -> str:
     """Return all that a reader gets of a run, timings and the names of its batches aside."""
-    found = clearsweep.open(directory)
+    result = clearsweep.open(directory)
     known = {
-        key: value for key, value in found.grid.items() if key not in ("start", "end", "counts", "checksum", "merged")
+        key: value for key, value in result.grid.items() if key not in ("start", "end", "counts", "checksum", "merged")
     }
-    parts = [known, found.summary.to_dict("list"), found.summary.attrs]
-    for case_id in found.summary["case_id"]:
-        parts += [found.orbit(case_id).to_dict("list"), found.events(case_id).to_dict("list")]
-        parts += [[depths.tobytes() for depths in pair] for pair in found.wear(case_id).values()]
+    parts = [known, result.summary.to_dict("list"), result.summary.attrs]
+    for case_id in result.summary["case_id"]:
+        parts += [result.orbit(case_id).to_dict("list"), result.events(case_id).to_dict("list")]
+        parts += [[depths.tobytes() for depths in pair] for pair in result.wear(case_id).values()]
     return repr(parts)
 
 
@@ -226,12 +226,12 @@ def damage_of(run, path, written) -> str:
     """Return what a reader and `status` say of a run in which one file was changed, which may not be nothing."""
     try:
         assert everything(run) == written, f"{path} is read as if it were what was written"
-        told = ""
+        message = ""
     except DirectoryError as error:
-        told = str(error)
+        message = str(error)
     if path.name == "run.json":
-        return told
-    assert path.name in told or not told
+        return message
+    assert path.name in message or not message
     return " ".join(store.status(run, every_file=True)["damage"])
 
 
@@ -290,8 +290,8 @@ def test_orbits_of_another_run_of_the_grid_are_not_taken_for_those_of_this_one(r
 
 
 def test_a_damaged_piece_of_a_history_is_found_when_it_is_read(run):
-    found = clearsweep.open(run)
-    case_id = found.summary.query("status == 'ok'")["case_id"].iloc[0]
+    result = clearsweep.open(run)
+    case_id = result.summary.query("status == 'ok'")["case_id"].iloc[0]
     with h5py.File(run / "orbits.h5", "r") as file:
         place = file["slider/x"].id.get_chunk_info(0)
     with open(run / "orbits.h5", "r+b") as file:
@@ -323,7 +323,7 @@ def test_final_files_are_made_anew_where_the_same_batch_gives_other_rows(tmp_pat
     case_id, point = held_grid.case_id(0), held_grid.point(0)
     tries = [results.Trajectory("crashed", "", {}), Fake.solve(held_grid.case(0))]
     with store.RunDirectory(tmp_path / "run").open_for(held_grid) as held:
-        form = store.Form.of(held_grid)
+        form = store.ResultSchema.of(held_grid)
         store.commit(held.path, form, "0" * 16, [store.Row(case_id, point, each) for each in tries])
         held.recover()
         (good,) = rows = held.rows()
@@ -361,7 +361,7 @@ def test_status_says_how_far_a_run_is_and_who_works_there(tmp_path, command, mon
     place, held_grid = tmp_path / "run", loaded(GRID)
     with store.RunDirectory(place).open_for(held_grid, counts={"cases": 6}) as held:
         row = store.Row(held_grid.case_id(0), held_grid.point(0), Fake.solve(held_grid.case(0)))
-        store.commit(held.path, store.Form.of(held_grid), "0" * 16, [row])
+        store.commit(held.path, store.ResultSchema.of(held_grid), "0" * 16, [row])
         working = json.loads(command("status", place, "--json")[1])
         assert (working["state"], working["cases"], working["ok"], working["missing"]) == ("under way", 6, 1, 5)
         assert f"process {os.getpid()} on" in working["holder"]

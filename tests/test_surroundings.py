@@ -56,11 +56,13 @@ def test_a_run_whose_streams_are_closed_or_full_goes_on_and_ends_with_its_code(g
     assert "Traceback" not in ended.stderr + (grid_file / "x" / "lock").read_text()
 
 
-@pytest.mark.parametrize(("stream", "told"), [(">&-", ""), ("2>&-", ""), (">/dev/full", "No space left"), ("| :", "")])
-def test_what_cannot_be_printed_is_dropped_and_a_full_stdout_is_told(tmp_path, stream, told):
+@pytest.mark.parametrize(
+    ("stream", "message"), [(">&-", ""), ("2>&-", ""), (">/dev/full", "No space left"), ("| :", "")]
+)
+def test_what_cannot_be_printed_is_dropped_and_a_full_stdout_is_told(tmp_path, stream, message):
     ended = shell(f"clearsweep init {stream}; exit ${{PIPESTATUS[0]}}", tmp_path, MAIN)
     assert ended.returncode == 0
-    assert (told in ended.stderr) if told else not ended.stderr
+    assert (message in ended.stderr) if message else not ended.stderr
 
 
 def test_the_null_device_takes_the_place_of_a_stream_that_was_left(tmp_path):
@@ -174,9 +176,9 @@ def test_limits_that_are_met_on_the_way_are_told_with_their_remedy(monkeypatch, 
 
     monkeypatch.setattr(cli.verbs, "main", fail)
     assert cli._exit_code(["laws"]) == 2
-    told = capsys.readouterr().err
-    assert said in told
-    assert len(told.splitlines()) == 1
+    message = capsys.readouterr().err
+    assert said in message
+    assert len(message.splitlines()) == 1
 
 
 @pytest.mark.parametrize("verb", ["run g.json --out", "run g.json --dry-run --out", "init", "report", "report x --out"])
@@ -184,10 +186,10 @@ def test_a_name_of_300_characters_is_bad_input(grid_file, monkeypatch, capsys, v
     monkeypatch.chdir(grid_file)
     with pytest.raises(SystemExit) as ended:
         cli.main([*verb.split(), "y" * 300])
-    told = capsys.readouterr().err
+    message = capsys.readouterr().err
     assert ended.value.code == 2
-    assert len(told.splitlines()) == 1
-    assert "yyy" in told or "x: holds no run" in told
+    assert len(message.splitlines()) == 1
+    assert "yyy" in message or "x: holds no run" in message
 
 
 class Verbose(Fake):
@@ -218,9 +220,9 @@ def test_what_went_wrong_in_a_case_is_told_in_one_line(tmp_path, capsys, mechani
     (message,) = result.open().summary["message"]
     assert said in message
     assert len(message) < 300
-    told = capsys.readouterr().err
-    assert len(told.splitlines()) == 1
-    assert len(told) < 300
+    messages = capsys.readouterr().err
+    assert len(messages.splitlines()) == 1
+    assert len(messages) < 300
 
 
 def test_workers_that_cannot_be_started_are_told_with_the_reason(monkeypatch):

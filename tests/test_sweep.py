@@ -20,9 +20,9 @@ from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, REFUSED, Fake,
 from fake_sweeps import sweep
 
 from clearsweep.language import errors, phases
-from clearsweep.sweeping import closing, estimate, executors
+from clearsweep.sweeping import run_summary, estimate, executors
 from clearsweep.sweeping.driver import Batches
-from clearsweep.sweeping.everything import everything
+from clearsweep.sweeping.all_cases import complete_run
 from clearsweep.sweeping.worker import Manifest
 
 pytestmark = pytest.mark.heavy
@@ -54,9 +54,9 @@ def facts_of(process):
     return json.loads(out)
 
 
-def same_results(one: Path, other: Path) -> bool:
+def same_results(first: Path, other: Path) -> bool:
     """Tell whether two directories hold the same rows and orbits, timings aside."""
-    return torture.same(torture.differences(one, other))
+    return torture.same(torture.differences(first, other))
 
 
 def wait_for(condition, seconds=30.0):
@@ -84,9 +84,9 @@ def test_a_larger_grid_runs_only_what_is_new_and_a_smaller_one_shows_only_its_ow
     assert quiet(grid(5), tmp_path / "run").ran == 2
     smaller = quiet(grid(2), tmp_path / "run")
     assert (smaller.ran, smaller.others) == (0, 3)
-    assert "3 cases with other values on the axes stay stored" in closing.run_text(closing.of_run(smaller))
+    assert "3 cases with other values on the axes stay stored" in run_summary.run_text(run_summary.of_run(smaller))
     assert len(smaller.open().summary) == 2
-    with everything(tmp_path / "run", Fake) as run:
+    with complete_run(tmp_path / "run", Fake) as run:
         every = run.summary
         assert run.grid["sweep"]["mechanism.slider.mass"] == [0.1 + 0.001 * k for k in (0, 1, 2, 3, 4)]
     assert len(smaller.open().summary) == 2
@@ -101,7 +101,7 @@ def test_all_cases_of_a_directory_whose_axes_go_in_step_are_one_run(tmp_path, ma
         source = grid(cases={"mechanism.slider.mass": values, "mechanism.gravity": [GOOD] * len(values)})
         del source["sweep"]
         quiet(source, tmp_path / "run")
-    with everything(tmp_path / "run", Fake) as run:
+    with complete_run(tmp_path / "run", Fake) as run:
         assert sorted(run.summary["mechanism.slider.mass"]) == sorted({0.1, 0.2, *masses})
 
 
@@ -312,10 +312,10 @@ def test_the_parent_grows_by_less_than_50_mb_with_a_hundred_times_the_cases(tmp_
     for count in counts:
         source = grid(orbits="none", sweep={"mechanism.slider.mass": {"linspace": [0.1, 0.3, count]}})
         process = program(tmp_path / str(count), source, show_progress=False)
-        found = facts_of(process)
-        assert found["ran"] == count
-        assert not found["pandas"]
-        peaks.append(found["peak"])
+        result = facts_of(process)
+        assert result["ran"] == count
+        assert not result["pandas"]
+        peaks.append(result["peak"])
     assert peaks[1] - peaks[0] < 50_000, peaks  # kB
 
 
@@ -356,15 +356,15 @@ def test_batches_with_large_histories_stay_small():
 
 
 def test_a_dry_run_counts_times_and_writes_nothing(tmp_path):
-    found = estimate.estimate(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run", jobs=2, simulator=Fake)
-    assert (found.cases, found.pending) == (50, 50)
-    assert found.derived["joints.rod-slider.contact.stiffness"]["max"] == 6.61e10
-    assert 0.02 < found.case_seconds < 0.1
-    assert found.seconds < 5.0
+    result = estimate.estimate(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run", jobs=2, simulator=Fake)
+    assert (result.cases, result.pending) == (50, 50)
+    assert result.derived["joints.rod-slider.contact.stiffness"]["max"] == 6.61e10
+    assert 0.02 < result.case_seconds < 0.1
+    assert result.seconds < 5.0
     assert not (tmp_path / "run").exists()
     quiet(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run")
     size = sum(path.stat().st_size for path in (tmp_path / "run").rglob("*"))
-    assert 0.3 * size < found.bytes < 3.0 * size
+    assert 0.3 * size < result.bytes < 3.0 * size
     assert estimate.estimate(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run", simulator=Fake).pending == 0
 
 
@@ -391,13 +391,13 @@ def test_bad_options_are_refused_before_anything_is_written(tmp_path, options, n
 def test_a_dry_run_shows_a_case_and_what_si_is_assumed_for(tmp_path):
     source = grid(2, drive={"speed": 100})
     source["joints"]["rod-slider"]["length"] = 0.02
-    found = estimate.estimate(source, tmp_path / "run", simulator=Fake)
-    assert found.assumed["drive.speed"] == {"unit": "rad/s", "values": [100.0]}
-    assert found.assumed["mechanism.slider.mass"] == {"unit": "kg", "values": [0.1, 0.101]}
-    assert "joints.rod-slider.length" in found.assumed
-    assert "joints.rod-slider.clearance" not in found.assumed  # 0.5 mm
-    assert found.case["values"]["joints.rod-slider.clearance"] == 0.5e-3
-    text = closing.estimate_text(found._asdict())
+    result = estimate.estimate(source, tmp_path / "run", simulator=Fake)
+    assert result.assumed["drive.speed"] == {"unit": "rad/s", "values": [100.0]}
+    assert result.assumed["mechanism.slider.mass"] == {"unit": "kg", "values": [0.1, 0.101]}
+    assert "joints.rod-slider.length" in result.assumed
+    assert "joints.rod-slider.clearance" not in result.assumed  # 0.5 mm
+    assert result.case["values"]["joints.rod-slider.clearance"] == 0.5e-3
+    text = run_summary.estimate_text(result._asdict())
     assert "no unit given, SI assumed: drive.speed = 100 rad/s = 954.9 rpm\n" in text
     assert "no unit given, SI assumed: mechanism.slider.mass = 0.1 to 0.101 kg" in text
     assert "  joints.rod-slider: clearance 0.5 mm, bearing_radius 10 mm, length 20 mm" in text
@@ -428,9 +428,9 @@ class Warming(Fake):
 
 def test_the_time_that_a_first_case_compiles_is_no_part_of_the_estimate(tmp_path, monkeypatch):
     monkeypatch.setattr(estimate, "PILOT_TIME", 0.5)  # s: less than the first case takes
-    found = estimate.estimate(grid(20), tmp_path / "run", jobs=1, simulator=Warming)
-    assert found.case_seconds < 0.05
-    assert found.timed > 3
+    result = estimate.estimate(grid(20), tmp_path / "run", jobs=1, simulator=Warming)
+    assert result.case_seconds < 0.05
+    assert result.timed > 3
 
 
 def test_the_loop_and_a_scene_compile_at_once_in_two_workers(tmp_path, monkeypatch, capfd):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from clearsweep.mechanics.observe.histogram import BINS, EDGES, PARTS, WIDTHS, fill, force_bin, force_exceeded, ramp_of
-from clearsweep.mechanics.solver.accumulate.along import course_of
-from clearsweep.mechanics.solver.accumulate.tally import BELOW, HIGHEST_BIN, enter_course
+from clearsweep.mechanics.solver.accumulate.step_sums import course_of
+from clearsweep.mechanics.solver.accumulate.totals import BELOW, HIGHEST_BIN, enter_course
 
 
 def add_ramp(histogram, ends, duration):

@@ -11,7 +11,7 @@ import reliability
 import torture_attempts
 import torture_flips
 import torture_grids
-from torture_attempts import Attempt, Result
+from torture_attempts import TrialStep, Result
 from torture_grids import Ended, drawn
 
 from clearsweep import grid, simulation
@@ -27,8 +27,8 @@ def test_mutated_grids_are_read_or_refused(tmp_path):
     for content in contents:
         (tmp_path / "grid.yaml").write_bytes(content)
         with contextlib.suppress(InputError):
-            found = grid.load(tmp_path / "grid.yaml", catalogue)
-            found.case_id(len(found) - 1)
+            result = grid.load(tmp_path / "grid.yaml", catalogue)
+            result.case_id(len(result) - 1)
             read += 1
     assert 3 < read < 22
 
@@ -78,7 +78,7 @@ def test_a_file_that_is_read_as_something_else_is_not_named_but_silent(tmp_path,
     (tmp_path / "file").write_bytes(b"abc")
     torture_flips.flip(tmp_path / "file", random.Random(1))
     changed = (tmp_path / "file").read_bytes()
-    assert sum((one ^ other).bit_count() for one, other in zip(b"abc", changed, strict=True)) == 1
+    assert sum((first ^ other).bit_count() for first, other in zip(b"abc", changed, strict=True)) == 1
 
     monkeypatch.setattr(torture_flips, "command", lambda *_: (0, "fine"))
     outcomes = []
@@ -101,7 +101,7 @@ def test_a_file_that_is_read_as_something_else_is_not_named_but_silent(tmp_path,
     ],
 )
 def test_an_attempt_that_ends_otherwise_than_it_has_to_falls_short(code, said, fault):
-    assert Result(Attempt("name", "true", (2,), "no such thing"), code, 0.1, said).fault == fault
+    assert Result(TrialStep("name", "true", (2,), "no such thing"), code, 0.1, said).fault == fault
 
 
 def test_names_of_attempts_differ_and_the_page_keeps_what_is_not_measured(monkeypatch, tmp_path):

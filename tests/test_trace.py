@@ -10,7 +10,7 @@ from traced_states import State, code_of, filled, states
 from clearsweep import simulation
 from clearsweep.grid import load
 from clearsweep.mechanics.compiled.family import WIDTH, form_number
-from clearsweep.mechanics.coupling import attempt
+from clearsweep.mechanics.coupling import trial_step
 from clearsweep.mechanics.solver.dop853 import END
 
 CONFIGS = sorted(path.name for path in (Path(__file__).parents[1] / "configs").glob("*.yaml"))
@@ -33,9 +33,9 @@ def test_every_scene_of_the_examples_goes_one_by_one_and_side_by_side_with_the_s
         codes = {width: code_of(scene, width) for width in (1, WIDTH)}
         for row, seed in itertools.product((5, END), (7, 8)):
             state = states(scene, seed)
-            one, eight = (filled(code, state, row, width) for width, code in codes.items())
-            np.testing.assert_array_equal(one.k, eight.k)
-            np.testing.assert_array_equal(one.o, eight.o)
+            first, eight = (filled(code, state, row, width) for width, code in codes.items())
+            np.testing.assert_array_equal(first.k, eight.k)
+            np.testing.assert_array_equal(first.o, eight.o)
 
 
 @pytest.mark.parametrize("name", CONFIGS)
@@ -43,10 +43,10 @@ def test_machine_code_does_what_the_body_does(name):
     """To rounding: where nothing fuses, sums of products differ in their last digits, and what cancels by more."""
     for scene in scenes(name):
         state = states(scene)
-        found = filled(code_of(scene, 1), state, END, 1)
+        result = filled(code_of(scene, 1), state, END, 1)
         for place in range(WIDTH):
             plain = State(*(np.ascontiguousarray(array[..., place]) for array in state))
-            attempt.attempt_entry((scene.value,), *plain[1:], END)
-            for ours, theirs in ((found.k, plain.k), (found.o, plain.o)):
+            trial_step.trial_step_entry((scene.value,), *plain[1:], END)
+            for ours, theirs in ((result.k, plain.k), (result.o, plain.o)):
                 size = np.maximum(np.abs(theirs[END]), 1e-6 * np.abs(theirs[END]).max())
                 np.testing.assert_array_less(np.abs(ours[END, :, place] - theirs[END]), 1e-9 * size + 1e-300)

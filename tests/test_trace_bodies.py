@@ -78,8 +78,8 @@ def written_out(x, y):
 @kernel
 def tables_and_choices(x, y):
     row = int(min(max(abs(x) * 2.0, 0.0), 7.0))
-    found = looked_up(TABLE, row, 0) if y > 0.0 else looked_up(TABLE, 7 - row, 1)
-    return where(x < 0.0, found, -found) + (1.0 if 0.0 < x <= 1.0 or not y > -1.0 else 0.0)
+    result = looked_up(TABLE, row, 0) if y > 0.0 else looked_up(TABLE, 7 - row, 1)
+    return where(x < 0.0, result, -result) + (1.0 if 0.0 < x <= 1.0 or not y > -1.0 else 0.0)
 
 
 @inlined
@@ -151,11 +151,11 @@ def machine(body, width):
 
 @pytest.mark.parametrize("body", BODIES, ids=lambda body: body.__name__)
 def test_a_body_does_on_symbols_what_it_does_in_python(body):
-    one, eight = machine(body, 1), machine(body, WIDTH)
+    first, eight = machine(body, 1), machine(body, WIDTH)
     for x, y in zip(*(values.reshape(-1, WIDTH) for values in INPUTS), strict=True):
         expected = [body(*pair) for pair in zip(x.tolist(), y.tolist(), strict=True)]
-        assert one(x, y) == pytest.approx(expected, rel=1e-13, abs=1e-13)
-        assert np.array_equal(one(x, y), eight(x, y))
+        assert first(x, y) == pytest.approx(expected, rel=1e-13, abs=1e-13)
+        assert np.array_equal(first(x, y), eight(x, y))
 
 
 @pytest.mark.parametrize("body", BODIES, ids=lambda body: body.__name__)
@@ -179,38 +179,38 @@ def test_what_cannot_be_traced_is_refused_with_file_line_and_statement():
 
 
 @kernel
-def shifted_sums(room, x):
+def shifted_sums(buffer, x):
     """Put into the second row what the first row and a table give, times `x` where it is positive."""
     for i in abreast(WIDTH):
-        here = room[i] + TABLE[i, 1]
-        here = here * x if here > 0.0 else here - room[i + 1]
-        room[WIDTH + i] = helped(room, i, here)
+        here = buffer[i] + TABLE[i, 1]
+        here = here * x if here > 0.0 else here - buffer[i + 1]
+        buffer[WIDTH + i] = helped(buffer, i, here)
 
 
 @kernel
-def helped(room, i, here):
-    return here + room[i + 2]
+def helped(buffer, i, here):
+    return here + buffer[i + 2]
 
 
 def test_turns_that_are_run_at_once_do_what_they_do_one_by_one():
     def entry(given, _):
-        room = View(given.base, DOUBLE, (2 * WIDTH,), (1,))
-        calls.call(shifted_sums, room, room[0])
+        buffer = View(given.base, DOUBLE, (2 * WIDTH,), (1,))
+        calls.call(shifted_sums, buffer, buffer[0])
 
     code = objects.loaded(objects.object_of(objects._module(entry, "", 1)))
     for seed in range(5):
-        room = aligned(np.random.default_rng(seed).uniform(-9.0, 9.0, 2 * WIDTH))
-        room[WIDTH:] = 0.5  # so that what turns read of the second row is as it was before the first
-        plain = room.copy()
+        buffer = aligned(np.random.default_rng(seed).uniform(-9.0, 9.0, 2 * WIDTH))
+        buffer[WIDTH:] = 0.5  # so that what turns read of the second row is as it was before the first
+        plain = buffer.copy()
         expected = [_turn(plain, i) for i in range(WIDTH)]
-        objects.function_at(code.address, 0)(room.ctypes.data, 0)
-        assert room[WIDTH:] == pytest.approx(expected, rel=1e-14)
-        assert np.array_equal(room[:WIDTH], plain[:WIDTH])
+        objects.function_at(code.address, 0)(buffer.ctypes.data, 0)
+        assert buffer[WIDTH:] == pytest.approx(expected, rel=1e-14)
+        assert np.array_equal(buffer[:WIDTH], plain[:WIDTH])
 
 
-def _turn(room, i):
-    here = room[i] + TABLE[i, 1]
-    return (here * room[0] if here > 0.0 else here - room[i + 1]) + room[i + 2]
+def _turn(buffer, i):
+    here = buffer[i] + TABLE[i, 1]
+    return (here * buffer[0] if here > 0.0 else here - buffer[i + 1]) + buffer[i + 2]
 
 
 def test_turns_at_once_are_as_many_as_there_are_lanes():

@@ -114,19 +114,19 @@ def on_arrays(name, arguments):
         return getattr(functions, name)(*map(np.ascontiguousarray, arguments))
 
 
-def error(found, exact):
+def error(result, exact):
     """Return the error of a float in units in the last place of the exact value."""
     unit = Decimal(math.ulp(float(exact)))
-    return abs(Decimal(found) - exact) / unit
+    return abs(Decimal(result) - exact) / unit
 
 
 @pytest.mark.parametrize("name", [*OF_ONE, *OF_TWO])
 def test_error_is_below_a_unit_in_the_last_place(name):
     with decimal.localcontext(decimal.Context(prec=60, Emin=-9999, Emax=9999)):
         for arguments in drawn(name):
-            for found, *exact in zip(on_arrays(name, arguments), *arguments, strict=True):
+            for result, *exact in zip(on_arrays(name, arguments), *arguments, strict=True):
                 wanted = EXACT[name](*map(Decimal, map(float, exact)))
-                assert error(float(found), wanted) < 0.9, (name, exact)
+                assert error(float(result), wanted) < 0.9, (name, exact)
 
 
 # ---------------------------------------------------------------------------------------------- limits
@@ -148,11 +148,11 @@ def agrees(a, b):
 @pytest.mark.parametrize("name", [*OF_ONE, *OF_TWO])
 def test_special_arguments_give_the_values_of_the_c_standard(name):
     arguments = np.array(list(itertools.product(SPECIAL, repeat=2 if name in OF_TWO else 1))).T
-    for found, *x in zip(on_arrays(name, arguments), *arguments, strict=True):
+    for result, *x in zip(on_arrays(name, arguments), *arguments, strict=True):
         if name in ("sin", "cos") and abs(x[0]) > functions.LARGEST_ANGLE:
-            assert math.isnan(found)
+            assert math.isnan(result)
         elif not (name == "pow" and x[1] == 0.5):  # numpy takes the square root, which differs for -0 and -inf
-            assert agrees(float(found), library(name, *x)), (name, x)
+            assert agrees(float(result), library(name, *x)), (name, x)
 
 
 def test_powers_of_negative_numbers_are_those_of_c():
@@ -315,10 +315,10 @@ def fused(a, b, sign, frame):
 def test_floats_arrays_and_fusing_numbers_have_the_same_bits(name):
     arguments = given(name)
     arguments = arguments[:, :: max(1, arguments.shape[1] // 500)]
-    for found, *one in zip(on_arrays(name, arguments), *arguments, strict=True):
-        plain = getattr(functions, name)(*map(float, one))
-        assert same_bits(plain, float(found)), (name, one)
-        assert same_bits(plain, value_of(getattr(functions, name)(*(Fusing(float(x)) for x in one)))), (name, one)
+    for result, *first in zip(on_arrays(name, arguments), *arguments, strict=True):
+        plain = getattr(functions, name)(*map(float, first))
+        assert same_bits(plain, float(result)), (name, first)
+        assert same_bits(plain, value_of(getattr(functions, name)(*(Fusing(float(x)) for x in first)))), (name, first)
 
 
 def test_fused_products_of_arrays_are_rounded_once():
@@ -349,12 +349,12 @@ def interpolated(series, low, high, count):
     for order in range(1, count):
         for i in range(count - 1, order - 1, -1):
             differences[i] = (differences[i] - differences[i - 1]) / (nodes[i] - nodes[i - order])
-    found = [Fraction(0)]
+    result = [Fraction(0)]
     for node, difference in zip(reversed(nodes), reversed(differences), strict=True):
-        moved = [Fraction(0), *found]
-        found = [a - node * b for a, b in zip(moved, [*found, 0], strict=True)]
-        found[0] += difference
-    return tuple(float(c) for c in found[:count])
+        moved = [Fraction(0), *result]
+        result = [a - node * b for a, b in zip(moved, [*result, 0], strict=True)]
+        result[0] += difference
+    return tuple(float(c) for c in result[:count])
 
 
 HALF = 0.5 * math.log(2.0) * 1.0001

@@ -17,7 +17,7 @@ from clearsweep.contracts.layout import Layout
 from clearsweep.grid import iso286
 from clearsweep.report import study
 from clearsweep.report.sections import peak_revolution
-from clearsweep.sweeping import closing
+from clearsweep.sweeping import run_summary
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")
@@ -99,10 +99,10 @@ def test_the_steps_lead_to_a_decision_with_made_up_forces(tmp_path):
     out = tmp_path / "press"
     result = sweep(read("press_joint"), out, simulator=Quick, executor="serial", show_progress=False)
     run = clearsweep.open(out)
-    told = closing.run_text(closing.of_run(result))
-    assert "H7/f7, radial) = 15 µm to 45 µm" in told
+    message = run_summary.run_text(run_summary.of_run(result))
+    assert "H7/f7, radial) = 15 µm to 45 µm" in message
     over = run.summary[CLEARANCE] * run.summary["drive.speed"] / (4.0 * np.pi) > SAFE
-    assert f"Limits: {int(over.sum())} of 30 cases exceed at least one" in told
+    assert f"Limits: {int(over.sum())} of 30 cases exceed at least one" in message
     assert run.worst == run.summary.nlargest(3, "rod_slider_force_peak_ratio")["case_id"].tolist()
     assert run.summary["hours_to_50_um"].tolist() == pytest.approx([1000.0] * 30, rel=1e-12)
     (part,) = peak_revolution.sections(study.prepare(run))

@@ -33,13 +33,13 @@ def tables_of(first, second, tmp_path):
 
 
 def test_every_case_meets_its_counterpart_and_the_factor_between_them_is_told(tmp_path):
-    found = tables_of(made(sweep=SHORT), harder(made(sweep=SHORT)), tmp_path)
-    figures = {row["column"]: row for row in found["compared_figures"]}
+    result = tables_of(made(sweep=SHORT), harder(made(sweep=SHORT)), tmp_path)
+    figures = {row["column"]: row for row in result["compared_figures"]}
     assert float(figures["rod_slider_force_peak"]["B over A, median"]) == pytest.approx(2.0)
     assert list(figures) == ["rod_slider_force_peak"]  # the others are the same
     assert float(figures["rod_slider_force_peak"]["cases that differ"]) == 1.0
-    assert len(found["compared_cases"]) == 4
-    assert all(float(row["B over A"]) == pytest.approx(2.0) for row in found["compared_cases"])
+    assert len(result["compared_cases"]) == 4
+    assert all(float(row["B over A"]) == pytest.approx(2.0) for row in result["compared_cases"])
 
 
 def test_a_value_that_one_run_sweeps_and_the_other_has_fixed_is_matched():

@@ -15,7 +15,7 @@ from clearsweep.language import phases
 from clearsweep.language.errors import InputError
 from clearsweep.simulation import uncertain
 from clearsweep.simulation.life import Ageing
-from clearsweep.simulation.life_block import Told
+from clearsweep.simulation.life_block import BlockRecord
 
 LIFE = {"limit": "20 um", "joint": "rod-slider", "max_revolutions": 12, "tolerance": 0.2}
 COEFFICIENT = "joints.rod-slider.wear.coefficient"
@@ -70,7 +70,7 @@ def test_it_is_part_of_what_a_case_is_and_of_what_a_run_holds():
 
 
 @pytest.mark.parametrize(
-    ("said", "told"),
+    ("said", "message"),
     [
         ({"joints.rod-slider.clearance": {"factor": 3}}, "is no wear coefficient; `uncertain` takes joints.J.wear"),
         ({"joints.crank-rod.wear.coefficient": {"factor": 3}}, "there is no section 'joints.crank-rod.wear'"),
@@ -82,10 +82,10 @@ def test_it_is_part_of_what_a_case_is_and_of_what_a_run_holds():
         ({}, "contains no path"),
     ],
 )
-def test_mistakes_are_told(said, told):
+def test_mistakes_are_told(said, message):
     with pytest.raises(InputError) as caught:
         grid.load(slider_crank("rod-slider", changes=copy.deepcopy(WORN) | {"uncertain": said}), simulation.catalogue())
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_without_a_life_it_is_of_no_use():
@@ -108,7 +108,7 @@ class Block:
             rate[where.start] = wear[f"{body}_coefficient"] * self.rate / (1.0 + state[where.start] / self.scale)
         rate[-1] = 0.02
         nothing = np.zeros(aged.size)
-        return Told(rate, nothing, np.ones(1), np.zeros((24, 1)), np.zeros(8, np.int64), np.zeros(2), 2.0)
+        return BlockRecord(rate, nothing, np.ones(1), np.zeros((24, 1)), np.zeros(8, np.int64), np.zeros(2), 2.0)
 
     def length(self, coefficient, limit):
         """Return the revolutions to a limit (m): n = (h + h^2 / (2 scale)) / (k rate)."""
@@ -124,7 +124,7 @@ def evolving(log=None, scale=2e-5):
     wear = WORN["joints.rod-slider.wear"] | {"evolve": True}
     made = loaded(FACTOR, **{"joints.rod-slider.wear": wear, "life": LIFE | {"tolerance": 0.02, "blocks": 1000}})
     block, aged = Block(1e6, scale), ageing(made.case(0), log)
-    if not aged.told:
+    if not aged.records:
         aged.keep(block(aged, aged.start), aged.start)
     return aged, block
 
@@ -133,11 +133,11 @@ def test_lives_that_evolve_are_lived_again_at_both_ends():
     wear = WORN["joints.rod-slider.wear"] | {"evolve": True}
     made = loaded(FACTOR, **{"joints.rod-slider.wear": wear, "life": LIFE | {"tolerance": 0.02, "blocks": 1000}})
     block, aged = Block(1e6, 2e-5), ageing(made.case(0))
-    aged.told.append(block(aged, aged.start))
-    found = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
+    aged.records.append(block(aged, aged.start))
+    result = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
     assert block.runs > 10
-    assert found["rod_slider_life_low_uncertain"] == pytest.approx(block.length(6e-14, 2e-5), rel=0.01)
-    assert found["rod_slider_life_high_uncertain"] == pytest.approx(block.length(2e-14 / 3.0, 2e-5), rel=0.01)
+    assert result["rod_slider_life_low_uncertain"] == pytest.approx(block.length(6e-14, 2e-5), rel=0.01)
+    assert result["rod_slider_life_high_uncertain"] == pytest.approx(block.length(2e-14 / 3.0, 2e-5), rel=0.01)
 
 
 def test_further_lives_are_phases_of_their_own_whose_time_is_foretold():
@@ -145,9 +145,9 @@ def test_further_lives_are_phases_of_their_own_whose_time_is_foretold():
 
     class Listener:
         def changed(self):
-            found = phases.progress()
-            if found and found.what not in seen:
-                seen.append(found.what)
+            result = phases.progress()
+            if result and result.what not in seen:
+                seen.append(result.what)
 
     aged, block = evolving()
     assert aged.progress.limits.further == 2
@@ -173,11 +173,11 @@ def test_a_further_life_whose_block_fails_is_told_and_the_other_one_stays():
             return None
         return block(other, state)
 
-    found = uncertain.further_lives(aged, run)
-    columns = uncertain.figures("rod_slider", found)
+    result = uncertain.further_lives(aged, run)
+    columns = uncertain.figures("rod_slider", result)
     assert columns["rod_slider_life_high_uncertain"] is None
     assert columns["rod_slider_life_low_uncertain"] > 0.0
-    (remark,) = uncertain.failures(found)
+    (remark,) = uncertain.failures(result)
     assert remark == (
         "life-failed: the life with the wear coefficients at their low ends is not known: its block 4 has the status "
         "step-budget"
@@ -213,7 +213,7 @@ def test_further_lives_that_are_killed_come_to_the_same_end_without_running_a_bl
     with pytest.raises(KilledError):
         uncertain.further_lives(killed, first)
     again, rest = evolving(Log(log.content))
-    assert len(again.told) == 1
+    assert len(again.records) == 1
     assert uncertain.figures("rod_slider", uncertain.further_lives(again, rest)) == whole
     assert first.runs + rest.runs == block.runs
 
@@ -221,14 +221,14 @@ def test_further_lives_that_are_killed_come_to_the_same_end_without_running_a_bl
 def test_lives_that_do_not_evolve_follow_from_the_one_block():
     made = loaded(FACTOR)
     block, aged = Block(1e6, math.inf), ageing(made.case(0))
-    aged.told.append(block(aged, aged.start))
-    found = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
+    aged.records.append(block(aged, aged.start))
+    result = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
     assert block.runs == 1
     for end, coefficient in (("low", 6e-14), ("high", 2e-14 / 3.0)):
         again = ageing(uncertain.at_end(made.case(0), uncertain.HIGH if end == "low" else uncertain.LOW))
-        told = block(again, again.start)
-        assert told.rate[again.parts[0].first] == pytest.approx(coefficient * 1e6, rel=1e-12)
-        length = found[f"rod_slider_life_{end}_uncertain"]
+        message = block(again, again.start)
+        assert message.rate[again.parts[0].first] == pytest.approx(coefficient * 1e6, rel=1e-12)
+        length = result[f"rod_slider_life_{end}_uncertain"]
         assert length == pytest.approx(block.length(coefficient, 2e-5), rel=1e-9)
 
 
@@ -236,10 +236,10 @@ def test_an_uncertain_bearing_leaves_the_journal_to_decide():
     bearing = "joints.rod-slider.wear.bearing_coefficient"
     block, made = Block(1e6, math.inf), loaded({bearing: {"factor": 10}})
     aged = ageing(made.case(0))
-    aged.told.append(block(aged, aged.start))
-    found = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
-    assert found["rod_slider_life_low_uncertain"] == pytest.approx(block.length(2e-13, 2e-5), rel=1e-9)
-    assert found["rod_slider_life_high_uncertain"] == pytest.approx(block.length(2e-14, 2e-5), rel=1e-9)
+    aged.records.append(block(aged, aged.start))
+    result = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
+    assert result["rod_slider_life_low_uncertain"] == pytest.approx(block.length(2e-13, 2e-5), rel=1e-9)
+    assert result["rod_slider_life_high_uncertain"] == pytest.approx(block.length(2e-14, 2e-5), rel=1e-9)
 
 
 @pytest.mark.heavy

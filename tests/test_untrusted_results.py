@@ -165,9 +165,9 @@ def test_a_crafted_record_is_refused_in_a_sentence_and_writes_nothing(run, path,
     there = sorted(run.parent.rglob("*"))
     for verb in (["report", str(run), "--tables", str(run.parent / "sub")], ["status", str(run)]):
         assert _exit_code(verb) == 2
-        told = capsys.readouterr().err
-        assert "Traceback" not in told
-        assert str(run) in told
+        message = capsys.readouterr().err
+        assert "Traceback" not in message
+        assert str(run) in message
     assert sorted(run.parent.rglob("*")) == there
 
 
@@ -266,8 +266,8 @@ def test_another_form_of_directories_is_refused_by_every_verb_with_what_to_do(ru
     crafted(run, lambda content: content["frame"].update(schema=schema))
     for verb in (["report"], ["report", "--all"], ["status"], ["show", "0"]):
         assert _exit_code([verb[0], str(run), *verb[1:]]) == 2
-        told = capsys.readouterr().err
-        assert "run the grid again into another directory, or read it with that version" in told
+        message = capsys.readouterr().err
+        assert "run the grid again into another directory, or read it with that version" in message
 
 
 @pytest.mark.parametrize("key", ["layout", "units", "keys", "frame"])

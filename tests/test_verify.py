@@ -23,7 +23,7 @@ def judged(name, tolerance):
     """Return the Verdict on our own solution of a problem."""
     problem = PROBLEMS[name]
     times = problem.times if len(problem.times) else [0.0]
-    return problem.judge(found_by_simulate(problem, simulate(scene_of(problem, tolerance), times=times)))
+    return problem.assess(found_by_simulate(problem, simulate(scene_of(problem, tolerance), times=times)))
 
 
 def test_references_hold_five_trajectories_with_one_and_two_open_joints():
@@ -55,9 +55,9 @@ def test_usual_tolerance_follows_the_reference_through_the_first_half(name):
 @pytest.mark.parametrize("name", TRAJECTORIES)
 def test_event_times_and_rates_are_those_of_the_reference(name):
     problem = PROBLEMS[name]
-    found = found_by_simulate(problem, simulate(scene_of(problem, 1e-12), times=problem.times)).events
-    assert found[:, 0] == pytest.approx(problem.events[:, 0], abs=1e-6 * problem.end)
-    assert found[:, 3] == pytest.approx(problem.events[:, 3], abs=1e-6)
+    result = found_by_simulate(problem, simulate(scene_of(problem, 1e-12), times=problem.times)).events
+    assert result[:, 0] == pytest.approx(problem.events[:, 0], abs=1e-6 * problem.end)
+    assert result[:, 3] == pytest.approx(problem.events[:, 3], abs=1e-6)
 
 
 def test_error_falls_with_the_tolerance():
@@ -83,7 +83,7 @@ def test_fixed_step_without_event_location_is_of_first_order():
     """An onset is found late by any part of a step: the error, averaged over steps close by, falls like the step."""
     problem = PROBLEMS["b_grav_fric"]
     scene = scene_of(problem, 1e-9)
-    errors = [problem.judge(runge_kutta_4(scene, problem.times, step)).first_half for step in STEPS]
+    errors = [problem.assess(runge_kutta_4(scene, problem.times, step)).first_half for step in STEPS]
     order = np.polyfit(np.log(STEPS), np.log(errors), 1)[0]
     assert 0.75 < order < 1.25
     assert np.all(np.array(errors) > 1e-5)  # far from what the same force law gives with located events
@@ -101,20 +101,20 @@ def test_fixed_step_is_of_fourth_order_in_free_flight():
 @pytest.mark.parametrize("name", ["b_base", "b_grav_fric", pytest.param("ab_base", marks=pytest.mark.slow)])
 def test_scipy_on_the_same_laws_agrees_with_the_reference_and_with_ours(name):
     problem = PROBLEMS[name]
-    found = scipy_ivp(scene_of(problem, 1e-9), problem.times, problem.end, 1e-12)
-    verdict = problem.judge(found)
+    result = scipy_ivp(scene_of(problem, 1e-9), problem.times, problem.end, 1e-12)
+    verdict = problem.assess(result)
     assert verdict.first_half < 1e-7
     assert verdict.events_exact
     ours = found_by_simulate(problem, simulate(scene_of(problem, 1e-12), times=problem.times))
-    assert np.max(np.abs(found.states - ours.states) / problem.scales) < 1e-5
-    assert found.events[:, 3] == pytest.approx(ours.events[:, 3], abs=1e-4)
+    assert np.max(np.abs(result.states - ours.states) / problem.scales) < 1e-5
+    assert result.events[:, 3] == pytest.approx(ours.events[:, 3], abs=1e-4)
 
 
 def test_rivals_return_the_closed_form_of_the_impact_pair():
     problem = PROBLEMS["impact_pair"]
     scene = scene_of(problem, 1e-9)
-    located = problem.judge(scipy_ivp(scene, (), problem.end, 1e-12, problem.separations))
-    stepped = problem.judge(runge_kutta_4(scene, (), 1e-7, problem.separations))
+    located = problem.assess(scipy_ivp(scene, (), problem.end, 1e-12, problem.separations))
+    stepped = problem.assess(runge_kutta_4(scene, (), 1e-7, problem.separations))
     assert located.events_exact
     assert located.whole < 1e-9
     assert stepped.events_exact
@@ -123,12 +123,12 @@ def test_rivals_return_the_closed_form_of_the_impact_pair():
 
 def test_verdict_sees_a_missing_event_and_a_wrong_order():
     problem = PROBLEMS["ab_base"]
-    found = found_by_simulate(problem, simulate(scene_of(problem, 1e-9), times=problem.times))
-    assert problem.judge(found).events_exact
-    assert not problem.judge(found._replace(events=found.events[:-1])).events_exact
-    swapped = found.events[[1, 0, *range(2, len(found.events))]]
-    assert not problem.judge(found._replace(events=swapped)).events_exact
-    assert {ONSET, SEPARATION} == set(found.events[:, 2])
+    result = found_by_simulate(problem, simulate(scene_of(problem, 1e-9), times=problem.times))
+    assert problem.assess(result).events_exact
+    assert not problem.assess(result._replace(events=result.events[:-1])).events_exact
+    swapped = result.events[[1, 0, *range(2, len(result.events))]]
+    assert not problem.assess(result._replace(events=swapped)).events_exact
+    assert {ONSET, SEPARATION} == set(result.events[:, 2])
 
 
 @pytest.fixture(scope="module")
@@ -164,9 +164,9 @@ def test_results_survive_json_and_are_complete(results):
 
 @pytest.mark.slow
 def test_quick_measurement_judges_every_stiff_case():
-    found = stiff.measure(quick=True)
-    assert [row["name"] for row in found["rows"]] == [case.name for case in stiff.cases()]
-    assert {row["name"] for row in found["choices"]} == {case.name for case in stiff.cases()}
+    result = stiff.measure(quick=True)
+    assert [row["name"] for row in result["rows"]] == [case.name for case in stiff.cases()]
+    assert {row["name"] for row in result["choices"]} == {case.name for case in stiff.cases()}
 
 
 @pytest.mark.slow
@@ -232,7 +232,7 @@ def test_the_stiff_problem_has_the_same_answer_by_methods_of_others():
     problem = PROBLEMS["b_damped"]
     for method, tolerance, error in (("DOP853", 1e-6, 1e-6), ("Radau", 1e-8, 1e-8), ("LSODA", 1e-8, 1e-6)):
         scene = scene_of(problem, 1e-9)
-        verdict = problem.judge(scipy_ivp(scene, problem.times, problem.end, tolerance, method=method))
+        verdict = problem.assess(scipy_ivp(scene, problem.times, problem.end, tolerance, method=method))
         assert verdict.events_exact
         assert verdict.whole < error
 
@@ -240,9 +240,9 @@ def test_the_stiff_problem_has_the_same_answer_by_methods_of_others():
 def test_each_of_our_methods_solves_the_stiff_problem_and_the_implicit_one_is_the_cheapest():
     problem, spent = PROBLEMS["b_damped"], {}
     for method in ("auto", "explicit", "implicit"):
-        found = found_by_simulate(problem, simulate(scene_of(problem, 1e-6, method), times=problem.times))
-        assert problem.judge(found).whole < 1e-5
-        spent[method] = found.evaluations
+        result = found_by_simulate(problem, simulate(scene_of(problem, 1e-6, method), times=problem.times))
+        assert problem.assess(result).whole < 1e-5
+        spent[method] = result.evaluations
     assert spent["implicit"] < 0.3 * spent["explicit"]
     assert spent["auto"] < 0.5 * spent["explicit"]
 

@@ -44,7 +44,7 @@ def with_losses(monkeypatch, loss):
 def test_a_joint_with_a_constant_loss_stands_where_the_closed_form_says(monkeypatch):
     with_losses(monkeypatch, lambda clearance: 124.0)
     warm, balance = heat.balanced(scene())
-    assert balance.stands
+    assert balance.converged
     temperature = 303.15 + 124.0 / 2.0
     assert balance.temperature["rod_slider"] == pytest.approx(temperature, rel=1e-9)
     wider = (ALPHA["bearing"] - ALPHA["journal"]) * 0.01 * (temperature - 293.15)
@@ -63,15 +63,15 @@ def test_a_loss_that_follows_the_clearance_has_its_closed_form_too(monkeypatch):
 
 def test_temperature_clearance_and_power_of_a_run_fit_each_other():
     path = clearsweep.simulate(scene())
-    found = path.summary
-    power, temperature = found["rod_slider_friction_power"], found["rod_slider_temperature"]
+    result = path.summary
+    power, temperature = result["rod_slider_friction_power"], result["rod_slider_temperature"]
     assert power > 0.01
     assert temperature == pytest.approx(303.15 + power / 2.0, rel=1e-6)
     clearance = 5e-5 + (ALPHA["bearing"] - ALPHA["journal"]) * 0.01 * (temperature - 293.15)
-    assert found["rod_slider_clearance_warm"] == pytest.approx(clearance, rel=1e-9)
-    cold = scene(**{"joints__rod-slider__clearance": found["rod_slider_clearance_warm"]}).case
+    assert result["rod_slider_clearance_warm"] == pytest.approx(clearance, rel=1e-9)
+    cold = scene(**{"joints__rod-slider__clearance": result["rod_slider_clearance_warm"]}).case
     as_wide = clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=_without_thermal(cold))))
-    assert as_wide.summary["rod_slider_force_peak"] == pytest.approx(found["rod_slider_force_peak"], rel=1e-9)
+    assert as_wide.summary["rod_slider_force_peak"] == pytest.approx(result["rod_slider_force_peak"], rel=1e-9)
 
 
 def _without_thermal(case):
@@ -93,7 +93,7 @@ def test_a_clearance_that_narrows_without_closing_is_found(monkeypatch):
     # constant loss: c = 50 um - 6e-6 * 0.01 m * (T - 293.15 K); 10 um are left at 960 K
     with_losses(monkeypatch, lambda clearance: 1300.0)
     _, balance = heat.balanced(scene(thermal={"expansion": {"bearing": 12e-6, "journal": 18e-6}}))
-    assert balance.stands
+    assert balance.converged
     assert not balance.seized
     assert balance.temperature["rod_slider"] == pytest.approx(953.15, rel=1e-9)
     with_losses(monkeypatch, lambda clearance: 1700.0)

@@ -37,8 +37,8 @@ def until(figure="rod_slider_force_rms", relative=0.1, most=60):
 
 def run(*settings, **more):
     changes = {}
-    for one in (LONG, *settings):
-        changes |= one
+    for first in (LONG, *settings):
+        changes |= first
     return clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=changes | more)))
 
 
@@ -47,14 +47,14 @@ def test_a_run_that_tells_how_far_it_is_is_the_same_to_the_last_bit(monkeypatch,
     for name, seconds in {"FIRST": 0.0, "LONGEST": 0.0, "LOOK": 1e-4}.items():
         monkeypatch.setattr(phases, name, seconds)
     scene = clearsweep.load_case(slider_crank("rod-slider", changes=LONG | WORN))
-    told, plain = clearsweep.simulate(scene, progress=True), clearsweep.simulate(scene)
-    assert figures(told) == figures(plain)
-    assert all(np.array_equal(told[name], plain[name]) for name in plain.channels)
+    message, plain = clearsweep.simulate(scene, progress=True), clearsweep.simulate(scene)
+    assert figures(message) == figures(plain)
+    assert all(np.array_equal(message[name], plain[name]) for name in plain.channels)
     assert "of 4, " in capsys.readouterr().err
 
 
-def figures(found):
-    return {name: value for name, value in found.summary.items() if name not in COSTS}
+def figures(result):
+    return {name: value for name, value in result.summary.items() if name not in COSTS}
 
 
 # ---------------------------------------------------------------------------------------------- length
@@ -66,25 +66,25 @@ def figures(found):
 @pytest.mark.parametrize("method", ["auto", "implicit"])
 def test_a_run_that_found_its_length_is_to_the_last_bit_a_run_of_that_length(orbits, method):
     asked = WORN | orbits | {"simulate.method": method, "save.samples": 90}
-    found = run(until(relative=0.9), asked)
-    length = found.summary["revolutions_run"]
+    result = run(until(relative=0.9), asked)
+    length = result.summary["revolutions_run"]
     assert 8 < length < 20
     plain = run(asked, {"simulate.revolutions": length})
-    assert {name: found.summary[name] for name in figures(plain)} == figures(plain)
+    assert {name: result.summary[name] for name in figures(plain)} == figures(plain)
     assert plain.channels
-    assert all(np.array_equal(found[name], plain[name]) for name in plain.channels)
-    assert np.array_equal(found.events, plain.events)
-    assert all(np.array_equal(*both) for both in zip(found.wear["rod_slider"], plain.wear["rod_slider"], strict=True))
+    assert all(np.array_equal(result[name], plain[name]) for name in plain.channels)
+    assert np.array_equal(result.events, plain.events)
+    assert all(np.array_equal(*both) for both in zip(result.wear["rod_slider"], plain.wear["rod_slider"], strict=True))
 
 
 def test_a_stiff_run_is_watched_without_a_trace():
     """Also where the method changes on the way: that is decided by the steps alone."""
     damped = {"joints.rod-slider.contact": {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 1e6}}
     asked = damped | {"simulate.tolerance": 1e-6, "save.orbits": "last", "save.revolutions": 1, "save.samples": 90}
-    found = run(until(relative=0.9), asked)
-    plain = run(asked, {"simulate.revolutions": found.summary["revolutions_run"]})
-    assert {name: found.summary[name] for name in figures(plain)} == figures(plain)
-    assert all(np.array_equal(found[name], plain[name]) for name in plain.channels)
+    result = run(until(relative=0.9), asked)
+    plain = run(asked, {"simulate.revolutions": result.summary["revolutions_run"]})
+    assert {name: result.summary[name] for name in figures(plain)} == figures(plain)
+    assert all(np.array_equal(result[name], plain[name]) for name in plain.channels)
     less = {
         "joints.rod-slider.contact": {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 2e5},
         "drive.speed": "1500 rpm",
@@ -95,26 +95,26 @@ def test_a_stiff_run_is_watched_without_a_trace():
 
 def test_reported_times_of_ones_own_may_begin_anywhere():
     case = slider_crank("rod-slider", changes=LONG | until(relative=0.9))
-    found = clearsweep.simulate(clearsweep.load_case(case), times=[0.0, 0.001, 0.05])
+    result = clearsweep.simulate(clearsweep.load_case(case), times=[0.0, 0.001, 0.05])
     plain = clearsweep.simulate(
         clearsweep.load_case(
-            slider_crank("rod-slider", changes=LONG | {"simulate.revolutions": found.summary["revolutions_run"]})
+            slider_crank("rod-slider", changes=LONG | {"simulate.revolutions": result.summary["revolutions_run"]})
         ),
         times=[0.0, 0.001, 0.05],
     )
-    assert np.array_equal(found["slider/x"], plain["slider/x"])
+    assert np.array_equal(result["slider/x"], plain["slider/x"])
     with pytest.raises(InputError, match="the run lasts from 0"):
         clearsweep.simulate(clearsweep.load_case(case), times=[1.0])
 
 
 def test_a_periodic_motion_ends_early_and_says_its_period():
-    found = run(REGULAR, until(relative=1e-9))
-    assert found.status == "ok"
-    assert found.summary["period"] == 1
-    assert found.summary["settled"] == 1
-    assert found.summary["revolutions_run"] < 12
+    result = run(REGULAR, until(relative=1e-9))
+    assert result.status == "ok"
+    assert result.summary["period"] == 1
+    assert result.summary["settled"] == 1
+    assert result.summary["revolutions_run"] < 12
     longer = run(REGULAR, {"simulate.revolutions": 10})
-    assert found.summary["rod_slider_force_peak"] == pytest.approx(longer.summary["rod_slider_force_peak"], rel=1e-3)
+    assert result.summary["rod_slider_force_peak"] == pytest.approx(longer.summary["rod_slider_force_peak"], rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -128,28 +128,30 @@ def test_a_periodic_motion_ends_early_and_says_its_period():
     ],
 )
 def test_an_irregular_motion_runs_until_its_figure_is_known(figure):
-    found = run(WORN, until(figure, relative=0.15, most=300)).summary
-    assert found["settled"] == 1
-    assert found["period"] is None
-    assert 9 <= found["revolutions_run"] < 300
-    assert 0.0 < found["figure_ci"] <= 0.16 * found[figure]  # the last bit of the last revolution is in the figure only
-    assert math.isclose(found["revolutions_run"] % 1.0, 0.0)
+    result = run(WORN, until(figure, relative=0.15, most=300)).summary
+    assert result["settled"] == 1
+    assert result["period"] is None
+    assert 9 <= result["revolutions_run"] < 300
+    assert (
+        0.0 < result["figure_ci"] <= 0.16 * result[figure]
+    )  # the last bit of the last revolution is in the figure only
+    assert math.isclose(result["revolutions_run"] % 1.0, 0.0)
 
 
 def test_a_run_that_does_not_settle_ends_at_its_longest_and_says_so():
-    found = run(until(relative=1e-6, most=12.5), {"simulate.discard": 1})
-    assert found.status == "ok"
-    assert found.summary["settled"] == 0
-    assert found.summary["period"] is None
-    assert found.summary["revolutions_run"] == 12.0  # whole revolutions after `discard`
-    assert found.summary["figure_ci"] > 0.0
+    result = run(until(relative=1e-6, most=12.5), {"simulate.discard": 1})
+    assert result.status == "ok"
+    assert result.summary["settled"] == 0
+    assert result.summary["period"] is None
+    assert result.summary["revolutions_run"] == 12.0  # whole revolutions after `discard`
+    assert result.summary["figure_ci"] > 0.0
 
 
 def test_a_run_that_fails_on_its_way_is_a_failure():
-    found = run(until(), {"simulate.event_budget": 1})
-    assert found.status == "event-budget"
-    assert found.summary["rod_slider_force_rms"] is None
-    assert found.summary["settled"] is None
+    result = run(until(), {"simulate.event_budget": 1})
+    assert result.status == "event-budget"
+    assert result.summary["rod_slider_force_rms"] is None
+    assert result.summary["settled"] is None
 
 
 def test_periods_are_found_and_nothing_else_is():
@@ -185,9 +187,9 @@ def test_intervals_at_which_chaotic_runs_ended_hold_the_value_of_a_long_run():
     truth = run(WORN, {"simulate.revolutions": 1500}).summary[figure]
     for place in range(40):
         tolerance = {"simulate.tolerance": 1e-7 * (1 + 0.01 * place)}  # another sample of the same motion
-        found = run(WORN, until(figure, relative=0.1, most=200), tolerance).summary
-        assert found["settled"] == 1
-        hits += abs(found[figure] - truth) <= found["figure_ci"]
+        result = run(WORN, until(figure, relative=0.1, most=200), tolerance).summary
+        assert result["settled"] == 1
+        hits += abs(result[figure] - truth) <= result["figure_ci"]
     assert hits >= 32  # 38 expected
 
 
@@ -217,10 +219,10 @@ def test_figures_over_the_blocks_are_those_of_the_summary_and_blocks_grow_with_t
     summary = clearsweep.simulate(scene, watchers=(watch,)).summary
     assert len(watch.names) == 8
     for name in watch.names:
-        found = watch.blocks.interval(name)
-        assert found.value == pytest.approx(summary[name], rel=0.03, abs=1e-12), name
-        assert found.blocks == 17  # of four revolutions; 32 would be of two
-        assert found.half_width < 0.4 * found.value or summary[name] == 0.0
+        result = watch.blocks.interval(name)
+        assert result.value == pytest.approx(summary[name], rel=0.03, abs=1e-12), name
+        assert result.blocks == 17  # of four revolutions; 32 would be of two
+        assert result.half_width < 0.4 * result.value or summary[name] == 0.0
 
 
 # ---------------------------------------------------------------------------------------------- horizon
@@ -237,17 +239,18 @@ def test_the_twin_grows_like_the_difference_of_two_runs_of_the_reference_problem
     monkeypatch.setattr(running, "Perturbed", Seen)
     source = next(problem.grid for problem in problems() if problem.name == "b_base")
     scene = clearsweep.load_case(changed(source, {"simulate.tolerance": 1e-12, "simulate.horizon": True}))
-    found = clearsweep.simulate(scene).summary
+    result = clearsweep.simulate(scene).summary
     rate, clearance = scene.value.reference_rate, scene.value.joints[0].clearance
     turn = 2.0 * math.pi / rate
-    assert 4e3 < math.exp(found["lyapunov_exponent"] * turn) < 1e6
-    expected = math.log(0.01 / 1e-12) / (found["lyapunov_exponent"] * turn)
-    assert found["horizon_revolutions"] == pytest.approx(expected, rel=1e-12)
+    assert 4e3 < math.exp(result["lyapunov_exponent"] * turn) < 1e6
+    expected = math.log(0.01 / 1e-12) / (result["lyapunov_exponent"] * turn)
+    assert result["horizon_revolutions"] == pytest.approx(expected, rel=1e-12)
 
     unit = clearance * np.array([1.0 / 0.12, 1.0, rate / 0.12, rate])
     start = scene.start + 0.5e-9 * np.array([*unit, 0.0, 0.0])  # of the perturbation; halves: four of one length
     paths = [
-        clearsweep.simulate(dataclasses.replace(scene, start=one), times=twins[0].times) for one in (scene.start, start)
+        clearsweep.simulate(dataclasses.replace(scene, start=first), times=twins[0].times)
+        for first in (scene.start, start)
     ]
     states = [
         np.column_stack([path[name] for name in ("rod/angle", "slider/x", "rod/rate", "slider/v")]) for path in paths
@@ -269,19 +272,19 @@ def test_the_exponent_is_reproducible_and_leaves_the_figures_alone():
 
 
 def test_the_exponent_does_not_depend_on_the_size_of_the_disturbance(monkeypatch):
-    found = []
+    result = []
     for size in (1e-7, 1e-6, 1e-5):
         monkeypatch.setattr(lyapunov, "SIZE", size)
         asked = {"simulate.horizon": True, "simulate.revolutions": 30, "simulate.tolerance": 1e-10}
-        found.append(run(asked).summary["lyapunov_exponent"])
-    assert len(set(found)) == 3
-    assert found == pytest.approx([found[1]] * 3, rel=0.03)
+        result.append(run(asked).summary["lyapunov_exponent"])
+    assert len(set(result)) == 3
+    assert result == pytest.approx([result[1]] * 3, rel=0.03)
 
 
 def test_a_regular_motion_forgets_a_disturbance_and_has_no_horizon():
-    found = run(REGULAR, {"simulate.horizon": True, "simulate.revolutions": 8}).summary
-    assert found["lyapunov_exponent"] < 0.0
-    assert found["horizon_revolutions"] is None
+    result = run(REGULAR, {"simulate.horizon": True, "simulate.revolutions": 8}).summary
+    assert result["lyapunov_exponent"] < 0.0
+    assert result["horizon_revolutions"] is None
 
 
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-7])
@@ -293,17 +296,17 @@ def test_errors_of_steps_are_not_taken_for_a_disturbance_that_grows(tolerance):
 
 
 def test_a_run_that_is_too_short_to_tell_has_no_exponent():
-    found = run({"simulate.revolutions": 0.02, "simulate.discard": 0, "simulate.horizon": True}).summary
-    assert found["lyapunov_exponent"] is None
-    assert found["horizon_revolutions"] is None
+    result = run({"simulate.revolutions": 0.02, "simulate.discard": 0, "simulate.horizon": True}).summary
+    assert result["lyapunov_exponent"] is None
+    assert result["horizon_revolutions"] is None
 
 
 @pytest.mark.parametrize("joints", [("crank-rod", "rod-slider"), ("ground-crank", "crank-rod", "rod-slider")])
 def test_several_joints_with_friction_have_an_exponent(joints):
     friction = {f"joints.{name}.friction": WORN["joints.rod-slider.friction"] for name in joints}
     asked = {"simulate.horizon": True, "drive.speed": "1500 rpm", "mechanism.gravity": 9.81}
-    found = clearsweep.simulate(clearsweep.load_case(slider_crank(*joints, changes=friction | asked)))
-    assert 100.0 < found.summary["lyapunov_exponent"] < 1000.0
+    result = clearsweep.simulate(clearsweep.load_case(slider_crank(*joints, changes=friction | asked)))
+    assert 100.0 < result.summary["lyapunov_exponent"] < 1000.0
 
 
 # ---------------------------------------------------------------------------------------------- error check
@@ -311,28 +314,28 @@ def test_several_joints_with_friction_have_an_exponent(joints):
 
 def test_the_error_check_stores_the_difference_from_a_tenth_of_the_tolerance():
     plain, tighter = run(WORN).summary, run(WORN, {"simulate.tolerance": 1e-8}).summary
-    found = run(WORN, {"simulate.error_check": True}).summary
-    checked = [name for name in plain if f"{name}_difference" in found]
+    result = run(WORN, {"simulate.error_check": True}).summary
+    checked = [name for name in plain if f"{name}_difference" in result]
     assert {"rod_slider_force_peak", "rod_slider_wear_rate_max", "crank_torque_peak"} <= set(checked)
     for name in checked:
-        assert found[name] == plain[name]
+        assert result[name] == plain[name]
         values = plain[name], tighter[name]
-        assert found[f"{name}_difference"] == (None if None in values else abs(values[0] - values[1]))
-    assert found["rod_slider_force_peak_difference"] > 0.0
-    assert not any(f"{name}_difference" in found for name in (*COSTS, "energy_residual"))
-    assert found["rhs_evaluations"] == plain["rhs_evaluations"] + tighter["rhs_evaluations"]
+        assert result[f"{name}_difference"] == (None if None in values else abs(values[0] - values[1]))
+    assert result["rod_slider_force_peak_difference"] > 0.0
+    assert not any(f"{name}_difference" in result for name in (*COSTS, "energy_residual"))
+    assert result["rhs_evaluations"] == plain["rhs_evaluations"] + tighter["rhs_evaluations"]
 
 
 def test_the_error_check_of_a_run_that_found_its_length_is_as_long():
-    found = run(until(relative=0.9), {"simulate.error_check": True}).summary
-    tighter = run({"simulate.tolerance": 1e-8, "simulate.revolutions": found["revolutions_run"]}).summary
+    result = run(until(relative=0.9), {"simulate.error_check": True}).summary
+    tighter = run({"simulate.tolerance": 1e-8, "simulate.revolutions": result["revolutions_run"]}).summary
     name = "rod_slider_force_p99"
-    assert found[f"{name}_difference"] == abs(found[name] - tighter[name])
+    assert result[f"{name}_difference"] == abs(result[name] - tighter[name])
 
 
 def test_an_impact_pair_can_be_checked():
-    found = clearsweep.simulate(clearsweep.load_case(changed(PAIR, {"simulate.error_check": True}))).summary
-    assert found["pair_restitution_difference"] < 1e-9
+    result = clearsweep.simulate(clearsweep.load_case(changed(PAIR, {"simulate.error_check": True}))).summary
+    assert result["pair_restitution_difference"] < 1e-9
 
 
 def test_an_error_check_that_fails_says_so():
@@ -340,10 +343,10 @@ def test_an_error_check_that_fails_says_so():
     plain = clearsweep.simulate(clearsweep.load_case(changed(PAIR, asked))).summary
     budget = math.ceil(1.05 * (plain["steps"] + plain["steps_rejected"]) / PAIR["simulate"]["impacts"])
     asked |= {"simulate.error_check": True, "simulate.step_budget": budget}
-    found = clearsweep.simulate(clearsweep.load_case(changed(PAIR, asked)))
-    assert found.status == "ok"
-    assert found.summary["pair_restitution_difference"] is None
-    assert found.message.startswith("unchecked: the run at a tenth of the tolerance has the status step-budget: ")
+    result = clearsweep.simulate(clearsweep.load_case(changed(PAIR, asked)))
+    assert result.status == "ok"
+    assert result.summary["pair_restitution_difference"] is None
+    assert result.message.startswith("unchecked: the run at a tenth of the tolerance has the status step-budget: ")
 
 
 def test_the_window_of_an_impact_pair_ends_with_its_last_separation():
@@ -367,7 +370,7 @@ def test_what_is_not_asked_for_is_not_in_the_identity():
 
 
 @pytest.mark.parametrize(
-    ("asked", "told"),
+    ("asked", "message"),
     [
         ({"simulate.horizon": "yes"}, "simulate.horizon: found 'yes'; expected true or false"),
         (until("rod_slider_force_rsm"), "simulate.until.figure: unknown word 'rod_slider_force_rsm'; did you mean"),
@@ -389,10 +392,10 @@ def test_what_is_not_asked_for_is_not_in_the_identity():
         ({"simulate.until": {"relative_ci": 0.1}}, "simulate.until.figure: is missing"),
     ],
 )
-def test_mistakes_are_told(asked, told):
+def test_mistakes_are_told(asked, message):
     with pytest.raises(InputError) as caught:
         grid.load(slider_crank("rod-slider", changes=LONG | asked), simulation.catalogue())
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_columns_are_stored_with_their_units_and_can_be_limited(tmp_path):
@@ -404,21 +407,21 @@ def test_columns_are_stored_with_their_units_and_can_be_limited(tmp_path):
     )
     source |= {"sweep": {"joints.rod-slider.clearance": [1e-5, 5e-4]}}
     clearsweep.sweep(source, out=tmp_path / "run", jobs=1)
-    found = clearsweep.open(tmp_path / "run")
+    result = clearsweep.open(tmp_path / "run")
     assert {
         "lyapunov_exponent": "1/s",
         "horizon_revolutions": "1",
         "figure_ci": "N",
         "period": "1",
         "rod_slider_force_rms_difference": "N",
-    }.items() <= found.summary.attrs["units"].items()
-    assert found.layout.until == "rod_slider_force_rms"
-    regular, irregular = (row for _, row in found.summary.sort_values("joints.rod-slider.clearance").iterrows())
+    }.items() <= result.summary.attrs["units"].items()
+    assert result.layout.until == "rod_slider_force_rms"
+    regular, irregular = (row for _, row in result.summary.sort_values("joints.rod-slider.clearance").iterrows())
     assert irregular["lyapunov_exponent"] > 100.0
     assert regular["lyapunov_exponent"] < 0.0
     assert np.isnan(regular["horizon_revolutions"])  # null in the file
-    files = {file.name: file for file in report.tables(found, tmp_path / "tables")}
+    files = {file.name: file for file in report.tables(result, tmp_path / "tables")}
     head = files["certainty.csv"].read_text(encoding="utf-8").splitlines()[0]
     assert "period,settled,rod_slider_force_rms [N]," in head
     assert "error of force p99 [N]" in head
-    assert "How certain the figures are" in report.write(found, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "How certain the figures are" in report.write(result, tmp_path / "report.html").read_text(encoding="utf-8")

@@ -39,20 +39,20 @@ def slide(joint, force, *, turns=0.0, way=0.0, pen=1e-6, at=(0.3, 0.0)):
 
     The journal turns by `turns` turns under the contact, or slides by `way` (m) with the contact staying where it is.
     """
-    polynomials, course = np.zeros((ROWS, POINTS)), np.zeros((COURSES, PARTS + 1))
+    polynomials, step_values = np.zeros((ROWS, POINTS)), np.zeros((COURSES, PARTS + 1))
     way = way or 2.0 * math.pi * joint.journal_radius * turns
     for row, value in ((FORCE, force / 0.02), (KAPPA_COURSE, 1.0), (SLIP_COURSE, way), (DEPTH_COURSE, pen)):
-        polynomials[row, 0], course[row] = value, value
+        polynomials[row, 0], step_values[row] = value, value
     polynomials[ON_BEARING, 0] = at[0]
     polynomials[ON_JOURNAL, :2] = at[1], -2.0 * math.pi * turns
-    return both(joint, polynomials, course)
+    return both(joint, polynomials, step_values)
 
 
-def both(joint, polynomials, course):
+def both(joint, polynomials, step_values):
     """Return the depths of bearing and journal after a step with these courses."""
-    depths, room = np.zeros(2 * BINS), np.zeros(ROOM)
-    room[: polynomials.size] = polynomials.ravel()
-    enter_wear(joint, room, course, 1.0, (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)))
+    depths, workspace = np.zeros(2 * BINS), np.zeros(ROOM)
+    workspace[: polynomials.size] = polynomials.ravel()
+    enter_wear(joint, workspace, step_values, 1.0, (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)))
     return depths[:BINS], depths[BINS:]
 
 
@@ -122,11 +122,11 @@ def test_a_mean_pressure_bears_the_load_over_the_geometric_arc_and_wears_it_even
 def test_an_arc_that_travels_and_grows_within_a_step_leaves_the_exact_means():
     """Against ten thousand arcs that stand still, of a force that rises as in an impact."""
     joint, count = worn_joint(1e-14, 1e-14), 10000
-    polynomials, course = np.zeros((ROWS, POINTS)), np.ones((COURSES, PARTS + 1))
+    polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((COURSES, PARTS + 1))
     polynomials[FORCE, :3] = 2.5e5, 3e5, -5e4  # N/m
     polynomials[KAPPA_COURSE, 0], polynomials[SLIP_COURSE, 0] = 1.0, 1e-3
     polynomials[ON_BEARING, :3] = 0.3, 0.06, -0.02
-    depths, _ = both(joint, polynomials, course)
+    depths, _ = both(joint, polynomials, step_values)
     x = (np.arange(count) + 0.5) / count
     load = 2.5e5 + 3e5 * x - 5e4 * x**2
     half = np.sqrt(4.0 * load * 0.19 / (math.pi * 1e11)) / 0.01
@@ -321,8 +321,8 @@ def test_a_body_with_coefficient_zero_keeps_its_shape():
 def test_a_run_begins_with_the_way_that_its_joints_have_slid_before():
     case = case_of().case(0)
     scene = simulation.build(case, {"rod-slider": Worn(np.zeros(BINS), np.zeros(BINS), 7.0)})
-    assert Run(start_of(scene, np.empty(0))).tally.account[0, SLID] == 7.0
-    assert Run(start_of(simulation.build(case), np.empty(0))).tally.account[0, SLID] == 0.0
+    assert Run(start_of(scene, np.empty(0))).totals.account[0, SLID] == 7.0
+    assert Run(start_of(simulation.build(case), np.empty(0))).totals.account[0, SLID] == 0.0
 
 
 def test_shapes_that_act_are_part_of_a_case_and_those_that_do_not_are_as_if_left_out():

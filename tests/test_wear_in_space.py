@@ -128,14 +128,14 @@ def test_a_step_loses_nothing_however_the_journal_leans(walls, pressure, rows, l
     step, worn = empty(joint)
     load, slip, expected = 800.0 + 300.0 * EVEN, 0.8 + 0.1 * EVEN, 0.0
     for wall, share in ((0, 1.0), (1, 0.5)):
-        step.course[wall, FORCE], step.course[wall, SLIP_COURSE] = share * load, slip * (1.0 - 2.0 * wall)
-        step.course[wall, KAPPA_COURSE], step.course[wall, DEPTH_COURSE] = 1.0, 4e-6 * (1.0 + EVEN)
+        step.step_values[wall, FORCE], step.step_values[wall, SLIP_COURSE] = share * load, slip * (1.0 - 2.0 * wall)
+        step.step_values[wall, KAPPA_COURSE], step.step_values[wall, DEPTH_COURSE] = 1.0, 4e-6 * (1.0 + EVEN)
         quarters = np.arange(BETWEEN + 2) / (BETWEEN + 1)
         step.places[wall, 0, : BETWEEN + 2] = 0.3 + 0.02 * quarters + 3.0 * wall
         step.places[wall, 1, : BETWEEN + 2] = -3.0 - 0.3 * quarters
         end = 1.0 - 2.0 * wall
-        step.along[wall, LEAN, : BETWEEN + 2] = lean * (1.0 + 0.1 * quarters)
-        step.along[wall, BEARING_START], step.along[wall, JOURNAL_START] = end * 0.01 + 1e-4, end * 0.01
+        step.independent[wall, LEAN, : BETWEEN + 2] = lean * (1.0 + 0.1 * quarters)
+        step.independent[wall, BEARING_START], step.independent[wall, JOURNAL_START] = end * 0.01 + 1e-4, end * 0.01
         expected += share * step.length * (800.0 * 0.8 + (300.0 * 0.8 + 800.0 * 0.1) / 2.0 + 300.0 * 0.1 / 3.0)
     wear_joint(joint, 0, (step, worn))
     (bearing, journal), depths = volumes(joint, worn)
@@ -155,9 +155,13 @@ def test_a_leaning_journal_wears_at_its_edge_and_a_parallel_one_evenly():
     joint = joint_of()
     for lean, rows in ((0.0, 5), (4e-3, 1)):  # 8 um deep: gone after one row
         step, worn = empty(joint)
-        step.course[0, FORCE], step.course[0, SLIP_COURSE] = 1000.0, 1.0
-        step.course[0, KAPPA_COURSE], step.course[0, DEPTH_COURSE] = 1.0, 8e-6
-        step.along[0, LEAN], step.along[0, BEARING_START], step.along[0, JOURNAL_START] = lean, 0.01, 0.01
+        step.step_values[0, FORCE], step.step_values[0, SLIP_COURSE] = 1000.0, 1.0
+        step.step_values[0, KAPPA_COURSE], step.step_values[0, DEPTH_COURSE] = 1.0, 8e-6
+        step.independent[0, LEAN], step.independent[0, BEARING_START], step.independent[0, JOURNAL_START] = (
+            lean,
+            0.01,
+            0.01,
+        )
         step.mode[1] = FREE
         wear_joint(joint, 0, (step, worn))
         (bearing, _), depths = volumes(joint, worn)
@@ -181,9 +185,9 @@ def test_strips_begin_where_the_surfaces_are_deepest_and_lean_as_they_do(keys):
         size = "half_journal" if not keys else "half_length"
         shorter = joint._replace(**{size: getattr(joint, size) - 1e-5})
         lean = (point.depth - wall_point(joint.ends, shorter, gap, end).depth) / 1e-5
-        assert step.along[wall, LEAN, 0] == pytest.approx(lean, rel=1e-2, abs=1e-7)
-        assert step.along[wall, BEARING_START, 0] == pytest.approx(np.dot(point.at, axis), rel=1e-3, abs=1e-5)
-        assert step.along[wall, JOURNAL_START, 0] == pytest.approx(point.at.z - 2e-4, rel=1e-9, abs=0.0)
+        assert step.independent[wall, LEAN, 0] == pytest.approx(lean, rel=1e-2, abs=1e-7)
+        assert step.independent[wall, BEARING_START, 0] == pytest.approx(np.dot(point.at, axis), rel=1e-3, abs=1e-5)
+        assert step.independent[wall, JOURNAL_START, 0] == pytest.approx(point.at.z - 2e-4, rel=1e-9, abs=0.0)
         assert step.places[wall, 1, 0] == pytest.approx(math.atan2(point.normal.y, point.normal.x), rel=1e-12)
         assert step.places[wall, 0, 0] == pytest.approx(step.places[wall, 1, 0], rel=0.0, abs=1e-4)  # no turn between
 
@@ -228,12 +232,12 @@ def test_the_strip_of_an_end_that_is_apart_wears_where_what_is_pressed_reaches_i
     for force, rows in ((0.0, [5]), (300.0, [4, 5])):
         step, worn = empty(joint)
         step.mode[1] = APART
-        step.course[:2, SLIP_COURSE], step.course[:2, KAPPA_COURSE] = 1.0, 1.0
-        step.course[0, FORCE], step.course[1, FORCE] = 1000.0, force
-        step.course[0, DEPTH_COURSE], step.course[1, DEPTH_COURSE] = 1.1e-5, -9e-6  # 1 um deep in the middle
-        step.along[0, LEAN], step.along[1, LEAN] = 1e-3, -1e-3
-        step.along[0, BEARING_START], step.along[0, JOURNAL_START] = 0.01, 0.01
-        step.along[1, BEARING_START], step.along[1, JOURNAL_START] = -0.01, -0.01
+        step.step_values[:2, SLIP_COURSE], step.step_values[:2, KAPPA_COURSE] = 1.0, 1.0
+        step.step_values[0, FORCE], step.step_values[1, FORCE] = 1000.0, force
+        step.step_values[0, DEPTH_COURSE], step.step_values[1, DEPTH_COURSE] = 1.1e-5, -9e-6  # 1 um deep in the middle
+        step.independent[0, LEAN], step.independent[1, LEAN] = 1e-3, -1e-3
+        step.independent[0, BEARING_START], step.independent[0, JOURNAL_START] = 0.01, 0.01
+        step.independent[1, BEARING_START], step.independent[1, JOURNAL_START] = -0.01, -0.01
         wear_joint(joint, 0, (step, worn))
         (bearing, _), depths = volumes(joint, worn)
         assert bearing == pytest.approx(2e-13 * (1000.0 + force) * 1e-5, rel=2e-2, abs=0.0)
@@ -255,7 +259,7 @@ def worn_by_quadrature(joint, depths, lean, angle):
     the result is arbitrary.
     """
     rows, count, half = int(joint.wear_rows), int(joint.wear.bins), joint.half_journal
-    edges, found = np.arange(count + 1) * 2.0 * math.pi / count, np.zeros((rows, count))
+    edges, result = np.arange(count + 1) * 2.0 * math.pi / count, np.zeros((rows, count))
     places = (np.arange(200) + 0.5) * half / 200  # from the end inwards
     for depth in depths:
         for z, here in zip(places, np.maximum(depth - lean * places, 0.0), strict=True):
@@ -265,8 +269,8 @@ def worn_by_quadrature(joint, depths, lean, angle):
             area = here**1.5 * arc / math.sin(arc)
             share = np.diff(np.clip((edges - angle + arc) / (2.0 * arc), 0.0, 1.0))
             row = math.floor((half - z) / (2.0 * half) * rows + 0.5 * rows)
-            found[row] += area * share
-    return found
+            result[row] += area * share
+    return result
 
 
 @pytest.mark.parametrize(
@@ -289,18 +293,22 @@ def test_a_step_from_an_onset_or_to_a_separation_wears_like_its_moments(before, 
     step, worn = empty(joint)
     along, half = np.linspace(before, after, PARTS + 1), joint.half_journal
     places = (np.arange(200) + 0.5) * half / 200
-    step.course[0, DEPTH_COURSE], step.course[0, KAPPA_COURSE], step.course[0, SLIP_COURSE] = along, 1.0, 1.0
-    step.course[0, FORCE] = [1e9 * float(np.mean(np.maximum(d - lean * places, 0.0) ** 1.5)) for d in along]
+    step.step_values[0, DEPTH_COURSE], step.step_values[0, KAPPA_COURSE], step.step_values[0, SLIP_COURSE] = (
+        along,
+        1.0,
+        1.0,
+    )
+    step.step_values[0, FORCE] = [1e9 * float(np.mean(np.maximum(d - lean * places, 0.0) ** 1.5)) for d in along]
     step.mode[0] = PRESSED if max(before, after) > 1e-15 else APART
-    step.places[0, 0, : BETWEEN + 2], step.along[0, LEAN] = 1.0, lean
-    step.along[0, BEARING_START], step.along[0, JOURNAL_START] = half, half
+    step.places[0, 0, : BETWEEN + 2], step.independent[0, LEAN] = 1.0, lean
+    step.independent[0, BEARING_START], step.independent[0, JOURNAL_START] = half, half
     wear_joint(joint, 0, (step, worn))
     _, depths = volumes(joint, worn)
-    found, times = depths[0] / depths[0].sum(), (np.arange(100) + 0.5) / 100
+    result, times = depths[0] / depths[0].sum(), (np.arange(100) + 0.5) / 100
     expected = worn_by_quadrature(joint, before + (after - before) * times, lean, 1.0)
     expected /= expected.sum()
-    assert float(np.abs(found - expected).sum()) < 0.08  # arcs of one width for slices whose loads are alike
-    assert found.sum(axis=1) == pytest.approx(expected.sum(axis=1), rel=0.0, abs=2e-3)
+    assert float(np.abs(result - expected).sum()) < 0.08  # arcs of one width for slices whose loads are alike
+    assert result.sum(axis=1) == pytest.approx(expected.sum(axis=1), rel=0.0, abs=2e-3)
 
 
 # ---------------------------------------------------------------------------------------------- partial overlap
@@ -319,8 +327,8 @@ def test_a_journal_partly_outside_the_bore_wears_only_where_both_overlap(walls, 
         middle = Vector(joint.clearance + depth, 0.0, away + sliding * i / (BETWEEN + 1))
         gap = SpatialGap(middle, still, Vector(0.0, 0.0, 1.0), still, still, None)
         see(joint, gap, Vector(1.0, 0.0, 0.0), 0, Moment((), (), i, step))
-    step.course[:2, FORCE], step.course[:2, SLIP_COURSE] = 500.0, 1.0
-    step.course[:2, KAPPA_COURSE], step.course[:2, DEPTH_COURSE] = 1.0, depth
+    step.step_values[:2, FORCE], step.step_values[:2, SLIP_COURSE] = 500.0, 1.0
+    step.step_values[:2, KAPPA_COURSE], step.step_values[:2, DEPTH_COURSE] = 1.0, depth
     wear_joint(joint, 0, (step, worn))
     (bearing, journal), depths = volumes(joint, worn)
     assert bearing == pytest.approx(2e-13 * 1000.0 * step.length, rel=1e-9, abs=0.0)

@@ -35,8 +35,8 @@ def joint_of(law):
 def slide(law, *, steps=1, duration=0.1, friction=0.0, pen=1e-6, load=LOAD):
     """Return the depths (m) of the bearing and the account after steady sliding, in `steps` of equal length."""
     history = steady(duration, load, -SPEED, pen, friction * load * SPEED, 0.3)
-    depths, _, account, room = worn_off(joint_of(law), history, steps)
-    assert room[ON_BEARING * POINTS] == pytest.approx(0.3, rel=1e-12)
+    depths, _, account, workspace = worn_off(joint_of(law), history, steps)
+    assert workspace[ON_BEARING * POINTS] == pytest.approx(0.3, rel=1e-12)
     return depths, account
 
 

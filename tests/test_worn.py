@@ -237,9 +237,9 @@ def test_where_nothing_is_worn_springs_press_as_the_closed_form_of_circles_has_i
 
 def room_at(on_bearing, on_journal, depth):
     """Return what a step knows of a contact that stands still."""
-    room = np.zeros(ROOM)
-    room[[ON_BEARING * POINTS, ON_JOURNAL * POINTS, DEEPEST * POINTS]] = on_bearing, on_journal, depth
-    return room
+    workspace = np.zeros(ROOM)
+    workspace[[ON_BEARING * POINTS, ON_JOURNAL * POINTS, DEEPEST * POINTS]] = on_bearing, on_journal, depth
+    return workspace
 
 
 def test_springs_wear_every_bin_by_how_deep_they_are_pressed_there():

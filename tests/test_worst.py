@@ -96,9 +96,9 @@ def test_a_motion_that_is_another_one_here_is_left_out_with_a_sentence(tmp_path,
     class Elsewhere(Peaked):
         @classmethod
         def peak(cls, case, joint, revolutions):
-            found = super().peak(case, joint, revolutions)
-            found.path.summary[PEAK] *= 1.0 + 1e-15
-            return found
+            result = super().peak(case, joint, revolutions)
+            result.path.summary[PEAK] *= 1.0 + 1e-15
+            return result
 
     sweep(asking(), tmp_path / "run", simulator=Elsewhere, executor="serial", show_progress=False)
     run = clearsweep.open(tmp_path / "run")

@@ -117,11 +117,11 @@ def test_a_free_impact_gives_back_the_closed_form_and_less_the_faster_it_is():
     for deepest in (1.2, 3.0, 20.0):
         load = lost_and_kept(deepest)
         speed = math.sqrt(2.0 * sum(load) * YIELD_FORCE * YIELD_DEPTH / 0.1)
-        found = impact(speed)
-        assert found["pair_penetration_max"] == pytest.approx(deepest * YIELD_DEPTH, rel=1e-8, abs=0.0)
-        assert found["pair_restitution"] == pytest.approx(math.sqrt(kept_share(deepest)), rel=1e-7)
-        assert found["energy_residual"] < 1e-9
-        returned.append(found["pair_restitution"])
+        result = impact(speed)
+        assert result["pair_penetration_max"] == pytest.approx(deepest * YIELD_DEPTH, rel=1e-8, abs=0.0)
+        assert result["pair_restitution"] == pytest.approx(math.sqrt(kept_share(deepest)), rel=1e-7)
+        assert result["energy_residual"] < 1e-9
+        returned.append(result["pair_restitution"])
     assert returned[0] == pytest.approx(1.0, abs=1e-9)
     assert returned[0] > returned[1] > returned[2]
 

@@ -136,12 +136,12 @@ def torture(start, folder: Path, kills: int, seed: int, pause: tuple[float, floa
     return rounds
 
 
-def differences(one: Path, other: Path) -> dict[str, int]:
+def differences(single: Path, other: Path) -> dict[str, int]:
     """Return how two runs differ: rows and values that are only in the first or not the same, timings aside."""
-    tables = [pq.read_table(path / "summary.parquet") for path in (one, other)]
+    tables = [pq.read_table(path / "summary.parquet") for path in (single, other)]
     tables = [table.drop_columns(sorted(TIMINGS.intersection(table.column_names))) for table in tables]
     rows = [{row["case_id"]: row for row in table.to_pylist()} for table in tables]
-    found = {
+    result = {
         "rows": len(rows[0]),
         "rows lost": len(rows[0].keys() - rows[1].keys()),
         "rows differing": sum(rows[1].get(name, row) != row for name, row in rows[0].items()),
@@ -150,22 +150,22 @@ def differences(one: Path, other: Path) -> dict[str, int]:
         "values differing": 0,
     }
     if tables[0].schema != tables[1].schema:
-        found["rows differing"] = len(tables[0])
-    with h5py.File(one / "orbits.h5", "r") as first, h5py.File(other / "orbits.h5", "r") as second:
+        result["rows differing"] = len(tables[0])
+    with h5py.File(single / "orbits.h5", "r") as first, h5py.File(other / "orbits.h5", "r") as second:
         names = [[], []]
         for file, held in ((first, names[0]), (second, names[1])):
             file.visititems(lambda name, item, held=held: held.append(name) if isinstance(item, h5py.Dataset) else None)
         for name in set(names[0]) | set(names[1]):
             here, there = (file[name][:] if name in file else np.empty(0) for file in (first, second))
-            found["values"] += here.size
+            result["values"] += here.size
             same = here.tobytes() == there.tobytes()
-            found["values differing"] += 0 if same else max(here.size, there.size, 1)
-    return found
+            result["values differing"] += 0 if same else max(here.size, there.size, 1)
+    return result
 
 
-def same(found: dict[str, int]) -> bool:
+def same(result: dict[str, int]) -> bool:
     """Tell whether differences() found none."""
-    return not any(count for name, count in found.items() if name not in ("rows", "values"))
+    return not any(count for name, count in result.items() if name not in ("rows", "values"))
 
 
 def starter(folder: Path, grid: dict = GRID):
@@ -184,6 +184,6 @@ def starter(folder: Path, grid: dict = GRID):
     return start
 
 
-def told(counts: dict[str, int]) -> str:
+def kills_text(counts: dict[str, int]) -> str:
     """Return counts as '3 parent, 2 all'."""
     return ", ".join(f"{count:,} {name}" for name, count in counts.items())

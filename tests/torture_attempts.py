@@ -55,7 +55,7 @@ simulate: {revolutions: 3, discard: 1}
 SWEEP = "sweep:\n  joints.rod-slider.clearance: {linspace: [0.1 mm, 0.5 mm, 6]}\n"
 
 
-class Attempt(NamedTuple):
+class TrialStep(NamedTuple):
     """One attempt, and how it has to end."""
 
     name: str
@@ -95,19 +95,19 @@ def crafted(statement: str) -> str:
 
 
 ATTEMPTS = (
-    Attempt("a tag on a section", edited("mechanism:\n", "mechanism: !!python/object:os.system\n"), said="tag"),
-    Attempt("1 mm^(10**10)", edited("0.5 mm", "1 mm^(10**10)")),
-    Attempt("1 mm^2^2^2^2^2^9", edited("0.5 mm", "1 mm^2^2^2^2^2^9")),
-    Attempt("an escape sequence in a unit", edited("0.5 mm", '"1 \\e]0;x\\a\\e[31mx"'), said="clearance"),
-    Attempt("an escape sequence in a key", edited("drive:", '"\\e[2Jkey": 1\ndrive:'), said="unknown key"),
-    Attempt("1e9 revolutions with all orbits", edited("3, discard: 1}", "1e9}\nsave: {orbits: all}")),
-    Attempt("1e300 revolutions", edited("revolutions: 3", "revolutions: 1e300")),
-    Attempt("/dev/zero as a grid", "clearsweep run /dev/zero --dry-run", said="regular file"),
-    Attempt("a pipe as a grid", "mkfifo p; clearsweep run p --dry-run", said="regular file"),
-    Attempt("a grid of 70 MB", "head -c 70000000 /dev/zero | tr '\\0' '#' >big; clearsweep run big", said="bytes"),
-    Attempt("/dev/zero as a table", "ln -s /dev/zero t.csv; " + edited(SWEEP, "cases: t.csv\n"), said="regular file"),
-    *(Attempt(f"{count} axes of 1,000 values", axes(count), said="at most") for count in (3, 7)),
-    Attempt(
+    TrialStep("a tag on a section", edited("mechanism:\n", "mechanism: !!python/object:os.system\n"), said="tag"),
+    TrialStep("1 mm^(10**10)", edited("0.5 mm", "1 mm^(10**10)")),
+    TrialStep("1 mm^2^2^2^2^2^9", edited("0.5 mm", "1 mm^2^2^2^2^2^9")),
+    TrialStep("an escape sequence in a unit", edited("0.5 mm", '"1 \\e]0;x\\a\\e[31mx"'), said="clearance"),
+    TrialStep("an escape sequence in a key", edited("drive:", '"\\e[2Jkey": 1\ndrive:'), said="unknown key"),
+    TrialStep("1e9 revolutions with all orbits", edited("3, discard: 1}", "1e9}\nsave: {orbits: all}")),
+    TrialStep("1e300 revolutions", edited("revolutions: 3", "revolutions: 1e300")),
+    TrialStep("/dev/zero as a grid", "clearsweep run /dev/zero --dry-run", said="regular file"),
+    TrialStep("a pipe as a grid", "mkfifo p; clearsweep run p --dry-run", said="regular file"),
+    TrialStep("a grid of 70 MB", "head -c 70000000 /dev/zero | tr '\\0' '#' >big; clearsweep run big", said="bytes"),
+    TrialStep("/dev/zero as a table", "ln -s /dev/zero t.csv; " + edited(SWEEP, "cases: t.csv\n"), said="regular file"),
+    *(TrialStep(f"{count} axes of 1,000 values", axes(count), said="at most") for count in (3, 7)),
+    TrialStep(
         "a lognormal cv of 1e300",
         edited(
             SWEEP,
@@ -115,7 +115,7 @@ ATTEMPTS = (
         ),
     ),
     *(
-        Attempt(
+        TrialStep(
             f"--{option} {value}", f"clearsweep run g.yaml --out x --{option} {value}", said=option.replace("-", " ")
         )
         for option, value in (
@@ -123,14 +123,14 @@ ATTEMPTS = (
             *(("max-failures", value) for value in ("nan", "inf", "1e999", "5%%")),
         )
     ),
-    Attempt(
+    TrialStep(
         "files of the user where a run would write",
         "mkdir -p d/shards d/tmp; echo precious >d/shards/mine.h5; echo precious >d/tmp/mine; "
         + spares("true", "grep -q precious d/shards/mine.h5 && grep -q precious d/tmp/mine", "run g.yaml --out d"),
         (0, 2),
     ),
     *(
-        Attempt(f"a crafted {name}", crafted(statement), said="not what")
+        TrialStep(f"a crafted {name}", crafted(statement), said="not what")
         for name, statement in (
             ("name of an output", "r['layout']['output'] = '../escaped'"),
             ("column", "r['layout']['columns'][0]['name'] = '<img src=x>'"),
@@ -138,64 +138,64 @@ ATTEMPTS = (
             ("name of a run", "r['name'] = '../../x'"),
         )
     ),
-    Attempt(
+    TrialStep(
         "an answer that was not sought", "cp ok/summary.parquet ok/seek.parquet; clearsweep report ok", said="seek"
     ),
-    Attempt("a backend that is none", "MPLBACKEND=nope clearsweep report ok", (0,)),
-    Attempt("a date that is none", "SOURCE_DATE_EPOCH=x clearsweep report ok --figures f --format pdf", (0,)),
-    Attempt("a page that does not fit", "ulimit -f 40; clearsweep report ok --out page.html", said="page.html"),
-    Attempt(
+    TrialStep("a backend that is none", "MPLBACKEND=nope clearsweep report ok", (0,)),
+    TrialStep("a date that is none", "SOURCE_DATE_EPOCH=x clearsweep report ok --figures f --format pdf", (0,)),
+    TrialStep("a page that does not fit", "ulimit -f 40; clearsweep report ok --out page.html", said="page.html"),
+    TrialStep(
         "a load without a name", edited("drive:", "loads: {a b: {on: slider, fx: 1 N}}\ndrive:"), said="is no name"
     ),
-    Attempt("a mass of 1e308 kg", edited("0.14 kg", "1e308 kg"), said="out of range"),
-    Attempt(
+    TrialStep("a mass of 1e308 kg", edited("0.14 kg", "1e308 kg"), said="out of range"),
+    TrialStep(
         "a speed of zero",
         "printf 'time [s],speed [rpm]\\n0,0\\n1,0\\n' >s.csv; " + edited("5000 rpm}", "{table: s.csv}}"),
         said="is 0 in every row",
     ),
-    Attempt(
+    TrialStep(
         "a list for the column of a limit",
         edited(SWEEP, SWEEP + "limits: {rod_slider_force_peak: {at_most: 1, times: [a]}}\n"),
         said="is no figure of this grid",
     ),
-    Attempt(
+    TrialStep(
         "a list for a unit",
         edited(SWEEP, "sweep: {joints.rod-slider.clearance: {logspace: [1, 2, 3, [mm]]}}\n"),
         said="a list as the unit",
     ),
     *(
-        Attempt(
+        TrialStep(
             f"parts/{name} of the user",
             spares(f"echo precious >ok/parts/{name}", f"grep -q precious ok/parts/{name}"),
             (0,),
         )
         for name in ("notes.txt", ".DS_Store", "mine.parquet")
     ),
-    Attempt(
+    TrialStep(
         "the lock is a link to a file",
         spares("rm ok/lock; echo precious >v; ln -s ../v ok/lock", "grep -qx precious v"),
         said="lock",
     ),
-    Attempt("the lock is a pipe", "rm ok/lock; mkfifo ok/lock; clearsweep run g.yaml --out ok", said="lock"),
-    Attempt("tmp is a link", spares("mkdir v; rm -rf ok/tmp; ln -s ../v ok/tmp", '[ -z "$(ls -A v)" ]'), (0, 2)),
+    TrialStep("the lock is a pipe", "rm ok/lock; mkfifo ok/lock; clearsweep run g.yaml --out ok", said="lock"),
+    TrialStep("tmp is a link", spares("mkdir v; rm -rf ok/tmp; ln -s ../v ok/tmp", '[ -z "$(ls -A v)" ]'), (0, 2)),
     *(
-        Attempt(
+        TrialStep(
             f"a folder in {name}", spares(f"mkdir -p ok/{name}/sub.parquet", f"[ -d ok/{name}/sub.parquet ]"), (0, 2)
         )
         for name in ("parts", "shards")
     ),
-    Attempt(
+    TrialStep(
         "a pipe in place of histories",
         "s=$(ls ok/shards/* | head -1); rm $s; mkfifo $s; clearsweep run g.yaml --out ok",
         said="pipe",
     ),
-    Attempt(
+    TrialStep(
         "summary.parquet is a folder",
         "rm ok/summary.parquet; mkdir ok/summary.parquet; clearsweep run g.yaml --out ok",
         said="directory",
     ),
     *(
-        Attempt(
+        TrialStep(
             f"run.json is {name}",
             f"{make} >ok/run.json; clearsweep report ok; [ $? = 2 ] || exit 99; clearsweep run g.yaml --out ok",
             (0,),
@@ -207,45 +207,49 @@ ATTEMPTS = (
             ("nested deeply", "python -c \"print('['*100000+']'*100000)\""),
         )
     ),
-    Attempt("report --out: a pipe", spares("mkfifo p", "[ -p p ]", "report ok --out p"), said="pipe"),
-    Attempt("report --out: a folder", spares("mkdir f", '[ -z "$(ls -A f)" ]', "report ok --out f"), said="directory"),
-    Attempt("stdout closed", "clearsweep run g.yaml --out ok >&-", (0,)),
-    Attempt("stderr closed", "clearsweep run g.yaml --out ok 2>&-", (0,)),
-    Attempt("all streams closed", spares("true", "[ -e x/summary.parquet ]", "run g.yaml --out x <&- >&- 2>&-"), (0,)),
-    Attempt("a full stdout", "clearsweep run g.yaml --out ok >/dev/full", (0,), "stdout: cannot be written"),
-    Attempt("laws to a full stdout", "clearsweep laws >/dev/full", (0,), "stdout: cannot be written"),
-    Attempt(
+    TrialStep("report --out: a pipe", spares("mkfifo p", "[ -p p ]", "report ok --out p"), said="pipe"),
+    TrialStep(
+        "report --out: a folder", spares("mkdir f", '[ -z "$(ls -A f)" ]', "report ok --out f"), said="directory"
+    ),
+    TrialStep("stdout closed", "clearsweep run g.yaml --out ok >&-", (0,)),
+    TrialStep("stderr closed", "clearsweep run g.yaml --out ok 2>&-", (0,)),
+    TrialStep(
+        "all streams closed", spares("true", "[ -e x/summary.parquet ]", "run g.yaml --out x <&- >&- 2>&-"), (0,)
+    ),
+    TrialStep("a full stdout", "clearsweep run g.yaml --out ok >/dev/full", (0,), "stdout: cannot be written"),
+    TrialStep("laws to a full stdout", "clearsweep laws >/dev/full", (0,), "stdout: cannot be written"),
+    TrialStep(
         "head -1 of a run",
         'clearsweep run g.yaml --out x 2>&1 | head -1; [ -e x/summary.parquet ] || exit 99; exit "${PIPESTATUS[0]}"',
         (0,),
     ),
-    Attempt(
+    TrialStep(
         "a hang-up",
         "clearsweep run long.yaml --out x & p=$!; until ls x/parts/* 2>/dev/null; do sleep 0.1; done; "
         "kill -HUP $p; wait $p",
         (129,),
         "run the same command again",
     ),
-    Attempt(
+    TrialStep(
         "a hang-up under nohup",
         "nohup clearsweep run g.yaml --out x & p=$!; sleep 2; kill -HUP $p; wait $p; c=$?; cat nohup.out; exit $c",
         (0,),
         "6 ok",
     ),
-    Attempt("--out of 300 characters", f"clearsweep run g.yaml --out {'y' * 300}", said="File name too long"),
+    TrialStep("--out of 300 characters", f"clearsweep run g.yaml --out {'y' * 300}", said="File name too long"),
     *(
-        Attempt(f"ulimit {limit}", f"ulimit {limit}; clearsweep run g.yaml --out x", said="ulimit")
+        TrialStep(f"ulimit {limit}", f"ulimit {limit}; clearsweep run g.yaml --out x", said="ulimit")
         for limit in ("-n 8", "-n 16", "-v 500000")
     ),
-    Attempt("a silent server as scheduler", SCHEDULER.format(server=SILENT), said="does not answer"),
-    Attempt("an HTTP server as scheduler", SCHEDULER.format(server=HTTP), said="does not answer"),
+    TrialStep("a silent server as scheduler", SCHEDULER.format(server=SILENT), said="does not answer"),
+    TrialStep("an HTTP server as scheduler", SCHEDULER.format(server=HTTP), said="does not answer"),
 )
 
 
 class Result(NamedTuple):
     """How an attempt ended."""
 
-    attempt: Attempt
+    attempt: TrialStep
     code: int | None  # None: it did not within SECONDS
     seconds: float
     said: str
@@ -285,7 +289,7 @@ def prepared(folder: Path) -> dict[str, str]:
     return environment
 
 
-def tried(attempt: Attempt, folder: Path, environment: dict[str, str]) -> Result:
+def tried(attempt: TrialStep, folder: Path, environment: dict[str, str]) -> Result:
     """Return how an attempt ends, in a copy of the prepared folder."""
     place = folder / "place"
     shutil.rmtree(place, ignore_errors=True)

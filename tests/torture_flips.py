@@ -68,7 +68,7 @@ def flips(finished: Path, count: int, seed: int, restore, tell=print) -> dict[st
     Return for each kind of file how many had each outcome, and how many runs were `restored` to what was
     written, or refused with the name of the file.
     """
-    chance, written, found = random.Random(seed), content(finished), {}
+    chance, written, result = random.Random(seed), content(finished), {}
     run = finished.with_name("flipped")
     kinds: dict[str, list[Path]] = {}
     for path in sorted(path.relative_to(finished) for path in finished.rglob("*") if path.is_file()):
@@ -88,7 +88,7 @@ def flips(finished: Path, count: int, seed: int, restore, tell=print) -> dict[st
             restored = name.name in str(error)
         except Exception:
             what, restored = FAULT, False
-        found.setdefault(kind, Counter()).update([what, "restored"] if restored else [what])
+        result.setdefault(kind, Counter()).update([what, "restored"] if restored else [what])
         if what not in (NAMED, UNREAD) or not restored:
             tell(f"{name}: {what}, {'restored' if restored else 'NOT RESTORED'}")
-    return found
+    return result

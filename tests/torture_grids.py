@@ -195,17 +195,17 @@ def spoiled(content, draw):
 
 def drawn(count: int, seed: int) -> list[bytes]:
     """Return `count` different mutated grids; the same seed gives the same ones."""
-    found: dict[bytes, None] = {}
+    result: dict[bytes, None] = {}
     quietly = {"database": None, "deadline": None, "suppress_health_check": list(HealthCheck)}
 
     @seeded(seed)
     @settings(max_examples=2 * count + 10, phases=[Phase.generate], **quietly)
     @given(mutated(grids_that_work(), schema_keys()))
     def collect(content):
-        found[content] = None
+        result[content] = None
 
     collect()
-    return list(found)[:count]
+    return list(result)[:count]
 
 
 class Short:
@@ -353,9 +353,9 @@ def main() -> int:
     count, seed, folder = int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3])
     folder.mkdir(exist_ok=True, parents=True)
     begin = time.monotonic()
-    found = fuzz(count, seed, folder)
-    print(found, f"{time.monotonic() - begin:.0f} s")
-    return bool(found["faults"])
+    result = fuzz(count, seed, folder)
+    print(result, f"{time.monotonic() - begin:.0f} s")
+    return bool(result["faults"])
 
 
 if __name__ == "__main__":

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from clearsweep.mechanics.compiled.family import WIDTH, form_number, numbers_of
-from clearsweep.mechanics.coupling import attempt, rates
+from clearsweep.mechanics.coupling import trial_step, rates
 from clearsweep.mechanics.joint.places import observed_columns
-from clearsweep.mechanics.solver.accumulate.along import step_width
+from clearsweep.mechanics.solver.accumulate.step_sums import step_width
 from clearsweep.mechanics.solver.dop853 import ROWS
 from clearsweep.mechanics.trace import objects
 
@@ -54,9 +54,9 @@ def states(scene, seed=7):
 
 def aligned(array):
     """Return a copy of an array where a register is loaded from."""
-    room = np.zeros(array.size + WIDTH, dtype=array.dtype)
-    first = -room.ctypes.data // 8 % WIDTH
-    copied = room[first : first + array.size].reshape(array.shape)
+    buffer = np.zeros(array.size + WIDTH, dtype=array.dtype)
+    first = -buffer.ctypes.data // 8 % WIDTH
+    copied = buffer[first : first + array.size].reshape(array.shape)
     copied[...] = array
     return copied
 
@@ -73,14 +73,14 @@ _CODE = {}
 
 
 def _made(scene, width):
-    made = objects.traced(attempt.attempt_entry, scene.value, attempt.ARRAYS, width=width, spread=True)
+    made = objects.traced(trial_step.trial_step_entry, scene.value, trial_step.ARRAYS, width=width, spread=True)
     return objects.loaded(objects.object_of(made))
 
 
 def filled(code, state, row, width):
     """Return the State after machine code has filled a row of all lanes, one by one or side by side."""
-    found = State(*map(aligned, state))
-    call = objects.function_at(code.address, len(attempt.ARRAYS))
+    result = State(*map(aligned, state))
+    call = objects.function_at(code.address, len(trial_step.ARRAYS))
     for place in range(0, WIDTH, width):
-        call(*(array.ctypes.data + 8 * place for array in found), row)
-    return found
+        call(*(array.ctypes.data + 8 * place for array in result), row)
+    return result

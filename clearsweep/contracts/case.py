@@ -128,8 +128,8 @@ class Oil(NamedTuple):
         log10(log10(nu + 0.7)) is linear in log10(T), nu in mm^2/s.
         """
         first, last = (math.log10(math.log10(1e6 * nu + 0.7)) for nu in (self.warm, self.hot))
-        along = (math.log10(temperature) - math.log10(313.15)) / (math.log10(373.15) - math.log10(313.15))
-        dynamic: float = self.density * 1e-6 * (10.0**10.0 ** (first + along * (last - first)) - 0.7)
+        share = (math.log10(temperature) - math.log10(313.15)) / (math.log10(373.15) - math.log10(313.15))
+        dynamic: float = self.density * 1e-6 * (10.0**10.0 ** (first + share * (last - first)) - 0.7)
         return dynamic
 
 

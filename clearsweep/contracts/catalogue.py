@@ -41,7 +41,7 @@ class Field(NamedTuple):
         unit = "" if self.unit == "1" else f" ({self.unit})"
         return ("a whole number " if self.whole else "") + (" and ".join(parts) or "any finite number") + unit
 
-    def holds(self, value: float) -> bool:
+    def contains(self, value: float) -> bool:
         """Return whether `value`, in SI, is allowed."""
         above = value > self.low if self.low_open else value >= self.low
         below = value < self.high if self.high_open else value <= self.high
@@ -62,7 +62,7 @@ class Range(NamedTuple):
     unit: str  # SI
     reason: str
 
-    def holds(self, value: float) -> bool:
+    def contains(self, value: float) -> bool:
         """Return whether a value, in SI, is within."""
         return self.low <= value <= self.high
 

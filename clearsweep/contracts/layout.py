@@ -12,7 +12,7 @@ CORNERS = 4  # of a guide's block
 MOST_REVOLUTIONS = 1 << 17  # of which peaks and sections are kept, the last ones of a run
 SECTION_COUNT = "poincare/revolution"  # turns of the crank at which a section is
 _SECTIONED = ("x", "y", "vx", "vy")  # channels of a joint that are kept at crank angle 0
-WALLS, FLANGES, TELLING = 2, 2, 2  # contacts of a spatial joint, in this order
+WALLS, FLANGES, AUXILIARY = 2, 2, 2  # contacts of a spatial joint, in this order
 TIME = "t"  # the channel that all others are over
 
 
@@ -35,7 +35,7 @@ class JointLayout(NamedTuple):
     wear_bins: int = 0  # angular bins of each body; 0 where no wear is computed
     film: bool = False  # oil between its surfaces
     corners: int = 0  # points that touch by themselves, of a guide's block or a spatial joint; 0: it is one contact
-    telling: int = 0  # contacts behind these that only tell, of a spatial joint
+    auxiliary: int = 0  # contacts behind these that only tell, of a spatial joint
     wear_rows: int = 1  # bins of wear along each body's length
     friction: bool = False  # between its surfaces
     strength: bool = False  # of its weaker body is known
@@ -44,15 +44,15 @@ class JointLayout(NamedTuple):
     @property
     def has(self) -> set[str]:
         """Return what it has besides contact, as figures need it."""
-        flanged = self.telling and self.corners > WALLS
+        flanged = self.auxiliary and self.corners > WALLS
         parts = {"wear": self.wear_bins, "film": self.film, "friction": self.friction}
-        parts |= {"spatial": self.telling, "axial": flanged, "strength": self.strength, "thermal": self.thermal}
+        parts |= {"spatial": self.auxiliary, "axial": flanged, "strength": self.strength, "thermal": self.thermal}
         return {name for name, there in parts.items() if there}
 
     @property
     def contacts(self) -> tuple[str, ...]:
         """Return the names that its contacts have in the list of events."""
-        return tuple(f"{self.name}_{k + 1}" for k in range(self.corners + self.telling)) or (self.name,)
+        return tuple(f"{self.name}_{k + 1}" for k in range(self.corners + self.auxiliary)) or (self.name,)
 
 
 class Parts(NamedTuple):
@@ -101,7 +101,7 @@ def parts_of(case: Case) -> Parts:
 def _points(joint: Joint) -> tuple[int, int]:
     """Return how many points of a joint touch by themselves, and how many contacts only tell."""
     if joint.is_spatial:
-        return (WALLS + FLANGES if joint.flange else WALLS), TELLING
+        return (WALLS + FLANGES if joint.flange else WALLS), AUXILIARY
     return (CORNERS if joint.is_guide else 0), 0
 
 
@@ -199,8 +199,8 @@ def columns_of(
     for figure in catalogue.figures:
         if figure.of == "joint" or not there >= {*figure.needs} or (figure.of == "output" and not mechanism.output):
             continue
-        judged = {column.name: column.unit for column in columns}.get(until, "1")
-        columns.append(_column(figure, "", mechanism, until, judged))
+        watched = {column.name: column.unit for column in columns}.get(until, "1")
+        columns.append(_column(figure, "", mechanism, until, watched))
     if "error_check" not in asked:
         return tuple(columns)
     differing = {figure.name for figure in catalogue.figures if figure.differs}
@@ -211,12 +211,12 @@ def columns_of(
     )
 
 
-def _column(figure: Figure, joint: str, mechanism: Mechanism, until: str = "", judged: str = "") -> Column:
-    """Return the column of a figure; `judged` is the unit of the figure `until`."""
+def _column(figure: Figure, joint: str, mechanism: Mechanism, until: str = "", watched: str = "") -> Column:
+    """Return the column of a figure; `watched` is the unit of the figure `until`."""
     output = mechanism.output
     name = figure.column(output.name if output and figure.of == "output" else joint)
     text = figure.text.format(output=output.name if output else "", until=until)
-    unit = figure.unit.format(output=output.unit if output else "", until=judged)
+    unit = figure.unit.format(output=output.unit if output else "", until=watched)
     return Column(name, unit, text, figure.kind, figure.name, joint, figure.null)
 
 
@@ -241,9 +241,9 @@ def _channels(catalogue: Catalogue, mechanism: Mechanism, joints: Iterable[Joint
 
 def _inside(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:
     """Yield the time histories of a joint."""
-    yield from catalogue.spatial_channels if joint.telling else catalogue.joint_channels
+    yield from catalogue.spatial_channels if joint.auxiliary else catalogue.joint_channels
     yield from catalogue.film_channels if joint.film else ()
-    for k in range(joint.corners if joint.telling else 0):
+    for k in range(joint.corners if joint.auxiliary else 0):
         for name, unit, text in catalogue.point_channels:
             yield Channel(name.format(k + 1), unit, text.format(k + 1))
 

@@ -96,7 +96,7 @@ class Constant(NamedTuple):
     start_angle: float = 0.0  # rad
 
 
-class Course(NamedTuple):
+class Schedule(NamedTuple):
     """A crank whose speed follows a table, straight between its rows and constant beyond them."""
 
     times: np.ndarray  # (rows,) s, increasing
@@ -175,7 +175,7 @@ class Aim(NamedTuple):
 
     body: str
     point: str = ""  # '': the angle
-    along: float = 0.0  # rad
+    direction: float = 0.0  # rad
 
 
 class Machine(NamedTuple):

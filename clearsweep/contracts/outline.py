@@ -48,7 +48,7 @@ class Outline(NamedTuple):
     loads: tuple[LoadOutline, ...] = ()
     bodies: tuple[BodyOutline, ...] = ()  # of a `planar` mechanism, the ground among them
     joints: tuple[JointOutline, ...] = ()  # of a `planar` mechanism
-    turning: bool = False  # the output of a `planar` mechanism is an angle
+    rotary: bool = False  # the output of a `planar` mechanism is an angle
     clearances: frozenset[str] = frozenset()  # joints with clearance
     spatial: bool = False  # its bodies move in space
     axial: frozenset[str] = frozenset()  # joints with clearance between flanges, of a mechanism in space

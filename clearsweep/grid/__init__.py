@@ -13,10 +13,10 @@ from .json_schema import schema
 from .key_units import key_units
 from .optimised import Optimise
 from .reference import markdown
-from .refined import Refine
+from .refine import Refine
 from .resolve import leaves
-from .room import check_disk, check_memory, history_bytes, largest_history, usual_history
-from .sought import Seek
+from .memory import check_disk, check_memory, history_bytes, largest_history, usual_history
+from .seek import Seek
 
 __all__ = [
     "NOTHING",

@@ -24,18 +24,18 @@ class Changed(NamedTuple):
 def read_options(option: str, given: tuple[str, ...]) -> dict[str, str]:
     """Return path -> text of what was given with an option, each `PATH=VALUE`; raise InputError where it is not."""
     example = "drive.speed=3000rpm" if option == SET else "drive.speed=1000rpm,3000rpm"
-    found: dict[str, str] = {}
+    options: dict[str, str] = {}
     wrong = []
     for text in given:
         path, equals, value = (part.strip() for part in text.partition("="))
         if not equals or not path or not (value or option == SET):
             wrong.append(f"{option} {text}: expected PATH=VALUE, such as {option} {example}")
-        elif path in found:
+        elif path in options:
             wrong.append(f"{option} {path}: is given twice; give it once")
-        found[path] = value
+        options[path] = value
     if wrong:
         raise InputError(*wrong)
-    return found
+    return options
 
 
 def put(root: WrittenValue, changed: Changed, problems: Problems) -> WrittenValue:

@@ -53,11 +53,11 @@ class Definitions(NamedTuple):
 
     def varied_in(self, text: str) -> frozenset[str]:
         """Return the varied names that an expression is made of."""
-        found: set[str] = set()
+        varied: set[str] = set()
         for name in expression.names_in(text, expression.DEFINED):
-            found |= {name} if name in self.varied else set()
-            found |= self.varied_in(self.texts[name]) if self.texts.get(name) else set()
-        return frozenset(found)
+            varied |= {name} if name in self.varied else set()
+            varied |= self.varied_in(self.texts[name]) if self.texts.get(name) else set()
+        return frozenset(varied)
 
     def needed(self) -> dict[str, str]:
         """Return `define.NAME` -> text of the names that do not vary by themselves and that `follow` needs."""
@@ -101,10 +101,10 @@ NOTHING = Definitions({}, {}, {})
 
 def used_by(text: str, texts: Mapping[str, str]) -> set[str]:
     """Return all names that an expression is made of, those of names in it included."""
-    found: set[str] = set()
+    used: set[str] = set()
     for name in expression.names_in(text, expression.DEFINED):
-        found |= {name} | (used_by(texts[name], texts) if texts.get(name) else set())
-    return found
+        used |= {name} | (used_by(texts[name], texts) if texts.get(name) else set())
+    return used
 
 
 def resolve(
@@ -241,12 +241,12 @@ def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definiti
     texts: dict[str, str] = {}
     values: dict[str, Fraction] = {}
     units: dict[str, str] = {}
-    found = Definitions(texts, values, units)
+    definitions = Definitions(texts, values, units)
     open_names: list[str] = []
     wrong: set[str] = set()
 
     def visit(name: str) -> None:
-        if name in found.values or name in wrong:
+        if name in definitions.values or name in wrong:
             return
         each = written[name]
         if name in open_names:
@@ -259,7 +259,7 @@ def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definiti
             text = text_of(each.value) if is_expression(each.value) else ""
             for other in sorted(expression.names_in(text, expression.DEFINED) & written.keys()) if text else ():
                 visit(other)
-            values[name], units[name] = _value(text, found) if text else _quantity(each.value)
+            values[name], units[name] = _value(text, definitions) if text else _quantity(each.value)
             texts[name] = text
         except InputError as error:
             if name not in wrong and not _told(each, written, wrong):
@@ -269,7 +269,7 @@ def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definiti
 
     for name in written:
         visit(name)
-    return found
+    return definitions
 
 
 def _told(each: WrittenValue, written: Mapping[str, WrittenValue], wrong: set[str]) -> bool:

@@ -4,13 +4,13 @@ from ..contracts.case import column_name
 from ..contracts.catalogue import Catalogue, Mechanism
 from ..contracts.layout import columns_of
 from . import life_keys
-from .draft import Draft
+from .reader import Reader
 from .keys import Section
 
 
-def figures(draft: Draft, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:
+def figures(reader: Reader, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:
     """Return the figures of merit that the cases will have, each with its unit."""
-    sections = [path.split(".") for path, node in draft.shape.items() if isinstance(node, Section)]
+    sections = [path.split(".") for path, node in reader.shape.items() if isinstance(node, Section)]
     inside = [path[1:] for path in sections if path[0] == "joints" and len(path) > 1]
     parts = {
         column_name(joint): {part for other, *rest in inside if other == joint for part in rest[:1]}
@@ -19,11 +19,11 @@ def figures(draft: Draft, mechanism: Mechanism, catalogue: Catalogue) -> dict[st
     for joint in mechanism.joints:
         if column_name(joint.name) in parts and mechanism.spatial:
             parts[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
-    until, life = str(draft.values.get("simulate.until.figure", "")), draft.values.get(f"{life_keys.LIFE}.joint")
-    asked = {name for name in ("horizon", "error_check") if f"simulate.{name}" in draft.values}
-    asked |= {name for name, there in (("until", until), ("life", life), ("uncertain", draft.uncertain)) if there}
+    until, life = str(reader.values.get("simulate.until.figure", "")), reader.values.get(f"{life_keys.LIFE}.joint")
+    asked = {name for name in ("horizon", "error_check") if f"simulate.{name}" in reader.values}
+    asked |= {name for name, there in (("until", until), ("life", life), ("uncertain", reader.uncertain)) if there}
     for joint in mechanism.joints:
-        if column_name(joint.name) in parts and joint.kind in ("revolute", "line") and _strength(draft, joint.name):
+        if column_name(joint.name) in parts and joint.kind in ("revolute", "line") and _strength(reader, joint.name):
             parts[column_name(joint.name)].add("strength")
     if life and column_name(life) in parts:
         parts[column_name(life)].add("judged")
@@ -31,11 +31,11 @@ def figures(draft: Draft, mechanism: Mechanism, catalogue: Catalogue) -> dict[st
     return {column.name: column.unit for column in columns}
 
 
-def _strength(draft: Draft, joint: str) -> bool:
+def _strength(reader: Reader, joint: str) -> bool:
     """Return whether a yield strength or a hardness is written of a joint with contact."""
     own = f"joints.{joint}."
-    known = [path for path in (*draft.written, *draft.swept) if path.startswith(own)]
-    return f"{own}contact" in draft.shape and any(
+    known = [path for path in (*reader.written, *reader.swept) if path.startswith(own)]
+    return f"{own}contact" in reader.shape and any(
         path.endswith(".yield_strength") or path in (f"{own}wear.hardness", f"{own}roughness.hardness")
         for path in known
     )

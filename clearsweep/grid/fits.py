@@ -10,7 +10,7 @@ from typing import Any
 
 from ..language.errors import InputError, nearest, shown
 from .document import WrittenValue
-from .draft import Draft
+from .reader import Reader
 from .iso286 import Fit, fit
 from .keys import Number
 
@@ -29,49 +29,55 @@ SPREADS = {
 FORM = "{fit: H7/f7}, or {fit: H7/f7, distribution: normal}"
 
 
-def put_numbers(draft: Draft, values_of: Callable[[str], tuple[float, ...]]) -> None:
+def put_numbers(grid_reader: Reader, values_of: Callable[[str], tuple[float, ...]]) -> None:
     """Put radial clearances in place of the fits of a draft; `values_of` a path gives its values as far as known."""
-    for path, node in list(draft.shape.items()):
+    for path, node in list(grid_reader.shape.items()):
         if not isinstance(node, Number) or not node.uses[0].field.fit:
             continue
-        for there in (draft.written, draft.swept):
+        for there in (grid_reader.written, grid_reader.swept):
             if path not in there or not _has_fit(there[path]):
                 continue
-            reader = _Reader(draft, path, values_of)
+            reader = _Reader(grid_reader, path, values_of)
             try:
-                there[path] = (reader.single if there is draft.written else reader.numbers)(there[path])
+                there[path] = (reader.single if there is grid_reader.written else reader.numbers)(there[path])
             except _WrongFitError as error:
                 if str(error):
-                    draft.problems.add(error.written, path, str(error))
-                for known in (draft.shape, draft.swept, draft.written):  # it is told already what is wrong with it
+                    grid_reader.problems.add(error.written, path, str(error))
+                for known in (
+                    grid_reader.shape,
+                    grid_reader.swept,
+                    grid_reader.written,
+                ):  # it is told already what is wrong with it
                     known.pop(path, None)
-            if there is draft.written and path in draft.swept:
-                draft.fits.pop(path, None)  # what is written beside an axis has no case
+            if there is grid_reader.written and path in grid_reader.swept:
+                grid_reader.fits.pop(path, None)  # what is written beside an axis has no case
 
 
 def fits_among(
-    draft: Draft, paths: list[str], names: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
+    grid_reader: Reader, paths: list[str], names: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
 ) -> list[Fit] | None:
     """Return the fits that are named, for clearances that all have one bearing radius; None where they are wrong."""
     for path in paths:
-        node = draft.shape.get(path)
+        node = grid_reader.shape.get(path)
         if not isinstance(node, Number) or not node.uses[0].field.fit:
-            draft.problems.add(names[0] if names else draft.sections[""], path, "is no clearance that a fit could have")
+            grid_reader.problems.add(
+                names[0] if names else grid_reader.sections[""], path, "is no clearance that a fit could have"
+            )
             return None
-    readers = [_Reader(draft, path, values_of) for path in paths]
+    readers = [_Reader(grid_reader, path, values_of) for path in paths]
     if not names or len({reader.radii for reader in readers}) > 1:
         sentence = "names no fit" if not names else "the clearances have different bearing radii; seek each by itself"
-        draft.problems.add(names[0] if names else draft.sections["seek"], "seek.among", sentence)
+        grid_reader.problems.add(names[0] if names else grid_reader.sections["seek"], "seek.among", sentence)
         return None
-    found = []
+    fits = []
     for name in names:
         try:
-            found += [reader.fit(name, reader.radii) for reader in readers[:1]]
+            fits += [reader.fit(name, reader.radii) for reader in readers[:1]]
         except _WrongFitError as error:
-            draft.problems.add(error.written, "seek.among", str(error) or "its bearing radius is not known")
+            grid_reader.problems.add(error.written, "seek.among", str(error) or "its bearing radius is not known")
             return None
-    draft.fits.pop(paths[0], None)  # a clearance on the axis is not the mean of its fit
-    return found
+    grid_reader.fits.pop(paths[0], None)  # a clearance on the axis is not the mean of its fit
+    return fits
 
 
 class _WrongFitError(Exception):
@@ -92,25 +98,25 @@ def _has_fit(written: WrittenValue) -> bool:
 class _Reader:
     """Reads the fits of one clearance."""
 
-    def __init__(self, draft: Draft, path: str, values_of: Callable[[str], tuple[float, ...]]):
-        self.draft, self.path = draft, path
+    def __init__(self, grid_reader: Reader, path: str, values_of: Callable[[str], tuple[float, ...]]):
+        self.grid_reader, self.path = grid_reader, path
         self.radius = f"{path.rpartition('.')[0]}.bearing_radius"
         self.radii = values_of(self.radius)
 
     def single(self, written: WrittenValue) -> WrittenValue:
         """Return what is `written` outside of all axes, a radial clearance (m) in place of its fit."""
-        return self._mean(written, self.radii[:1] if self.path in self.draft.swept else self.radii)
+        return self._mean(written, self.radii[:1] if self.path in self.grid_reader.swept else self.radii)
 
     def numbers(self, written: WrittenValue) -> WrittenValue:
         """Return the axis that is `written`, radial clearances (m) in place of its fits."""
-        if self.draft.way.get(self.path) == "sample":
+        if self.grid_reader.way.get(self.path) == "sample":
             return _like(written, self._spread(written))
         items = written.value
         if isinstance(items, dict):
             if set(items) != {"fits"} or not isinstance(items["fits"].value, list):
                 raise _WrongFitError(written, f"found {shown(items)}; expected {{fits: [H7/g6, H7/f7]}}")
             items = [_like(item, {"fit": item}) for item in items["fits"].value]
-        in_step = self.radius in self.draft.swept and self.draft.in_step(self.path, self.radius)
+        in_step = self.radius in self.grid_reader.swept and self.grid_reader.in_step(self.path, self.radius)
         radii = [self.radii[row : row + 1] if in_step else self.radii for row in range(len(items))]
         return _like(written, list(map(self._mean, items, radii)))
 
@@ -141,7 +147,7 @@ class _Reader:
                 f"found the fit {shown(name.value)}, whose radial clearance follows from one nominal diameter; "
                 f"{self.radius} is varied: vary both together under `zip`, the fit once for each radius"
             )
-            varies = self.radius in self.draft.swept or self.radius in self.draft.defined.follow
+            varies = self.radius in self.grid_reader.swept or self.radius in self.grid_reader.defined.follow
             raise _WrongFitError(name, sentence if varies else "")
         if not isinstance(name.value, str):
             raise _WrongFitError(name, f"found {shown(name.value)}; expected a fit of ISO 286, such as H7/f7")
@@ -149,7 +155,7 @@ class _Reader:
             known = fit(name.value, Fraction(repr(radii[0])) * 2000)
         except InputError as error:
             raise _WrongFitError(name, str(error)) from None
-        noted = self.draft.fits.setdefault(self.path, [])
+        noted = self.grid_reader.fits.setdefault(self.path, [])
         if known not in noted:
             noted.append(known)
         return known

@@ -5,7 +5,7 @@ import math
 from ..contracts.catalogue import Field
 from .defined import DEFINE, START, TEXT, Definitions
 from .document import WrittenValue
-from .draft import Draft
+from .reader import Reader
 from .keys import Number, Section, Shape, Use
 
 
@@ -19,28 +19,28 @@ def shape_of(definitions: Definitions) -> Shape:
     return {DEFINE: Section(TEXT, need="optional"), **numbers}
 
 
-def check(draft: Draft) -> None:
+def check(reader: Reader) -> None:
     """Note numbers that cannot follow from a name that varies, and values of them that are out of range."""
-    for path, text in draft.defined.follow.items():
-        node, name = draft.shape.get(path), min(draft.defined.varied_in(text))
+    for path, text in reader.defined.follow.items():
+        node, name = reader.shape.get(path), min(reader.defined.varied_in(text))
         whose = f"is made of {START}{name}, which varies"
-        fields = node.fields(draft.names) if isinstance(node, Number) else ()
+        fields = node.fields(reader.names) if isinstance(node, Number) else ()
         if not isinstance(node, Number) or not node.sweep or path.endswith(".exponent"):
-            draft.problems.add(draft.place(path), path, f"{whose}; this value cannot: write it without that name")
+            reader.problems.add(reader.place(path), path, f"{whose}; this value cannot: write it without that name")
             continue
         if any(field.whole for field in fields):
             sentence = f"{whose}; a whole number cannot: use names that are not varied"
-            draft.problems.add(draft.place(path), path, sentence)
+            reader.problems.add(reader.place(path), path, sentence)
             continue
-        wrong = [(each, value) for value in draft.reached(path) for each in fields if not each.holds(value)]
+        wrong = [(each, value) for value in reader.reached(path) for each in fields if not each.contains(value)]
         for field, value in wrong[:1]:
             sentence = f"= {text} comes to {value:.6g}, out of range; allowed: {field.allowed(value)}"
-            draft.problems.add(draft.swept[f"{START}{name}"], path, sentence)
+            reader.problems.add(reader.swept[f"{START}{name}"], path, sentence)
 
 
-def refuse_columns(draft: Draft, section: WrittenValue | None) -> None:
+def refuse_columns(reader: Reader, section: WrittenValue | None) -> None:
     """Note names of the section `define` that are columns of the summary, too."""
-    for name in draft.defined.texts:
-        if section is not None and name in draft.figures:
+    for name in reader.defined.texts:
+        if section is not None and name in reader.figures:
             sentence = "is the name of a column of the summary; give the quantity another name"
-            draft.problems.add(section.key_place(name), f"{START}{name}", sentence)
+            reader.problems.add(section.key_place(name), f"{START}{name}", sentence)

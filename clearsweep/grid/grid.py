@@ -17,13 +17,13 @@ from ..contracts.outline import Outline
 from ..judging.verdict import Verdict, figures_of, limits_of
 from ..language.errors import InputError, shown
 from . import checks, identified, variations
-from .added import ADDED
-from .added import rows as added_rows
-from .assumed import WrittenUnit, assumed, noted_units, written_units
+from .added_cases import ADDED
+from .added_cases import rows as added_rows
+from .assumed_units import WrittenUnit, assumed_units, noted_units, written_units
 from .changes import Changed, put
 from .defined import NOTHING, START, Definitions
 from .document import Problems, name_of_run, override, read
-from .draft import Draft
+from .reader import Reader
 from .enumeration import Block, Factor, Step, Words, combined, words_at
 from .fits import noted
 from .identified import IDENTIFY, Identify
@@ -33,11 +33,11 @@ from .keys import Flag, Name, Number, Section, Shape, Table, Word, value_key
 from .naming import Taken
 from .optimised import OPTIMISE, Optimise
 from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, name_of, nested, number_of
-from .refined import REFINE, Refine
+from .refine import REFINE, Refine
 from .resolve import case_of
-from .sought import SEEK, Seek
+from .seek import SEEK, Seek
 from .uncertain import UNCERTAIN, leaves
-from .values import read_draft
+from .values import read_keys
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
 SCHEMA_VERSION = 4
@@ -67,44 +67,44 @@ def load(
         root = override(root, path, value, problems)
     file = fspath(source) if isinstance(source, (str, PathLike)) else None
     name = name_of_run(root, file, problems)
-    draft = read_draft(root, catalogue, problems, frozenset({*(overrides or ()), *changed.fixed}))
-    checks.check(draft, catalogue)
+    reader = read_keys(root, catalogue, problems, frozenset({*(overrides or ()), *changed.fixed}))
+    checks.check(reader, catalogue)
     problems.check()
     grid = Grid(
         name,
         file,
-        draft.axes | variations.first_values(draft),
-        draft.limits,
-        draft.own_figures,
-        draft.shape,
-        draft.values,
-        frozenset(draft.written),
-        draft.names,
-        {draft.way[paths[0]]: paths for paths in variations.steps(draft)} | variations.searched(draft),
-        _sample(draft),
-        draft.outline,
-        {path: tuple(known) for path, known in draft.fits.items()},
-        assumed(draft),
-        draft.seek,
-        draft.refine,
-        draft.uncertain,
-        added_rows(draft),
-        tuple(draft.taken.values()),
-        draft.defined,
-        draft.optimise,
-        draft.identify,
-        written_units(draft),
+        reader.axes | variations.first_values(reader),
+        reader.limits,
+        reader.own_figures,
+        reader.shape,
+        reader.values,
+        frozenset(reader.written),
+        reader.names,
+        {reader.way[paths[0]]: paths for paths in variations.steps(reader)} | variations.searched(reader),
+        _sample(reader),
+        reader.outline,
+        {path: tuple(known) for path, known in reader.fits.items()},
+        assumed_units(reader),
+        reader.seek,
+        reader.refine,
+        reader.uncertain,
+        added_rows(reader),
+        tuple(reader.taken.values()),
+        reader.defined,
+        reader.optimise,
+        reader.identify,
+        written_units(reader),
     )
     if grid.size > MOST_CASES:
         raise InputError(
             f"{file or 'the grid'}: has {grid.size:,} cases; at most {MOST_CASES:,} can be run: take fewer values on "
             "the axes, or draw cases with `sample`"
         )
-    for index in {0, grid.size - 1} if draft.mechanism.refusal else ():
-        _refuse(draft, grid.case(index))
+    for index in {0, grid.size - 1} if reader.mechanism.refusal else ():
+        _refuse(reader, grid.case(index))
     problems.check()
     layout = Layout.of(grid.case(0), catalogue)
-    identify = identified.check(draft, root, layout)
+    identify = identified.check(reader, root, layout)
     problems.check()
     return replace(grid, _layout=layout, identify=identify)
 
@@ -114,23 +114,23 @@ def starter(kind: str = "slider-crank") -> str:
     return (Path(__file__).with_name("starters") / f"{kind}.yaml").read_text(encoding="utf-8")
 
 
-def _refuse(draft: Draft, case: Case) -> None:
+def _refuse(reader: Reader, case: Case) -> None:
     """Note what keeps the mechanism of a case from being put together."""
-    assert draft.mechanism.refusal is not None  # asked of mechanisms that know it
-    found = draft.mechanism.refusal(draft.mechanism, case)
-    if found:
-        path = f"mechanism.{found[0]}".rstrip(".")
-        draft.problems.add(draft.place(path), path, found[1])
+    assert reader.mechanism.refusal is not None  # asked of mechanisms that know it
+    refusal = reader.mechanism.refusal(reader.mechanism, case)
+    if refusal:
+        path = f"mechanism.{refusal[0]}".rstrip(".")
+        reader.problems.add(reader.place(path), path, refusal[1])
 
 
-def _sample(draft: Draft) -> dict[str, Any]:
+def _sample(reader: Reader) -> dict[str, Any]:
     """Return the section `sample` in SI, {} where there is none."""
-    if draft.sample is None:
+    if reader.sample is None:
         return {}
-    head: dict[str, Any] = {"method": draft.sample.method}
-    if draft.sample.method != "one-at-a-time":
-        head |= {"n": draft.sample.n, "seed": draft.sample.seed}
-    return head | {"over": {path: draft.distributions[path].written() for path in draft.drawn}}
+    head: dict[str, Any] = {"method": reader.sample.method}
+    if reader.sample.method != "one-at-a-time":
+        head |= {"n": reader.sample.n, "seed": reader.sample.seed}
+    return head | {"over": {path: reader.distributions[path].written() for path in reader.drawn}}
 
 
 @dataclass(frozen=True)
@@ -150,11 +150,11 @@ class Grid:
     _sample: dict[str, Any]
     _outline: Outline
     fits: dict[str, tuple[Fit, ...]]  # path of a clearance -> the fits of ISO 286 that it is written as
-    assumed: tuple[str, ...] = ()  # paths of what is written without the unit that it has: SI is assumed
+    assumed_units: tuple[str, ...] = ()  # paths of what is written without the unit that it has: SI is assumed
     seek: Seek | None = None  # what is sought; its axis has the values that are tried first
     refine: Refine | None = None  # where further cases are put
     uncertain: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
-    added: tuple[tuple[Any, ...], ...] = ()  # cases beside the product: their values, in the order of `axes`
+    added_cases: tuple[tuple[Any, ...], ...] = ()  # cases beside the product: their values, in the order of `axes`
     taken: tuple[Taken, ...] = ()  # the numbers that libraries gave
     defined: Definitions = NOTHING  # quantities of its own, and the numbers that follow from those that vary
     optimise: Optimise | None = None  # what is to be made small or large
@@ -176,7 +176,7 @@ class Grid:
     @cached_property
     def size(self) -> int:
         """Return the number of cases, however many."""
-        return self._product + len(self.added)
+        return self._product + len(self.added_cases)
 
     @cached_property
     def _product(self) -> int:
@@ -197,7 +197,7 @@ class Grid:
         if not 0 <= index < len(self):
             raise IndexError(f"case {index} of {len(self)}")
         if index >= self._product:
-            return dict(zip(self.axes, self.added[index - self._product], strict=True))
+            return dict(zip(self.axes, self.added_cases[index - self._product], strict=True))
         values: dict[str, Value] = dict.fromkeys(self.axes)
         for factor in reversed(self._factors):
             index, k = divmod(index, factor.size)
@@ -226,12 +226,12 @@ class Grid:
 
     def without_added(self) -> "Grid":
         """Return the grid without the cases that a run added."""
-        return replace(self, added=())
+        return replace(self, added_cases=())
 
     def with_added(self, points: Sequence[Mapping[str, Value]]) -> "Grid":
         """Return a grid that has the cases at these `points`, too, behind its own."""
         rows = tuple(tuple(point[path] for path in self.axes) for point in points)
-        return replace(self, added=(*self.added, *rows))
+        return replace(self, added_cases=(*self.added_cases, *rows))
 
     def written_case(self, index: int) -> dict[str, Any]:
         """Return the case at `index` in the shape of a grid file, in SI; its identity is a hash of that."""
@@ -270,18 +270,22 @@ class Grid:
         ways = {way: part for way, part in ways.items() if way not in (OPTIMISE, IDENTIFY)}
         if self._sample:
             ways["sample"] = self._sample | {"drawn": ways["sample"]}
-        columns = dict(zip(self.axes, map(list, zip(*self.added, strict=True)), strict=True)) if self.added else {}
+        columns = (
+            dict(zip(self.axes, map(list, zip(*self.added_cases, strict=True)), strict=True))
+            if self.added_cases
+            else {}
+        )
         further = {ADDED: columns} if columns else {}
         if self.seek:
             swept = ways.get("sweep", {})
             ways["sweep"] = {path: values for path, values in swept.items() if path not in self.seek.paths}
         ways = {way: part for way, part in ways.items() if part}
-        judged = {"figures": self.figures, "limits": self.limits, UNCERTAIN: dict(self.uncertain)}
-        judged |= {SEEK: self.seek.written() | further} if self.seek else {}
-        judged |= {OPTIMISE: self.optimise.written() | further} if self.optimise else {}
-        judged |= {IDENTIFY: self.identify.written() | further} if self.identify else {}
-        judged |= {REFINE: self.refine.written() | further} if self.refine else {}
-        judged = {key: part for key, part in judged.items() if part}
+        extra_sections = {"figures": self.figures, "limits": self.limits, UNCERTAIN: dict(self.uncertain)}
+        extra_sections |= {SEEK: self.seek.written() | further} if self.seek else {}
+        extra_sections |= {OPTIMISE: self.optimise.written() | further} if self.optimise else {}
+        extra_sections |= {IDENTIFY: self.identify.written() | further} if self.identify else {}
+        extra_sections |= {REFINE: self.refine.written() | further} if self.refine else {}
+        extra_sections = {key: part for key, part in extra_sections.items() if part}
         sections: dict[str, Any] = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
         pairs = tuple(f"{path}." for path in self._pairs)
         # a list has no gap: any value fills it
@@ -291,7 +295,7 @@ class Grid:
         fillers |= {path: value for path, value in own if not path.startswith(START)}
         fillers |= {START + name: self.defined.said(name) for name in self.defined.texts if name in self.defined.varied}
         base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}
-        return {"name": self.name} | nested(sections | base | fillers, self._pairs) | ways | judged
+        return {"name": self.name} | nested(sections | base | fillers, self._pairs) | ways | extra_sections
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""

@@ -8,12 +8,12 @@ from ..contracts.layout import Layout
 from ..judging import features
 from ..language.errors import InputError, nearest, shown
 from . import measured, optimised
-from .added import ADDED
+from .added_cases import ADDED
 from .document import WrittenValue
-from .draft import Draft
+from .reader import Reader
 from .keys import Number
 from .optimised import Choice
-from .sought import always_used
+from .seek import always_used
 
 if TYPE_CHECKING:
     import numpy as np  # loaded only where a file is read
@@ -77,93 +77,93 @@ class Identify(NamedTuple):
         return head | {"features": list(self.features), "cases": self.cases, "seed": self.seed}
 
 
-def find(draft: Draft, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
+def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
     """Return path -> its place and its ends as an axis has them, of what is to be identified."""
     section = root.value.get(IDENTIFY) if isinstance(root.value, dict) else None
     if section is None:
         return {}
     if not isinstance(section.value, dict):
-        draft.problems.add(section, IDENTIFY, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
+        reader.problems.add(section, IDENTIFY, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
         return {}
     for key in section.value:
         if key not in (*KEYS, ADDED):
             sentence = f"unknown key '{key}'{nearest(key, KEYS)} (allowed: {', '.join(KEYS)})"
-            draft.problems.add(section.key_place(key), f"{IDENTIFY}.{key}", sentence)
+            reader.problems.add(section.key_place(key), f"{IDENTIFY}.{key}", sentence)
     for other in ("sweep", "zip", "cases", "sample", "seek", "refine", optimised.OPTIMISE, "life"):
         if other in root.value:
             sentence = f"is written beside `{other}`; `identify` chooses all cases itself: leave one of them out"
-            draft.problems.add(section, IDENTIFY, sentence)
+            reader.problems.add(section, IDENTIFY, sentence)
             return {}
     over = section.value.get("over")
     if over is None or not isinstance(over.value, dict) or not over.value:
         sentence = f"names nothing to identify; write such as {_EXAMPLE}"
-        draft.problems.add(over or section, f"{IDENTIFY}.over", sentence)
+        reader.problems.add(over or section, f"{IDENTIFY}.over", sentence)
         return {}
-    found = {}
+    parameters = {}
     for path, written in over.value.items():
-        node = draft.shape.get(path)
+        node = reader.shape.get(path)
         whole = isinstance(node, Number) and any(use.field.whole for use in node.uses)
         if not isinstance(written.value, list) or len(written.value) != 2 or whole:
             expected = "a quantity that is no whole number" if whole else "[low, high], the range of its prior"
             sentence = f"found {shown(written.value)}; expected {expected}"
-            draft.problems.add(written, f"{IDENTIFY}.over.{path}", sentence)
+            reader.problems.add(written, f"{IDENTIFY}.over.{path}", sentence)
         else:
-            draft.choices[path] = "range"
-            found[path] = (over.key_place(path), written)
-    return found
+            reader.choices[path] = "range"
+            parameters[path] = (over.key_place(path), written)
+    return parameters
 
 
-def read(draft: Draft, root: WrittenValue) -> Identify | None:
+def read(reader: Reader, root: WrittenValue) -> Identify | None:
     """Return what is to be identified, the axes being known; None where nothing is or something is wrong.
 
     The signals have no units yet; `check` gives them, when the channels are known.
     """
     section = root.value.get(IDENTIFY) if isinstance(root.value, dict) else None
-    paths = [path for path, way in draft.way.items() if way == IDENTIFY]
-    if section is None or not isinstance(section.value, dict) or not paths or not set(paths) <= draft.axes.keys():
+    paths = [path for path, way in reader.way.items() if way == IDENTIFY]
+    if section is None or not isinstance(section.value, dict) or not paths or not set(paths) <= reader.axes.keys():
         return None
-    noted = len(draft.problems)
+    noted = len(reader.problems)
     for path in paths:
-        optimised.check_range(draft, path, IDENTIFY)
-        always_used(draft, draft.swept[path], IDENTIFY, path)
-    signals, chosen = _signals(draft, section), _features(draft, section)
-    cases = optimised.count(draft, section, (IDENTIFY, "cases"), (optimised.ROUND, MOST_CASES), None)
-    seed = optimised.count(draft, section, (IDENTIFY, "seed"), (0, 2**31), 0)
-    if draft.values.get("save.orbits") != "last":
-        place = draft.place("save.orbits")
-        sentence = f"found {draft.values.get('save.orbits')}; `identify` needs last: it compares time histories"
-        draft.problems.add(place, "save.orbits", sentence)
-    if cases is None or seed is None or not signals or len(draft.problems) > noted:
+        optimised.check_range(reader, path, IDENTIFY)
+        always_used(reader, reader.swept[path], IDENTIFY, path)
+    signals, chosen = _signals(reader, section), _features(reader, section)
+    cases = optimised.count(reader, section, (IDENTIFY, "cases"), (optimised.ROUND, MOST_CASES), None)
+    seed = optimised.count(reader, section, (IDENTIFY, "seed"), (0, 2**31), 0)
+    if reader.values.get("save.orbits") != "last":
+        place = reader.place("save.orbits")
+        sentence = f"found {reader.values.get('save.orbits')}; `identify` needs last: it compares time histories"
+        reader.problems.add(place, "save.orbits", sentence)
+    if cases is None or seed is None or not signals or len(reader.problems) > noted:
         return None
-    over = {path: Choice(_RANGE, draft.axes[path]) for path in paths}
-    return Identify(over, signals, chosen, cases, seed, optimised.start_of(draft, over))
+    over = {path: Choice(_RANGE, reader.axes[path]) for path in paths}
+    return Identify(over, signals, chosen, cases, seed, optimised.start_of(reader, over))
 
 
-def _signals(draft: Draft, section: WrittenValue) -> tuple[Signal, ...]:
+def _signals(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
     """Return the signals as they are written."""
     written, example = section.value.get("from"), "{rig.csv: {slider/a: acceleration}}"
     if written is None or not isinstance(written.value, dict) or not written.value:
         sentence = f"says no measured signal; write a file, a channel and the column of the file: {example}"
-        draft.problems.add(written or section, f"{IDENTIFY}.from", sentence)
+        reader.problems.add(written or section, f"{IDENTIFY}.from", sentence)
         return ()
-    found = []
+    signals = []
     for name, columns in written.value.items():
         if not isinstance(columns.value, dict) or not columns.value:
             sentence = f"found {shown(columns.value)}; expected channel: column, such as {example}"
-            draft.problems.add(columns, f"{IDENTIFY}.from.{name}", sentence)
+            reader.problems.add(columns, f"{IDENTIFY}.from.{name}", sentence)
             continue
         folder = Path(columns.origin).parent if columns.line else Path()
         file = str((folder / name).absolute())
         for channel, column in columns.value.items():
             if isinstance(column.value, str):
-                found.append(Signal(file, channel, column.value, ""))
+                signals.append(Signal(file, channel, column.value, ""))
             else:
                 sentence = f"found {shown(column.value)}; expected the name of a column"
-                draft.problems.add(column, f"{IDENTIFY}.from.{name}.{channel}", sentence)
-    return tuple(found)
+                reader.problems.add(column, f"{IDENTIFY}.from.{name}.{channel}", sentence)
+    return tuple(signals)
 
 
-def _features(draft: Draft, section: WrittenValue) -> tuple[str, ...]:
+def _features(reader: Reader, section: WrittenValue) -> tuple[str, ...]:
     """Return which features count."""
     written = section.value.get("features")
     if written is None:
@@ -172,44 +172,44 @@ def _features(draft: Draft, section: WrittenValue) -> tuple[str, ...]:
     wrong = [item for item in items if item.value not in FEATURES]
     for item in wrong:
         near = nearest(str(item.value), FEATURES) or f" (known: {', '.join(FEATURES)})"
-        draft.problems.add(item, f"{IDENTIFY}.features", f"{shown(item.value)} is no feature of a signal{near}")
+        reader.problems.add(item, f"{IDENTIFY}.features", f"{shown(item.value)} is no feature of a signal{near}")
     if not items:
-        draft.problems.add(written, f"{IDENTIFY}.features", f"is empty; allowed: {', '.join(FEATURES)}")
+        reader.problems.add(written, f"{IDENTIFY}.features", f"is empty; allowed: {', '.join(FEATURES)}")
     return tuple(name for name in FEATURES if name in [item.value for item in items])
 
 
-def put_saved(draft: Draft) -> None:
+def put_saved(reader: Reader) -> None:
     """Give `save` what `identify` needs, where the grid does not say it: enough revolutions, finely enough sampled."""
-    if draft.identify is None:
+    if reader.identify is None:
         return
-    rate = crank_rate(draft)
+    rate = crank_rate(reader)
     densest = 0.0
-    for file in {signal.file for signal in draft.identify.signals}:
-        columns = {signal.column: None for signal in draft.identify.signals if signal.file == file}
+    for file in {signal.file for signal in reader.identify.signals}:
+        columns = {signal.column: None for signal in reader.identify.signals if signal.file == file}
         try:
             signals = measured.read(file, columns, others=True)
         except InputError:
             continue  # `check` says what is wrong
         angle = signals.places if signals.over == "crank_angle" else signals.places * (rate or 1.0)
         densest = max(densest, features.density(angle))
-    if "save.samples" not in draft.written:
-        draft.values["save.samples"] = int(min(max(features.SAMPLES, 2.0 * densest), FINEST))
-    if "save.revolutions" not in draft.written:
-        samples = draft.values["save.samples"]
-        total = min(draft.reached("simulate.revolutions") or (10.0,))
-        kept = total - max(draft.reached("simulate.discard") or (2.0,))
-        draft.values["save.revolutions"] = float(max(min(kept, max(SAVED // samples, LEAST_TURNS)), 1))
+    if "save.samples" not in reader.written:
+        reader.values["save.samples"] = int(min(max(features.SAMPLES, 2.0 * densest), FINEST))
+    if "save.revolutions" not in reader.written:
+        samples = reader.values["save.samples"]
+        total = min(reader.reached("simulate.revolutions") or (10.0,))
+        kept = total - max(reader.reached("simulate.discard") or (2.0,))
+        reader.values["save.revolutions"] = float(max(min(kept, max(SAVED // samples, LEAST_TURNS)), 1))
 
 
-def crank_rate(draft: Draft) -> float | None:
+def crank_rate(reader: Reader) -> float | None:
     """Return the speed of the crank (rad/s), None where it is not one number."""
-    speeds = draft.reached("drive.speed")
+    speeds = reader.reached("drive.speed")
     return float(speeds[0]) if len(speeds) == 1 and speeds[0] else None
 
 
-def check(draft: Draft, root: WrittenValue, layout: Layout) -> Identify | None:
+def check(reader: Reader, root: WrittenValue, layout: Layout) -> Identify | None:
     """Return `identify` with the units of its signals; note what is wrong with the files, and with what is saved."""
-    identify: Identify | None = draft.identify
+    identify: Identify | None = reader.identify
     if identify is None:
         return None
     written = root.value[IDENTIFY].value["from"]
@@ -218,18 +218,18 @@ def check(draft: Draft, root: WrittenValue, layout: Layout) -> Identify | None:
     for signal in whole:
         if not signal.unit:
             near = nearest(signal.channel, units) or f" (known: {', '.join(units)})"
-            draft.problems.add(written, f"{IDENTIFY}.from", f"there is no channel '{signal.channel}'{near}")
-    saved = draft.values.get("save.revolutions") or 2.0
+            reader.problems.add(written, f"{IDENTIFY}.from", f"there is no channel '{signal.channel}'{near}")
+    saved = reader.values.get("save.revolutions") or 2.0
     if saved < LEAST_TURNS:
         sentence = f"found {saved:g}; `identify` needs at least {LEAST_TURNS} revolutions that a case saves"
-        draft.problems.add(draft.place("save.revolutions"), "save.revolutions", sentence)
+        reader.problems.add(reader.place("save.revolutions"), "save.revolutions", sentence)
     for file in dict.fromkeys(signal.file for signal in whole):
         mine = [signal for signal in whole if signal.file == file and signal.unit]
         try:
-            for _ in turns_of(file, mine, crank_rate(draft)):
+            for _ in turns_of(file, mine, crank_rate(reader)):
                 pass
         except InputError as error:
-            draft.problems.add(written, f"{IDENTIFY}.from", str(error))
+            reader.problems.add(written, f"{IDENTIFY}.from", str(error))
     return identify._replace(signals=tuple(whole))
 
 
@@ -249,7 +249,7 @@ def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turne
     """
     known: Mapping[str, str | None] = {signal.column: signal.unit for signal in signals}
     content = measured.read(file, known, others=True)
-    found = []
+    turns = []
     for signal in signals:
         values, angle, speed = content.signals[signal.column], content.places, None
         if content.over == "time":
@@ -260,8 +260,8 @@ def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turne
             angle = features.angle_of_time(content.places, values, rate)
             speed = float((angle[-1] - angle[0]) / (content.places[-1] - content.places[0]))
         _enough(file, signal.column, angle, values)
-        found.append(Turned(signal, angle, values, speed))
-    return found
+        turns.append(Turned(signal, angle, values, speed))
+    return turns
 
 
 def _enough(file: str, column: str, angle: "np.ndarray", values: "np.ndarray") -> None:

@@ -6,18 +6,18 @@ from ..contracts.catalogue import Catalogue
 from ..contracts.outline import ANY
 from ..judging.verdict import KINDS
 from ..language import quantity
-from .added import ADDED
+from .added_cases import ADDED
 from .defined import DEFINE
 from .defined import TEXT as TEXT_OF_DEFINE
 from .fits import SPREADS
-from .forms import forms
+from .key_trees import key_trees
 from .identified import FEATURES, IDENTIFY
 from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
 from .naming import MATERIAL
 from .optimised import AMONG, SENSES, WHOLE
-from .refined import ALONG
+from .refine import ALONG
 from .sampling import DISTRIBUTIONS, METHODS
-from .sought import ENDS, FOR
+from .seek import ENDS, FOR
 from .uncertain import FACTOR, LARGEST, PUBLISHED, TEXT, UNCERTAIN
 
 _ADDED = {"type": "object", "description": "cases added before, as run.json keeps them"}
@@ -55,7 +55,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
         }
 
     schemas = []
-    for form in forms(catalogue):
+    for form in key_trees(catalogue):
         top = _object(form.keys, "")
         top["properties"] |= {
             DEFINE: {
@@ -277,9 +277,12 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
         elif isinstance(node, Flag):
             properties[key] = {"description": node.text, "type": "boolean", "default": bool(node.default)}
         else:
-            forms = [{"$ref": "#/$defs/quantity"}, *(_object(tree, each) for each in (inner,) if _holds(tree, each))]
-            forms += [_FIT] if any(use.field.fit for use in node.uses) else []
-            value = {"anyOf": forms} if forms[1:] else forms[0]
+            key_trees = [
+                {"$ref": "#/$defs/quantity"},
+                *(_object(tree, each) for each in (inner,) if _holds(tree, each)),
+            ]
+            key_trees += [_FIT] if any(use.field.fit for use in node.uses) else []
+            value = {"anyOf": key_trees} if key_trees[1:] else key_trees[0]
             properties[key] = {"description": _described(node), **value}
         if isinstance(node, Section) and node.need == "required" and key != ANY:
             required += [] if node.unless else [key]

@@ -18,7 +18,7 @@ from .joint_keys import (
 from .keys import Flag, Name, Number, Rather, Section, Shape, Table, Use, Word, word_key
 from .library import PAIRS
 from .naming import LAW, PAIR
-from .sleeve import flanged, through
+from .spatial_keys import flanged, through
 from .surface_keys import enter_film, enter_roughness
 
 DIMENSIONLESS = "dimensionless"
@@ -195,7 +195,7 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
         start = word_key(tree, "simulate.start")
         tree["simulate.start"] = start._replace(options=("centred",), text="the journals are in the middle at t = 0")
     else:
-        life_keys.enter(tree)
+        life_keys.add_keys(tree)
     if mechanism.free:
         enter_numbers(tree, "simulate", (_TIME_LIMIT,), sweep=False)
         del tree["simulate.horizon"]  # disturbed, a free crank turns at another speed: the two are not compared
@@ -222,7 +222,7 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
         tree[f"{keys.path}.{columns.name}"] = Table(columns)
 
 
-def _revolutions(tree: Shape, judged: tuple[str, ...], others: tuple[str, ...]) -> None:
+def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...]) -> None:
     """Enter how long to run what turns, and what to save of it; `until` can judge some figures, and no `others`."""
     tree["simulate"] = Section("how long, how exactly and from where", "implied")
     enter_numbers(tree, "simulate", _SIMULATE)
@@ -233,7 +233,7 @@ def _revolutions(tree: Shape, judged: tuple[str, ...], others: tuple[str, ...]) 
     tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
     tree["simulate.until"] = Section("end a case when a figure has settled or its motion is periodic", "optional")
     text = "the column of the summary whose 95 % interval is judged"
-    tree["simulate.until.figure"] = Word(judged, text, refused=dict.fromkeys(others, _NO_INTERVAL))
+    tree["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(others, _NO_INTERVAL))
     enter_numbers(tree, "simulate.until", _UNTIL, sweep=False)
     tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
     enter_numbers(tree, "save", (_SAVED, _SAMPLES, _WORST), sweep=False)

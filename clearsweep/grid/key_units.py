@@ -29,8 +29,8 @@ def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
     named = {}
     for path, node in keys.items():
         if isinstance(node, Number):
-            beside = f"{path.rpartition('.')[0]}.exponent"
-            exponent = None if beside in axes else values.get(beside, _default(keys.get(beside), names))
+            sibling = f"{path.rpartition('.')[0]}.exponent"
+            exponent = None if sibling in axes else values.get(sibling, _default(keys.get(sibling), names))
             named[path] = unit(node, names, exponent)
     return {path: name for path, name in named.items() if name}
 

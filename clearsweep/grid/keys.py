@@ -44,7 +44,7 @@ class Rather(NamedTuple):
     none_of: tuple[str, ...] = ()  # none of these is
     unless: Condition = ("", frozenset())  # and none of these law names is in play
 
-    def holds(self, there: Callable[[str], bool], names: Names) -> bool:
+    def contains(self, there: Callable[[str], bool], names: Names) -> bool:
         """Return whether it holds, `there` telling of a path whether it is written or swept."""
         present = all(map(there, self.all_of)) and (not self.one_of or any(map(there, self.one_of)))
         path, refused = self.unless

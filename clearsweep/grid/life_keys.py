@@ -1,7 +1,7 @@
 """The keys of `life`: how long a case is to wear, how closely that is extrapolated, and what it asks of other keys."""
 
 from ..contracts.catalogue import Field
-from .draft import Draft
+from .reader import Reader
 from .keys import Number, Section, Shape, Use, Word
 
 LIFE = "life"
@@ -56,7 +56,7 @@ _FIELDS = (
 )
 
 
-def enter(tree: Shape) -> None:
+def add_keys(tree: Shape) -> None:
     """Enter the section where anything may wear, revolution by revolution."""
     wearing = tuple(path.split(".")[1] for path in tree if path.startswith("joints.") and path.endswith(".wear"))
     if not wearing or "simulate.revolutions" not in tree:
@@ -72,86 +72,86 @@ def enter(tree: Shape) -> None:
         tree[f"{LIFE}.{field.name}"] = Number((Use(field),), field.name == "limit")
 
 
-def put_patience(draft: Draft) -> None:
+def put_patience(reader: Reader) -> None:
     """Take its default from the time that a case may take where that is a life."""
-    if LIFE in draft.shape and _PATH in draft.shape:
+    if LIFE in reader.shape and _PATH in reader.shape:
         field = TIME_BUDGET._replace(default=None, optional=True)
-        draft.shape[_PATH] = Number((Use(field),), sweep=False)
+        reader.shape[_PATH] = Number((Use(field),), sweep=False)
 
 
-def check(draft: Draft) -> None:
+def check(reader: Reader) -> None:
     """Note what does not fit together with `life`."""
-    if LIFE not in draft.shape:
+    if LIFE not in reader.shape:
         return
-    joint = draft.values.get(f"{LIFE}.joint")
+    joint = reader.values.get(f"{LIFE}.joint")
     if joint is not None:
-        _joint(draft, str(joint))
+        _joint(reader, str(joint))
     for path, reason in (
         ("simulate.until", "a life makes its blocks as long as the wear rate needs"),
         ("simulate.error_check", "a life tells its own error, in the interval of its revolutions"),
         ("save.worst", "the largest peak of a life is that of one of many blocks, and its history tells of all"),
     ):
-        if path in draft.sections or path in draft.values:
-            draft.problems.add(draft.place(path), path, f"has no effect with `life`: {reason}; leave it out")
-    _blocks(draft)
-    _repeats(draft)
+        if path in reader.sections or path in reader.values:
+            reader.problems.add(reader.place(path), path, f"has no effect with `life`: {reason}; leave it out")
+    _blocks(reader)
+    _repeats(reader)
 
 
-def _joint(draft: Draft, joint: str) -> None:
+def _joint(reader: Reader, joint: str) -> None:
     """Check that the joint that is judged wears, and that its limit is a small change of its shape."""
     path, own = f"{LIFE}.joint", f"joints.{joint}"
-    if own not in draft.shape:
-        wearing = [name.split(".")[1] for name in draft.shape if name.startswith("joints.") and name.endswith(".wear")]
+    if own not in reader.shape:
+        wearing = [name.split(".")[1] for name in reader.shape if name.startswith("joints.") and name.endswith(".wear")]
         some = f"name one that wears ({', '.join(wearing)})" if wearing else "give it clearance and wear"
-        draft.problems.add(draft.place(path), path, f"{joint} has no clearance here; {some}")
+        reader.problems.add(reader.place(path), path, f"{joint} has no clearance here; {some}")
         return
-    if f"{own}.wear" not in draft.shape:
+    if f"{own}.wear" not in reader.shape:
         sentence = (
             "is missing; a life needs the wear of the joint that it judges; for example: {law: archard, coefficient: "
             "2e-14 m^2/N}"
         )
-        draft.problems.add(draft.place(path), f"{own}.wear", sentence)
-    limits, radii = draft.reached(f"{LIFE}.limit"), draft.reached(f"{own}.bearing_radius")
+        reader.problems.add(reader.place(path), f"{own}.wear", sentence)
+    limits, radii = reader.reached(f"{LIFE}.limit"), reader.reached(f"{own}.bearing_radius")
     if limits and radii and max(limits) > SHALLOW * min(radii):
         path = f"{LIFE}.limit"
         sentence = (
-            f"found {draft.said(path, max(limits))}; allowed: at most {SHALLOW:g} of {own}.bearing_radius, "
-            f"{draft.said(f'{own}.bearing_radius', min(radii))}: what is worn is to be a small change of the shape"
+            f"found {reader.said(path, max(limits))}; allowed: at most {SHALLOW:g} of {own}.bearing_radius, "
+            f"{reader.said(f'{own}.bearing_radius', min(radii))}: what is worn is to be a small change of the shape"
         )
-        draft.problems.add(draft.place(path), path, sentence)
+        reader.problems.add(reader.place(path), path, sentence)
 
 
-def _blocks(draft: Draft) -> None:
+def _blocks(reader: Reader) -> None:
     """Check that blocks are of whole revolutions, and that the longest is not the shorter."""
     path = f"{LIFE}.max_revolutions"
-    least, most = draft.reached("simulate.revolutions"), draft.reached(path)
+    least, most = reader.reached("simulate.revolutions"), reader.reached(path)
     if least and most and min(most) < max(least):
         sentence = (
-            f"found {draft.said(path, min(most))}; allowed: at least "
-            f"{draft.said('simulate.revolutions', max(least))}, the value of simulate.revolutions, the shortest block"
+            f"found {reader.said(path, min(most))}; allowed: at least "
+            f"{reader.said('simulate.revolutions', max(least))}, the value of simulate.revolutions, the shortest block"
         )
-        draft.problems.add(draft.place(path), path, sentence)
-    discards = draft.reached("simulate.discard") or (2.0,)
+        reader.problems.add(reader.place(path), path, sentence)
+    discards = reader.reached("simulate.discard") or (2.0,)
     for turns in least:
         for discard in discards:
-            window = turns - (discard if turns > 2.0 or draft.there("simulate.discard") else 0.0)
+            window = turns - (discard if turns > 2.0 or reader.there("simulate.discard") else 0.0)
             if abs(window - round(window)) > WHOLE or round(window) < 1:
                 where = "simulate.revolutions"
                 sentence = (
                     f"found {window:.6g} revolutions after simulate.discard; with life they have to be a whole number, "
                     "as what wears off in them is taken for that of all"
                 )
-                draft.problems.add(draft.place(where), where, sentence)
+                reader.problems.add(reader.place(where), where, sentence)
                 return
 
 
-def _repeats(draft: Draft) -> None:
+def _repeats(reader: Reader) -> None:
     """Check that nothing drives or loads the mechanism in another way as time goes on."""
-    tables = {path: values for path, values in draft.values.items() if isinstance(values, dict)}
+    tables = {path: values for path, values in reader.values.items() if isinstance(values, dict)}
     for path, table in tables.items():
         if path.startswith(("drive.", "loads.")) and "time" in table:
             sentence = (
                 "depends on time, but `life` assumes a periodic drive: write a table over "
                 "crank_angle, or a constant speed"
             )
-            draft.problems.add(draft.place(path), path, sentence)
+            reader.problems.add(reader.place(path), path, sentence)

@@ -3,11 +3,11 @@
 from ..language.errors import shown
 from .axes import half_bare
 from .document import WrittenValue
-from .draft import Draft
+from .reader import Reader
 from .keys import ITEMS, Number, Section, Shape, Word
 
 
-def items(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> dict[str, WrittenValue] | None:
+def items(reader: Reader, written: WrittenValue, path: str, whole: Shape) -> dict[str, WrittenValue] | None:
     """Return the items of the list at `path` by their places, None and a problem where they cannot be read."""
     section, content = whole[path], written.value
     assert isinstance(section, Section), path
@@ -17,10 +17,10 @@ def items(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> dict[
         return {str(k): _scaled(written, factor) for k, factor in enumerate(section.alone)}
     if isinstance(content, list) and len(content) == section.items:
         first = whole.get(f"{path}.0")
-        half_bare(draft.problems, path, content, first.uses[0].field.unit if isinstance(first, Number) else "")
+        half_bare(reader.problems, path, content, first.uses[0].field.unit if isinstance(first, Number) else "")
         return {str(k): item for k, item in enumerate(content)}
-    draft.problems.add(written, path, f"found {shown(content)}; expected {_listed(whole, path, section)}")
-    draft.broken.add(path)
+    reader.problems.add(written, path, f"found {shown(content)}; expected {_listed(whole, path, section)}")
+    reader.broken.add(path)
     return None
 
 

@@ -2,64 +2,64 @@
 
 from ..contracts.catalogue import Catalogue
 from ..contracts.outline import GROUND, JointOutline
-from .draft import Draft
+from .reader import Reader
 from .keys import Section
 
 _REACHES = "no chain of joints leads from the ground to it; join it to a body that does hang, or leave it out"
 
 
-def check(draft: Draft, catalogue: Catalogue) -> None:
+def check(reader: Reader, catalogue: Catalogue) -> None:
     """Note what does not fit together."""
-    if draft.outline.bodies and "mechanism.bodies" in draft.shape:
-        _bodies(draft)
-        _driven(draft)
-        _initial(draft)
-    for load in draft.outline.loads:
+    if reader.outline.bodies and "mechanism.bodies" in reader.shape:
+        _bodies(reader)
+        _driven(reader)
+        _initial(reader)
+    for load in reader.outline.loads:
         path = f"loads.{load.name}"
-        if path not in draft.shape:
+        if path not in reader.shape:
             continue
-        if load.form == "force" and not (draft.there(f"{path}.force") or draft.there(f"{path}.torque")):
+        if load.form == "force" and not (reader.there(f"{path}.force") or reader.there(f"{path}.torque")):
             sentence = "has no force and no torque; for example: force: [-2 kN, 0 N] or torque: -3 N*m, or a table"
-            draft.problems.add(draft.place(path), path, sentence)
+            reader.problems.add(reader.place(path), path, sentence)
         if load.form == "friction":
-            _rubbing(draft, path, load.on, load.given)
+            _rubbing(reader, path, load.on, load.given)
         if load.given:
-            _sticking(draft, f"{path}.friction.law", {law.name for law in catalogue.of("friction") if law.sticks})
-    for site in draft.mechanism.joints:
-        if site.kind == "spatial" and f"joints.{site.name}" in draft.shape:
-            _flanges(draft, f"joints.{site.name}")
-    for body in sorted(draft.outline.elastic):
-        _elastic(draft, body)
-    _guides(draft, {law.name for law in catalogue.of("friction") if law.sticks})
+            _sticking(reader, f"{path}.friction.law", {law.name for law in catalogue.of("friction") if law.sticks})
+    for site in reader.mechanism.joints:
+        if site.kind == "spatial" and f"joints.{site.name}" in reader.shape:
+            _flanges(reader, f"joints.{site.name}")
+    for body in sorted(reader.outline.elastic):
+        _elastic(reader, body)
+    _guides(reader, {law.name for law in catalogue.of("friction") if law.sticks})
 
 
-def _ends(draft: Draft, joint: JointOutline) -> tuple[str, str] | None:
+def _ends(reader: Reader, joint: JointOutline) -> tuple[str, str] | None:
     """Return the bodies that a joint joins, None where these could not be read; its own problem is told already."""
-    known = {body.name for body in draft.outline.bodies}
+    known = {body.name for body in reader.outline.bodies}
     return joint.bodies if known.issuperset(joint.bodies) else None
 
 
-def _bodies(draft: Draft) -> None:
+def _bodies(reader: Reader) -> None:
     """Check that there is a ground, that no joint joins a body with itself, and that every body hangs on something."""
-    outline, section = draft.outline, "mechanism.bodies"
+    outline, section = reader.outline, "mechanism.bodies"
     if GROUND not in {body.name for body in outline.bodies}:
         sentence = "is missing; write the body that does not move, such as ground: {points: {main: [0 mm, 0 mm]}}"
-        draft.problems.add(draft.place(section), f"{section}.{GROUND}", sentence)
+        reader.problems.add(reader.place(section), f"{section}.{GROUND}", sentence)
         return
     links = []
     for joint in outline.joints if outline.spatial else ():
         if joint.type == "slot":
             path = f"mechanism.joints.{joint.name}"
-            draft.problems.add(
-                draft.place(path), f"{path}.type", "a slot is not known in space; write a planar mechanism"
+            reader.problems.add(
+                reader.place(path), f"{path}.type", "a slot is not known in space; write a planar mechanism"
             )
     for joint in outline.joints:
-        ends = _ends(draft, joint)
+        ends = _ends(reader, joint)
         path = f"mechanism.joints.{joint.name}"
         if ends is None:
             return
         if ends[0] == ends[1]:
-            draft.problems.add(draft.place(path), f"{path}.between", f"joins {ends[0]} with itself; name two bodies")
+            reader.problems.add(reader.place(path), f"{path}.between", f"joins {ends[0]} with itself; name two bodies")
         links.append(set(ends))
     reached, before = {GROUND}, 0
     while len(reached) > before:
@@ -68,138 +68,138 @@ def _bodies(draft: Draft) -> None:
     for body in outline.bodies:
         if body.name not in reached:
             path = f"{section}.{body.name}"
-            draft.problems.add(draft.place(path), path, f"hangs nowhere: {_REACHES}")
+            reader.problems.add(reader.place(path), path, f"hangs nowhere: {_REACHES}")
 
 
-def _driven(draft: Draft) -> None:
+def _driven(reader: Reader) -> None:
     """Check that what the drive turns is a body on the ground, by a joint without clearance."""
     path = "mechanism.driven"
-    joint = next((each for each in draft.outline.joints if each.name == draft.values.get(path)), None)
-    ends = _ends(draft, joint) if joint else None
+    joint = next((each for each in reader.outline.joints if each.name == reader.values.get(path)), None)
+    ends = _ends(reader, joint) if joint else None
     if joint is None or ends is None:
         return
     if ends[0] != GROUND:
         sentence = f"{joint.name} joins {ends[0]} and {ends[1]}; a drive turns a joint whose first body is the ground"
-        draft.problems.add(draft.place(path), path, sentence)
-    if joint.name in draft.outline.clearances:
+        reader.problems.add(reader.place(path), path, sentence)
+    if joint.name in reader.outline.clearances:
         sentence = f"{joint.name} is the driven joint, which has no clearance; leave joints.{joint.name} out"
-        draft.problems.add(draft.place(f"joints.{joint.name}"), f"joints.{joint.name}", sentence)
+        reader.problems.add(reader.place(f"joints.{joint.name}"), f"joints.{joint.name}", sentence)
 
 
-def _initial(draft: Draft) -> None:
+def _initial(reader: Reader) -> None:
     """Check that a body whose start is written is held by no ideal joint, and that nothing else determines it."""
-    for body in draft.outline.bodies:
+    for body in reader.outline.bodies:
         path = f"mechanism.bodies.{body.name}.initial"
-        if not draft.there(path):
+        if not reader.there(path):
             continue
-        for joint in draft.outline.joints:
-            if body.name in joint.bodies and joint.name not in draft.outline.clearances:
+        for joint in reader.outline.joints:
+            if body.name in joint.bodies and joint.name not in reader.outline.clearances:
                 sentence = (
                     f"{joint.name} is ideal and holds {body.name}, so that it determines how {body.name} starts; leave "
                     f"initial out, or give {joint.name} clearance"
                 )
-                draft.problems.add(draft.place(path), path, sentence)
-        if "seated" in draft.reached("simulate.start"):
+                reader.problems.add(reader.place(path), path, sentence)
+        if "seated" in reader.reached("simulate.start"):
             sentence = f"seated conflicts with {path}, which says where {body.name} starts; remove one of the two"
-            draft.problems.add(draft.place("simulate.start"), "simulate.start", sentence)
+            reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)
 
 
-def _rubbing(draft: Draft, path: str, joint: str, given: str) -> None:
+def _rubbing(reader: Reader, path: str, joint: str, given: str) -> None:
     """Check that friction is in a joint without clearance, and has a radius, or a couple, in a pin."""
-    site = next((site for site in draft.mechanism.joints if site.name == joint), None)
+    site = next((site for site in reader.mechanism.joints if site.name == joint), None)
     if site is None:
         return
-    if joint in draft.outline.clearances:
+    if joint in reader.outline.clearances:
         rest = f"write the friction as joints.{joint}.friction"
         if given and site.kind != "guide":
             rest += ": {law, coefficient, ...}, and give it `preload`"
         sentence = f"{joint} has clearance; {rest}"
-        draft.problems.add(draft.place(f"{path}.on"), f"{path}.on", sentence)
+        reader.problems.add(reader.place(f"{path}.on"), f"{path}.on", sentence)
     radius = f"{path}.friction.radius"
     wanted = "force" if site.kind == "guide" else "torque"
     if given and given != wanted:
         kind = "guide, in which friction is a force" if site.kind == "guide" else "pin, in which friction is a couple"
         sentence = f"{joint} is a {kind}; write {wanted}"
-        draft.problems.add(draft.place(f"{path}.friction"), f"{path}.friction.{given}", sentence)
+        reader.problems.add(reader.place(f"{path}.friction"), f"{path}.friction.{given}", sentence)
     if given:
         return
-    if site.kind == "revolute" and not draft.there(radius):
+    if site.kind == "revolute" and not reader.there(radius):
         sentence = "is missing; friction in a pin is a torque, coefficient x reaction x radius; for example: 10 mm"
-        draft.problems.add(draft.place(f"{path}.friction"), radius, sentence)
-    if site.kind == "guide" and draft.there(radius):
-        draft.problems.add(
-            draft.place(radius), radius, f"{joint} is a guide, in which friction is a force; leave it out"
+        reader.problems.add(reader.place(f"{path}.friction"), radius, sentence)
+    if site.kind == "guide" and reader.there(radius):
+        reader.problems.add(
+            reader.place(radius), radius, f"{joint} is a guide, in which friction is a force; leave it out"
         )
 
 
-def _elastic(draft: Draft, body: str) -> None:
+def _elastic(reader: Reader, body: str) -> None:
     """Check that an elastic link has a mass, two different points with a pin each, and nothing else on it."""
-    section = f"mechanism.{'bodies.' if draft.outline.bodies else ''}{body}"
+    section = f"mechanism.{'bodies.' if reader.outline.bodies else ''}{body}"
     path = f"{section}.elastic"
-    if path not in draft.shape:
+    if path not in reader.shape:
         return
-    if 0.0 in draft.reached(f"{section}.mass"):
+    if 0.0 in reader.reached(f"{section}.mass"):
         sentence = "found 0; an elastic link is a bar of this mass: write one above 0, or leave `elastic` out"
-        draft.problems.add(draft.place(f"{section}.mass"), f"{section}.mass", sentence)
-    ends = [f"{body}.{draft.values.get(f'{path}.between.{k}')}" for k in range(2)]
-    if ends[0] == ends[1] and draft.outline.bodies:
+        reader.problems.add(reader.place(f"{section}.mass"), f"{section}.mass", sentence)
+    ends = [f"{body}.{reader.values.get(f'{path}.between.{k}')}" for k in range(2)]
+    if ends[0] == ends[1] and reader.outline.bodies:
         sentence = f"lies between {ends[0]} and itself; name the points of its two pins"
-        draft.problems.add(draft.place(path), f"{path}.between", sentence)
-    for joint in draft.outline.joints:
+        reader.problems.add(reader.place(path), f"{path}.between", sentence)
+    for joint in reader.outline.joints:
         at = next((end for end in (joint.proximal, joint.distal) if end.partition(".")[0] == body), None)
         if at is not None and (joint.type != "revolute" or at not in ends):
             what = {"prismatic": "a guide", "slot": "a slot"}.get(joint.type, f"at {at}")
             sentence = f"{joint.name}, {what}, is on it, which is not known: a link gives between its two pins alone"
-            draft.problems.add(draft.place(path), path, sentence)
-    for load in draft.outline.loads:
-        values = (draft.values.get(f"loads.{load.name}.{key}") for key in ("point", "between.0"))
+            reader.problems.add(reader.place(path), path, sentence)
+    for load in reader.outline.loads:
+        values = (reader.values.get(f"loads.{load.name}.{key}") for key in ("point", "between.0"))
         point, anchored = (f"{body}.{value}" for value in values)
-        at_pin = point in ends and draft.outline.bodies
+        at_pin = point in ends and reader.outline.bodies
         if anchored == f"{body}.{body}" or (load.form != "friction" and load.on == body and not at_pin):
             sentence = f"acts on {body}, an elastic link, off its pins, which is not known; name the point of a pin"
-            draft.problems.add(draft.place(f"loads.{load.name}"), f"loads.{load.name}", sentence)
+            reader.problems.add(reader.place(f"loads.{load.name}"), f"loads.{load.name}", sentence)
 
 
-def _sticking(draft: Draft, path: str, sticking: set[str]) -> None:
+def _sticking(reader: Reader, path: str, sticking: set[str]) -> None:
     """Check that nothing sticks in a joint with clearance beside friction of a given size that sticks."""
-    others = (other for other in draft.names if other.startswith("joints.") and other.endswith(".friction.law"))
-    if draft.names.get(path, frozenset()) & sticking and any(draft.names[other] & sticking for other in others):
+    others = (other for other in reader.names if other.startswith("joints.") and other.endswith(".friction.law"))
+    if reader.names.get(path, frozenset()) & sticking and any(reader.names[other] & sticking for other in others):
         sentence = "sticks, which is not available with a joint with clearance that also sticks; choose another law"
-        draft.problems.add(draft.place(path), path, sentence)
+        reader.problems.add(reader.place(path), path, sentence)
 
 
-def _flanges(draft: Draft, joint: str) -> None:
+def _flanges(reader: Reader, joint: str) -> None:
     """Check that a journal finds room between its flanges."""
-    longest, lengths = draft.reached(f"{joint}.journal_length"), draft.reached(f"{joint}.length")
-    play = draft.reached(f"{joint}.axial_clearance")
+    longest, lengths = reader.reached(f"{joint}.journal_length"), reader.reached(f"{joint}.length")
+    play = reader.reached(f"{joint}.axial_clearance")
     if not (longest and lengths and play) or max(longest) < min(lengths) + 2.0 * min(play):
         return
     sentence = (
         f"found {max(longest):.15g}; allowed: below {min(lengths) + 2.0 * min(play):.15g}, the length of the bearing "
         "and its axial clearance on both sides, between its flanges; shorten the journal, or write flange: false"
     )
-    draft.problems.add(draft.place(f"{joint}.journal_length"), f"{joint}.journal_length", sentence)
+    reader.problems.add(reader.place(f"{joint}.journal_length"), f"{joint}.journal_length", sentence)
 
 
-def _guides(draft: Draft, sticking: set[str]) -> None:
+def _guides(reader: Reader, sticking: set[str]) -> None:
     """Check that what moves in an open guide can turn, and that nothing stands beside it that is not known there."""
-    for site in draft.mechanism.joints:
+    for site in reader.mechanism.joints:
         path = f"joints.{site.name}"
-        if site.kind not in ("guide", "slot") or not isinstance(draft.shape.get(path), Section):
+        if site.kind not in ("guide", "slot") or not isinstance(reader.shape.get(path), Section):
             continue
         inertia = "mechanism.slider.inertia"
-        if site.kind == "guide" and inertia in draft.shape and not draft.there(inertia):
+        if site.kind == "guide" and inertia in reader.shape and not reader.there(inertia):
             sentence = f"is missing; with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
-            draft.problems.add(draft.place("mechanism.slider"), inertia, sentence)
-        for other in (other for other in draft.shape if other.endswith(".wear") and other.startswith("joints.")):
+            reader.problems.add(reader.place("mechanism.slider"), inertia, sentence)
+        for other in (other for other in reader.shape if other.endswith(".wear") and other.startswith("joints.")):
             sentence = f"is not computed with clearance in {site.name}, a {site.kind}; leave it out"
-            draft.problems.add(draft.place(other), other, sentence)
-        for other in (path for path in draft.names if path.endswith(".friction.law")):
-            for law in sorted(draft.names[other] & sticking):
+            reader.problems.add(reader.place(other), other, sentence)
+        for other in (path for path in reader.names if path.endswith(".friction.law")):
+            for law in sorted(reader.names[other] & sticking):
                 sentence = (
                     f"{law} sticks, which is not available with clearance in {site.name}, a {site.kind}; choose another"
                 )
-                draft.problems.add(draft.place(other), other, sentence)
-        if "seated" in draft.reached("simulate.start"):
+                reader.problems.add(reader.place(other), other, sentence)
+        if "seated" in reader.reached("simulate.start"):
             sentence = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"
-            draft.problems.add(draft.place("simulate.start"), "simulate.start", sentence)
+            reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)

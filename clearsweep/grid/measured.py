@@ -81,7 +81,7 @@ def _values(file: str, rows: list[TableRow], place: int, unit: str, wanted: str)
         scale = quantity.read(f"1 {unit}", wanted) if unit else 1.0
     except InputError as error:
         raise InputError(f"{file}:1:{place + 1}: {error}") from None
-    found = []
+    numbers = []
     for line, cells in rows:
         try:
             value = float(cells[place])
@@ -90,8 +90,8 @@ def _values(file: str, rows: list[TableRow], place: int, unit: str, wanted: str)
         if value - value != 0.0:
             sentence = f"found {shown(cells[place])}; expected a finite number: leave out what was not measured"
             raise InputError(f"{file}:{line}:{place + 1}: {sentence}")
-        found.append(scale * value)
-    return found
+        numbers.append(scale * value)
+    return numbers
 
 
 def _check_steps(file: str, over: str, places: "np.ndarray", lines: list[int]) -> None:

@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 
 from ..language import quantity
 from ..language.errors import InputError, nearest, shown
-from .added import ADDED
+from .added_cases import ADDED
 from .document import WrittenValue
-from .draft import Draft
+from .reader import Reader
 from .keys import Number, Word
-from .sought import always_used
+from .seek import always_used
 
 OPTIMISE = "optimise"
 SENSES = ("minimise", "maximise")
@@ -82,146 +82,146 @@ class Optimise(NamedTuple):
         return head | {key: names for key, names in senses.items() if names} | {"cases": self.cases, "seed": self.seed}
 
 
-def find(draft: Draft, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
+def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
     """Return path -> its place and its values as an axis has them, of what is to vary; note the kinds of choices."""
     section = root.value.get(OPTIMISE) if isinstance(root.value, dict) else None
     if section is None:
         return {}
     if not isinstance(section.value, dict):
-        draft.problems.add(section, OPTIMISE, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
+        reader.problems.add(section, OPTIMISE, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
         return {}
     for key in section.value:
         if key not in (*KEYS, ADDED):
             sentence = f"unknown key '{key}'{nearest(key, KEYS)} (allowed: {', '.join(KEYS)})"
-            draft.problems.add(section.key_place(key), f"{OPTIMISE}.{key}", sentence)
+            reader.problems.add(section.key_place(key), f"{OPTIMISE}.{key}", sentence)
     for other in ("sweep", "zip", "cases", "sample", "seek", "refine"):
         if other in root.value:
             sentence = f"conflicts with `{other}`; `optimise` chooses all cases itself; remove one of the two"
-            draft.problems.add(section, OPTIMISE, sentence)
+            reader.problems.add(section, OPTIMISE, sentence)
             return {}
     over = section.value.get("over")
     if over is None or not isinstance(over.value, dict) or not over.value:
         place = over or section
-        draft.problems.add(place, f"{OPTIMISE}.over", f"names nothing to vary; for example: {_EXAMPLE}")
+        reader.problems.add(place, f"{OPTIMISE}.over", f"names nothing to vary; for example: {_EXAMPLE}")
         return {}
-    found = {}
+    variables = {}
     for path, written in over.value.items():
-        values = _values(draft, path, written)
+        values = _values(reader, path, written)
         if values is not None:
-            found[path] = (over.key_place(path), values)
-    return found
+            variables[path] = (over.key_place(path), values)
+    return variables
 
 
-def _values(draft: Draft, path: str, written: WrittenValue) -> WrittenValue | None:
+def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | None:
     """Return the values of one path as an axis has them."""
-    where, node = f"{OPTIMISE}.over.{path}", draft.shape.get(path)
+    where, node = f"{OPTIMISE}.over.{path}", reader.shape.get(path)
     whole = isinstance(node, Number) and any(use.field.whole for use in node.uses)
     content, kind = written.value, "range"
     if isinstance(content, dict) and len(content) == 1 and {*content} <= {AMONG, WHOLE}:
         ((kind, written),) = content.items()
         content = written.value
         if kind == AMONG and isinstance(content, dict) and [*content] == ["fits"]:
-            draft.choices[path] = AMONG
+            reader.choices[path] = AMONG
             return written
     pair = isinstance(content, list) and len(content) == 2
     if not isinstance(content, list) or not content or (kind != AMONG and not pair):
         sentence = f"found {shown(content)}; expected [low, high], {{among: [...]}} or {{whole: [low, high]}}"
-        draft.problems.add(written, where, sentence)
+        reader.problems.add(written, where, sentence)
         return None
     if kind != AMONG and (isinstance(node, Word) or whole != (kind == WHOLE)):
         expected = "{among: [...]}" if isinstance(node, Word) else "{whole: [low, high]}" if whole else "[low, high]"
-        draft.problems.add(written, where, f"found {shown(content)}; this key takes {expected}")
+        reader.problems.add(written, where, f"found {shown(content)}; this key takes {expected}")
         return None
-    draft.choices[path] = kind
+    reader.choices[path] = kind
     return written
 
 
-def read(draft: Draft, root: WrittenValue) -> Optimise | None:
+def read(reader: Reader, root: WrittenValue) -> Optimise | None:
     """Return what is to be optimised, the axes being known; None where nothing is or something is wrong."""
     section = root.value.get(OPTIMISE) if isinstance(root.value, dict) else None
-    paths = [path for path, way in draft.way.items() if way == OPTIMISE]
-    if section is None or not isinstance(section.value, dict) or not paths or not set(paths) <= draft.axes.keys():
+    paths = [path for path, way in reader.way.items() if way == OPTIMISE]
+    if section is None or not isinstance(section.value, dict) or not paths or not set(paths) <= reader.axes.keys():
         return None
-    noted = len(draft.problems)
+    noted = len(reader.problems)
     for path in paths:
-        check_range(draft, path, OPTIMISE)
-        always_used(draft, draft.swept[path], OPTIMISE, path)
-    objectives = _objectives(draft, section)
-    cases = count(draft, section, (OPTIMISE, "cases"), (1, MOST_CASES), None)
-    seed = count(draft, section, (OPTIMISE, "seed"), (0, 2**31), 0)
-    if cases is None or seed is None or not objectives or len(draft.problems) > noted:
+        check_range(reader, path, OPTIMISE)
+        always_used(reader, reader.swept[path], OPTIMISE, path)
+    objectives = _objectives(reader, section)
+    cases = count(reader, section, (OPTIMISE, "cases"), (1, MOST_CASES), None)
+    seed = count(reader, section, (OPTIMISE, "seed"), (0, 2**31), 0)
+    if cases is None or seed is None or not objectives or len(reader.problems) > noted:
         return None
-    over = {path: Choice(draft.choices[path], draft.axes[path]) for path in paths}
-    return Optimise(over, objectives, cases, seed, start_of(draft, over))
+    over = {path: Choice(reader.choices[path], reader.axes[path]) for path in paths}
+    return Optimise(over, objectives, cases, seed, start_of(reader, over))
 
 
-def check_range(draft: Draft, path: str, section: str) -> None:
+def check_range(reader: Reader, path: str, section: str) -> None:
     """Note a range that is upside down, and a path that cannot vary from case to case."""
-    values = draft.axes[path]
-    if draft.choices[path] != AMONG and values[0] >= values[-1]:
+    values = reader.axes[path]
+    if reader.choices[path] != AMONG and values[0] >= values[-1]:
         sentence = "the first value is not below the second; swap them"
-        draft.problems.add(draft.swept[path], f"{section}.over.{path}", sentence)
+        reader.problems.add(reader.swept[path], f"{section}.over.{path}", sentence)
     if path.endswith(".exponent"):
         sentence = f"cannot vary under `{section}`, because units depend on it"
-        draft.problems.add(draft.swept[path], f"{section}.over.{path}", sentence)
+        reader.problems.add(reader.swept[path], f"{section}.over.{path}", sentence)
 
 
-def _objectives(draft: Draft, section: WrittenValue) -> tuple[tuple[str, bool], ...]:
+def _objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool], ...]:
     """Return the columns that are to be small or large."""
-    found: list[tuple[str, bool]] = []
-    known = {**draft.figures, **dict.fromkeys(draft.own_figures, "")}
+    objectives: list[tuple[str, bool]] = []
+    known = {**reader.figures, **dict.fromkeys(reader.own_figures, "")}
     for sense in SENSES:
         written = section.value.get(sense)
         items = [] if written is None else written.value if isinstance(written.value, list) else [written]
         for item in items:
             if not isinstance(item.value, str) or item.value not in known:
                 near = nearest(str(item.value), known) or f" (known: {', '.join(known)})"
-                draft.problems.add(item, f"{OPTIMISE}.{sense}", f"{shown(item.value)} is no figure of this grid{near}")
-            elif item.value in dict(found):
-                draft.problems.add(item, f"{OPTIMISE}.{sense}", f"{item.value} is there twice; write it once")
+                reader.problems.add(item, f"{OPTIMISE}.{sense}", f"{shown(item.value)} is no figure of this grid{near}")
+            elif item.value in dict(objectives):
+                reader.problems.add(item, f"{OPTIMISE}.{sense}", f"{item.value} is there twice; write it once")
             else:
-                found.append((item.value, sense == SENSES[1]))
+                objectives.append((item.value, sense == SENSES[1]))
     if not any(sense in section.value for sense in SENSES):
         sentence = "is missing; write the column to make small, or maximise: the one to make large"
-        draft.problems.add(section, f"{OPTIMISE}.{SENSES[0]}", sentence)
-    return tuple(found)
+        reader.problems.add(section, f"{OPTIMISE}.{SENSES[0]}", sentence)
+    return tuple(objectives)
 
 
 def count(
-    draft: Draft, section: WrittenValue, key: tuple[str, str], allowed: tuple[int, int], default: int | None
+    reader: Reader, section: WrittenValue, key: tuple[str, str], allowed: tuple[int, int], default: int | None
 ) -> int | None:
     """Return a whole number of a section, `key` its name and the key in it; None where it is missing or wrong."""
     written, where = section.value.get(key[1]), ".".join(key)
     if written is None:
         if default is None:
-            draft.problems.add(section, where, "is missing; write how many cases there may be")
+            reader.problems.add(section, where, "is missing; write how many cases there may be")
         return default
     try:
         value = quantity.read(written.value, "1")
     except InputError as error:
-        draft.problems.add(written, where, str(error))
+        reader.problems.add(written, where, str(error))
         return None
     if value != int(value) or not allowed[0] <= value <= allowed[1]:
         sentence = f"found {written.value}; allowed: a whole number from {allowed[0]} to {allowed[1]:,}"
-        draft.problems.add(written, where, sentence)
+        reader.problems.add(written, where, sentence)
         return None
     return int(value)
 
 
-def start_of(draft: Draft, over: Mapping[str, Choice]) -> dict[str, Any]:
+def start_of(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:
     """Return the values that the grid has written, {} unless all are there and can be chosen."""
-    found: dict[str, Any] = {}
+    start: dict[str, Any] = {}
     for path, choice in over.items():
-        written, node = draft.written.get(path), draft.shape[path]
+        written, node = reader.written.get(path), reader.shape[path]
         if written is None:
             return {}
         value: Any = written.value
         if isinstance(node, Number):
-            exponents = draft.reached(f"{path.rpartition('.')[0]}.exponent")
-            unit = quantity.exponent_of(node.fields(draft.names)[0].unit, exponents[0] if exponents else 1.5)
+            exponents = reader.reached(f"{path.rpartition('.')[0]}.exponent")
+            unit = quantity.exponent_of(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
             value = quantity.read(value, unit)
         inside = value in choice.values if choice.kind == AMONG else choice.values[0] <= value <= choice.values[-1]
         if not inside or (isinstance(value, float) and math.isnan(value)):
             return {}
-        found[path] = int(value) if choice.kind == WHOLE else value
-    return found
+        start[path] = int(value) if choice.kind == WHOLE else value
+    return start

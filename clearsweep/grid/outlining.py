@@ -51,7 +51,7 @@ def outline_of(tree: Mapping[str, Any], swept: Iterable[str] = ()) -> Outline:
             for name, content in _named(bodies)
         ),
         joints=tuple(_joint(name, _section(content)) for name, content in _named(joints)),
-        turning="point" not in output,
+        rotary="point" not in output,
         clearances=frozenset(_section(tree.get("joints"))),
         spatial=mechanism.get("spatial") is True,
         axial=frozenset(_flanged(_section(tree.get("joints")))) if mechanism.get("spatial") is True else frozenset(),

@@ -7,9 +7,9 @@ from ..contracts.catalogue import Catalogue, Field
 from ..contracts.outline import ANY
 from .axes import FORMS
 from .fits import FORM
-from .forms import forms
+from .key_trees import key_trees
 from .json_schema import schema
-from .judged import SECTIONS
+from .limit_keys import SECTIONS
 from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
 from .sampling import DISTRIBUTIONS, METHODS
 from .uncertain import UNCERTAIN
@@ -48,7 +48,7 @@ def markdown(catalogue: Catalogue) -> str:
     """Return every key of a grid file with unit, range, default and meaning, as a page in Markdown."""
     parts = [_HEAD]
     written: dict[tuple[_Row, ...], tuple[str, str]] = {}
-    for form in forms(catalogue):
+    for form in key_trees(catalogue):
         name = f"{form.mechanism}, spatial" if form.spatial else form.mechanism
         parts.append(f"## {name}\n")
         for title, section, rows in _blocks(form.keys):
@@ -205,7 +205,7 @@ def _cases(catalogue: Catalogue) -> str:
 
 def _searches() -> list[str]:
     """Return the sections that add cases, line by line."""
-    added = "| `added` | nothing that is written: run.json keeps the cases here that a run added |"
+    row = "| `added` | nothing that is written: run.json keeps the cases here that a run added |"
     seek = [
         "| `largest` | the dotted path whose largest value is sought, or several that take the same value |",
         "| `smallest` | or the path whose smallest value is sought |",
@@ -214,12 +214,12 @@ def _searches() -> list[str]:
         "| `among` | {fits: [H7/g6, H7/f7]} in place of both: each fit is judged at its largest clearance |",
         "| `meeting` | `limits`, the default |",
         "| `for` | `each` case of the other axes, the default, or `all`: the worst of them |",
-        added,
+        row,
     ]
     refine = [
         "| `along` | `limits`, the default: whose border the further cases follow |",
         "| `cases` | a whole number, at least 1: how many there may be |",
-        added,
+        row,
     ]
     optimise = [
         "| `over` | dotted path -> [low, high], {among: [a, b, ...]} (words, fits, numbers) or {whole: [low, high]} |",
@@ -227,7 +227,7 @@ def _searches() -> list[str]:
         "| `maximise` | the column, or columns, to make large |",
         "| `cases` | a whole number, at least 1: how many there may be |",
         "| `seed` | a whole number, at least 0, default 0, of the sampler |",
-        added,
+        row,
     ]
     identify = [
         "| `over` | dotted path -> [low, high], the range of its prior |",
@@ -235,7 +235,7 @@ def _searches() -> list[str]:
         "| `cases` | a whole number, at least 16: how many there may be |",
         "| `features` | a list of rms, peaks, spectrum, impacts; default all of them |",
         "| `seed` | a whole number, at least 0, default 0, of what is drawn |",
-        added,
+        row,
     ]
     lines = []
     for name, rows in (("seek", seek), ("refine", refine), ("optimise", optimise), ("identify", identify)):

@@ -123,10 +123,10 @@ def _friction(section: Tree) -> Friction:
 
 
 def _wear(section: Tree) -> Wear:
-    law, pressure, bins, unit, running_in, evolve, along, values = _taken(
+    law, pressure, bins, unit, running_in, evolve, axial_bins, values = _taken(
         section, "law", "pressure", "bins", "coefficient_unit", "running_in", "evolve", "length_bins"
     )
-    return Wear(law, pressure, bins, values, unit == DIMENSIONLESS, running_in, bool(evolve), along or 1)
+    return Wear(law, pressure, bins, values, unit == DIMENSIONLESS, running_in, bool(evolve), axial_bins or 1)
 
 
 def _thermal(section: Tree) -> Thermal:

@@ -175,14 +175,14 @@ def _one_at_a_time(variables: int) -> "np.ndarray":
 
 def distribution(problems: Problems, where: str, written: WrittenValue, reading: Reading) -> Distribution | None:
     """Return the distribution written at the key `where`, None where it is wrong."""
-    forms = ", ".join(f"{{{kind}: {form}}}" for kind, form in DISTRIBUTIONS.items())
+    kinds = ", ".join(f"{{{kind}: {form}}}" for kind, form in DISTRIBUTIONS.items())
     if not isinstance(written.value, dict) or len(written.value) != 1:
-        problems.add(written, where, f"found {shown(written.value)}; expected one of {forms}")
+        problems.add(written, where, f"found {shown(written.value)}; expected one of {kinds}")
         return None
     ((kind, given),) = written.value.items()
     if kind not in DISTRIBUTIONS:
         near = nearest(kind, DISTRIBUTIONS)
-        problems.add(written.key_place(kind), where, f"unknown distribution '{kind}'{near} (known: {forms})")
+        problems.add(written.key_place(kind), where, f"unknown distribution '{kind}'{near} (known: {kinds})")
         return None
     noted = len(problems)
     if kind in ("uniform", "loguniform"):
@@ -285,7 +285,7 @@ def draw(
     values = spread.values(points)
     extremes = (*spread.values(np.array([_RARE, 1.0 - _RARE])), values.min(), values.max())
     for field in fields:
-        outside = [value for value in extremes if not field.holds(value)]
+        outside = [value for value in extremes if not field.contains(value)]
         if outside:
             sentence = (
                 f"{spread.kind}: {outside[0]:.6g} is among its values, out of range; allowed: "

@@ -24,10 +24,10 @@ def read(problems: Problems, path: str, written: WrittenValue, columns: Columns)
         table = dict(written.value.items())
         places = written.keys
     elif isinstance(written.value, str):
-        found = _from_file(problems, path, written)
-        if found is None:
+        content = _from_file(problems, path, written)
+        if content is None:
             return None
-        table, places = found
+        table, places = content
     else:
         example = ", ".join(field.name for field in (*columns.over[:1], *columns.values[:1]))
         sentence = f"found {shown(written.value)}; expected the name of a .csv file, or columns: {example}"
@@ -105,7 +105,7 @@ def _value(problems: Problems, path: str, cell: WrittenValue, unit: str, field: 
     except InputError as error:
         problems.add(cell, path, f"{field.name}: {error}")
         return math.nan
-    if not field.holds(value):
+    if not field.contains(value):
         problems.add(cell, path, f"{field.name}: found {cell.value}, out of range; allowed: {field.allowed(value)}")
     return value
 
@@ -130,12 +130,12 @@ def _sound(problems: Problems, path: str, written: WrittenValue, table: dict, va
     cells = next(cells for head, cells in table.items() if head_of(head)[0] == over[0]).value
     for place in range(1, len(knots)):
         if not knots[place] > knots[place - 1]:
-            found = f"found {cells[place].value} after {cells[place - 1].value}"
-            problems.add(cells[place], path, f"{over[0]}: {found}; it has to increase from row to row")
+            actual = f"found {cells[place].value} after {cells[place - 1].value}"
+            problems.add(cells[place], path, f"{over[0]}: {actual}; it has to increase from row to row")
             return False
         if knots[place] - knots[place - 1] < _FINEST * (knots[-1] - knots[0]):
-            found = f"found {cells[place].value} after {cells[place - 1].value}"
-            fine = f"{over[0]}: {found}, a step of less than {_FINEST:g} of the table's span"
+            actual = f"found {cells[place].value} after {cells[place - 1].value}"
+            fine = f"{over[0]}: {actual}, a step of less than {_FINEST:g} of the table's span"
             problems.add(cells[place], path, f"{fine}; remove one of the rows")
             return False
     for name in columns.above_zero:

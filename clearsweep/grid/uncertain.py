@@ -9,7 +9,7 @@ from ..language import quantity
 from ..language.errors import InputError, shown
 from .axes import Reading
 from .document import WrittenValue
-from .draft import Draft
+from .reader import Reader
 from .keys import Number
 from .life_keys import LIFE
 from .sampling import DISTRIBUTIONS, Distribution, distribution
@@ -26,7 +26,7 @@ TEXT = (
 )
 
 
-def read_into(draft: Draft, root: WrittenValue) -> None:
+def read_into(reader: Reader, root: WrittenValue) -> None:
     """Read the section into the draft: path -> what is written of it, in SI."""
     section = root.value.get(UNCERTAIN) if isinstance(root.value, dict) else None
     if section is None:
@@ -36,20 +36,20 @@ def read_into(draft: Draft, root: WrittenValue) -> None:
             "contains no path; for example: `joints.rod-slider.wear.coefficient: {factor: 3}`, or leave the key "
             f"'{UNCERTAIN}' out"
         )
-        draft.problems.add(section, UNCERTAIN, sentence)
+        reader.problems.add(section, UNCERTAIN, sentence)
         return
-    if LIFE not in draft.shape:
+    if LIFE not in reader.shape:
         sentence = "is of no use without `life`, whose interval it widens; write life: {limit, joint}, or leave it out"
-        draft.problems.add(section, UNCERTAIN, sentence)
+        reader.problems.add(section, UNCERTAIN, sentence)
         return
     for path, written in section.value.items():
-        if problem := _refused(draft, path, [*section.value]):
-            draft.problems.add(section.key_place(path), f"{UNCERTAIN}.{path}", problem)
-        elif (spread := _spread(draft, path, written)) is not None:
-            draft.uncertain[path] = spread
+        if problem := _refused(reader, path, [*section.value]):
+            reader.problems.add(section.key_place(path), f"{UNCERTAIN}.{path}", problem)
+        elif (spread := _spread(reader, path, written)) is not None:
+            reader.uncertain[path] = spread
 
 
-def _refused(draft: Draft, path: str, paths: list[str]) -> str:
+def _refused(reader: Reader, path: str, paths: list[str]) -> str:
     """Return why a path cannot be uncertain, '' if it can."""
     match = _PATH.fullmatch(path)
     if not match:
@@ -58,59 +58,59 @@ def _refused(draft: Draft, path: str, paths: list[str]) -> str:
             "journal_coefficient alone: draw other values with `sample`"
         )
     wear = f"joints.{match[1]}.wear"
-    if wear not in draft.shape:
+    if wear not in reader.shape:
         return f"there is no section '{wear}'; write it, or name a joint that wears"
     if match[2] == "coefficient" and any(f"{wear}.{body}" in paths for body in BODIES):
         return f"conflicts with {wear}.bearing_coefficient or journal_coefficient; write both bodies', or this"
     return ""
 
 
-def _spread(draft: Draft, path: str, written: WrittenValue) -> dict[str, Any] | None:
+def _spread(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] | None:
     """Return how a coefficient is spread, in SI, None where that is wrong."""
     where = f"{UNCERTAIN}.{path}"
     if isinstance(written.value, dict) and [*written.value] == [FACTOR]:
         try:
             factor = quantity.read(written.value[FACTOR].value, "1")
         except InputError as error:
-            draft.problems.add(written.value[FACTOR], f"{where}.{FACTOR}", str(error))
+            reader.problems.add(written.value[FACTOR], f"{where}.{FACTOR}", str(error))
             return None
         if 1.0 < factor <= LARGEST:
             return {FACTOR: factor}
         sentence = f"found {factor:.6g}; allowed: above 1 and at most {LARGEST:g}"
-        draft.problems.add(written.value[FACTOR], f"{where}.{FACTOR}", sentence)
+        reader.problems.add(written.value[FACTOR], f"{where}.{FACTOR}", sentence)
         return None
     if written.value == PUBLISHED:
-        known = draft.taken.get(path)
+        known = reader.taken.get(path)
         if known is None:
             sentence = f"needs the range of a wear pair; write `{path.rpartition('.')[0]}.pair`, or a distribution"
-            draft.problems.add(written, where, sentence)
+            reader.problems.add(written, where, sentence)
             return None
         ends = [WrittenValue(f"{end!r} {known.value.unit}", written.origin) for end in known.value[2:]]
         written = WrittenValue({"loguniform": WrittenValue(ends, written.origin)}, written.origin)
     if not isinstance(written.value, dict) or not set(written.value) <= set(DISTRIBUTIONS):
-        forms = ", ".join(f"{{{kind}: {form}}}" for kind, form in DISTRIBUTIONS.items())
-        draft.problems.add(
-            written, where, f"found {shown(written.value)}; expected {{factor: 3}}, {PUBLISHED} or one of {forms}"
+        kinds = ", ".join(f"{{{kind}: {form}}}" for kind, form in DISTRIBUTIONS.items())
+        reader.problems.add(
+            written, where, f"found {shown(written.value)}; expected {{factor: 3}}, {PUBLISHED} or one of {kinds}"
         )
         return None
     wear = path.rpartition(".")[0]
-    node = draft.shape[f"{wear}.{BODIES[0]}"]
+    node = reader.shape[f"{wear}.{BODIES[0]}"]
     assert isinstance(node, Number)  # a coefficient is one
-    (field, *_) = node.fields(draft.names)
+    (field, *_) = node.fields(reader.names)
 
     def value(item: WrittenValue) -> float | None:
         try:
             return quantity.read(item.value, field.unit)
         except InputError as error:
-            draft.problems.add(item, where, str(error))
+            reader.problems.add(item, where, str(error))
             return None
 
-    spread = distribution(draft.problems, where, written, Reading(value, field.unit, (field,)))
+    spread = distribution(reader.problems, where, written, Reading(value, field.unit, (field,)))
     if spread is None:
         return None
     if _ends(spread)[0] <= 0.0:
         sentence = f"{spread.kind}: its 2.5 % quantile is not above 0; write a lognormal or loguniform distribution"
-        draft.problems.add(written, where, sentence)
+        reader.problems.add(written, where, sentence)
         return None
     return spread.written()
 
@@ -136,14 +136,14 @@ def leaves(spreads: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, Any]
 
 def uncertain_of(section: Mapping[str, Any]) -> tuple[Uncertain, ...]:
     """Return the typed form of the section of a case, nested sections in SI."""
-    found = []
+    uncertain = []
     for joint, inner in section["joints"].items():
         for key, spread in inner["wear"].items():
             keys = BODIES if key == "coefficient" else (key,)
             ((kind, given),) = spread.items()
             if kind == FACTOR:
-                found.append(Uncertain(joint, keys, 1.0 / given, given, relative=True))
+                uncertain.append(Uncertain(joint, keys, 1.0 / given, given, relative=True))
             else:
                 numbers = dict(given) if isinstance(given, Mapping) else dict(zip(("low", "high"), given, strict=True))
-                found.append(Uncertain(joint, keys, *_ends(Distribution(kind, numbers)), relative=False))
-    return tuple(found)
+                uncertain.append(Uncertain(joint, keys, *_ends(Distribution(kind, numbers)), relative=False))
+    return tuple(uncertain)

@@ -6,18 +6,18 @@ from ..contracts.catalogue import Catalogue, Field, Mechanism
 from ..language import quantity
 from ..language.errors import InputError, nearest, shown
 from . import (
-    added,
+    added_cases,
     defined,
     fits,
     followers,
     identified,
-    judged,
+    limit_keys,
     life_keys,
     list_key,
     naming,
     optimised,
-    refined,
-    sought,
+    refine,
+    seek,
     table_key,
     uncertain,
     variations,
@@ -25,22 +25,22 @@ from . import (
 )
 from .axes import Reading
 from .document import Problems, WrittenValue
-from .draft import Draft
+from .reader import Reader
 from .expected_figures import figures
 from .key_table import shape
 from .keys import Flag, Name, Number, Section, Shape, Table, Word
 from .outlining import DRIVES, is_open, outline_of_document, wrong_names
 
 _OF_NO_CASE = [  # sections that no law or mechanism has
-    *("name", defined.DEFINE, *judged.SECTIONS, uncertain.UNCERTAIN),
-    *(sought.SEEK, refined.REFINE, optimised.OPTIMISE, identified.IDENTIFY, *variations.WAYS),
+    *("name", defined.DEFINE, *limit_keys.SECTIONS, uncertain.UNCERTAIN),
+    *(seek.SEEK, refine.REFINE, optimised.OPTIMISE, identified.IDENTIFY, *variations.WAYS),
 ]
 Meaning = tuple[Field, list[str]]  # of a quantity, and the units that it has to fit
 
 
-def read_draft(
+def read_keys(
     root: WrittenValue, catalogue: Catalogue, problems: Problems, fixed: frozenset[str] = frozenset()
-) -> Draft:
+) -> Reader:
     """Return what the document `root` says, the paths in `fixed` not swept; mistakes go to `problems`."""
     written_names = root.value.get(defined.DEFINE)
     root, definitions = defined.resolve(root, problems, fixed)
@@ -49,39 +49,39 @@ def read_draft(
     if mechanism.outlined:
         mechanism = mechanism.outlined(outline)
     root, taken = naming.put_numbers(root, problems)
-    draft = Draft(problems, mechanism, outline, defined=definitions)
+    reader = Reader(problems, mechanism, outline, defined=definitions)
     whole = followers.shape_of(definitions) | shape(mechanism, catalogue)
-    _walk(draft, root, "", whole)
-    _activate(draft, whole)
-    variations.find(draft, root, whole, fixed)
-    variations.find_optimised(draft, root, whole)
-    fits.put_numbers(draft, lambda path: _ahead(draft, path))
-    draft.taken = {each.path: each for each in taken if each.path not in draft.swept}
-    wear_unit.put_units(draft)
-    variations.find_sought(draft, root, whole, lambda path: _ahead(draft, path))
-    added.find(draft, root, (sought.SEEK, refined.REFINE, optimised.OPTIMISE, identified.IDENTIFY))
-    for path, node in draft.shape.items():
+    _walk(reader, root, "", whole)
+    _activate(reader, whole)
+    variations.find(reader, root, whole, fixed)
+    variations.find_optimised(reader, root, whole)
+    fits.put_numbers(reader, lambda path: _ahead(reader, path))
+    reader.taken = {each.path: each for each in taken if each.path not in reader.swept}
+    wear_unit.put_units(reader)
+    variations.find_sought(reader, root, whole, lambda path: _ahead(reader, path))
+    added_cases.find(reader, root, (seek.SEEK, refine.REFINE, optimised.OPTIMISE, identified.IDENTIFY))
+    for path, node in reader.shape.items():
         if isinstance(node, Word):
-            _word(draft, path, node)
+            _word(reader, path, node)
         elif isinstance(node, Number):
-            _number(draft, path, node)
+            _number(reader, path, node)
         elif isinstance(node, Flag):
-            _flag(draft, path)
+            _flag(reader, path)
         elif isinstance(node, Table):
-            _table(draft, path, node)
-    draft.axes = {path: draft.axes[path] for path in draft.swept if path in draft.axes}
-    variations.check(draft)
-    followers.check(draft)
-    uncertain.read_into(draft, root)
-    draft.figures = figures(draft, mechanism, catalogue)
-    followers.refuse_columns(draft, written_names)
-    judged.read_into(draft, root)
-    draft.seek = sought.read(draft, root, draft.limits)
-    draft.optimise = optimised.read(draft, root)
-    draft.identify = identified.read(draft, root)
-    identified.put_saved(draft)
-    draft.refine = refined.read(draft, root, draft.limits)
-    return draft
+            _table(reader, path, node)
+    reader.axes = {path: reader.axes[path] for path in reader.swept if path in reader.axes}
+    variations.check(reader)
+    followers.check(reader)
+    uncertain.read_into(reader, root)
+    reader.figures = figures(reader, mechanism, catalogue)
+    followers.refuse_columns(reader, written_names)
+    limit_keys.read_into(reader, root)
+    reader.seek = seek.read(reader, root, reader.limits)
+    reader.optimise = optimised.read(reader, root)
+    reader.identify = identified.read(reader, root)
+    identified.put_saved(reader)
+    reader.refine = refine.read(reader, root, reader.limits)
+    return reader
 
 
 def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechanism:
@@ -96,51 +96,51 @@ def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechani
     return named[likeliest]
 
 
-def _walk(draft: Draft, written: WrittenValue, path: str, whole: Shape) -> None:
+def _walk(reader: Reader, written: WrittenValue, path: str, whole: Shape) -> None:
     """Note the sections and values under `path`, and the keys that do not belong there."""
     known = [inner.rpartition(".")[2] for inner in whole if inner.rpartition(".")[0] == path]
     known += [] if path else _OF_NO_CASE
-    draft.sections[path] = written
+    reader.sections[path] = written
     content = written.value
     section = whole.get(path)
     if isinstance(section, Section) and section.items:
-        content = list_key.items(draft, written, path, whole)
+        content = list_key.items(reader, written, path, whole)
         if content is None:
             return
     if content is None and isinstance(section, Section) and section.need == "implied":
         content = {}
     if not isinstance(content, dict):
-        draft.problems.add(
+        reader.problems.add(
             written, path, f"found {shown(content)}; expected a section with the keys {', '.join(known)}"
         )
-        draft.broken.add(path)
+        reader.broken.add(path)
         return
     wrong = dict(wrong_names(path, content)) if is_open(path) else {}
     for key, below in content.items():
         inner = f"{path}.{key}" if path else key
         if key in wrong:
-            draft.problems.add(written.key_place(key), inner, f"'{key}' {wrong[key]}")
+            reader.problems.add(written.key_place(key), inner, f"'{key}' {wrong[key]}")
             continue
         node = None if "." in key else whole.get(inner)
         instead = isinstance(node, Number) and isinstance(below.value, dict) and _holds(whole, inner)
         if isinstance(node, Section) or instead:  # a section, or one in place of a quantity
-            _walk(draft, below, inner, whole)
+            _walk(reader, below, inner, whole)
         elif node is not None:
-            draft.written[inner] = below
-        elif key not in known and not _misnamed(draft, inner, below):
-            draft.problems.add(written.key_place(key), inner, _unknown(path, key, known))
+            reader.written[inner] = below
+        elif key not in known and not _misnamed(reader, inner, below):
+            reader.problems.add(written.key_place(key), inner, _unknown(path, key, known))
     for inner, node in whole.items():
         if isinstance(node, Section) and inner.rpartition(".")[0] == path and _missing_section(inner, node, content):
             key = inner.rpartition(".")[2]
-            draft.problems.add(written, inner, f"is missing; write the section '{key}' ({node.text})")
+            reader.problems.add(written, inner, f"is missing; write the section '{key}' ({node.text})")
 
 
-def _misnamed(draft: Draft, path: str, written: WrittenValue) -> bool:
+def _misnamed(reader: Reader, path: str, written: WrittenValue) -> bool:
     """Note the names in an open section that cannot be, and return whether there are any."""
     names = list(written.value) if is_open(path) and isinstance(written.value, dict) else []
     wrong = dict(wrong_names(path, names))
     for name, sentence in wrong.items():
-        draft.problems.add(written.key_place(name), f"{path}.{name}", f"'{name}' {sentence}")
+        reader.problems.add(written.key_place(name), f"{path}.{name}", f"'{name}' {sentence}")
     return bool(wrong)
 
 
@@ -161,29 +161,29 @@ def _unknown(path: str, key: str, known: list[str]) -> str:
     return f"unknown key '{key}'{nearest(key, known)} {allowed}"
 
 
-def _activate(draft: Draft, whole: Shape) -> None:
+def _activate(reader: Reader, whole: Shape) -> None:
     """Keep of the whole shape what is there, and give wear and roughness the keys that else a law alone has."""
     for path, node in whole.items():
         parent = path.rpartition(".")[0]
-        there = not isinstance(node, Section) or _is_there(draft, path, node)
+        there = not isinstance(node, Section) or _is_there(reader, path, node)
         if isinstance(whole.get(parent), Number):
-            there = parent in draft.sections
-        elif isinstance(node, Number) and path in draft.sections:  # there is a section in its place
+            there = parent in reader.sections
+        elif isinstance(node, Number) and path in reader.sections:  # there is a section in its place
             there = False
-        held = not parent or parent in draft.shape or isinstance(whole.get(parent), Number)
-        if there and held and not isinstance(node, Name) and draft.broken.isdisjoint((path, parent)):
-            draft.shape[path] = node
+        known_parent = not parent or parent in reader.shape or isinstance(whole.get(parent), Number)
+        if there and known_parent and not isinstance(node, Name) and reader.broken.isdisjoint((path, parent)):
+            reader.shape[path] = node
             if isinstance(node, Section):
-                draft.sections.setdefault(path, draft.sections[parent])
-    life_keys.put_patience(draft)
-    for path, node in draft.shape.items():
+                reader.sections.setdefault(path, reader.sections[parent])
+    life_keys.put_patience(reader)
+    for path, node in reader.shape.items():
         joint = ".".join(path.split(".")[:2])
         of_material = path.startswith(f"{joint}.contact.material.")
-        sized = f"{joint}.roughness" in draft.shape and (
+        sized = f"{joint}.roughness" in reader.shape and (
             of_material or path in (f"{joint}.length", f"{joint}.bearing_radius")
         )
-        if isinstance(node, Number) and (sized or (of_material and f"{joint}.wear" in draft.shape)):
-            draft.shape[path] = Number(tuple(use._replace(when=()) for use in node.uses))
+        if isinstance(node, Number) and (sized or (of_material and f"{joint}.wear" in reader.shape)):
+            reader.shape[path] = Number(tuple(use._replace(when=()) for use in node.uses))
 
 
 def _holds(whole: Shape, path: str) -> bool:
@@ -191,13 +191,13 @@ def _holds(whole: Shape, path: str) -> bool:
     return any(inner.rpartition(".")[0] == path for inner in whole)
 
 
-def _is_there(draft: Draft, path: str, node: Section) -> bool:
+def _is_there(reader: Reader, path: str, node: Section) -> bool:
     """Return whether the section at `path` is there: written or implied, and what it needs is there, too."""
-    beside = f"{path.rpartition('.')[0].rpartition('.')[0]}.{node.needs}"
-    return (path in draft.sections or node.need == "implied") and (not node.needs or beside in draft.shape)
+    required = f"{path.rpartition('.')[0].rpartition('.')[0]}.{node.needs}"
+    return (path in reader.sections or node.need == "implied") and (not node.needs or required in reader.shape)
 
 
-def _word(draft: Draft, path: str, node: Word) -> None:
+def _word(reader: Reader, path: str, node: Word) -> None:
     """Read one word, or the law names on its axis."""
 
     def read_word(written: WrittenValue) -> str | None:
@@ -207,111 +207,111 @@ def _word(draft: Draft, path: str, node: Word) -> None:
         hint = nearest(written.value, node.options) if isinstance(written.value, str) else ""
         known, reason = ", ".join(node.options) or "none", node.refused.get(str(written.value))
         what = f"found {shown(written.value)}; {reason}" if reason else f"{noun} {shown(written.value)}"
-        draft.problems.add(written, path, f"{what}{hint} (known: {known})")
-        draft.unsure.add(path)
+        reader.problems.add(written, path, f"{what}{hint} (known: {known})")
+        reader.unsure.add(path)
         return None
 
     values: tuple[str, ...] = ()
-    if path in draft.written:
-        value = read_word(draft.written[path])
+    if path in reader.written:
+        value = read_word(reader.written[path])
         values = () if value is None else (value,)
     elif node.default is not None:
-        rather = node.rather and node.rather.holds(draft.there, draft.names)
+        rather = node.rather and node.rather.contains(reader.there, reader.names)
         values = (node.rather.word if node.rather and rather else node.default,)
-    if path in draft.swept:
-        _enter_axis(draft, path, Reading(read_word, ""))
-        values = draft.axes.get(path, ())
+    if path in reader.swept:
+        _enter_axis(reader, path, Reading(read_word, ""))
+        values = reader.axes.get(path, ())
     elif values:
-        draft.values[path] = values[0]
+        reader.values[path] = values[0]
     if not values:
-        draft.unsure.add(path)
-        if path not in draft.written and path not in draft.swept:
-            draft.problems.add(
-                draft.place(path), path, f"is missing; write one of {', '.join(node.options)} ({node.text})"
+        reader.unsure.add(path)
+        if path not in reader.written and path not in reader.swept:
+            reader.problems.add(
+                reader.place(path), path, f"is missing; write one of {', '.join(node.options)} ({node.text})"
             )
-    elif not node.idle and not node.used(draft.names) and _meant(draft, path, node):
-        draft.problems.add(draft.place(path), path, f"is not used by {_chosen(draft, node)}; leave it out")
-    draft.names[path] = frozenset(values or node.options)
+    elif not node.idle and not node.used(reader.names) and _meant(reader, path, node):
+        reader.problems.add(reader.place(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
+    reader.names[path] = frozenset(values or node.options)
 
 
-def _table(draft: Draft, path: str, node: Table) -> None:
+def _table(reader: Reader, path: str, node: Table) -> None:
     """Read one table."""
-    if node.when and not node.used(draft.names):
-        if _meant(draft, path, node):
-            draft.problems.add(draft.place(path), path, f"is not used by {_chosen(draft, node)}; leave it out")
+    if node.when and not node.used(reader.names):
+        if _meant(reader, path, node):
+            reader.problems.add(reader.place(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
         return
-    if path not in draft.written and node.optional:
+    if path not in reader.written and node.optional:
         return
-    if path not in draft.written:
+    if path not in reader.written:
         sentence = f"is missing; write the name of a .csv file next to the grid ({node.columns.text})"
-        draft.problems.add(draft.place(path), path, sentence)
+        reader.problems.add(reader.place(path), path, sentence)
         return
-    values = table_key.read(draft.problems, path, draft.written[path], node.columns)
+    values = table_key.read(reader.problems, path, reader.written[path], node.columns)
     if values is not None:
-        draft.values[path] = values
+        reader.values[path] = values
 
 
-def _flag(draft: Draft, path: str) -> None:
+def _flag(reader: Reader, path: str) -> None:
     """Read one flag; nothing is entered where it is false, as where it is left out."""
-    node, written = draft.shape[path], draft.written.get(path)
+    node, written = reader.shape[path], reader.written.get(path)
     assert isinstance(node, Flag), path
     if written is not None and not isinstance(written.value, bool):
-        draft.problems.add(written, path, f"found {shown(written.value)}; expected true or false")
+        reader.problems.add(written, path, f"found {shown(written.value)}; expected true or false")
     value = node.default if written is None else bool(written.value)
     if value or node.default is not None:
-        draft.values[path] = value
+        reader.values[path] = value
 
 
-def _number(draft: Draft, path: str, node: Number) -> None:
+def _number(reader: Reader, path: str, node: Number) -> None:
     """Read one quantity, or its axis, as every law in play understands it."""
-    fields = node.fields(draft.names)
-    if not fields and _meant(draft, path, node):
+    fields = node.fields(reader.names)
+    if not fields and _meant(reader, path, node):
         owners = sorted({name for use in node.uses for name in use.when[-1][1]})
         sentence = (
-            f"is not used by {_chosen(draft, node)}, only by {', '.join(owners)}; leave it out or choose another law"
+            f"is not used by {_chosen(reader, node)}, only by {', '.join(owners)}; leave it out or choose another law"
         )
-        draft.problems.add(draft.place(path), path, sentence)
+        reader.problems.add(reader.place(path), path, sentence)
         return
-    meanings = [(field, _units(draft, path, field)) for field in fields or (node.uses[0].field,)]
-    if _doubtful(draft, node):  # which meaning holds is not known: one that fits will do
-        quiet = Draft(Problems(), draft.mechanism, draft.outline)
-        written = draft.written.get(path)
-        if path in draft.swept or (
+    meanings = [(field, _units(reader, path, field)) for field in fields or (node.uses[0].field,)]
+    if _doubtful(reader, node):  # which meaning holds is not known: one that fits will do
+        quiet = Reader(Problems(), reader.mechanism, reader.outline)
+        written = reader.written.get(path)
+        if path in reader.swept or (
             written and any(_quantity(quiet, path, written, [each]) is not None for each in meanings)
         ):
             return
         meanings = meanings[:1]
-    if path in draft.swept:
+    if path in reader.swept:
         fits = tuple(field for field, _ in meanings)
         unit = meanings[0][1][0]
-        _enter_axis(draft, path, Reading(lambda written: _quantity(draft, path, written, meanings), unit, fits))
-    if path in draft.written:
-        value = _quantity(draft, path, draft.written[path], meanings)
-        if value is not None and path not in draft.swept:
-            draft.values[path] = value
-    elif path not in draft.swept and not _doubtful(draft, node):
+        _enter_axis(reader, path, Reading(lambda written: _quantity(reader, path, written, meanings), unit, fits))
+    if path in reader.written:
+        value = _quantity(reader, path, reader.written[path], meanings)
+        if value is not None and path not in reader.swept:
+            reader.values[path] = value
+    elif path not in reader.swept and not _doubtful(reader, node):
         for field in fields:
-            if field.default is None and not field.optional and not _from_material(draft, path, field):
-                _missing(draft, path, node, field)
+            if field.default is None and not field.optional and not _from_material(reader, path, field):
+                _missing(reader, path, node, field)
 
 
-def _missing(draft: Draft, path: str, node: Number, field: Field) -> None:
+def _missing(reader: Reader, path: str, node: Number, field: Field) -> None:
     """Note that a quantity is missing, and which of the laws in play need it."""
     laws = {name for use in node.uses if use.field == field and use.when for name in use.when[-1][1]}
-    needed = [name for name in sorted(laws) if any(name in draft.names[chooser] for chooser in node.choosers())]
+    needed = [name for name in sorted(laws) if any(name in reader.names[chooser] for chooser in node.choosers())]
     whose = f" for {' and '.join(needed)}" if needed else ""
     wanted = quantity.expected(quantity.exponent_of(field.unit, 1.5))
-    draft.problems.add(draft.place(path), path, f"is missing{whose} ({field.text or field.name}); {wanted}")
+    reader.problems.add(reader.place(path), path, f"is missing{whose} ({field.text or field.name}); {wanted}")
 
 
-def _enter_axis(draft: Draft, path: str, reading: Reading) -> None:
+def _enter_axis(reader: Reader, path: str, reading: Reading) -> None:
     """Enter the values of an axis."""
-    values = variations.values(draft, path, reading)
+    values = variations.values(reader, path, reading)
     if values:
-        draft.axes[path] = tuple(values)
+        reader.axes[path] = tuple(values)
 
 
-def _quantity(draft: Draft, path: str, written: WrittenValue, meanings: list[Meaning]) -> float | int | None:
+def _quantity(reader: Reader, path: str, written: WrittenValue, meanings: list[Meaning]) -> float | int | None:
     """Return a quantity in SI that fits every field with all its units, or None and a problem."""
     value = math.nan
     for field, units in meanings:
@@ -319,77 +319,79 @@ def _quantity(draft: Draft, path: str, written: WrittenValue, meanings: list[Mea
             try:
                 value = quantity.read(written.value, unit)
             except InputError as error:
-                draft.problems.add(written, path, str(error))
+                reader.problems.add(written, path, str(error))
                 return None
-        if not field.holds(value):
-            draft.problems.add(written, path, f"found {written.value}, out of range; allowed: {field.allowed(value)}")
+        if not field.contains(value):
+            reader.problems.add(written, path, f"found {written.value}, out of range; allowed: {field.allowed(value)}")
             return None
     return int(value) if meanings[0][0].whole else value
 
 
-def _units(draft: Draft, path: str, field: Field) -> list[str]:
+def _units(reader: Reader, path: str, field: Field) -> list[str]:
     """Return the units that a value has to fit: several where the exponent in the unit is swept."""
     if "^exponent" not in field.unit:
         return [field.unit]
-    exponents = exponent_values(draft, path)
+    exponents = exponent_values(reader, path)
     return [quantity.exponent_of(field.unit, exponent) for exponent in sorted({min(exponents), max(exponents)})]
 
 
-def exponent_values(draft: Draft, path: str) -> tuple[float, ...]:
+def exponent_values(reader: Reader, path: str) -> tuple[float, ...]:
     """Return the values of the key `exponent` beside `path`, (1.5,) where they cannot be read."""
-    return _ahead(draft, f"{path.rpartition('.')[0]}.exponent") or (1.5,)
+    return _ahead(reader, f"{path.rpartition('.')[0]}.exponent") or (1.5,)
 
 
-def _ahead(draft: Draft, path: str) -> tuple[float, ...]:
+def _ahead(reader: Reader, path: str) -> tuple[float, ...]:
     """Return every value that the number at `path` takes, before its turn; () where they cannot be read, or drawn."""
-    node = draft.shape.get(path)
-    if path in draft.defined.follow:
+    node = reader.shape.get(path)
+    if path in reader.defined.follow:
         return ()
-    quiet = Draft(
+    quiet = Reader(
         Problems(),
-        draft.mechanism,
-        draft.outline,
-        draft.shape,
-        draft.sections,
-        draft.written,
-        draft.swept,
-        draft.names,
-        way=draft.way,
+        reader.mechanism,
+        reader.outline,
+        reader.shape,
+        reader.sections,
+        reader.written,
+        reader.swept,
+        reader.names,
+        way=reader.way,
     )
-    if isinstance(node, Number) and (path in draft.written or path in draft.swept):
+    if isinstance(node, Number) and (path in reader.written or path in reader.swept):
         _number(quiet, path, node)
     return quiet.reached(path)
 
 
-def _from_material(draft: Draft, path: str, missing: Field) -> bool:
+def _from_material(reader: Reader, path: str, missing: Field) -> bool:
     """Return whether the stiffness at `path` follows from the material, which needs Hertz's exponent."""
     section = path.rpartition(".")[0]
-    if missing.unit != "N/m^exponent" or missing.name != "stiffness" or f"{section}.material" not in draft.shape:
+    if missing.unit != "N/m^exponent" or missing.name != "stiffness" or f"{section}.material" not in reader.shape:
         return False
-    if any(not math.isclose(exponent, 1.5) for exponent in exponent_values(draft, path)):
-        draft.problems.add(
-            draft.place(path), path, "is missing; the material gives the stiffness only where exponent is 1.5: write it"
+    if any(not math.isclose(exponent, 1.5) for exponent in exponent_values(reader, path)):
+        reader.problems.add(
+            reader.place(path),
+            path,
+            "is missing; the material gives the stiffness only where exponent is 1.5: write it",
         )
     return True
 
 
-def _doubtful(draft: Draft, node: Word | Number | Table) -> bool:
+def _doubtful(reader: Reader, node: Word | Number | Table) -> bool:
     """Return whether a law name that decides about this key could not be read; its own problem is told already."""
-    return any(path in draft.unsure for path in node.choosers())
+    return any(path in reader.unsure for path in node.choosers())
 
 
-def _switched(draft: Draft, node: Word | Number | Table) -> bool:
+def _switched(reader: Reader, node: Word | Number | Table) -> bool:
     """Return whether a law name that decides about this key is swept, so that the key may be kept for other values."""
-    return any(path in draft.swept for path in node.choosers())
+    return any(path in reader.swept for path in node.choosers())
 
 
-def _meant(draft: Draft, path: str, node: Word | Number | Table) -> bool:
+def _meant(reader: Reader, path: str, node: Word | Number | Table) -> bool:
     """Return whether a key that is not in use was written as if it were."""
-    there = path in draft.swept or (path in draft.written and not _switched(draft, node))
-    return there and not _doubtful(draft, node)
+    there = path in reader.swept or (path in reader.written and not _switched(reader, node))
+    return there and not _doubtful(reader, node)
 
 
-def _chosen(draft: Draft, node: Word | Number | Table) -> str:
+def _chosen(reader: Reader, node: Word | Number | Table) -> str:
     """Return the law names in play that decide about this key, in words: `law 'hertz'`."""
-    names = {path: sorted(draft.names[path]) for path in node.choosers()}
+    names = {path: sorted(reader.names[path]) for path in node.choosers()}
     return ", ".join(f"{path.rpartition('.')[2]} {' or '.join(map(repr, chosen))}" for path, chosen in names.items())

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from .document import WrittenValue
-from .draft import Draft
+from .reader import Reader
 from .key_table import DIMENSIONLESS
 
 #: Keys of wear coefficients, below `wear`.
@@ -13,15 +13,15 @@ COEFFICIENTS = (
 )
 
 
-def put_units(draft: Draft) -> None:
+def put_units(reader: Reader) -> None:
     """Note for each joint that wears, and does not say so itself, whether its coefficients are dimensionless."""
-    for path in [path for path in draft.shape if path.endswith(".wear.coefficient_unit")]:
+    for path in [path for path in reader.shape if path.endswith(".wear.coefficient_unit")]:
         wear = path.rpartition(".")[0]
-        there = draft.swept | draft.written
+        there = reader.swept | reader.written
         given = [there[f"{wear}.{key}"] for key in COEFFICIENTS if f"{wear}.{key}" in there]
-        if path not in draft.written and f"{wear}.hardness" in there and given and all(map(_bare, given)):
+        if path not in reader.written and f"{wear}.hardness" in there and given and all(map(_bare, given)):
             place = given[0]
-            draft.written[path] = WrittenValue(DIMENSIONLESS, place.origin, place.line, place.column)
+            reader.written[path] = WrittenValue(DIMENSIONLESS, place.origin, place.line, place.column)
 
 
 def _bare(written: WrittenValue) -> bool:

@@ -99,8 +99,8 @@ def _up_to(values: "np.ndarray", highest: float, count: int) -> "np.ndarray":
     place = np.arange(len(spectrum)) / max(highest, 1.0)
     spectrum *= 0.5 + 0.5 * np.cos(np.pi * np.clip((place - 0.8) / 0.2, 0.0, 1.0))
     spectrum[0] = 0.0
-    found: np.ndarray = np.fft.irfft(spectrum, count) * (count / len(values))
-    return found
+    filtered: np.ndarray = np.fft.irfft(spectrum, count) * (count / len(values))
+    return filtered
 
 
 def noise(chance: "np.random.Generator", turns: "np.ndarray", orders: float) -> "np.ndarray":
@@ -108,8 +108,8 @@ def noise(chance: "np.random.Generator", turns: "np.ndarray", orders: float) -> 
     import numpy as np
 
     white = _up_to(chance.standard_normal(turns.size), orders * len(turns), turns.size)
-    found: np.ndarray = (white / np.sqrt((white**2).mean())).reshape(turns.shape)
-    return found
+    normalised: np.ndarray = (white / np.sqrt((white**2).mean())).reshape(turns.shape)
+    return normalised
 
 
 def density(angle: "np.ndarray") -> float:
@@ -153,8 +153,8 @@ def revolutions(
     fitted: np.ndarray = np.interp(begin + TURN * np.arange(count * fine) / fine, angle, values)
     if not count:
         return fitted.reshape(0, samples)
-    found: np.ndarray = fitted.mean() + _up_to(fitted, orders * count, count * samples).reshape(count, samples)
-    return found
+    resampled: np.ndarray = fitted.mean() + _up_to(fitted, orders * count, count * samples).reshape(count, samples)
+    return resampled
 
 
 def shift(measured: "np.ndarray", computed: "np.ndarray", highest: int | None = None) -> int:
@@ -193,8 +193,8 @@ def angle_of_time(times: "np.ndarray", values: "np.ndarray", rate: float) -> "np
     mean, strongest = float(tried[best]), int(np.argmax([each[best] for each in power])) + 1
     angle: np.ndarray = mean * (times - times[0])
     for _ in range(2):  # the first time, what varies within a revolution leaves an error
-        turning = (values - values.mean()) * np.exp(-1j * strongest * angle)
-        smooth = _averaged(times, _averaged(times, turning, TURN / mean), TURN / mean)  # no other order leaks
+        demodulated = (values - values.mean()) * np.exp(-1j * strongest * angle)
+        smooth = _averaged(times, _averaged(times, demodulated, TURN / mean), TURN / mean)  # no other order leaks
         if np.abs(smooth).min() < WEAK * np.std(values):
             return angle
         phase = np.unwrap(np.angle(smooth)) / strongest
@@ -213,5 +213,5 @@ def _averaged(times: "np.ndarray", values: "np.ndarray", width: float) -> "np.nd
     half = min(width, times[-1] - times[0]) / 2.0
     middle = np.clip(times, times[0] + half, times[-1] - half)  # of whole width at both ends, too
     first, last = np.searchsorted(times, middle - half), np.searchsorted(times, middle + half, side="right")
-    found: np.ndarray = (total[last] - total[first]) / np.maximum(last - first, 1)
-    return found
+    averages: np.ndarray = (total[last] - total[first]) / np.maximum(last - first, 1)
+    return averages

@@ -32,7 +32,7 @@ def lifetime_of(known: Mapping[str, float]) -> Lifetime:
     return Lifetime(**{field: known.get(name, math.nan) for name, field in COLUMNS.items()})
 
 
-def told(life: Lifetime) -> str:
+def interval_text(life: Lifetime) -> str:
     """Return a life in hours with the interval of the numerics alone, and with what that leaves out."""
     parts = [f"{wording.plain(life.hours)} h ({_numerics(life)})"]
     if math.isfinite(life.low_uncertain) or math.isfinite(life.high_uncertain):

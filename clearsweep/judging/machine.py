@@ -28,26 +28,26 @@ def difference(fit: Mapping[str, Any]) -> str:
     return f" ({off:+.3g} %)" if math.isfinite(off) else ""
 
 
-def sentences(found: Mapping[str, Any], joints: int) -> list[str]:
+def sentences(identified: Mapping[str, Any], joints: int) -> list[str]:
     """Return what to know of the intervals: misfit, keys that trade off, priors, what the signals were taken as."""
-    lines = [_misfit(found)]
-    for first, second, size in found["traded"]:
+    lines = [_misfit(identified)]
+    for first, second, size in identified["traded"]:
         names = f"{wording.axis_name(first, joints)} and {wording.axis_name(second, joints)}"
         lines.append(f"{names} trade off (correlation {size:.2f}): the data determine a combination of them.")
-    for each in found["signals"]:
+    for each in identified["signals"]:
         noise, low, high = (f"{100.0 * share:.2g}" for share in each["noise"])
         lines.append(
             f"{each['channel']} of {each['file']}: {each['revolutions']} revolutions of {each['samples']:.4g} samples, "
             f"compared up to order {each['orders']:.3g}; crank angle {math.degrees(each['angle']):.3g} deg ahead, "
             f"noise {noise} % of the rms (95 %: {low} to {high} %)."
         )
-        speed, own = each["speed"], found["computed_speed"]
+        speed, own = each["speed"], identified["computed_speed"]
         if speed and abs(speed / own - 1.0) > SPEED:
             lines.append(
                 f"{each['file']}: the measured speed is {speed * 30.0 / math.pi:.5g} rpm, but the cases have "
                 f"{own * 30.0 / math.pi:.5g} rpm; write the measured one under drive."
             )
-    gain, ends = found["priors"]["gain"], [100.0 * share for share in found["priors"]["noise"]]
+    gain, ends = identified["priors"]["gain"], [100.0 * share for share in identified["priors"]["noise"]]
     lines.append(
         f"Priors: even over each range; gain within {196.0 * gain:.2g} % (95 %); offset and crank angle free; noise "
         f"{ends[0]:.2g} to {ends[1]:.2g} % of the rms."
@@ -55,17 +55,18 @@ def sentences(found: Mapping[str, Any], joints: int) -> list[str]:
     return lines
 
 
-def _misfit(found: Mapping[str, Any]) -> str:
+def _misfit(identified: Mapping[str, Any]) -> str:
     """Return whether the model explains what was measured."""
-    if found["explained"]:
+    if identified["explained"]:
         return "The model explains what was measured within the errors that are assumed."
     far = sorted(
-        (each for each in found["fits"] if abs(each["deviations"]) > FAR), key=lambda each: -abs(each["deviations"])
+        (each for each in identified["fits"] if abs(each["deviations"]) > FAR),
+        key=lambda each: -abs(each["deviations"]),
     )
     named = [f"{each['channel']}, {each['feature']}{difference(each)}" for each in far[:LISTED]]
     where = f"; furthest off: {wording.sentence_list(named)}" if named else ""
     return (
         f"Misfit: no values of these keys explain what was measured{where}. Errors are "
-        f"{math.sqrt(found['misfit']):.2g} times those assumed, by which the intervals are widened; another law or a "
-        "missing part may be the reason."
+        f"{math.sqrt(identified['misfit']):.2g} times those assumed, by which the intervals are widened; "
+        "another law or a missing part may be the reason."
     )

@@ -78,12 +78,14 @@ def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | N
         return Lead(asked or "limits", "Smallest margin", names, _LEAST, (Candidate("", names),))
     joints = [joint.name for joint in layout.joints]
     for question, title, smallest, figures in _BY_CONTENT:
-        found = [name for name in joints if f"{name}_{next(iter(figures))}" in there]
+        matching = [name for name in joints if f"{name}_{next(iter(figures))}" in there]
         shown = {
-            figure: heading for figure, heading in figures.items() if all(f"{name}_{figure}" in there for name in found)
+            figure: heading
+            for figure, heading in figures.items()
+            if all(f"{name}_{figure}" in there for name in matching)
         }
-        if found:
-            candidates = tuple(Candidate(name, tuple(f"{name}_{figure}" for figure in shown)) for name in found)
+        if matching:
+            candidates = tuple(Candidate(name, tuple(f"{name}_{figure}" for figure in shown)) for name in matching)
             return Lead(question, title, tuple(shown.values()), smallest, candidates)
     return Lead("force", "", (), _MOST, ())
 

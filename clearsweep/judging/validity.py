@@ -267,7 +267,7 @@ class Lubricated(NamedTuple):
 
     joint: str  # 'rod-slider'
     limit: float  # eccentricity ratio up to which its formula holds
-    held: float  # share of the window's time beyond
+    share_beyond: float  # share of the window's time beyond
     ratio: float  # largest eccentricity over clearance
     dry: bool  # there is a dry contact behind it
     taylor: float  # largest Taylor number
@@ -278,11 +278,11 @@ class Lubricated(NamedTuple):
 def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
     """Return the remarks on films: past their limit, squeezed out, not laminar, feeding energy in."""
     joints = list(joints)
-    held = [
+    share_beyond = [
         f"{joint.joint} is beyond the eccentricity ratio {joint.limit:g}, from which on it is evaluated there, for "
-        f"{_percent(joint.held)} of the time, and reaches {joint.ratio:.4g}"
+        f"{_percent(joint.share_beyond)} of the time, and reaches {joint.ratio:.4g}"
         for joint in joints
-        if joint.held > 0.0
+        if joint.share_beyond > 0.0
     ]
     beyond = [
         f"{joint.joint} reaches {joint.ratio:.4g} clearances" for joint in joints if joint.ratio > 1.0 and not joint.dry
@@ -301,7 +301,7 @@ def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
     ]
     hint = "; write the joint's contact, more viscosity, or less clearance"
     return (
-        FILM_HELD + "; ".join(held) if held else "",
+        FILM_HELD + "; ".join(share_beyond) if share_beyond else "",
         FILM_BEYOND + "; ".join(beyond) + hint if beyond else "",
         FILM_FLOW + "; ".join(flow) if flow else "",
         FILM_FED + "; ".join(fed) if fed else "",

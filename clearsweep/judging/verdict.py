@@ -27,24 +27,24 @@ class Limit(NamedTuple):
     def words(self, unit: str) -> str:
         """Return the bound in words, where the column is in `unit`: 'at most 5 kN', 'at least 2 times NAME'."""
         scale = wording.scale("1" if self.times else unit, self.value)
-        bound = scale.given(self.value) + (f" times {self.times}" if self.times else "")
-        return f"{self.kind.replace('_', ' ')} {bound}"
+        threshold = scale.given(self.value) + (f" times {self.times}" if self.times else "")
+        return f"{self.kind.replace('_', ' ')} {threshold}"
 
-    def bound(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+    def threshold(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return the bound of every case, in the unit of the column; not finite where it is a multiple of a null."""
         import numpy as np
 
         given = columns[self.times] if self.times else np.ones(len(columns[self.column]))
         with np.errstate(all="ignore"):
-            found: np.ndarray = self.value * given
-        return found
+            allowed: np.ndarray = self.value * given
+        return allowed
 
     def short_by(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return how far (in the column's unit) each case is on the good side of the bound, negative beyond it."""
         import numpy as np
 
         with np.errstate(all="ignore"):
-            off: np.ndarray = self.bound(columns) - columns[self.column]
+            off: np.ndarray = self.threshold(columns) - columns[self.column]
         return off if self.kind == "at_most" else -off
 
     def unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
@@ -56,21 +56,21 @@ class Limit(NamedTuple):
 
         missing = ~np.isfinite(columns[self.column])
         if self.null == NOTHING:
-            found: np.ndarray = ~missing & ~np.isfinite(self.bound(columns))
+            unknown: np.ndarray = ~missing & ~np.isfinite(self.threshold(columns))
         elif self.null == ENDLESS:
-            found = ~np.isfinite(self.bound(columns))
+            unknown = ~np.isfinite(self.threshold(columns))
         else:
-            found = missing | ~np.isfinite(self.bound(columns))
-        return found
+            unknown = missing | ~np.isfinite(self.threshold(columns))
+        return unknown
 
     def fails(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return which cases do not keep to the limit: those beyond the bound, and those that cannot be judged."""
         import numpy as np
 
-        found: np.ndarray = (self.short_by(columns) < 0.0) | self.unknown(columns)
+        failing: np.ndarray = (self.short_by(columns) < 0.0) | self.unknown(columns)
         if self.null == ENDLESS and self.kind == "at_most":
-            found |= ~np.isfinite(columns[self.column])
-        return found
+            failing |= ~np.isfinite(columns[self.column])
+        return failing
 
     def margin(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return 1 - value / limit of every case, of `at_least` value / limit - 1; NaN where the limit is zero."""
@@ -78,10 +78,10 @@ class Limit(NamedTuple):
 
         most = np.finfo(float).max
         with np.errstate(all="ignore"):
-            size = np.abs(self.bound(columns))
-            found: np.ndarray = np.where(size > 0.0, self.short_by(columns) / size, np.nan)
-            judged = np.isfinite(columns[self.column]) & np.isfinite(size)
-        return np.where(judged, np.clip(found, -most, most), np.nan)
+            size = np.abs(self.threshold(columns))
+            margin: np.ndarray = np.where(size > 0.0, self.short_by(columns) / size, np.nan)
+            usable = np.isfinite(columns[self.column]) & np.isfinite(size)
+        return np.where(usable, np.clip(margin, -most, most), np.nan)
 
 
 class Own(NamedTuple):
@@ -101,13 +101,13 @@ class Verdict(NamedTuple):
     @property
     def columns(self) -> tuple[Column, ...]:
         """Return the columns that it adds to a summary."""
-        found = [Column(own.name, own.unit, f"own figure: {own.text}") for own in self.figures]
+        figures = [Column(own.name, own.unit, f"own figure: {own.text}") for own in self.figures]
         if self.limits:
-            found += [
+            figures += [
                 Column(EXCEEDED, "", _EXCEEDED, "text"),
                 Column(MARGIN, "1", _MARGIN),
             ]
-        return tuple(found)
+        return tuple(figures)
 
     def needs(self) -> set[str]:
         """Return the columns that it is made of."""
@@ -125,36 +125,38 @@ class Verdict(NamedTuple):
         import numpy as np
 
         known = {name: summary[name] for name in self.needs()}
-        added = self.judge({name: np.array([np.nan if value is None else value]) for name, value in known.items()})
-        return {name: None if values[0] != values[0] else values.tolist()[0] for name, values in added.items()}
+        evaluated = self.evaluate(
+            {name: np.array([np.nan if value is None else value]) for name, value in known.items()}
+        )
+        return {name: None if values[0] != values[0] else values.tolist()[0] for name, values in evaluated.items()}
 
-    def judge(self, columns: "Mapping[str, np.ndarray]") -> "dict[str, np.ndarray]":
+    def evaluate(self, columns: "Mapping[str, np.ndarray]") -> "dict[str, np.ndarray]":
         """Return what it adds to the columns (n,) of some finished cases, NaN for null there and here.
 
         A case that cannot be judged counts as exceeding its limit, and its margin is null.
         """
         import numpy as np
 
-        known, added = dict(columns), dict[str, np.ndarray]()
+        known, evaluated = dict(columns), dict[str, np.ndarray]()
         for own in self.figures:
-            added[own.name] = known[own.name] = expression.value_of(own.text, known)
+            evaluated[own.name] = known[own.name] = expression.value_of(own.text, known)
         if self.limits:
             beyond = {limit.column: np.zeros(len(known[limit.column]), bool) for limit in self.limits}
             for limit in self.limits:
                 beyond[limit.column] |= limit.fails(known)
             table = np.array(list(beyond.values()))
             names = np.array(list(beyond), object)
-            added[EXCEEDED] = np.array([",".join(names[case]) for case in table.T], object)
+            evaluated[EXCEEDED] = np.array([",".join(names[case]) for case in table.T], object)
             margins = np.array([limit.margin(known) for limit in self.limits])
-            added[MARGIN] = np.where(self.unknown(known), np.nan, np.fmin.reduce(margins, axis=0))
-        return added
+            evaluated[MARGIN] = np.where(self.unknown(known), np.nan, np.fmin.reduce(margins, axis=0))
+        return evaluated
 
     def unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return which cases some limit cannot judge; `columns` hold own figures, too."""
         import numpy as np
 
-        found: np.ndarray = np.any([limit.unknown(columns) for limit in self.limits], axis=0)
-        return found
+        unknown: np.ndarray = np.any([limit.unknown(columns) for limit in self.limits], axis=0)
+        return unknown
 
 
 _EXCEEDED = "the columns whose limits the case exceeds, or by which it cannot be judged, comma separated"
@@ -180,12 +182,12 @@ def limits_of(written: Mapping[str, Any], columns: Iterable[Column] = ()) -> tup
 
     columns : those of the summary, which say what a null means
     """
-    found, nulls = [], {column.name: column.null for column in columns}
-    for name, bound in written.items():
-        bounds = bound if isinstance(bound, Mapping) else {KINDS[0]: bound}
+    limits, nulls = [], {column.name: column.null for column in columns}
+    for name, threshold in written.items():
+        bounds = threshold if isinstance(threshold, Mapping) else {KINDS[0]: threshold}
         times, null = bounds.get("times", ""), nulls.get(name, "")
-        found += [Limit(name, kind, bounds[kind], times, null) for kind in KINDS if kind in bounds]
-    return tuple(found)
+        limits += [Limit(name, kind, bounds[kind], times, null) for kind in KINDS if kind in bounds]
+    return tuple(limits)
 
 
 def of_record(record: Mapping[str, Any]) -> Verdict:
@@ -198,8 +200,8 @@ def of_record(record: Mapping[str, Any]) -> Verdict:
 
 def figures_of(written: Mapping[str, str], units: Mapping[str, str]) -> tuple[Own, ...]:
     """Return a grid's own figures, each of columns and those before it; InputError where one cannot be read."""
-    known, found = dict(units), []
+    known, figures = dict(units), []
     for name, text in written.items():
         known[name] = expression.unit_of(text, known)
-        found.append(Own(name, text, known[name]))
-    return tuple(found)
+        figures.append(Own(name, text, known[name]))
+    return tuple(figures)

@@ -65,8 +65,8 @@ def value_of(text: str, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
 
     with np.errstate(all="ignore"):
         values = np.asarray(_value(_tree(text), columns), float)
-    found: np.ndarray = np.where(np.isfinite(values), values, np.nan)
-    return found
+    finite: np.ndarray = np.where(np.isfinite(values), values, np.nan)
+    return finite
 
 
 def exact_value(text: str, values: Mapping[str, Fraction]) -> Fraction:
@@ -75,11 +75,11 @@ def exact_value(text: str, values: Mapping[str, Fraction]) -> Fraction:
     InputError where it has none: a division by zero, a root of a negative number, a number too large for a float.
     """
     try:
-        found = Fraction(_exact(_tree(text, DEFINED), values))
-        float(found)
+        exact = Fraction(_exact(_tree(text, DEFINED), values))
+        float(exact)
     except (ArithmeticError, ValueError, TypeError) as error:
         raise InputError(f"found {shown(text)}, which has no value here: {error}") from None
-    return found
+    return exact
 
 
 @lru_cache(256)
@@ -216,10 +216,10 @@ def _exact(node: Any, values: Mapping[str, Fraction]) -> Fraction:
 
 def _power(base: Fraction, power: float) -> Fraction:
     """Return a power, as a float would give it; ValueError where it is not real."""
-    found = float(base) ** power
-    if isinstance(found, complex):
+    raised = float(base) ** power
+    if isinstance(raised, complex):
         raise ValueError("a root of a negative number")
-    return Fraction(repr(found))
+    return Fraction(repr(raised))
 
 
 def _number(node: ast.expr) -> float:

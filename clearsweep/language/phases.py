@@ -185,19 +185,19 @@ class Display:
 
     def look(self) -> None:
         """Print what is due."""
-        work, found, now = outermost(), progress(), time.monotonic()
-        if found is None or work is None or sys.stderr is None:
+        work, latest, now = outermost(), progress(), time.monotonic()
+        if latest is None or work is None or sys.stderr is None:
             self.close()
             return
         if self.terminal:
             if now - work.begin >= SETTLED:
-                self._draw(found, work.further())
+                self._draw(latest, work.further())
             return
         if work is not self.work:
             self.work, self.interval = work, FIRST
         if now - self.latest >= self.interval:
             self.interval = min(GROWTH * self.interval, LONGEST)
-            self.say(found.text + work.further())
+            self.say(latest.text + work.further())
 
     def say(self, sentence: str) -> None:
         """Print a line."""
@@ -212,15 +212,15 @@ class Display:
         with self.lock:
             self._clear()
 
-    def _draw(self, found: Progress, further: str) -> None:
+    def _draw(self, latest: Progress, further: str) -> None:
         with self.lock:
             if self.bar is None:
                 from tqdm import tqdm
 
                 self.bar = tqdm(total=1.0, file=sys.stderr, leave=False, dynamic_ncols=True, bar_format="{desc}")
-            self.bar.n = found.share or 0.0
-            self.bar.bar_format = "{desc}" if found.share is None else f"|{{bar:{BAR}}}| {{desc}}"
-            self.bar.set_description_str(printable(found.text + further).replace("\n", " "))
+            self.bar.n = latest.share or 0.0
+            self.bar.bar_format = "{desc}" if latest.share is None else f"|{{bar:{BAR}}}| {{desc}}"
+            self.bar.set_description_str(printable(latest.text + further).replace("\n", " "))
 
     def _clear(self) -> None:
         if self.bar is not None:
@@ -278,9 +278,9 @@ class Written:
         work, now = outermost(self.first), time.monotonic()
         if work is None or now - work.begin < SETTLED:
             self.discard()
-        elif (now >= self.due or innermost_once() != self.once) and (found := progress(self.first)):
-            self.due, self.there, self.once = now + SETTLED, True, found.once
-            self.put(json.dumps(found._asdict() | {"facts": dict(found.facts), "time": time.time()}).encode())
+        elif (now >= self.due or innermost_once() != self.once) and (latest := progress(self.first)):
+            self.due, self.there, self.once = now + SETTLED, True, latest.once
+            self.put(json.dumps(latest._asdict() | {"facts": dict(latest.facts), "time": time.time()}).encode())
 
     def discard(self) -> None:
         """Remove what was written."""
@@ -304,9 +304,9 @@ def written(put: Callable[[bytes | None], None]) -> Iterator[None]:
 def read(content: bytes) -> Progress | None:
     """Return the progress that `written` put there, as it stands now; None where the content is not whole."""
     try:
-        found = json.loads(content)
-        age = max(time.time() - found.pop("time"), 0.0)
-        kept = Progress(**found)
+        written = json.loads(content)
+        age = max(time.time() - written.pop("time"), 0.0)
+        kept = Progress(**written)
         left = kept.left if kept.left is None else max(kept.left - age, 0.0) or None
         return kept._replace(seconds=kept.seconds + age, left=left)
     except (ValueError, KeyError, TypeError, AttributeError):
@@ -324,8 +324,8 @@ class Latest:
         """Take the latest estimate."""
         if any(opened.once for opened in _open):
             return  # it is of that alone
-        if (found := progress(self.first)) and found.left is not None:
-            self.total = time.monotonic() - self.begin + found.left
+        if (latest := progress(self.first)) and latest.left is not None:
+            self.total = time.monotonic() - self.begin + latest.left
 
 
 @contextlib.contextmanager

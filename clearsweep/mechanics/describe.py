@@ -52,10 +52,10 @@ def text(name: str | None = None, others: tuple[str, ...] = ()) -> str:
     """
     if name is None:
         return _list()
-    everything = _everything()
-    chosen = [law for law in everything if law.name == name]
+    keys = _everything()
+    chosen = [law for law in keys if law.name == name]
     if not chosen:
-        known = dict.fromkeys((*(law.name for law in everything), *others))
+        known = dict.fromkeys((*(law.name for law in keys), *others))
         like = likely(name, known)
         near = f"; did you mean '{like[0]}'?" if len(like) == 1 else f"; there are {', '.join(like)}" if like else ""
         rest = "`clearsweep list` tells all" if like else f"known: {', '.join(known)}"
@@ -70,10 +70,10 @@ def _everything() -> tuple[Law, ...]:
 
 
 def _list() -> str:
-    everything, blocks = _everything(), []
-    wide = max(len(law.name) for law in everything)
+    keys, blocks = _everything(), []
+    wide = max(len(law.name) for law in keys)
     for family, key in _KEYS.items():
-        lines = [f"  {law.name:{wide}}  {law.summary}" for law in everything if law.family == family]
+        lines = [f"  {law.name:{wide}}  {law.summary}" for law in keys if law.family == family]
         blocks.append("\n".join([key, *lines]))
     return "\n\n".join(blocks)
 

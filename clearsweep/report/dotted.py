@@ -22,7 +22,7 @@ def leaves(tree: Mapping, start: str = "") -> list[tuple[str, object]]:
     return pairs
 
 
-def sought(record: Mapping) -> str:
+def seek_text(record: Mapping) -> str:
     """Return the first path whose largest or smallest value a run sought, '' where none was."""
     return next(iter(all_sought(record)), "")
 

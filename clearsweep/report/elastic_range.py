@@ -11,7 +11,7 @@ FAR = 3.0  # times the fastest onset: a line further up would press all onsets t
 _NO_STRENGTH = ": it takes a yield strength or a hardness"
 
 
-def beside(study: Study, joint: Joint, case_id: str) -> str:
+def remark(study: Study, joint: Joint, case_id: str) -> str:
     """Return, in words, at which speed a joint of a case first yields."""
     column = joint.column(YIELD_SPEED)
     speed = study.cases.at[case_id, column] if study.has(column) else np.nan
@@ -46,10 +46,10 @@ def _has_strength(study: Study, joint: Joint) -> bool:
 
 def limits(study: Study, case_id: str, fastest: float) -> list[tuple[str, float]]:
     """Return joint and speed (m/s) at which it first yields in a case; without those far beyond the `fastest`."""
-    found = []
+    ranges = []
     for joint in study.joints:
         column = joint.column(YIELD_SPEED)
         speed = float(study.cases.at[case_id, column]) if study.has(column) else np.nan
         if speed <= FAR * fastest:
-            found.append((joint.title, speed))
-    return found
+            ranges.append((joint.title, speed))
+    return ranges

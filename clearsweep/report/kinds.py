@@ -77,7 +77,7 @@ def short_contacts(study: Study, joint: Joint) -> np.ndarray:
     turn = 2.0 * np.pi / np.broadcast_to(np.asarray(speed, float), count)  # s
     before, turns = (part.to_numpy(float) for part in window(study.cases, study.base))
     begin, kept = before * turn, study.cases.chosen
-    found, first = np.zeros(count), 0
+    shortest, first = np.zeros(count), 0
     for counts, events in itertools.chain((block,), blocks):
         here = kept[first : first + len(counts)]
         first += len(counts)
@@ -88,8 +88,8 @@ def short_contacts(study: Study, joint: Joint) -> np.ndarray:
         case, since, until = case[pair], t[pair], t[pair + 1]
         short = (until - since < SHORT / 360.0 * turn[case]) & (until > begin[case])
         case, since, until = case[short], since[short], until[short]
-        found += np.bincount(case, until - np.maximum(since, begin[case]), minlength=count)
-    return found / (turn * turns)
+        shortest += np.bincount(case, until - np.maximum(since, begin[case]), minlength=count)
+    return shortest / (turn * turns)
 
 
 def by_value(study: Study, joint: Joint, axis: Axis) -> tuple[list[str], list[tuple]]:

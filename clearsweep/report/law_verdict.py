@@ -11,43 +11,43 @@ from .study import Study
 from .table import Column, Table, counted
 
 
-def of_axis(study: Study, beside: Matched) -> Part:
+def of_axis(study: Study, groups: Matched) -> Part:
     """Return what the laws on an axis do to the verdict at otherwise equal values; nothing without limits."""
     if verdict.EXCEEDED not in study.cases:
         return Part([], [], [])
-    ids = beside.pairs["case_id"]
+    ids = groups.pairs["case_id"]
     fails = (study.cases[verdict.EXCEEDED].reindex(ids) != "").to_numpy(float)
-    pairs = beside.pairs.assign(fails=fails, margin=study.cases[verdict.MARGIN].reindex(ids).to_numpy(float))
+    pairs = groups.pairs.assign(fails=fails, margin=study.cases[verdict.MARGIN].reindex(ids).to_numpy(float))
     table = pairs.pivot_table(index="group", columns="law", values="fails", aggfunc="max")
     table = table[table.count(axis=1) > 1]
     if table.empty:
         return Part([], [], [])
     compared = pairs[pairs["group"].isin(table.index)]
-    return Part([_sentence(study, beside, table)], [], [_table(beside, compared)])
+    return Part([_sentence(study, groups, table)], [], [_table(groups, compared)])
 
 
-def _sentence(study: Study, beside: Matched, table: pd.DataFrame) -> str:
+def _sentence(study: Study, groups: Matched, table: pd.DataFrame) -> str:
     """Return in how many designs the choice moves the verdict, and where it does so."""
     moved = table[table.max(axis=1) > table.min(axis=1)]
     designs = wording.count(len(table), "design")
     if moved.empty:
         agreed = "keeps to the limits" if not table.max().max() else "exceeds a limit" if table.min().min() else ""
         rest = f"each {agreed} with every one" if agreed else "each keeps to the limits with all of them, or with none"
-        return f"The choice of {beside.axis.name} does not move the verdict on {designs}: {rest}."
+        return f"The choice of {groups.axis.name} does not move the verdict on {designs}: {rest}."
     group = moved.index[0]
     row = moved.loc[group].dropna()
     keep, exceed = ([law for law, fails in row.items() if bool(fails) is beyond] for beyond in (False, True))
-    at = study.setting(beside.case(group, exceed[0]), without=beside.axis)
+    at = study.setting(groups.case(group, exceed[0]), without=groups.axis)
     where = f", such as at {at}" if at else ""
     laws = f"kept with {wording.sentence_list(keep)}, exceeded with {wording.sentence_list(exceed)}"
     many = f"{len(moved)} of {designs}"
-    return f"The choice of {beside.axis.name} decides whether the limits are kept in {many}{where}: {laws}."
+    return f"The choice of {groups.axis.name} decides whether the limits are kept in {many}{where}: {laws}."
 
 
-def _table(beside: Matched, compared: pd.DataFrame) -> Table:
+def _table(groups: Matched, compared: pd.DataFrame) -> Table:
     """Return, law by law, how many designs exceed a limit, and their margins."""
     rows = []
-    for law in beside.axis.values:
+    for law in groups.axis.values:
         mine = compared[compared["law"] == law]
         if len(mine):
             margins = mine["margin"].to_numpy()
@@ -55,6 +55,6 @@ def _table(beside: Matched, compared: pd.DataFrame) -> Table:
             ends = (float(known.min()), float(np.median(known))) if len(known) else (np.nan, np.nan)
             rows.append((law, counted(len(mine)), counted(int(mine["fails"].sum())), *ends))
     heads = ("designs", "that exceed a limit", "smallest margin", "median margin")
-    columns = (Column(beside.axis.name), *map(Column, heads))
+    columns = (Column(groups.axis.name), *map(Column, heads))
     note = "Designs that finished with at least two of the laws; margin as in the verdict."
-    return Table(f"{axis_key(beside.axis)}_verdict", f"The verdict, by {beside.axis.name}", note, columns, rows)
+    return Table(f"{axis_key(groups.axis)}_verdict", f"The verdict, by {groups.axis.name}", note, columns, rows)

@@ -48,7 +48,7 @@ class History(NamedTuple):
         return lambda ax: motion.against_ideal(ax, angle, values, ideal, unit, name)
 
 
-class Course(NamedTuple):
+class JointHistory(NamedTuple):
     """How a quantity of a case goes over its history, and how it would without clearance."""
 
     name: str
@@ -78,22 +78,24 @@ def saved_of(study: Study, case_id: str, path: Mapping) -> History:
     return History(path, time, None if angle is None else angle - first, first)
 
 
-def courses(study: Study, case_id: str, saved: History) -> list[Course]:
+def courses(study: Study, case_id: str, saved: History) -> list[JointHistory]:
     """Return how forces in joints, acceleration of the output and torque go, beside the ideal mechanism's."""
-    ideal, found = _ideal(study, case_id, saved), []
+    ideal, courses = _ideal(study, case_id, saved), []
     for joint in study.joints:
         reaction = ideal.reactions.get(joint.title) if ideal else None
         without = None if reaction is None else np.hypot(reaction[..., 0], reaction[..., 1])
         force = saved.values(f"joints/{joint.name}/force_normal")
-        found.append(Course(f"normal force{study.where(joint, ', {}')}", "N", force, without))
+        courses.append(JointHistory(f"normal force{study.where(joint, ', {}')}", "N", force, without))
     acceleration = _acceleration(study, saved)
     if acceleration:
         without = ideal.acceleration if ideal else None
         name = f"{study.run.layout.output} acceleration"
-        found.append(Course(name, acceleration.unit, saved.values(acceleration.name), without))
+        courses.append(JointHistory(name, acceleration.unit, saved.values(acceleration.name), without))
     torques = [channel for channel in _own(study, saved) if channel.name.endswith("/torque")]
     torque = ideal.torque if ideal else None
-    return found + [Course(_words(channel), channel.unit, saved.values(channel.name), torque) for channel in torques]
+    return courses + [
+        JointHistory(_words(channel), channel.unit, saved.values(channel.name), torque) for channel in torques
+    ]
 
 
 def pictures(study: Study, case_id: str, path: Mapping) -> list[Picture]:
@@ -141,14 +143,14 @@ def _output(study: Study, case_id: str, saved: History) -> list[Picture]:
     output = study.run.layout.output
     unit = study.unit(study.column("error_max"))
     by_unit = {channel.unit: channel.name for channel in reversed(_of_body(study, saved, output))}
-    ideal, found = _ideal(study, case_id, saved), _acceleration(study, saved)
+    ideal, accelerations = _ideal(study, case_id, saved), _acceleration(study, saved)
     drawn = []
-    if found:
-        acceleration, without = saved.values(found.name), ideal.acceleration if ideal else None
-        most, *ideally = most_of([acceleration, *([] if without is None else [without])], found.unit)
+    if accelerations:
+        acceleration, without = saved.values(accelerations.name), ideal.acceleration if ideal else None
+        most, *ideally = most_of([acceleration, *([] if without is None else [without])], accelerations.unit)
         alt = f"{capital(output)} acceleration, at most {most}"
         alt += f"; the ideal mechanism reaches {ideally[0]}." if ideally else "."
-        paint = saved.painter(acceleration, found.unit, f"{output} acceleration", without)
+        paint = saved.painter(acceleration, accelerations.unit, f"{output} acceleration", without)
         title = f"{capital(output)} acceleration against the ideal mechanism"
         drawn.append(Picture(title, "", alt, paint, FLAT, played=True))
     if unit in by_unit and ideal:
@@ -237,9 +239,9 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
     return [*drawn, Picture(f"Normal force{where}", "", alt, paint, FLAT, played=True)]
 
 
-def _unrolled(where: str, course: tuple[np.ndarray, ...], clearance: float) -> Picture:
+def _unrolled(where: str, curve: tuple[np.ndarray, ...], clearance: float) -> Picture:
     """Return the gap of a journal over the direction of its centre; course : x, y (m), normal force (N)."""
-    x, y, force = course
+    x, y, force = curve
     times = motion.magnified(x, y, clearance)
     below = f"; below zero, penetration drawn {times:g} times as deep" if times > 1.0 else ""
     least = wording.text(clearance - float(np.hypot(x, y).max()), "m").replace("-", wording.MINUS)
@@ -260,8 +262,8 @@ def _in_space(study: Study, case_id: str, joint: Joint, saved: History) -> list[
         case = resolved(study, [case_id])[0]
     except InputError:  # mechanism or laws of another version
         return []
-    found = next(each for each in case.joints if each.name == joint.title)
-    return spatial.pictures(case, found, saved.values, saved.angle)
+    spatial_joint = next(each for each in case.joints if each.name == joint.title)
+    return spatial.pictures(case, spatial_joint, saved.values, saved.angle)
 
 
 def _straight(study: Study, joint: Joint) -> bool:

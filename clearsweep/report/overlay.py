@@ -54,8 +54,8 @@ def lay(study: Study, file: str | PathLike) -> list[Laid]:
 
 def _short(units: Mapping[str, str]) -> dict[str, str]:
     """Return a short name of a signal -> its channel."""
-    found = [name for name in ("slider/a", "output/a", "rocker/a") if name in units]
-    return {ACCELERATION: found[0]} if found else {}
+    channels = [name for name in ("slider/a", "output/a", "rocker/a") if name in units]
+    return {ACCELERATION: channels[0]} if channels else {}
 
 
 def _angle(signals: measured.Measured, crank_angle: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -85,5 +85,5 @@ def _beside(
     mean = turns.mean(axis=0)
     size = float(np.sqrt(((mean - mean.mean()) ** 2).mean()))
     off = float(np.sqrt(((mean - own.mean(axis=0)) ** 2).mean()))
-    ahead = features.TURN * lag / turns.shape[1]
-    return turns, own, ahead - features.TURN * (ahead > features.TURN / 2.0), off / size if size else np.inf
+    phase_shift = features.TURN * lag / turns.shape[1]
+    return turns, own, phase_shift - features.TURN * (phase_shift > features.TURN / 2.0), off / size if size else np.inf

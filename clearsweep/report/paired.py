@@ -28,8 +28,8 @@ def power(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
     power : Estimate, NaN without a pair; its ends NaN where there are too few pairs for an interval
     """
     logs, at = np.log(table), np.log(np.asarray(x, float))
-    found = [(logs[:, k] - logs[:, j]) / (at[k] - at[j]) for j, k in itertools.combinations(range(len(at)), 2)]
-    slopes = np.sort(np.concatenate(found)) if found else np.empty(0)
+    powers = [(logs[:, k] - logs[:, j]) / (at[k] - at[j]) for j, k in itertools.combinations(range(len(at)), 2)]
+    slopes = np.sort(np.concatenate(powers)) if powers else np.empty(0)
     slopes = slopes[np.isfinite(slopes)]
     if not len(slopes):
         return Estimate(math.nan, math.nan, math.nan), 0

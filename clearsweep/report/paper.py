@@ -68,13 +68,13 @@ def write(sections: Iterable[Section], wanted: Wanted) -> list[Path]:
 
 def named(sections: Iterable[Section]) -> list[tuple[str, Picture]]:
     """Return every picture with its name, made of the section's key, the case's part and the title, each once."""
-    found: dict[str, Picture] = {}
+    pictures: dict[str, Picture] = {}
     for section in sections:
         for part, picture in section.pictures:
             name = _slug(f"{section.key} {part} {picture.title}")
-            again = sum(known == name or re.fullmatch(rf"{name}-\d+", known) is not None for known in found)
-            found[f"{name}-{again + 1}" if again else name] = picture
-    return list(found.items())
+            again = sum(known == name or re.fullmatch(rf"{name}-\d+", known) is not None for known in pictures)
+            pictures[f"{name}-{again + 1}" if again else name] = picture
+    return list(pictures.items())
 
 
 def image(picture: Picture, form: str, width: float | None = None) -> bytes:

@@ -25,15 +25,15 @@ def gathered(
 
     Raises DirectoryError where no case is finished.
     """
-    passing = Path(tempfile.mkdtemp(prefix="clearsweep-"))
+    folder = Path(tempfile.mkdtemp(prefix="clearsweep-"))
     try:
         with phases.phase("putting the finished cases together"):
-            _gather(directory, passing / "run", catalogue())
-        run = opened(directory, passing / "run")
+            _gather(directory, folder / "run", catalogue())
+        run = opened(directory, folder / "run")
     except BaseException:
-        shutil.rmtree(passing, ignore_errors=True)
+        shutil.rmtree(folder, ignore_errors=True)
         raise
-    weakref.finalize(run, shutil.rmtree, passing, ignore_errors=True)
+    weakref.finalize(run, shutil.rmtree, folder, ignore_errors=True)
     return run
 
 

@@ -77,7 +77,7 @@ class Spot(NamedTuple):
 class Dot(NamedTuple):
     """A dot that moves over a picture once it is clicked, evenly from place to place; in the picture's own units."""
 
-    course: np.ndarray  # (n, 2)
+    points: np.ndarray  # (n, 2)
     colour: str
 
 
@@ -181,13 +181,13 @@ def _moving(picture: Picture, axes: Axes, key: str) -> str:
     figure = axes.get_figure(root=True)
     assert figure is not None
     for dot in picture.dots:
-        at = axes.transData.transform(dot.course) * (72.0 / figure.dpi)
+        at = axes.transData.transform(dot.points) * (72.0 / figure.dpi)
         courses = {"cx": at[:, 0], "cy": height - at[:, 1]}
-        first = " ".join(f'{name}="{course[0]:.1f}"' for name, course in courses.items())
+        first = " ".join(f'{name}="{points[0]:.1f}"' for name, points in courses.items())
         moves = "".join(
-            f'<animate attributeName="{name}" values="{";".join(f"{x:.1f}" for x in course)}" dur="{PLAYED}s" '
+            f'<animate attributeName="{name}" values="{";".join(f"{x:.1f}" for x in points)}" dur="{PLAYED}s" '
             f'begin="{key}-play.click"/>'
-            for name, course in courses.items()
+            for name, points in courses.items()
         )
         parts.append(f'<circle {first} r="3.5" fill="{dot.colour}">{moves}</circle>')
     sheet = f'<rect id="{key}-play" width="{width:g}" height="{height:g}" fill="none" pointer-events="all"/>'

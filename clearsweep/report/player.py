@@ -101,14 +101,14 @@ def _joints(study: Study, case_id: str, path: Mapping, part: slice) -> list[dict
 
 def _charts(study: Study, case_id: str, saved: History, part: slice) -> list[dict]:
     charts = []
-    for course in courses(study, case_id, saved):
-        scale = wording.scale(course.unit, course.actual[part])
-        lines = [("with clearance", course.actual, "accent", False)]
-        if course.ideal is not None:
-            lines.append(("ideal", course.ideal, "mark", True))
+    for curve in courses(study, case_id, saved):
+        scale = wording.scale(curve.unit, curve.actual[part])
+        lines = [("with clearance", curve.actual, "accent", False)]
+        if curve.ideal is not None:
+            lines.append(("ideal", curve.ideal, "mark", True))
         charts.append(
             {
-                "name": course.name,
+                "name": curve.name,
                 "unit": scale.unit,
                 "lines": [
                     {"name": name, "values": packed(values[part] / scale.factor), "colour": colour, "dashed": dashed}

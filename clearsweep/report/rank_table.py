@@ -12,7 +12,7 @@ from .sample_tables import (
     estimate_columns,
     figure_columns,
     finished,
-    judged,
+    limited_figures,
     point_cells,
     variables,
 )
@@ -37,11 +37,11 @@ def rank_table(study: Study, samples: list[Setting]) -> Table:
     if limited:
         columns += [*estimate_columns("limits exceeded, lower half"), *estimate_columns("upper half")]
     rows = []
-    for figure, sample in itertools.product(judged(study), samples):
-        for path, alone, held in correlations(study, sample, figure.column):
+    for figure, sample in itertools.product(limited_figures(study), samples):
+        for path, alone, partial in correlations(study, sample, figure.column):
             head = (figure.name, figure.unit, *point_cells(study, sample), names[path])
             halves = _halves(study, sample, drawn[path]) if limited else []
-            rows.append((*head, *estimate_cells(alone, "1"), *estimate_cells(held, "1"), *halves))
+            rows.append((*head, *estimate_cells(alone, "1"), *estimate_cells(partial, "1"), *halves))
     note = (
         "Rank correlation (Spearman): 1 where the figure always rises with the variable, "
         f"{wording.MINUS}1 where it always falls; others held: of what the other variables leave (PRCC). In brackets "
@@ -57,7 +57,7 @@ def correlations(study: Study, sample: Setting, column: str) -> list[tuple[str, 
 
     [] of too few cases, and of a figure that does not vary.
     """
-    values, found = sample.figures[column], []
+    values, rows = sample.figures[column], []
     known = np.isfinite(values)
     if known.sum() < LEAST or np.ptp(values[known]) == 0.0:
         return []
@@ -66,8 +66,8 @@ def correlations(study: Study, sample: Setting, column: str) -> list[tuple[str, 
     for path, x in drawn.items():
         others = [other for name, other in drawn.items() if name != path]
         alone = ranks.rank_correlation(x, values[known])
-        found.append((path, alone, ranks.partial_rank_correlation(x, values[known], others)))
-    return sorted(found, key=lambda each: -abs(np.nan_to_num(each[2].value)))
+        rows.append((path, alone, ranks.partial_rank_correlation(x, values[known], others)))
+    return sorted(rows, key=lambda each: -abs(np.nan_to_num(each[2].value)))
 
 
 def _halves(study: Study, sample: Setting, values: np.ndarray) -> list[Quantity]:

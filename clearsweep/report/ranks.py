@@ -16,8 +16,8 @@ def ranks(values: np.ndarray) -> np.ndarray:
     """Return the ranks of values (n,), equal ones sharing theirs."""
     from scipy.stats import rankdata
 
-    found: np.ndarray = rankdata(values)
-    return found
+    ranked: np.ndarray = rankdata(values)
+    return ranked
 
 
 def rank_correlation(x: np.ndarray, y: np.ndarray) -> Estimate:

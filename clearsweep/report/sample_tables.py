@@ -24,7 +24,7 @@ class Judged(NamedTuple):
     limits: tuple[Limit, ...]  # there may be one at either end
 
 
-def judged(study: Study) -> list[Judged]:
+def limited_figures(study: Study) -> list[Judged]:
     """Return the figures whose spread is shown: those that matter, and those that have a limit."""
     named = dict(shown(study, "sample"))
     further = [*(study.run.grid.get("figures") or {}), *(limit.column for limit in study.limits)]
@@ -48,7 +48,7 @@ def spread_table(study: Study, samples: list[Setting]) -> Table:
         *estimate_columns("95 % quantile"),
     )
     rows = []
-    for figure in judged(study):
+    for figure in limited_figures(study):
         for sample in samples:
             values = sample.figures[figure.column]
             if np.isfinite(values).any():
@@ -77,13 +77,13 @@ def limit_table(study: Study, samples: list[Setting]) -> Table:
         *(estimate_columns("or of failing") if failures else ()),
     )
     rows = []
-    for figure in judged(study):
+    for figure in limited_figures(study):
         for limit, sample in itertools.product(figure.limits, samples):
             fails = limit.fails(sample.figures)[finished(sample)]
             if len(fails) or sample.failed:
                 head = (figure.name, figure.unit, *point_cells(study, sample))
-                bound = Quantity(limit.value, limit.words(figure.unit))
-                rows.append((*head, bound, *_chances(fails, _failed_rows(sample), failures=failures)))
+                limit_text = Quantity(limit.value, limit.words(figure.unit))
+                rows.append((*head, limit_text, *_chances(fails, _failed_rows(sample), failures=failures)))
     for sample in samples if len(rows) > len(samples) else []:
         head = ("at least one of them", "", *point_cells(study, sample))
         rows.append((*head, "", *_chances(any_exceeded(study, sample), _failed_rows(sample), failures=failures)))
@@ -143,7 +143,7 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
     rows: list[tuple] = []
     verdicts: dict[str, str] = {}  # figure that is or may be chaotic -> which of these
     measured = False
-    for figure in judged(study):
+    for figure in limited_figures(study):
         for sample in samples:
             indices = sensitivity.sobol_indices(sample, figure.column, list(names))
             chance = sensitivity.chance(sample, figure.column, indices)
@@ -188,7 +188,7 @@ def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]
     names = variables(study)
     rows: list[tuple] = []
     chaotic: dict[str, None] = {}  # names of figures, each once
-    for figure in judged(study):
+    for figure in limited_figures(study):
         for sample in samples:
             for effect in sensitivity.effects(sample, figure.column, list(names)):
                 if effect.chaotic:
@@ -215,8 +215,8 @@ def _verdict(chance: Chance) -> str:
 
 def _chance_cells(chance: Chance, verdict: str, *, shown: bool) -> list[Quantity | str]:
     """Return the share of chance, where it comes from and the verdict; the page shows them once a figure."""
-    bound = "at most about " if not chance.measured and chance.share >= 0.01 else ""
-    share = Quantity(chance.share, bound + wording.percent(chance.share) if shown else "")
+    limit_text = "at most about " if not chance.measured and chance.share >= 0.01 else ""
+    share = Quantity(chance.share, limit_text + wording.percent(chance.share) if shown else "")
     return [share, "measured" if chance.measured else "bounded", Quantity(verdict, verdict if shown else "")]
 
 

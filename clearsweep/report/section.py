@@ -95,7 +95,7 @@ class Section(NamedTuple):
     @property
     def pictures(self) -> list[tuple[str, Picture]]:
         """Return the pictures of the section, each with the part of it that it stands in: '', or a case's."""
-        return [found for block in self.blocks for found in _pictures(block)]
+        return [picture for block in self.blocks for picture in _pictures(block)]
 
     @property
     def sentences(self) -> list[str]:
@@ -134,7 +134,7 @@ def _pictures(block: Block) -> list[tuple[str, Picture]]:
         case Detail():
             return [(block.why, picture) for picture in (*block.pictures, *block.played)]
         case Columns():
-            return [found for column in block.columns for inner in column for found in _pictures(inner)]
+            return [inside for column in block.columns for inner in column for inside in _pictures(inner)]
         case _:
             return []
 

@@ -41,15 +41,15 @@ def shown(study: Study, table: str, joint: Joint | None = None) -> list[tuple[st
     """
     entries = {figure.name: figure.shown for figure in (*simulation.catalogue().figures, *COMPUTED)}
     places = {each.name: place for place, each in enumerate(study.joints)}
-    found = []
+    sections = []
     computed = (_computed(figure, each) for each in study.joints for figure in COMPUTED)
     for column in (*study.run.layout.columns, *computed):
         if column.name in study.cases and (joint is None or column.joint in ("", joint.name)):
             for entry in entries.get(column.figure, ()):
                 if entry.table == table and not (entry.if_any and not (study.cases[column.name] > 0.0).any()):
                     order = (places.get(column.joint, len(places)), entry.order)
-                    found.append((order, column.name, _heading(study, entry.heading, "" if joint else column.joint)))
-    return [(name, heading) for _, name, heading in sorted(found, key=lambda each: each[0])]
+                    sections.append((order, column.name, _heading(study, entry.heading, "" if joint else column.joint)))
+    return [(name, heading) for _, name, heading in sorted(sections, key=lambda each: each[0])]
 
 
 def in_words(study: Study, column: str) -> str:

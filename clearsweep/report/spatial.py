@@ -57,12 +57,12 @@ def ends_of(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray]) -
     site = mechanism.site(joint.name)
     on, bearing = site.journals
     holder, journal = _frames(values, bearing), _frames(values, on)
-    held = holder @ _tilted(joint.tilt)
+    rotation = holder @ _tilted(joint.tilt)
     middle = np.stack([values(f"joints/{joint.column}/{axis}") for axis in "xyz"], axis=-1)
     reach = 0.5 * float(joint.journal_length or 0.0) * journal[:, :, 2]
     ends = np.stack([middle + reach, middle - reach])
-    found: np.ndarray = np.einsum("nji,enj->eni", np.broadcast_to(held, (ends.shape[1], 3, 3)), ends)
-    return found
+    rotated: np.ndarray = np.einsum("nji,enj->eni", np.broadcast_to(rotation, (ends.shape[1], 3, 3)), ends)
+    return rotated
 
 
 def _frames(values: Callable[[str], np.ndarray], body: str) -> np.ndarray:

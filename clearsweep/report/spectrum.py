@@ -28,7 +28,7 @@ def of_history(angle: np.ndarray, values: np.ndarray) -> Spectrum | None:
     count = round(turns * a_turn)
     if turns < 1 or abs(count - turns * a_turn) > 1e-3:
         return None
-    found = np.abs(np.fft.rfft(values[-count:])) * 2.0 / count
+    amplitudes = np.abs(np.fft.rfft(values[-count:])) * 2.0 / count
     if count % 2 == 0:
-        found[-1] *= 0.5  # the highest order stands for itself alone
-    return Spectrum(np.arange(1, len(found)) / turns, found[1:], turns)
+        amplitudes[-1] *= 0.5  # the highest order stands for itself alone
+    return Spectrum(np.arange(1, len(amplitudes)) / turns, amplitudes[1:], turns)

@@ -32,41 +32,41 @@ def of_case(study: Study, joint: Joint, case_id: str) -> pd.DataFrame:
     return frame.rename(columns=columns)[["revolution", *columns.values()]].reset_index(drop=True)
 
 
-def along(study: Study, joint: Joint, axis: Axis, beside: str) -> Points:
-    """Return the points of the cases along an axis that share all other values with the case `beside`."""
+def along_axis(study: Study, joint: Joint, axis: Axis, reference: str) -> Points:
+    """Return the points of the cases along an axis that share all other values with the case `reference`."""
     values = study.cases[axis.path].to_numpy(float)
-    places = [place for place in line(study, axis, beside) if np.isfinite(values[place])]
-    found = [(place, of_case(study, joint, study.cases.index[place])) for place in places]
-    found = [(place, frame) for place, frame in found if len(frame)]
-    clearances = [_clearance(study, joint, study.cases.index[place]) for place, _ in found]
-    counts = [len(frame) for _, frame in found]
+    places = [place for place in line(study, axis, reference) if np.isfinite(values[place])]
+    histories = [(place, of_case(study, joint, study.cases.index[place])) for place in places]
+    histories = [(place, frame) for place, frame in histories if len(frame)]
+    clearances = [_clearance(study, joint, study.cases.index[place]) for place, _ in histories]
+    counts = [len(frame) for _, frame in histories]
 
     def gathered(name: str) -> np.ndarray:
-        return np.concatenate([np.empty(0), *(frame[name].to_numpy(float) for _, frame in found)])
+        return np.concatenate([np.empty(0), *(frame[name].to_numpy(float) for _, frame in histories)])
 
     return Points(
-        np.repeat(values[[place for place, _ in found]], counts),
+        np.repeat(values[[place for place, _ in histories]], counts),
         gathered("x"),
         gathered("y"),
         np.repeat(np.array(clearances, float), counts),
-        len(found),
+        len(histories),
     )
 
 
-def line(study: Study, axis: Axis, beside: str) -> list[int]:
+def line(study: Study, axis: Axis, reference: str) -> list[int]:
     """Return the places of the cases along an axis whose other values are those of a case, at most MOST, by value.
 
     Of an axis whose values are drawn, or in step with others, these vary along with it.
     """
     together = _together(study, axis)
-    alike, here = np.ones(len(study.cases), bool), study.cases.place(beside)
+    alike, here = np.ones(len(study.cases), bool), study.cases.place(reference)
     for other in study.swept():
         if other is not axis and other.path not in together:
             places = study.places(other)
             alike &= places == places[here]
-    found = np.flatnonzero(alike)
-    found = found[np.argsort(study.cases[axis.path].to_numpy(float)[found], kind="stable")]
-    return found[np.unique(np.linspace(0, len(found) - 1, min(len(found), MOST)).round().astype(int))].tolist()
+    rows = np.flatnonzero(alike)
+    rows = rows[np.argsort(study.cases[axis.path].to_numpy(float)[rows], kind="stable")]
+    return rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MOST)).round().astype(int))].tolist()
 
 
 def _together(study: Study, axis: Axis) -> set[str]:

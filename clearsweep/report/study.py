@@ -293,8 +293,8 @@ def position(axis: Axis, values: pd.Series) -> np.ndarray:
     for start in range(0, len(given), AT_ONCE):
         here = given[start : start + AT_ONCE]
         above = np.searchsorted(known[order], here).clip(1, max(len(known) - 1, 1))
-        beside = order[np.stack([above - 1, above.clip(max=len(known) - 1)])]
-        nearest = beside[np.abs(known[beside] - here).argmin(axis=0), np.arange(len(here))]
+        neighbours = order[np.stack([above - 1, above.clip(max=len(known) - 1)])]
+        nearest = neighbours[np.abs(known[neighbours] - here).argmin(axis=0), np.arange(len(here))]
         places[start : start + AT_ONCE] = np.where(np.isclose(known[nearest], here, rtol=1e-9, atol=0.0), nearest, -1)
     return places
 

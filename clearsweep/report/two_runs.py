@@ -74,9 +74,9 @@ def _keyed(study: Study, paths: list[str], name: str) -> pd.DataFrame:
 def sections(pairs: Pairs) -> list[Section]:
     """Return the sections of the page: what differs, by how much, and in which cases most."""
     setup: list[Block] = [Facts("What differs in their setup", "Differences of setup", _setup(pairs))]
-    told: list[Block] = [Points(_told(pairs))]
+    blocks: list[Block] = [Points(_told(pairs))]
     return [
-        Section("comparison", "Case by case", filled([*told, _pictures(pairs), _figures(pairs), _cases(pairs)])),
+        Section("comparison", "Case by case", filled([*blocks, _pictures(pairs), _figures(pairs), _cases(pairs)])),
         Section(
             "setup", "Setup", filled(setup) or [Points(["Both have the same setup but for the values they vary."])]
         ),
@@ -88,7 +88,7 @@ def _told(pairs: Pairs) -> list[str]:
     column = _lead(pairs)
     ratio = _ratio(pairs, column)
     same = int(np.count_nonzero(ratio == 1.0))
-    told = [
+    blocks = [
         f"{wording.count(len(pairs.ids), 'case')} finished in both runs, of which {same} have the same "
         f"{in_words(pairs.first, column)} to the last bit; {pairs.alone[0]} are in A alone, {pairs.alone[1]} in B "
         "alone."
@@ -98,11 +98,13 @@ def _told(pairs: Pairs) -> list[str]:
         low, middle, high = np.quantile(finite, [0.05, 0.5, 0.95])
         low, middle, high = (wording.plain(float(part)) for part in (low, middle, high))
         spread = f"{low} to {high} times in nine of ten"
-        told.append(f"B has {middle} times the {in_words(pairs.first, column)} of A in the middle case, {spread}.")
+        blocks.append(f"B has {middle} times the {in_words(pairs.first, column)} of A in the middle case, {spread}.")
     alike = [name for name in _columns(pairs) if np.all(_ratio(pairs, name) == 1.0) and _known(pairs, name)]
     if alike and same < len(ratio):
-        told.append(f"The same in every case: {wording.sentence_list([in_words(pairs.first, one) for one in alike])}.")
-    return told
+        blocks.append(
+            f"The same in every case: {wording.sentence_list([in_words(pairs.first, key) for key in alike])}."
+        )
+    return blocks
 
 
 def _known(pairs: Pairs, column: str) -> bool:
@@ -180,8 +182,8 @@ def _setup(pairs: Pairs) -> list[tuple[str, str]]:
         here |= {axis.path: f"swept, {axis.listed()}" for axis in study.axes}
         values.append(here | {"model version": str(record.get("model_version"))})
     paths = list(dict.fromkeys([*values[0], *values[1]]))
-    found = [(path, *(each.get(path, "nothing") for each in values)) for path in paths]
-    return [(path, f"A: {here}; B: {there}") for path, here, there in found if here != there]
+    settings = [(path, *(each.get(path, "nothing") for each in values)) for path in paths]
+    return [(path, f"A: {here}; B: {there}") for path, here, there in settings if here != there]
 
 
 def _columns(pairs: Pairs) -> list[str]:
@@ -206,5 +208,5 @@ def _ratio(pairs: Pairs, column: str) -> np.ndarray:
     """Return a figure of B over that of A; 1 where both are equal, also of zeros and of what neither has."""
     first, second = _values(pairs, column)
     with np.errstate(all="ignore"):
-        found: np.ndarray = np.where((first == second) | (np.isnan(first) & np.isnan(second)), 1.0, second / first)
-    return found
+        ratio: np.ndarray = np.where((first == second) | (np.isnan(first) & np.isnan(second)), 1.0, second / first)
+    return ratio

@@ -38,11 +38,11 @@ def pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[P
         return _maps(study, joint, case_id, depths)
     depths = (np.asarray(depths[0], float), np.asarray(depths[1], float))
     scale, most = wording.scale("m", [*depths[0], *depths[1]]), float(max(map(np.max, depths)))
-    found = [
+    pictures = [
         Picture(
             name,
-            told(depth),
-            f"{name}: wear depth round it. {told(depth)}",
+            depth_text(depth),
+            f"{name}: wear depth round it. {depth_text(depth)}",
             partial(wear.around, depth=depth, place=place, scale=scale, most=most),
             POLAR,
             "polar",
@@ -50,26 +50,28 @@ def pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[P
         for place, (name, depth) in enumerate(zip(named, depths, strict=True))
         if depth.any()
     ]
-    if found:
+    if pictures:
         text = "Wear depth over the angle on the body, of bearing and journal."
-        painted = partial(wear.along, depths=depths, scale=scale)
-        found.append(Picture("Depth along the surface", "", text, painted, FLAT))
-    return found
+        painted = partial(wear.along_length, depths=depths, scale=scale)
+        pictures.append(Picture("Depth along the surface", "", text, painted, FLAT))
+    return pictures
 
 
 def _maps(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Picture]:
     """Return the wear depths (m) over angle and length of both bodies of a joint in space."""
     (case,) = resolved(study, [case_id])
-    held = joint_of(case, joint)
+    case_joint = joint_of(case, joint)
     return [
         Picture(
             name,
-            told(round_it(depth)),
-            f"{name}: wear depth over angle and length. {told(round_it(depth))}",
+            depth_text(round_it(depth)),
+            f"{name}: wear depth over angle and length. {depth_text(round_it(depth))}",
             partial(wear.unrolled, depth=np.asarray(depth, float), length=float(length or 0.0)),
             UNROLLED,
         )
-        for name, depth, length in zip(bodies(study, joint), depths, (held.length, held.journal_length), strict=True)
+        for name, depth, length in zip(
+            bodies(study, joint), depths, (case_joint.length, case_joint.journal_length), strict=True
+        )
     ]
 
 
@@ -100,13 +102,13 @@ def _drawn(study: Study, joint: Joint, case_id: str) -> dict:
     return {
         "name": f"{study.setting(case_id)}: {text}",
         "most": text,
-        "said": [told(depth) for depth in depths],
+        "said": [depth_text(depth) for depth in depths],
         "mean": [float(depth.mean() / scale) for depth in depths],
         "depths": [base64.b64encode(np.rint(255.0 * share).astype(np.uint8).tobytes()).decode() for share in shares],
     }
 
 
-def told(depth: np.ndarray) -> str:
+def depth_text(depth: np.ndarray) -> str:
     """Return where a body is worn deepest, and its mean depth, in words."""
     angle = 360.0 * (int(depth.argmax()) + 0.5) / len(depth)
     deepest, mean = wording.alike((float(depth.max()), float(depth.mean())), "m")

@@ -99,10 +99,10 @@ def advice_text(source: str | PathLike, name: str | None = None) -> str:
 
 def _by_law(advices: Iterable[Advice]) -> dict[tuple[str, str], list[Verdict]]:
     """Return what is to be said of each law in some cases."""
-    found: dict[tuple[str, str], list[Verdict]] = {}
+    verdicts: dict[tuple[str, str], list[Verdict]] = {}
     for verdict in (verdict for each in advices for verdict in each.verdicts):
-        found.setdefault((verdict.family, verdict.law), []).append(verdict)
-    return found
+        verdicts.setdefault((verdict.family, verdict.law), []).append(verdict)
+    return verdicts
 
 
 def _worst(verdicts: list[Verdict]) -> Verdict:
@@ -149,7 +149,7 @@ def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
     slenderness = joint.length / (2.0 * joint.bearing_radius) if joint.length and joint.bearing_radius else None
     measured = {"arc": _arc(joint, load), "length": joint.length, "length / diameter": slenderness}
     known = [(limit, measured[limit.path]) for limit in law.trusted]
-    outside = [limit for limit, value in known if value is not None and not limit.holds(value)]
+    outside = [limit for limit, value in known if value is not None and not limit.contains(value)]
     ranges = [f" (trusted for {limit.path} {limit.allowed()})" if limit.high else "" for limit in outside]
     doubts = [f"{limit.reason}{where}" for limit, where in zip(outside, ranges, strict=True)]
     return ([law.unsound] if law.unsound else []) + doubts
@@ -196,7 +196,7 @@ def _films(joint: Joint, load: float | None) -> Iterator[Verdict]:
         assert joint.length is not None  # a film needs both
         assert joint.bearing_radius is not None
         slenderness = joint.length / (2.0 * joint.bearing_radius)
-        outside = [limit for limit in law.ranges if not limit.holds(slenderness)]
+        outside = [limit for limit in law.ranges if not limit.contains(slenderness)]
         doubts = _doubts(law, joint, load)
         lack = "; ".join(f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in outside)
         word = OUT if lack else DOUBTFUL if doubts else HOLDS
@@ -215,7 +215,7 @@ def _losses(joint: Joint) -> Iterator[Verdict]:
             yield Verdict("law", law.name, DOUBTFUL, "what an impact gives back follows from its keys, mass and speed")
         elif wanted is None:
             yield Verdict("law", law.name, DOUBTFUL if field else HOLDS, "the joint asks for no restitution")
-        elif field and not field.holds(wanted):
+        elif field and not field.contains(wanted):
             yield Verdict("law", law.name, OUT, f"takes a restitution {field.allowed()}")
         else:
             given = float(returned(wanted))

@@ -47,9 +47,9 @@ class Blocks:
         ends = self.turns % self.stride == 0
         self.turns += 1
         if ends:
-            whole: Any = work.tally  # mypy takes it for a tuple of anything
-            tally = by_joint(whole, self.layout)
-            sums = {name: figure.sums.take(tally, place) for name, (figure, place) in self.figures.items()}
+            whole: Any = work.totals  # mypy takes it for a tuple of anything
+            totals = by_joint(whole, self.layout)
+            sums = {name: figure.sums.take(totals, place) for name, (figure, place) in self.figures.items()}
             self.ends.append((float(work.y[work.time]), sums))
             if len(self.ends) > MOST + 1:
                 del self.ends[1::2]

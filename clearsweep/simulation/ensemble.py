@@ -11,16 +11,16 @@ import numpy as np
 from ..contracts.case import Case
 from ..contracts.results import Trajectory
 from ..mechanics.compiled.family import NO_ENTRY, WIDTH, Entry, flatten, form_number
-from ..mechanics.compiled.kept import Kept
-from ..mechanics.coupling.attempt import together_of
-from ..mechanics.solver import loop, plan
+from ..mechanics.compiled.pinned import Pinned
+from ..mechanics.coupling.trial_step import together_of
+from ..mechanics.solver import loop, run_control
 from .figures import SETUP
 from .heat import has_balance
 from .outcome import Outcome, outcome_of, periods_of, to_trajectory
 from .run import Run, board_of, lane_of, shared, start, wants_events
 from .scene import Scene, build
 from .start import Start, control_of, start_of
-from .trajectory import Extent, extent_of, judged, simulate
+from .trajectory import Horizon, extent_of, with_limits, simulate
 
 MANY = WIDTH  # cases of one type of scene for which it is worth looking up their step side by side
 OFTEN = 0.05  # s of processor time after which the cases that have ended meanwhile are told, all at once
@@ -32,9 +32,9 @@ class Prepared(NamedTuple):
     """A case that waits, or is under way."""
 
     place: int  # among the cases
-    extent: Extent
+    extent: Horizon
     start: Start
-    control: plan.Control
+    control: run_control.Control
     seconds: float  # that making it ready took
 
 
@@ -61,7 +61,7 @@ def solve_each(cases: Iterable[Case]) -> Iterator[Ended]:
 
 def is_plain(scene: Scene) -> bool:
     """Return whether a scene comes to what a single integration of known length does."""
-    layout, turns = scene.layout, scene.mechanism.turns and not scene.turning.free
+    layout, turns = scene.layout, scene.mechanism.turns and not scene.crank_clock.free
     single = not (layout.until or layout.horizon or layout.error_check or has_balance(scene.case) or scene.case.life)
     return turns and single
 
@@ -81,7 +81,7 @@ def compile_together(case: Case) -> None:
         together_of(scene.value, flatten(scene.value))
 
 
-class _Room:
+class _Buffers:
     """Arrays for WIDTH cases of one type of scene, and the runs that work on them, used again and again."""
 
     def __init__(self, scene: Scene):
@@ -95,14 +95,14 @@ class _Room:
         self.former: dict[int, Run | None] = {}  # likewise, the one before
         self.addresses, self.status = np.zeros(WIDTH, dtype=np.int64), np.zeros(WIDTH, dtype=np.int64)  # likewise
         self.known: tuple[int, ...] = ()  # of which lanes and by which code the lot is that is kept
-        self.kept: Kept
+        self.kept: Pinned
 
-    def lot(self, lanes: list[int], together: Entry) -> Kept:
+    def lot(self, lanes: list[int], together: Entry) -> Pinned:
         """Return the cases in some lanes as what is integrated side by side."""
         key = (*lanes, together.code)
         if key != self.known:
             lot = loop.Lot(self.addresses[lanes], self.status[: len(lanes)], together, *self.arrays)
-            self.known, self.kept = key, Kept(lot)
+            self.known, self.kept = key, Pinned(lot)
         elif len(lanes) > 0:
             self.kept.value.addresses[:] = self.addresses[lanes]
         return self.kept
@@ -125,9 +125,9 @@ class _Ensemble:
     def __init__(self, waiting: deque[Prepared]):
         self.waiting, self.lanes = waiting, dict[int, Prepared]()  # by lane
         self.free = list(range(WIDTH))  # lanes
-        self.room: _Room | None = None
+        self.buffers: _Buffers | None = None
         self.ended: list[tuple[Prepared, Outcome | Exception]] = []  # not told yet
-        self.seen = self.told = time.process_time()  # s, the latest, and when the latest cases were told
+        self.seen = self.reported_at = time.process_time()  # s, the latest, and when the latest cases were told
         self.shared = self.others = 0.0  # s, shares so far: of a case in integrating, and of others in all time
         self.durations, self.deadlines = dict[int, float](), dict[int, float]()  # by lane: s, less those shares
         self.many, self.together = len(waiting) >= MANY, NO_ENTRY
@@ -139,7 +139,7 @@ class _Ensemble:
                 self._begin(self.free[-1], self.waiting.popleft())
             if self.lanes:
                 self._integrate()
-            if self.seen - self.told > OFTEN:
+            if self.seen - self.reported_at > OFTEN:
                 yield from self._tell()
         yield from self._tell()
 
@@ -157,32 +157,32 @@ class _Ensemble:
 
     def _run(self, lane: int, case: Prepared) -> Run:
         """Return the run in a lane, at the start of a case."""
-        if self.room is None:
-            self.room = _Room(case.start.scene)
+        if self.buffers is None:
+            self.buffers = _Buffers(case.start.scene)
             if self.many:
                 with contextlib.suppress(Exception):  # what is wrong with it is no case's fault: each goes by itself
-                    self.together = together_of(case.start.scene.value, self.room.lanes[0]["parameters"])
-        return self.room.run(lane, case)
+                    self.together = together_of(case.start.scene.value, self.buffers.lanes[0]["parameters"])
+        return self.buffers.run(lane, case)
 
     def _integrate(self) -> None:
         """Integrate all cases under way up to where one of them or more are to be looked at; take those that ended."""
-        assert self.room is not None  # the first case under way made it
-        room, lanes = self.room, sorted(self.lanes)
-        count, model = len(lanes), room.runs[lanes[0]].kept
-        status = room.status[:count]
-        clock = time.perf_counter()
-        loop.integrate(model, room.lot(lanes, self.together))
-        self.shared += (time.perf_counter() - clock) / count
+        assert self.buffers is not None  # the first case under way made it
+        buffers, lanes = self.buffers, sorted(self.lanes)
+        count, model = len(lanes), buffers.runs[lanes[0]].kept
+        status = buffers.status[:count]
+        started = time.perf_counter()
+        loop.integrate(model, buffers.lot(lanes, self.together))
+        self.shared += (time.perf_counter() - started) / count
         before, self.seen = self.seen, time.process_time()
         self.others += (self.seen - before) * (1.0 - 1.0 / count)
         for lane, state in zip(lanes, status.tolist(), strict=True):
-            if state != plan.GOING:
+            if state != run_control.GOING:
                 self._look(lane, state)
 
     def _look(self, lane: int, state: int) -> None:
         """Let the case in a lane go on or, where it has ended, take what it came to."""
-        assert self.room is not None  # as above
-        case, run = self.lanes[lane], self.room.runs[lane]
+        assert self.buffers is not None  # as above
+        case, run = self.lanes[lane], self.buffers.runs[lane]
         run.deadline = self.deadlines[lane] + self.others
         try:
             if not run.ended(state):
@@ -212,10 +212,10 @@ class _Ensemble:
                     period = next(periods) if periods else periods_of([came])[0]
                     result = to_trajectory(came, period)
                     result.summary[SETUP.name] = case.seconds + time.perf_counter() - begin
-                    result = judged(came.scene, result)
+                    result = with_limits(came.scene, result)
                 else:
                     result = came
             except Exception as error:
                 result = error
             yield case.place, result
-        self.told = time.process_time()
+        self.reported_at = time.process_time()

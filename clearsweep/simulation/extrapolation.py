@@ -86,7 +86,7 @@ class Life(NamedTuple):
         return self.nodes[-1].revolutions
 
 
-def lived(measure: Callable[[np.ndarray], Any], judge: Judge, plan: Plan, start: np.ndarray) -> Life | None:
+def lived(measure: Callable[[np.ndarray], Any], criterion: Judge, settings: Plan, start: np.ndarray) -> Life | None:
     """Return how what wears goes on from `start`, (n,), to its limit; None where a block failed.
 
     measure : what has worn -> the Block that is run with it, None where it failed
@@ -96,36 +96,36 @@ def lived(measure: Callable[[np.ndarray], Any], judge: Judge, plan: Plan, start:
         return None
     nodes, blocks = [Node(0.0, start, first.rate, first)], 1
     grows = first.rate > 0.0
-    jump = float(np.min(plan.first[grows] / first.rate[grows], initial=math.inf))
-    while plan.constant or blocks < plan.blocks:
+    jump = float(np.min(settings.first[grows] / first.rate[grows], initial=math.inf))
+    while settings.constant or blocks < settings.blocks:
         here = nodes[-1]
-        fastest = max(float(here.rate[group].max(initial=0.0)) for group in plan.groups)
+        fastest = max(float(here.rate[group].max(initial=0.0)) for group in settings.groups)
         if fastest == 0.0:
             break
-        needed = revolutions_to(plan.limit, judge, here, fastest)
-        if plan.constant:
+        needed = revolutions_to(settings.limit, criterion, here, fastest)
+        if settings.constant:
             if math.isinf(needed):
                 break
             nodes.append(Node(needed, here.state + needed * here.rate, here.rate, first))
-            return _interval(nodes, blocks, judge, plan)
-        jump = max(min(jump, plan.longest, BEYOND * needed), plan.least)
-        ahead = here.state + jump * here.rate
-        there = measure(ahead)
+            return _interval(nodes, blocks, criterion, settings)
+        jump = max(min(jump, settings.longest, BEYOND * needed), settings.least)
+        predicted = here.state + jump * here.rate
+        there = measure(predicted)
         blocks += 1
         if there is None:
             return None
-        off = misplaced(here, there, plan.groups)
-        if off > plan.tolerance and jump > plan.least:
+        off = misplaced(here, there, settings.groups)
+        if off > settings.tolerance and jump > settings.least:
             jump *= SHRINKAGE
             continue
         # where the motion stays, only the way slid acts, which the prediction has right
-        rate = there.rate if plan.alike else _corrected(here.rate, there.rate, judge.slope(ahead))
+        rate = there.rate if settings.alike else _corrected(here.rate, there.rate, criterion.slope(predicted))
         end = Node(here.revolutions + jump, here.state + 0.5 * jump * (here.rate + rate), rate, there)
-        if judge.value(end.state) >= plan.limit:
-            nodes.append(_cut(plan.limit, judge, here, end))
-            return _interval(nodes, blocks, judge, plan, jump)
+        if criterion.value(end.state) >= settings.limit:
+            nodes.append(_cut(settings.limit, criterion, here, end))
+            return _interval(nodes, blocks, criterion, settings, jump)
         nodes.append(end)
-        jump *= min(max(SAFETY * plan.tolerance / off, SHRINKAGE), GROWTH) if off else GROWTH
+        jump *= min(max(SAFETY * settings.tolerance / off, SHRINKAGE), GROWTH) if off else GROWTH
     low = nodes[-1].revolutions
     return Life(tuple(nodes), reached=False, low=low, high=math.inf, jump_error=math.nan, blocks=blocks)
 
@@ -148,10 +148,10 @@ def _within(here: Node, end: Node, part: float) -> Node:
     return Node(here.revolutions + part, here.state + 0.5 * part * (here.rate + rate), rate, end.block)
 
 
-def _cut(limit: float, judge: Judge, here: Node, end: Node) -> Node:
+def _cut(limit: float, criterion: Judge, here: Node, end: Node) -> Node:
     """Return where between two nodes the limit is reached."""
     jump = end.revolutions - here.revolutions
-    return _within(here, end, _root(lambda part: judge.value(_within(here, end, part).state) - limit, jump))
+    return _within(here, end, _root(lambda part: criterion.value(_within(here, end, part).state) - limit, jump))
 
 
 def misplaced(here: Node, there: Block, groups: tuple[slice, ...]) -> float:
@@ -165,14 +165,14 @@ def misplaced(here: Node, there: Block, groups: tuple[slice, ...]) -> float:
     return max(shares)
 
 
-def revolutions_to(limit: float, judge: Judge, here: Node, fastest: float) -> float:
+def revolutions_to(limit: float, criterion: Judge, here: Node, fastest: float) -> float:
     """Return in how many revolutions at constant rates, of which `fastest` is the largest, the limit is reached.
 
     inf: never.
     """
 
     def value(part: float) -> float:
-        return judge.value(here.state + part * here.rate)
+        return criterion.value(here.state + part * here.rate)
 
     first = last = (limit - value(0.0)) / fastest
     while value(last) < limit:
@@ -189,7 +189,7 @@ def _root(function: Callable[[float], float], last: float) -> float:
     return float(brentq(function, 0.0, last, xtol=1e-14 * last, rtol=1e-14))
 
 
-def _interval(nodes: list[Node], blocks: int, judge: Judge, plan: Plan, jump: float | None = None) -> Life:
+def _interval(nodes: list[Node], blocks: int, criterion: Judge, settings: Plan, jump: float | None = None) -> Life:
     """Return a life that has come to its limit, in a `jump` that was made longer, with its interval.
 
     With q the rate of what is judged, revolutions are the integral of dq / q: where a rate is off by a share of itself,
@@ -198,18 +198,18 @@ def _interval(nodes: list[Node], blocks: int, judge: Judge, plan: Plan, jump: fl
     block changes, of one jump the rate after it.  Where rates drift during a block, its bias is added on top.
     """
     total = nodes[-1].revolutions
-    slopes = [judge.slope(node.state) for node in (*nodes[1:], nodes[-1])]  # of what each jump comes to
-    floor = LEAST_GROWTH * plan.limit / total
+    slopes = [criterion.slope(node.state) for node in (*nodes[1:], nodes[-1])]  # of what each jump comes to
+    floor = LEAST_GROWTH * settings.limit / total
     growth = [max(float(slope @ node.rate), floor) for slope, node in zip(slopes, nodes, strict=True)]
     weights: dict[int, float] = {}  # of each block: revolutions for which its rate stands, times its share
-    for k, stands in enumerate(_standing(nodes, jump)):
+    for k, offsets in enumerate(_standing(nodes, jump)):
         block = nodes[k].block
-        weights[id(block)] = weights.get(id(block), 0.0) + stands * _width(slopes[k], block) / growth[k]
-    spread = (math.fsum(weights.values()) if plan.alike else math.hypot(*weights.values())) / total
+        weights[id(block)] = weights.get(id(block), 0.0) + offsets * _width(slopes[k], block) / growth[k]
+    spread = (math.fsum(weights.values()) if settings.alike else math.hypot(*weights.values())) / total
     error = abs(_coarser(nodes, slopes, growth)) / total
     off = math.hypot(spread, error)
     low, high = total / (1.0 + off), total / (1.0 - off) if off < 1.0 else math.inf
-    if plan.drifting:
+    if settings.drifting:
         lag = _lag(nodes, growth)
         low, high = max(low - lag, 0.0), high + lag
     return Life(tuple(nodes), reached=True, low=low, high=high, jump_error=error, blocks=blocks)
@@ -232,13 +232,13 @@ def _lag(nodes: list[Node], growth: list[float]) -> float:
 
 def _standing(nodes: list[Node], jump: float | None) -> list[float]:
     """Return the revolutions for which the block of each node stands; the last jump may have been longer."""
-    stands = [0.0] * len(nodes)
+    offsets = [0.0] * len(nodes)
     for k in range(len(nodes) - 1):
         part = nodes[k + 1].revolutions - nodes[k].revolutions
         bend = 0.5 * part * part / (jump if jump and k == len(nodes) - 2 else part)
-        stands[k] += part - bend
-        stands[k + 1] += bend
-    return stands
+        offsets[k] += part - bend
+        offsets[k + 1] += bend
+    return offsets
 
 
 def _width(slope: np.ndarray, block: Block) -> float:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from ..contracts.catalogue import NOTHING, Figure, Shown
 from ..contracts.layout import Layout
 from ..mechanics.solver import event as events
-from ..mechanics.solver.accumulate import tally as tallies
+from ..mechanics.solver.accumulate import totals as total_columns
 from . import film_figures, life_figures, wear_figures
 from .peak_figures import PEAKS, RETURNS, ideal_peak
 from .spatial_figures import SPATIAL
@@ -22,19 +22,19 @@ from .window import Window
 def largest(column: int, of: str = "joint") -> Callable[[Window, int], float]:
     """Return the formula of a figure that is kept as it is in Tally.joint or Tally.whole."""
     if of == "joint":
-        return lambda window, place: window.tally.joint[place, column]
-    return lambda window, _: window.tally.whole[column]
+        return lambda window, place: window.totals.joint[place, column]
+    return lambda window, _: window.totals.whole[column]
 
 
 def depth(window: Window, place: int) -> float:
     """Return how far (m) the journal came beyond the bearing, negative where it never touched it."""
-    return float(max(window.tally.joint[place, tallies.DEPTH_MAX], -window.joints[place].clearance))
+    return float(max(window.totals.joint[place, total_columns.DEPTH_MAX], -window.joints[place].clearance))
 
 
 def restitution(window: Window, place: int) -> float | None:
     """Return the mean of rebound over approach speed, None where nothing rebounded."""
-    joint = window.tally.joint[place]
-    return joint[tallies.RESTITUTION] / joint[tallies.REBOUNDS] if joint[tallies.REBOUNDS] else None
+    joint = window.totals.joint[place]
+    return joint[total_columns.RESTITUTION] / joint[total_columns.REBOUNDS] if joint[total_columns.REBOUNDS] else None
 
 
 def crank_speed(name: str, text: str, column: int) -> Figure:
@@ -49,7 +49,7 @@ JOINT = (
         "N",
         "largest normal force in the window, located",
         of="joint",
-        value=largest(tallies.FORCE_MAX),
+        value=largest(total_columns.FORCE_MAX),
         shown=(Shown("forces", "force peak", 1), Shown("sample", "force peak", 3), Shown("case", "peak", 3)),
     ),
     Figure(
@@ -57,7 +57,7 @@ JOINT = (
         "N",
         "root mean square of the normal force over the window's time, free flight counting as zero",
         of="joint",
-        sums=RootMean(tallies.FORCE_SQUARE),
+        sums=RootMean(total_columns.FORCE_SQUARE),
         shown=(
             Shown("forces", "force rms", 3),
             Shown("sample", "force rms", 2),
@@ -83,7 +83,7 @@ JOINT = (
         "1",
         "contact onsets in the window per revolution; in all where nothing turns",
         of="joint",
-        sums=PerRevolution(tallies.ONSETS),
+        sums=PerRevolution(total_columns.ONSETS),
         shown=(
             Shown("forces", "impacts{per_rev}", 6),
             Shown("sample", "impacts{per_rev}", 4),
@@ -95,7 +95,7 @@ JOINT = (
         "1",
         "share of the window's time in contact",
         of="joint",
-        sums=Mean(tallies.CONTACT_TIME),
+        sums=Mean(total_columns.CONTACT_TIME),
         shown=(Shown("forces", "time in contact", 7), Shown("case", "time in contact", 7)),
     ),
     Figure(
@@ -103,7 +103,7 @@ JOINT = (
         "m/s",
         "largest closing rate at a contact onset",
         of="joint",
-        value=largest(tallies.ONSET_MAX),
+        value=largest(total_columns.ONSET_MAX),
         shown=(Shown("forces", "fastest onset", 8), Shown("case", "fastest onset", 8)),
     ),
     Figure(
@@ -145,7 +145,7 @@ JOINT = (
         "1",
         "share of the window's time at a penetration beyond the elastic law's range",
         of="joint",
-        sums=Mean(tallies.BEYOND_TIME),
+        sums=Mean(total_columns.BEYOND_TIME),
         shown=(Shown("forces", "time past its law's range", 10, if_any=True),),
     ),
     Figure(
@@ -153,7 +153,7 @@ JOINT = (
         "1",
         "times a contact's force law turned to traction and was clipped at zero",
         of="joint",
-        value=largest(tallies.CLIPS),
+        value=largest(total_columns.CLIPS),
         shown=(Shown("forces", "clips", 11, if_any=True),),
     ),
     Figure(
@@ -162,7 +162,7 @@ JOINT = (
         "mean power of dry friction over the window",
         of="joint",
         needs=("friction",),
-        sums=Mean(tallies.FRICTION_ENERGY),
+        sums=Mean(total_columns.FRICTION_ENERGY),
         shown=(Shown("forces", "friction power", 12, if_any=True), Shown("case", "friction power", 8)),
     ),
     Figure(
@@ -223,7 +223,7 @@ MECHANISM = (
         "{output}/s^2",
         "largest {output} acceleration, absolute",
         of="output",
-        value=largest(tallies.ACCELERATION_MAX, "output"),
+        value=largest(total_columns.ACCELERATION_MAX, "output"),
         shown=(Shown("output", "{output} acc. peak", 2), Shown("sample", "{output} acc. peak", 21)),
     ),
     Figure(
@@ -231,7 +231,7 @@ MECHANISM = (
         "{output}/s^2",
         "root mean square of the {output} acceleration over time",
         of="output",
-        sums=RootMean(tallies.ACCELERATION_SQUARE),
+        sums=RootMean(total_columns.ACCELERATION_SQUARE),
         shown=(Shown("output", "{output} acc. rms", 3),),
     ),
     Figure(
@@ -239,7 +239,7 @@ MECHANISM = (
         "{output}",
         "largest distance of the {output} from its place in the ideal mechanism",
         of="output",
-        value=largest(tallies.ERROR_MAX, "output"),
+        value=largest(total_columns.ERROR_MAX, "output"),
         shown=(
             Shown("output", "{output} error", 1),
             Shown("forces", "{output} error", 12),
@@ -248,14 +248,14 @@ MECHANISM = (
             Shown("effects", "{output} error", 5),
         ),
     ),
-    crank_speed("min", "least speed", tallies.SPEED_MIN),
-    crank_speed("max", "largest speed", tallies.SPEED_MAX),
+    crank_speed("min", "least speed", total_columns.SPEED_MIN),
+    crank_speed("max", "largest speed", total_columns.SPEED_MAX),
     Figure(
         "crank_torque_peak",
         "N*m",
         "largest drive torque, absolute",
         needs=("turns",),
-        value=largest(tallies.TORQUE_MAX, "case"),
+        value=largest(total_columns.TORQUE_MAX, "case"),
         shown=(Shown("output", "crank torque peak", 4), Shown("sample", "crank torque peak", 22)),
     ),
 )
@@ -307,7 +307,9 @@ RESIDUAL = Figure(
     "energy_residual",
     "1",
     "largest energy imbalance at a step or event end over the largest kinetic energy",
-    value=lambda window, _: window.tally.whole[tallies.RESIDUAL] / window.tally.whole[tallies.KINETIC_MAX],
+    value=lambda window, _: (
+        window.totals.whole[total_columns.RESIDUAL] / window.totals.whole[total_columns.KINETIC_MAX]
+    ),
     differs=False,
 )
 #: What a case took, also one that failed; runs beside it are added.
@@ -352,11 +354,11 @@ def _places(layout: Layout) -> dict[str, int]:
 def figures_of(window: Window, *, failed: bool = False) -> dict:
     """Return all columns with the figures that follow from sums, else None; of a run that `failed`, what it took."""
     shared = shared_by(window.layout)
-    found = shared.blank.copy()
+    values = shared.blank.copy()
     for name, formula, place, kind in shared.cost if failed else shared.formulas:
         value = formula(window, place)
-        found[name] = value if value is None else kind(value)
-    return found
+        values[name] = value if value is None else kind(value)
+    return values
 
 
 _Formula = tuple[str, Callable, int | None, type]  # column, formula of its figure, place of its joint, kind of number
@@ -388,10 +390,10 @@ def shared_by(layout: Layout) -> Shared:
 def _formulas(layout: Layout, figures: tuple[Figure, ...]) -> list[_Formula]:
     """Return how the columns of a layout follow from sums, those of some figures."""
     known, places = {figure.name: figure for figure in figures}, _places(layout)
-    found: list[_Formula] = []
+    formulas: list[_Formula] = []
     for column in layout.columns:
         figure = known.get(column.figure)
         formula = figure and (figure.sums.value if figure.settles else figure.value)
         if figure and formula:
-            found.append((column.name, formula, places.get(column.joint), int if figure.kind == "int" else float))
-    return found
+            formulas.append((column.name, formula, places.get(column.joint), int if figure.kind == "int" else float))
+    return formulas

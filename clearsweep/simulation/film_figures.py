@@ -5,28 +5,28 @@ from typing import Any
 
 from ..contracts.catalogue import Figure, Shown
 from ..mechanics.joint.film.contract import film_pressure
-from ..mechanics.solver.accumulate import tally as tallies
+from ..mechanics.solver.accumulate import totals as total_columns
 from .sums import DryTime, Mean, Share
 from .window import Window
 
 
 def thickness(window: Window, place: int) -> float:
     """Return the least thickness (m) of the film in a joint, 0 where its surfaces touch."""
-    return float(max(-window.tally.joint[place, tallies.DEPTH_MAX], 0.0))
+    return float(max(-window.totals.joint[place, total_columns.DEPTH_MAX], 0.0))
 
 
 def pressure(window: Window, place: int) -> float | None:
     """Return the largest pressure (Pa) in the film of a joint, None where its law gives none."""
     joint: Any = window.joints[place]  # mypy takes it for a dry one
     law = joint.film
-    return window.tally.joint[place, tallies.PRESSURE_MAX] if type(law) in film_pressure.members else None
+    return window.totals.joint[place, total_columns.PRESSURE_MAX] if type(law) in film_pressure.members else None
 
 
 def taylor(window: Window, place: int) -> float:
     """Return the largest Taylor number of the flow in the film of a joint: rho U c / mu times sqrt(c / R)."""
     joint: Any = window.case.joints[place]  # one with a film, so with a radius
     film = joint.film
-    flow = film.density * window.tally.joint[place, tallies.SPEED_MOST] * joint.clearance / film.viscosity
+    flow = film.density * window.totals.joint[place, total_columns.SPEED_MOST] * joint.clearance / film.viscosity
     return float(flow * math.sqrt(joint.clearance / joint.bearing_radius))
 
 
@@ -37,7 +37,7 @@ FILM = (
         "largest dry share of the normal force, located",
         of="joint",
         needs=("film",),
-        value=lambda window, place: window.tally.joint[place, tallies.DRY_MAX],
+        value=lambda window, place: window.totals.joint[place, total_columns.DRY_MAX],
         shown=(Shown("film", "dry force peak", 8),),
     ),
     Figure(
@@ -82,7 +82,7 @@ FILM = (
         "mean dry force over the mean size of the normal force, film and dry",
         of="joint",
         needs=("film",),
-        sums=Share(tallies.DRY_FORCE_TIME, tallies.LOAD_TIME),
+        sums=Share(total_columns.DRY_FORCE_TIME, total_columns.LOAD_TIME),
         shown=(Shown("film", "dry share of the load", 5),),
     ),
     Figure(
@@ -91,7 +91,7 @@ FILM = (
         "share of the window's time at an eccentricity beyond film.limit, at which the film's formula is held",
         of="joint",
         needs=("film",),
-        sums=Mean(tallies.HELD_TIME),
+        sums=Mean(total_columns.HELD_TIME),
         shown=(Shown("film", "time past its limit", 6),),
     ),
     Figure(
@@ -100,7 +100,7 @@ FILM = (
         "mean power that the film takes, shear included",
         of="joint",
         needs=("film",),
-        sums=Mean(tallies.DRAINED_ENERGY),
+        sums=Mean(total_columns.DRAINED_ENERGY),
         shown=(Shown("film", "loss", 3),),
     ),
     Figure(

@@ -31,13 +31,13 @@ def first_touch(clearance: float, bearing: np.ndarray, journal: np.ndarray, turn
     gap = clearance + bearing + journal[on_journal]
     reach = int(np.arccos(clearance / gap.max()) * bins / (2.0 * np.pi)) + 1  # beyond, nothing can touch first
     offsets = [k for k in range(-reach, reach + 1) if 4 * abs(k) < bins]
-    nearest, found = gap.copy(), np.zeros(gap.shape, int)
+    nearest, at_step = gap.copy(), np.zeros(gap.shape, int)
     for k in offsets:
         there = np.roll(gap, -k, axis=1) / np.cos(2.0 * np.pi * k / bins)
         first = there < nearest
-        nearest[first], found[first] = there[first], k
+        nearest[first], at_step[first] = there[first], k
     turn, direction = np.unravel_index(int(np.argmax(nearest)), nearest.shape)
-    offset = int(found[turn, direction])
+    offset = int(at_step[turn, direction])
     touched = int((direction + offset) % bins)
     slant = float(1.0 / np.cos(2.0 * np.pi * offset / bins))
     return Touch(float(nearest[turn, direction]) - clearance, touched, int(on_journal[turn, touched]), slant)

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..contracts.case import COLD, Case, Joint
-from ..mechanics.solver import plan
-from ..mechanics.solver.accumulate.tally import FRICTION_ENERGY, HEAT
+from ..mechanics.solver import run_control
+from ..mechanics.solver.accumulate.totals import FRICTION_ENERGY, HEAT
 from ..mechanics.solver.event import Work
 from .run import integrated
 from .scene import Scene, build
@@ -38,7 +38,7 @@ class Balance(NamedTuple):
     temperature: dict[str, float]  # K, by column name
     width: dict[str, float]  # K, half of the 95 % interval; inf: too few revolutions to give one
     rise: dict[str, float]  # K, above ambient
-    stands: bool
+    converged: bool
     cold: tuple[Joint, ...]  # all joints as they are given
     found: dict[str, float]  # K, where the last loss points
     seized: tuple[str, ...]  # dry joints, by column name, whose clearance closes before their heat balances
@@ -66,7 +66,7 @@ class _Blocks:
     def see(self, work: Work) -> bool:
         """Note the time (s) and what has been summed up (J); the run goes on."""
         self.times.append(float(work.y[work.time]))
-        self.sums.append(work.tally.joint[self.rows, self.columns].copy())  # type: ignore[attr-defined]
+        self.sums.append(work.totals.joint[self.rows, self.columns].copy())  # type: ignore[attr-defined]
         return False
 
 
@@ -87,22 +87,22 @@ def balanced(scene: Scene) -> tuple[Scene, Balance]:
     conductance = np.array([thermal.conductance for thermal in thermals])
     dry, hottest = np.array([joint.film is None for joint in joints]), np.array(list(map(_hottest, joints)))
     here, last, missing = np.minimum(ambient, hottest), ambient.copy(), np.zeros(len(names))
-    width, stands, found = np.full(len(names), math.inf), False, ambient
+    width, converged, rises = np.full(len(names), math.inf), False, ambient
     for run in range(MOST):
         scene = at_temperatures(cold, dict(zip(names, here, strict=True)))
         measured = _losses(scene, names)
         if measured is None:
             break
         loss, width = measured
-        found, width = ambient + loss / conductance, width / conductance
-        before, missing = missing, np.minimum(found, hottest) - here
-        allowed = np.maximum(CLOSE, NEAR * (found - ambient))
+        rises, width = ambient + loss / conductance, width / conductance
+        before, missing = missing, np.minimum(rises, hottest) - here
+        allowed = np.maximum(CLOSE, NEAR * (rises - ambient))
         if run < EARLY:
-            allowed = np.where(dry, CLOSEST * (found - ambient), allowed)
+            allowed = np.where(dry, CLOSEST * (rises - ambient), allowed)
         if run >= PATIENT:
-            allowed = np.maximum(allowed, np.minimum(width, UNSURE * (found - ambient)))
-        stands = run > 0 and bool(np.all(np.abs(missing) <= allowed))
-        if stands or run == MOST - 1:
+            allowed = np.maximum(allowed, np.minimum(width, UNSURE * (rises - ambient)))
+        converged = run > 0 and bool(np.all(np.abs(missing) <= allowed))
+        if converged or run == MOST - 1:
             break
         step = np.where(dry, 1.0, CAUTIOUS) * missing
         if run:
@@ -111,11 +111,11 @@ def balanced(scene: Scene) -> tuple[Scene, Balance]:
             secant = np.where(bend * moved < 0.0, -missing * moved / np.where(bend == 0.0, 1.0, bend), step)
             step = np.clip(secant, -2.0 * np.abs(missing), 2.0 * np.abs(missing))
         last, here = here, np.minimum(np.maximum(here + step, ambient), hottest)
-    at, within, rise, ahead = (
-        dict(zip(names, map(float, each), strict=True)) for each in (here, width, here - ambient, found)
+    at, within, rise, jumps = (
+        dict(zip(names, map(float, each), strict=True)) for each in (here, width, here - ambient, rises)
     )
-    closed = tuple(joint.column for joint in joints if _closed(joint, ahead[joint.column]))
-    return scene, Balance(at, within, rise, stands, cold.case.joints, ahead, closed)
+    closed = tuple(joint.column for joint in joints if _closed(joint, jumps[joint.column]))
+    return scene, Balance(at, within, rise, converged, cold.case.joints, jumps, closed)
 
 
 def _hottest(joint: Joint) -> float:
@@ -156,9 +156,9 @@ def _losses(scene: Scene, names: list[str]) -> tuple[np.ndarray, np.ndarray] | N
     ]
     rows, columns = [row for row, _ in looked], [HEAT if joint.film else FRICTION_ENERGY for _, joint in looked]
     settings, blocks = scene.case.simulate, _Blocks(rows, columns)
-    end = scene.turning.at(settings.revolutions)
+    end = scene.crank_clock.at(settings.revolutions)
     run = integrated(scene, np.empty(0), end, (blocks,), turned=True)
-    if run.status != plan.OK:
+    if run.status != run_control.OK:
         return None
     blocks.see(run.work)
     times, sums = np.array(blocks.times), np.array(blocks.sums)

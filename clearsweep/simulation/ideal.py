@@ -46,8 +46,8 @@ def ideal_peaks(case: Case) -> Mapping[str, float]:
 def _stretch(case: Case) -> tuple[float, float]:
     """Return the revolutions within which a case without clearance is looked at: all that repeats, else the window."""
     tables = [load.table for load in case.loads if load.table]
-    passing = case.outline.free or (case.drive is not None and case.drive.table is not None)
-    repeats = not passing and not any("time" in table for table in tables)
+    is_free = case.outline.free or (case.drive is not None and case.drive.table is not None)
+    repeats = not is_free and not any("time" in table for table in tables)
     if not repeats:
         return case.simulate.discard, case.simulate.revolutions
     spans = [table["crank_angle"][-1] - table["crank_angle"][0] for table in tables]
@@ -58,7 +58,7 @@ def _knots(case: Case, stretch: tuple[float, float]) -> tuple[float, ...]:
     """Return the crank angles (rad, from the start) at which tables of loads have a row, where the drive tells them."""
     assert case.drive is not None  # a machine has one
     begin, end = (2.0 * math.pi * turns for turns in stretch)
-    found: list[float] = []
+    knots: list[float] = []
     for table in [load.table for load in case.loads if load.table]:
         if "crank_angle" in table:
             rows = np.array(table["crank_angle"]) - case.drive.start_angle
@@ -69,8 +69,8 @@ def _knots(case: Case, stretch: tuple[float, float]) -> tuple[float, ...]:
             continue
         else:
             rows = case.drive.speed * np.array(table["time"])
-        found += rows[(rows > begin) & (rows < end)].tolist()
-    return tuple(found)
+        knots += rows[(rows > begin) & (rows < end)].tolist()
+    return tuple(knots)
 
 
 @functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds

@@ -58,7 +58,7 @@ def _jumps(functions: Functions, places: np.ndarray, values: np.ndarray) -> list
     at = np.flatnonzero(steep)
     at = at[np.argsort(-steep[at], kind="stable")[:MOST]]
     low, high, below, above = places[at], places[at + 1], values[:, at], values[:, at + 1]
-    found = []
+    jumps = []
     for _ in range(ROUNDS):
         middle = 0.5 * (low + high)
         going = (low < middle) & (middle < high) & (np.abs(above - below) > ACCURATE * scale).any(axis=0)
@@ -66,11 +66,11 @@ def _jumps(functions: Functions, places: np.ndarray, values: np.ndarray) -> list
             break
         low, high, below, above, middle = low[going], high[going], below[:, going], above[:, going], middle[going]
         between = functions(middle)
-        found.append((middle, between))
+        jumps.append((middle, between))
         later = (np.abs(above - between) / scale).sum(axis=0) > (np.abs(between - below) / scale).sum(axis=0)
         low, below = np.where(later, middle, low), np.where(later, between, below)
         high, above = np.where(later, high, middle), np.where(later, above, between)
-    return found
+    return jumps
 
 
 def _maxima(functions: Functions, places: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -103,14 +103,14 @@ def _vertex(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     before, after = x[:, 1] - x[:, 0], x[:, 2] - x[:, 1]
     rise, fall = _slope(y[:, 1] - y[:, 0], before), _slope(y[:, 1] - y[:, 2], after)
     bend = rise + fall  # above 0: the middle one is the largest
-    found: np.ndarray = x[:, 1] + _slope(rise * after - fall * before, 2.0 * bend)
-    return found
+    vertex: np.ndarray = x[:, 1] + _slope(rise * after - fall * before, 2.0 * bend)
+    return vertex
 
 
 def _slope(rise: np.ndarray, run: np.ndarray) -> np.ndarray:
     """Return `rise` over `run`, 0 where that is 0: a maximum at an end has nothing on its other side."""
-    found: np.ndarray = np.divide(rise, run, out=np.zeros_like(rise), where=run > 0.0)
-    return found
+    slope: np.ndarray = np.divide(rise, run, out=np.zeros_like(rise), where=run > 0.0)
+    return slope
 
 
 def _brackets(places: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -19,7 +19,7 @@ from ..mechanics.joint import registry
 from ..mechanics.joint.wear.contract import Worn
 from .extrapolation import Life, Node, Plan
 from .first_touch import Touch, first_touch
-from .life_block import Log, Part, Told, parts_of, read, written
+from .life_block import Log, Part, BlockRecord, parts_of, read, written
 from .progress import Life as LifePhase
 from .progress import LifeLimits
 from .scene import Scene, build
@@ -45,17 +45,17 @@ class Ageing:
         self.size = self.parts[-1].slid + 2
         self.number, self.lives, self.failure = number, number, ""  # status of a block that failed
         kept = read(log.read() if log else None, self.size)
-        self.before = [told for told in kept if told.life < number]
-        self.told = [told for told in kept if told.life == number]
+        self.before = [records for records in kept if records.life < number]
+        self.records = [records for records in kept if records.life == number]
         self.recalled = 0  # of them that were asked for in this process
         self.spent = float(kept[-1].seconds[1]) if kept else 0.0  # s, process time before this process
         self.start = np.zeros(self.size)
-        self.judged = next(part for part in self.parts if part.name == self.life.joint)
+        self.target = next(part for part in self.parts if part.name == self.life.joint)
         first = FIRST * min(joint.clearance for joint in scene.case.joints)
         limits = LifeLimits(self.life.limit, first, self.life.blocks, scene.case.simulate.revolutions, self.constant)
         if scene.case.uncertain and not self.constant:  # where nothing changes, one block tells further lives, too
             limits = limits._replace(further=FURTHER - number)
-        self.progress = LifePhase(limits, len(self.told), name)
+        self.progress = LifePhase(limits, len(self.records), name)
 
     def further(self, case: Case, name: str) -> "Ageing":
         """Return what wears in another case, one life further, which shares the time and the log of this one."""
@@ -75,7 +75,7 @@ class Ageing:
         """Return whether nothing that has worn changes how it goes on."""
         return self.alike and not any(joint.wear.running_in for joint in self.scene.case.joints if joint.wear)
 
-    def plan(self) -> Plan:
+    def settings(self) -> Plan:
         """Return how far to go, and in which jumps."""
         case, life, first = self.scene.case, self.life, np.full(self.size, math.inf)
         for part in self.parts:
@@ -106,50 +106,52 @@ class Ageing:
         """Return what a joint has lost."""
         return Worn(state[part.bearing], state[part.journal], state[part.slid])
 
-    def recall(self, state: np.ndarray) -> Told | None:
+    def recall(self, state: np.ndarray) -> BlockRecord | None:
         """Return what the next block told, run with what had worn in an earlier process; None: it has yet to be run."""
-        if self.recalled == len(self.told):
+        if self.recalled == len(self.records):
             return None
         self.recalled += 1
         self.progress.reached(self.value(state))
-        return self.told[self.recalled - 1]
+        return self.records[self.recalled - 1]
 
-    def keep(self, told: Told, state: np.ndarray) -> None:
+    def keep(self, records: BlockRecord, state: np.ndarray) -> None:
         """Keep what a block told, run with what had worn, beside what those before it did."""
-        self.told.append(told._replace(life=self.number))
+        self.records.append(records._replace(life=self.number))
         self.progress.reached(self.value(state))
         self.recalled += 1
         if self.log:
-            self.log.keep(written([*self.before, *self.told]))
+            self.log.keep(written([*self.before, *self.records]))
 
-    def measured(self, run: Callable[["Ageing", np.ndarray], Told | None]) -> Callable[[np.ndarray], Told | None]:
+    def measured(
+        self, run: Callable[["Ageing", np.ndarray], BlockRecord | None]
+    ) -> Callable[[np.ndarray], BlockRecord | None]:
         """Return what runs the next block by `run` and keeps what it told, or recalls that from an earlier process."""
 
-        def measure(state: np.ndarray) -> Told | None:
+        def measure(state: np.ndarray) -> BlockRecord | None:
             if (known := self.recall(state)) is not None:
                 return known
-            told = run(self, state)
-            if told:
-                self.keep(told, state)
-            return told
+            records = run(self, state)
+            if records:
+                self.keep(records, state)
+            return records
 
         return measure
 
     def touch(self, part: Part, state: np.ndarray) -> Touch:
         """Return where the journal of a joint comes furthest before it touches."""
-        turned = self.told[0].turned[:, part.place]
+        turned = self.records[0].turned[:, part.place]
         clearance = self.scene.case.joints[part.place].clearance
         return first_touch(clearance, state[part.bearing], state[part.journal], turned)
 
     def value(self, state: np.ndarray) -> float:
         """Return what is judged (m) of what has worn."""
         if self.life.of == "clearance_growth":
-            return self.touch(self.judged, state).growth
-        return float(state[self.judged.both].max())
+            return self.touch(self.target, state).growth
+        return float(state[self.target.both].max())
 
     def slope(self, state: np.ndarray) -> np.ndarray:
         """Return the derivatives (n,) of what is judged."""
-        slope, part = np.zeros(self.size), self.judged
+        slope, part = np.zeros(self.size), self.target
         if self.life.of == "clearance_growth":
             touch = self.touch(part, state)
             slope[[part.bearing.start + touch.bearing, part.journal.start + touch.journal]] = touch.slant
@@ -157,20 +159,20 @@ class Ageing:
             slope[part.first + int(np.argmax(state[part.both]))] = 1.0
         return slope
 
-    def ended(self, life: Life, told: Told) -> Life:
+    def ended(self, life: Life, records: BlockRecord) -> Life:
         """Return a life whose last node has the block that was run with what had worn by then."""
-        end = life.nodes[-1]._replace(rate=told.rate, block=told)
+        end = life.nodes[-1]._replace(rate=records.rate, block=records)
         return life._replace(nodes=(*life.nodes[:-1], end), blocks=life.blocks + 1)
 
     def figures(self, life: Life) -> dict[str, float | int | None]:
         """Return what a life came to, as columns of the summary."""
-        end, judged = life.nodes[-1], self.judged.column
+        end, target = life.nodes[-1], self.target.column
         numbers = {
-            f"{judged}_life_revolutions": life.revolutions if life.reached else math.nan,
-            f"{judged}_life_hours": end.state[-1] / HOUR if life.reached else math.nan,
-            f"{judged}_life_low": life.low,
-            f"{judged}_life_high": life.high,
-            f"{judged}_life_jump_error": life.jump_error,
+            f"{target}_life_revolutions": life.revolutions if life.reached else math.nan,
+            f"{target}_life_hours": end.state[-1] / HOUR if life.reached else math.nan,
+            f"{target}_life_low": life.low,
+            f"{target}_life_high": life.high,
+            f"{target}_life_jump_error": life.jump_error,
         }
         numbers |= {
             f"{part.column}_wear_smoothing": math.nan if width is None else width
@@ -180,7 +182,7 @@ class Ageing:
         figures: dict[str, float | int | None] = {
             name: float(value) if math.isfinite(value) else None for name, value in numbers.items()
         }
-        return figures | {f"{judged}_life_blocks": life.blocks}
+        return figures | {f"{target}_life_blocks": life.blocks}
 
     def smoothing(self, state: np.ndarray) -> list[float | None]:
         """Return how widely (rad) the worn shapes of each joint that wears are smoothed, None where they do not act."""
@@ -206,19 +208,19 @@ class Ageing:
     def history(self, life: Life) -> dict[str, np.ndarray]:
         """Return how a life went on, by dataset below `history/`, node by node."""
         nodes, layouts = life.nodes, self.scene.layout.joints
-        found = {"revolutions": np.array([node.revolutions for node in nodes])}
+        columns = {"revolutions": np.array([node.revolutions for node in nodes])}
         for part in self.parts:
-            found |= {
+            columns |= {
                 f"{part.column}/{name}": np.array([self._at(part, node)[name] for node in nodes])
                 for name in ("wear_depth_max", "clearance", "force_peak", "wear_rate")
             }
             bins = layouts[part.place].wear_bins
             for body, where in (("bearing", part.bearing), ("journal", part.journal)):
                 profiles = [node.state[where] for node in nodes]
-                found[f"{part.column}/profile_{body}"] = np.array(
+                columns[f"{part.column}/profile_{body}"] = np.array(
                     [profile if bins == part.bins else finer(profile, bins) for profile in profiles]
                 )
-        return found
+        return columns
 
     def _at(self, part: Part, node: Node) -> dict[str, float]:
         """Return what the history tells of a joint at a node."""

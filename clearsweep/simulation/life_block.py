@@ -12,7 +12,7 @@ import numpy as np
 from ..contracts.case import Case
 from ..mechanics.joint.wear.contract import FINEST, SLID
 from ..mechanics.mechanism.contract import body_angles
-from ..mechanics.solver.accumulate.tally import FORCE_MAX, OPENED
+from ..mechanics.solver.accumulate.totals import FORCE_MAX, OPENED
 from ..mechanics.solver.event import Work
 from .batch_means import Blocks, Interval
 from .run import Run
@@ -61,7 +61,7 @@ def parts_of(case: Case) -> tuple[Part, ...]:
     )
 
 
-class Told(NamedTuple):
+class BlockRecord(NamedTuple):
     """What a block of revolutions told; n elements: depths (m) of all bins, ways (m), the time (s)."""
 
     rate: np.ndarray  # (n,) per revolution
@@ -83,7 +83,7 @@ class Rates:
         """Prepare for a block of `scene`."""
         case, save = scene.case, scene.case.save
         assert case.life is not None  # asked of cases that have one
-        self.judged, self.tolerance = wear_rate(case.life.column), case.life.tolerance
+        self.target, self.tolerance = wear_rate(case.life.column), case.life.tolerance
         self.blocks = Blocks(scene.layout, [wear_rate(part.column) for part in parts_of(case)])
         self.discard, self.least, self.seen = case.simulate.discard, case.simulate.revolutions, 0
         self.revolutions = self.discard
@@ -106,7 +106,7 @@ class Rates:
             return False  # a revolution has just begun; all other times that are seen are equally far from its end
         self.revolutions = self.discard + (self.seen - 1) // PARTS
         if self.blocks.note(work) or self.interval is None:
-            self.interval = self.blocks.interval(self.judged)
+            self.interval = self.blocks.interval(self.target)
         return self.interval.within(self.tolerance) and self.revolutions >= self.least
 
 
@@ -122,23 +122,23 @@ def longest_block(case: Case) -> float:
     return discard + math.floor(case.life.max_revolutions - discard + 1e-9)
 
 
-def told_by(scene: Scene, run: Run, watch: Rates, process_time: float) -> Told:
+def told_by(scene: Scene, run: Run, watch: Rates, process_time: float) -> BlockRecord:
     """Return what a block told that has been run; `process_time`: s, that all took until then."""
     parts = parts_of(scene.case)
     turns = watch.revolutions - watch.discard
-    whole: Any = run.tally  # mypy takes it for a tuple of anything
-    tally = by_joint(whole, scene.layout)
-    depths = tally.wear.reshape(len(scene.layout.joints), 2, -1)
+    whole: Any = run.totals  # mypy takes it for a tuple of anything
+    totals = by_joint(whole, scene.layout)
+    depths = totals.wear.reshape(len(scene.layout.joints), 2, -1)
     rate, width = np.zeros(parts[-1].slid + 2), np.zeros(parts[-1].slid + 2)
     rate[-1] = (float(run.work.end[run.work.time]) - float(whole.whole[OPENED])) / turns
     for part in parts:
         rate[part.both] = depths[part.place, :, : part.bins].ravel() / turns
         before = scene.worn[part.name].slid
-        rate[part.slid] = (tally.account[part.place, SLID] - before) / turns
+        rate[part.slid] = (totals.account[part.place, SLID] - before) / turns
         width[part.both] = _widths(watch.blocks, part) * rate[-1]
-    peaks = np.array(tally.joint[:, FORCE_MAX])
+    peaks = np.array(totals.joint[:, FORCE_MAX])
     seconds = np.array([run.duration, process_time])
-    return Told(rate, width, peaks, np.array(watch.turned), run.counts.copy(), seconds, turns)
+    return BlockRecord(rate, width, peaks, np.array(watch.turned), run.counts.copy(), seconds, turns)
 
 
 def _widths(blocks: Blocks, part: Part) -> np.ndarray:
@@ -164,21 +164,21 @@ class Log(Protocol):
         """Keep this in its place."""
 
 
-def written(told: Sequence[Told]) -> bytes:
+def written(records: Sequence[BlockRecord]) -> bytes:
     """Return what blocks told as bytes, from which `read` makes the same to the last bit."""
     content = io.BytesIO()
-    rows: dict[str, Any] = {name: np.array([getattr(each, name) for each in told]) for name in Told._fields}
+    rows: dict[str, Any] = {name: np.array([getattr(each, name) for each in records]) for name in BlockRecord._fields}
     np.savez(content, **rows)
     return content.getvalue()
 
 
-def read(content: bytes | None, size: int) -> list[Told]:
+def read(content: bytes | None, size: int) -> list[BlockRecord]:
     """Return what `written` was given, of vectors of this size; [] where it was nothing of the kind."""
     if content is None:
         return []
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            rows = [file[name] for name in Told._fields]
+            rows = [file[name] for name in BlockRecord._fields]
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return []
-    return [Told(*row) for row in zip(*rows, strict=True)] if rows[0].shape[1:] == (size,) else []
+    return [BlockRecord(*row) for row in zip(*rows, strict=True)] if rows[0].shape[1:] == (size,) else []

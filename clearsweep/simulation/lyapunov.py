@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..mechanics.joint.contract import touches
-from ..mechanics.solver import passing, plan
+from ..mechanics.solver import event_actions, run_control
 from ..mechanics.solver.event import Work
 from .watch import Pausing, go_to, moment_of
 
@@ -30,7 +30,12 @@ class Perturbed:
     parts = PARTS
 
     def __init__(
-        self, control: plan.Control, run: Pausing, scale: np.ndarray, tolerance: float, phases: Sequence[int] = ()
+        self,
+        control: run_control.Control,
+        run: Pausing,
+        scale: np.ndarray,
+        tolerance: float,
+        phases: Sequence[int] = (),
     ):
         """Perturb the motion in `run`, unused so far.
 
@@ -43,7 +48,7 @@ class Perturbed:
         self.size = max(SIZE, min(OVER * tolerance, MOST))
         self.times: list[float] = []  # s
         self.growths: list[float] = []  # logarithm of the growth from the start to each of `times`
-        self.status = plan.OK
+        self.status = run_control.OK
 
     def see(self, base: Work) -> bool:
         """Follow `base` to where it is now."""
@@ -51,10 +56,10 @@ class Perturbed:
         if not self.times:
             self.times, self.growths = [moment], [0.0]
             self._bring(base, self.scale / math.sqrt(self.scale.size), 0.0)
-        elif self.status == plan.OK and moment > self.work.y[base.time]:
+        elif self.status == run_control.OK and moment > self.work.y[base.time]:
             control = self.control._replace(window=moment, pause=moment)
             status, _ = self.run.go(control)
-            if status != plan.PAUSED:
+            if status != run_control.PAUSED:
                 self.status = status
                 return False
             self._measure(base)
@@ -82,7 +87,7 @@ class Perturbed:
         work.y[: len(direction)] += self.size * direction
         work.latched[:] += self.size * latched
         roots = work.y[work.time + 1 : work.time + 1 + work.mode.size]
-        roots[:] = np.where(touches(work.mode), np.maximum(roots, passing.SEED * work.sigma), 0.0)
+        roots[:] = np.where(touches(work.mode), np.maximum(roots, event_actions.SEED * work.sigma), 0.0)
 
     def figures(self, turn: float) -> dict[str, float | None]:
         """Return the exponent and the horizon; None where there is none, or where a disturbance does not grow.
@@ -90,7 +95,7 @@ class Perturbed:
         Of more than SETTLED revolutions the first does not count: in it the disturbance turns to where it grows most.
         """
         exponent = horizon = None
-        if self.status == plan.OK and len(self.times) > 1:
+        if self.status == run_control.OK and len(self.times) > 1:
             turns = (np.array(self.times) - self.times[0]) / turn
             first = int(np.searchsorted(turns, 1.0)) if turns[-1] > SETTLED else 0
             exponent = (self.growths[-1] - self.growths[first]) / (self.times[-1] - self.times[first])

@@ -11,14 +11,14 @@ from ..contracts.results import EVENT_DTYPE, Trajectory
 from ..judging.validity import message_of
 from ..mechanics.observe.histogram import force_exceeded, time_above
 from ..mechanics.solver import event as events
-from ..mechanics.solver import plan
+from ..mechanics.solver import run_control
 from ..mechanics.solver.accumulate.record import Record, sample_states
-from ..mechanics.solver.accumulate.tally import HIGHEST_BIN, LOAD_TIME, OPENED, Tally
+from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, LOAD_TIME, OPENED, Totals
 from .figures import figures_of, shared_by
 from .ideal import ideal_peaks
 from .remarks import remarks
 from .revolutions import Marks, begun, periods_in, reached, spreads_of
-from .run import TIME_BUDGET, Ends, Run, onset_rates
+from .run import TIME_BUDGET, FinalContacts, Run, onset_rates
 from .scene import Scene
 from .start import control_of
 from .window import LEAST_DRY, RARELY, Summed, Window, by_joint, wear_of
@@ -26,13 +26,13 @@ from .yield_speed import yield_speeds
 
 LEFT_BEARING = "left-bearing"
 _STATUS = {
-    plan.OK: ("ok", ""),
-    plan.STEP_BUDGET: (
+    run_control.OK: ("ok", ""),
+    run_control.STEP_BUDGET: (
         "step-budget",
         "took {steps:,} steps and {rejected:,} that were rejected, all {budget:,} it may, having got to {time:.6g} s"
         "{whole}; simulate.step_budget allows more",
     ),
-    plan.EVENT_BUDGET: (
+    run_control.EVENT_BUDGET: (
         "event-budget",
         "met all {events:,} events it may, having got to {time:.6g} s{whole}; simulate.event_budget allows more",
     ),
@@ -41,24 +41,24 @@ _STATUS = {
         "took the {patience:.6g} s of process time that it may, having got to {time:.6g} s{whole} in {steps:,} steps; "
         "simulate.time_budget allows more",
     ),
-    plan.NOT_FINITE: (
+    run_control.NOT_FINITE: (
         "not-finite",
         "the motion is no longer finite at {time:.6g} s; look for masses, stiffness or clearance far from each other",
     ),
-    plan.STEP_UNDERFLOW: (
+    run_control.STEP_UNDERFLOW: (
         "step-underflow",
         "no step is small enough at {time:.6g} s; a looser tolerance may help, or a force law without jumps",
     ),
-    plan.TIME_LIMIT: (
+    run_control.TIME_LIMIT: (
         "time-limit",
         "took {time:.6g} s of motion{whole}, as long as it may; simulate.time_limit allows more",
     ),
-    plan.STALLED: (
+    run_control.STALLED: (
         "stalled",
         "the drive stalls: at {time:.6g} s, after {turned:.4g}{whole}, the crank does not get through; more torque, a "
         "flywheel or a larger initial speed help, or smaller loads",
     ),
-    plan.LEFT_BEARING: (
+    run_control.LEFT_BEARING: (
         LEFT_BEARING,
         "the journal of {joint} leaves its bearing at {left:.6g} s, after {angle:.4g} revolutions; its middle is "
         "{beyond:.4g} mm along the axis from the bearing's, half of the sum of both lengths; write flange: true with "
@@ -78,7 +78,7 @@ REST = 1e-3  # of the speed at the start: bodies that are slower when no step is
 def _ended(scene: Scene, run: Run) -> tuple[str, str]:
     """Return the status of an integration and the sentence that says it."""
     film = any(joint.film for joint in scene.layout.joints)
-    if run.status == plan.STEP_UNDERFLOW and film and not scene.mechanism.turns:
+    if run.status == run_control.STEP_UNDERFLOW and film and not scene.mechanism.turns:
         rates = slice(len(scene.value.coordinates), 2 * len(scene.value.coordinates))
         if np.abs(run.work.y[rates]).max() <= REST * np.abs(scene.start[rates]).max():
             return _AT_REST
@@ -99,7 +99,7 @@ class Outcome(NamedTuple):
     dry: list[float]  # likewise
     turns: Any  # Turns
     marks: Marks
-    ends: Ends
+    ends: FinalContacts
     events: int  # met by itself
     counts: np.ndarray  # of all that was integrated
     seconds: float  # s, that it took
@@ -113,22 +113,22 @@ class Outcome(NamedTuple):
 def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
     """Return what an integration up to `end` (s; rad where the crank is free) came to."""
     turns: Any = run.work.turns  # mypy takes it for a tuple of anything
-    failed, duration = run.status != plan.OK, _duration(scene, run, end)
-    tally, rarely = by_joint(run.tally, scene.layout), RARELY * duration
-    status, message = _failure_of(scene, run, end) if failed else _STATUS[plan.OK]
+    failed, duration = run.status != run_control.OK, _duration(scene, run, end)
+    totals, rarely = by_joint(run.totals, scene.layout), RARELY * duration
+    status, message = _failure_of(scene, run, end) if failed else _STATUS[run_control.OK]
     return Outcome(
         scene=scene,
         status=status,
         message=message,
-        whole=tally.whole.copy(),
-        joint=tally.joint.copy(),
-        wear=tally.wear.copy(),
-        account=tally.account.copy(),
+        whole=totals.whole.copy(),
+        joint=totals.joint.copy(),
+        wear=totals.wear.copy(),
+        account=totals.account.copy(),
         exceeded=[
             force_exceeded(histogram[: highest + 1], rarely)
-            for histogram, highest in zip(tally.histogram, tally.bins[:, HIGHEST_BIN].tolist(), strict=True)
+            for histogram, highest in zip(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), strict=True)
         ],
-        dry=_dry_times(tally, scene.layout, duration),
+        dry=_dry_times(totals, scene.layout, duration),
         turns=turns._make([array.copy() for array in turns]),
         marks=run.marks,
         ends=run.ends(),
@@ -143,11 +143,11 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
     )
 
 
-def _dry_times(tally: Tally, layout: Layout, duration: float) -> list[float]:
+def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:
     """Return for how long (s) of a window of `duration` (s) the dry contact of each joint bears; tally : by joint."""
-    least = LEAST_DRY * tally.joint[:, LOAD_TIME] / duration
+    least = LEAST_DRY * totals.joint[:, LOAD_TIME] / duration
     return [
-        time_above(least[place], tally.dry[place]) if joint.film else 0.0 for place, joint in enumerate(layout.joints)
+        time_above(least[place], totals.dry[place]) if joint.film else 0.0 for place, joint in enumerate(layout.joints)
     ]
 
 
@@ -181,25 +181,25 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
     """Return the status of an integration that failed and the sentence on it."""
     status, text = _ended(scene, run)
     whole = f" of {end:.6g} s" if math.isfinite(end) else ""
-    if scene.turning.free:
+    if scene.crank_clock.free:
         whole = f" of {scene.case.simulate.revolutions:.6g} revolutions"
     message = text.format(
         time=run.work.y[run.work.time],
-        turned=(run.work.y[run.work.along] - scene.turning.at(0.0)) / (2.0 * math.pi),
+        turned=(run.work.y[run.work.independent] - scene.crank_clock.at(0.0)) / (2.0 * math.pi),
         whole=whole,
         events=int(run.work.counts[events.EVENTS]),
         steps=int(run.work.counts[events.STEPS]),
         rejected=int(run.work.counts[events.REJECTED]),
         patience=scene.case.simulate.time_budget,
         budget=control_of(scene, end, keep_events=False).step_budget,
-        **(_leaving(scene, run) if run.status == plan.LEFT_BEARING else {}),
+        **(_leaving(scene, run) if run.status == run_control.LEFT_BEARING else {}),
     )
     return status, message
 
 
 def _leaving(scene: Scene, run: Run) -> dict[str, str | float]:
     """Return which journal left its bearing, when (s, revolutions) and how far off (mm) its middle is."""
-    work, contact = run.work, int(run.work.ahead[plan.CONTACT])
+    work, contact = run.work, int(run.work.stepper[run_control.CONTACT])
     ends = np.cumsum([len(joint.contacts) for joint in scene.layout.joints])
     place = int(np.searchsorted(ends, contact, side="right"))
     joint: Any = scene.value.joints[place]  # mypy takes it for a tuple of anything
@@ -222,9 +222,9 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
     channels = scene.layout.channels
     values = np.zeros((len(sections), len(channels)))
     sample_states(run.work, turns.states[sections], values)
-    found = {channel.name: values[:, place].copy() for place, channel in enumerate(channels)}
+    columns = {channel.name: values[:, place].copy() for place, channel in enumerate(channels)}
     counted = np.round(run.marks.turns[sections] + begun(scene)).astype("i8")
-    return {SECTION_COUNT: counted} | {section: found[name] for name, section in scene.layout.sections}
+    return {SECTION_COUNT: counted} | {section: columns[name] for name, section in scene.layout.sections}
 
 
 def _histories_of(layout: Layout, record: Record) -> dict[str, np.ndarray]:
@@ -237,30 +237,30 @@ def _histories_of(layout: Layout, record: Record) -> dict[str, np.ndarray]:
 
 def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     """Return the event log of a run, (events, 5), as a structured array."""
-    found = np.empty(len(log), EVENT_DTYPE)
+    records = np.empty(len(log), EVENT_DTYPE)
     if not len(log):
-        return found
+        return records
     names = np.array(layout.contacts)
-    found["t"], found["rate"], found["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
-    found["joint"] = names[log[:, 1].astype(int)]
-    found["kind"] = np.where(log[:, 2] == events.ONSET, "on", "off")
-    return found
+    records["t"], records["rate"], records["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
+    records["joint"] = names[log[:, 1].astype(int)]
+    records["kind"] = np.where(log[:, 2] == events.ONSET, "on", "off")
+    return records
 
 
 def window_of(outcome: Outcome, period: int | None) -> Window:
     """Return what figures are functions of."""
     scene, settings = outcome.scene, outcome.scene.case.simulate
-    tally = Summed(outcome.whole, outcome.joint, outcome.wear, outcome.account)
+    totals = Summed(outcome.whole, outcome.joint, outcome.wear, outcome.account)
     return Window(
         case=scene.case,
         mechanism=scene.mechanism,
         layout=scene.layout,
         joints=scene.value.joints,
-        tally=tally,
+        totals=totals,
         exceeded=outcome.exceeded,
         dry=outcome.dry,
         ideal=ideal_peaks(scene.case) if scene.mechanism.turns and outcome.status == "ok" else {},
-        wear=wear_of(scene.layout, tally),
+        wear=wear_of(scene.layout, totals),
         counts=outcome.counts,
         events=outcome.events,
         seconds=outcome.seconds,
@@ -277,6 +277,6 @@ def _duration(scene: Scene, run: Run, end: float) -> float:
     """Return how long (s) the window of an integration up to `end` is."""
     if not scene.mechanism.turns:
         return float(run.work.end[run.work.time])
-    if scene.turning.free:
-        return float(run.work.end[run.work.time] - run.tally.whole[OPENED])
-    return end - scene.turning.at(scene.case.simulate.discard)
+    if scene.crank_clock.free:
+        return float(run.work.end[run.work.time] - run.totals.whole[OPENED])
+    return end - scene.crank_clock.at(scene.case.simulate.discard)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import partial
 
 from ..contracts.catalogue import Figure, Shown
-from ..mechanics.solver.accumulate import tally as tallies
+from ..mechanics.solver.accumulate import totals as total_columns
 from .window import Window
 
 WITHIN = 1e-9  # of a peak: what is nearer is the same one
@@ -18,8 +18,8 @@ def ideal_peak(window: Window, place: int) -> float | None:
 
 def load_peak(window: Window, place: int) -> float:
     """Return the largest resultant (N) of normal and friction force; without friction that is the normal force."""
-    joint = window.tally.joint[place]
-    return float(max(joint[tallies.FORCE_MAX], math.sqrt(joint[tallies.LOAD_MAX])))
+    joint = window.totals.joint[place]
+    return float(max(joint[total_columns.FORCE_MAX], math.sqrt(joint[total_columns.LOAD_MAX])))
 
 
 def peak_ratio(window: Window, place: int) -> float | None:
@@ -30,7 +30,7 @@ def peak_ratio(window: Window, place: int) -> float | None:
 
 def peak_turn(window: Window, place: int) -> int | None:
     """Return the revolution in which the largest normal force lies, None where it lies in none that is whole."""
-    highest, largest = window.spreads[place].highest, window.tally.joint[place, tallies.FORCE_MAX]
+    highest, largest = window.spreads[place].highest, window.totals.joint[place, total_columns.FORCE_MAX]
     return highest[1] if highest and highest[0] >= (1.0 - WITHIN) * largest > 0.0 else None
 
 

@@ -32,7 +32,7 @@ def peak_revolution(case: Case, joint: int, revolutions: float) -> Peak:
     scene = build(case._replace(simulate=bare, save=case.save._replace(orbits="none")))
     if has_balance(case):
         scene, _ = balanced(scene)
-    at, turned = scene.turning.at, scene.turning.free
+    at, turned = scene.crank_clock.at, scene.crank_clock.free
     end, marks = at(revolutions), marks_of(scene, revolutions)
     run = integrated(scene, np.empty(0), end, turned=turned, marks=marks)
     peaks, window = peaks_of(scene, marks, run.work.turns), marks.turns[marks.window]

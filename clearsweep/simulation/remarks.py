@@ -22,7 +22,7 @@ from ..judging.validity import (
 )
 from ..mechanics.joint import registry
 from ..mechanics.joint.film import reynolds
-from ..mechanics.solver.accumulate.tally import DRAINED_ENERGY, FED_ENERGY, ONSETS
+from ..mechanics.solver.accumulate.totals import DRAINED_ENERGY, FED_ENERGY, ONSETS
 from .scene import Scene
 from .window import Window
 
@@ -47,7 +47,7 @@ def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
     """Yield joint and onset rate (m/s) of every contact that lasts throughout the window and keeps that rate."""
     for j, joint in enumerate(scene.case.joints):
         rate = float(window.onset[j])
-        if joint.contact.onset == "first" and not math.isnan(rate) and window.tally.joint[j, ONSETS] == 0.0:
+        if joint.contact.onset == "first" and not math.isnan(rate) and window.totals.joint[j, ONSETS] == 0.0:
             yield joint.name, rate
 
 
@@ -55,7 +55,7 @@ def _lubricated(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Ite
     """Yield what became of every film."""
     for place, joint in enumerate(scene.case.joints):
         if joint.film:
-            fed, drained = window.tally.joint[place, [FED_ENERGY, DRAINED_ENERGY]]
+            fed, drained = window.totals.joint[place, [FED_ENERGY, DRAINED_ENERGY]]
             yield Lubricated(
                 joint.name,
                 joint.film.limit,

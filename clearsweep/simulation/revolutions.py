@@ -33,15 +33,15 @@ def marks_of(scene: Scene, revolutions: float) -> Marks:
     """Return the marks of a run of so many revolutions; none where nothing turns."""
     if not scene.mechanism.turns:
         return NO_MARKS
-    ahead = None if scene.case.save.orbits == "none" else -begun(scene) % 1.0
-    return _marks(scene.case.simulate.discard, revolutions, ahead)
+    phase = None if scene.case.save.orbits == "none" else -begun(scene) % 1.0
+    return _marks(scene.case.simulate.discard, revolutions, phase)
 
 
 @functools.lru_cache(maxsize=64)  # the cases of a sweep share them
-def _marks(discard: float, revolutions: float, ahead: float | None) -> Marks:
-    """Return the marks of a run whose window begins at `discard`, with sections from `ahead` on; None: without."""
+def _marks(discard: float, revolutions: float, phase: float | None) -> Marks:
+    """Return the marks of a run whose window begins at `discard`, with sections from `phase` on; None: without."""
     window = _each(discard, revolutions)
-    sections = np.empty(0) if ahead is None else _each(ahead, revolutions)
+    sections = np.empty(0) if phase is None else _each(phase, revolutions)
     if np.array_equal(window, sections[len(sections) - len(window) :]):  # as good as always
         turns = sections
     else:
@@ -133,7 +133,7 @@ def periods_in(runs: Sequence[tuple[Scene, Marks, Any]]) -> list[int | None]:
 
     runs : scene, Marks and Turns of each; those of as many revolutions are looked at together, which takes much less.
     """
-    found: list[int | None] = [None] * len(runs)
+    periods: list[int | None] = [None] * len(runs)
     alike: dict[int, list[int]] = {}  # revolutions -> places of runs
     for place, (_, marks, turns) in enumerate(runs):
         alike.setdefault(len(reached(marks.window, turns)), []).append(place)
@@ -142,8 +142,8 @@ def periods_in(runs: Sequence[tuple[Scene, Marks, Any]]) -> list[int | None]:
         states = np.array([_returns(*runs[place]) for place in places])
         turn = 2.0 * math.pi / units[..., : units.shape[-1] // 2]
         for place, period in zip(places, periods_of(states / units, turn), strict=True):
-            found[place] = period
-    return found
+            periods[place] = period
+    return periods
 
 
 def _returns(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
@@ -163,14 +163,14 @@ def period_of(returns: np.ndarray, turn: np.ndarray | None = None) -> int | None
 
 def periods_of(returns: np.ndarray, turn: np.ndarray | None = None) -> list[int | None]:
     """Return the same of each of several motions, (motions, revolutions, columns); turn : (motions, 1, angles)."""
-    found, rows = np.zeros(len(returns), int), returns.shape[1]
+    periods, rows = np.zeros(len(returns), int), returns.shape[1]
     for period in range(1, min(LONGEST_PERIOD, rows // (REPEATS + 1)) + 1):
-        left = np.flatnonzero(found == 0)
+        left = np.flatnonzero(periods == 0)
         if not left.size:
             break
         off = returns[left, rows - REPEATS * period :] - returns[left, rows - (REPEATS + 1) * period : -period]
         if turn is not None:
             angles = off[..., : turn.shape[-1]]
             angles -= np.round(angles / turn[left]) * turn[left]
-        found[left[np.all(np.abs(off) <= RETURN, axis=(1, 2))]] = period
-    return [period or None for period in found.tolist()]
+        periods[left[np.all(np.abs(off) <= RETURN, axis=(1, 2))]] = period
+    return [period or None for period in periods.tolist()]

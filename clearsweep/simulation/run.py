@@ -11,9 +11,9 @@ import numpy as np
 
 from ..language import phases
 from ..mechanics.compiled.family import NO_ENTRY, flatten, form_number, put_numbers
-from ..mechanics.compiled.kept import Kept
-from ..mechanics.compiled.rows import Board
-from ..mechanics.coupling.attempt import attempt_of
+from ..mechanics.compiled.pinned import Pinned
+from ..mechanics.compiled.rows import BatchArrays
+from ..mechanics.coupling.trial_step import attempt_of
 from ..mechanics.coupling.guards import guards_of
 from ..mechanics.coupling.rates import samples_of, slopes_of
 from ..mechanics.coupling.wear import room_of, wear_of
@@ -25,14 +25,14 @@ from ..mechanics.joint.contract import (
     touches,
 )
 from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
-from ..mechanics.joint.places import Place, after_joint, as_it_is, first_place, observed_columns
+from ..mechanics.joint.places import Offsets, after_joint, with_current_state, first_place, observed_columns
 from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
 from ..mechanics.observe import histogram
 from ..mechanics.observe.histogram import MOMENTS
-from ..mechanics.solver import dop853, loop, newton, plan
+from ..mechanics.solver import dop853, loop, newton, run_control
 from ..mechanics.solver import event as events
-from ..mechanics.solver.accumulate import tally as tallies
-from ..mechanics.solver.accumulate.along import CALM, Attempt, step_width
+from ..mechanics.solver.accumulate import totals as total_columns
+from ..mechanics.solver.accumulate.step_sums import ON_FAST_PATH, TrialStep, step_width
 from ..mechanics.solver.accumulate.record import Record
 from ..mechanics.solver.accumulate.turns import Turns
 from . import watch
@@ -41,7 +41,7 @@ from .progress import Revolutions
 from .revolutions import NO_MARKS, Marks, room_for
 from .scene import Scene, unit_of
 from .start import NOWHERE, Start, control_of, first_forms, parts_of, period, start_of
-from .watch import Watcher
+from .watch import Observer
 
 TIME_BUDGET = -1  # a status besides those of the loop
 NO_EVENTS = np.empty((0, 5))
@@ -50,37 +50,37 @@ PIECE = 16384  # bytes: what a short motion without its histograms needs
 Lane = dict[str, np.ndarray]  # arrays of one of the cases that lie side by side, see `board_of`
 
 
-def board_of(scene: Scene) -> Board:
+def board_of(scene: Scene) -> BatchArrays:
     """Return room for cases of the type of `scene`: for parameters and for what a step reads and fills."""
     contacts, n = len(every_contact(scene.value.joints)), scene.start.size
-    return Board(
+    return BatchArrays(
         {
             **{name: (shape, float) for name, shape in first_forms(scene).items()},
-            "ahead": ((plan.AHEAD,), float),
+            "stepper": ((run_control.AHEAD,), float),
             **dict.fromkeys(("highest", "since"), ((contacts,), float)),
-            "whole": ((tallies.WHOLE,), float),
-            "joint": ((contacts, tallies.JOINT), float),  # up to here a motion needs numbers to begin with
+            "whole": ((total_columns.WHOLE,), float),
+            "joint": ((contacts, total_columns.JOINT), float),  # up to here a motion needs numbers to begin with
             **dict.fromkeys(("mode", "rubs"), ((contacts,), np.int64)),
             **dict.fromkeys(("end", "z"), ((n,), float)),
             "k": ((dop853.ROWS, n), float),
             "o": ((dop853.ROWS, observed_columns(scene.value.joints)), float),
             "step": ((step_width(contacts, n),), float),
-            "bins": ((contacts, tallies.HIGHEST_BIN + 1), np.int64),
-            "spent": ((contacts, tallies.BELOW + 1), float),
+            "bins": ((contacts, total_columns.HIGHEST_BIN + 1), np.int64),
+            "spent": ((contacts, total_columns.BELOW + 1), float),
         }
     )
 
 
-def lane_of(board: Board, place: int) -> Lane:
+def lane_of(board: BatchArrays, place: int) -> Lane:
     """Return the arrays of one of the cases by name; `begun`: all that a motion begins with, as one."""
     return board.lane(place) | {"begun": board.up_to("joint", place)}
 
 
-def shared(lane: Lane) -> tuple[Attempt, tallies.Ledger]:
+def shared(lane: Lane) -> tuple[TrialStep, total_columns.Accumulators]:
     """Return those arrays that a step works on, and those by which it is judged and in which it is entered."""
-    tried: Any = _of(Attempt, lane)
-    entered: Any = _of(tallies.Ledger, lane)
-    return Attempt(**tried), tallies.Ledger(**entered)
+    tried: Any = _of(TrialStep, lane)
+    entered: Any = _of(total_columns.Accumulators, lane)
+    return TrialStep(**tried), total_columns.Accumulators(**entered)
 
 
 def _of(form: type, lane: Lane) -> Lane:
@@ -111,29 +111,29 @@ class _Memory:
             piece.fill(0)
 
 
-def _tally_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> tallies.Tally:
+def _tally_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> total_columns.Totals:
     """Return room for what is summed up of so many contacts, but for what lies in a lane; `zeros` makes the arrays."""
     parts = scene.layout.joints
     worn = any(part.wear_bins for part in parts)
     bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in parts)
-    return tallies.Tally(
-        **dict.fromkeys(tallies.IN_LANES, np.zeros(0)),
+    return total_columns.Totals(
+        **dict.fromkeys(total_columns.IN_LANES, np.zeros(0)),
         histogram=np.zeros((contacts, histogram.BINS, 2)),
         dry=np.zeros((contacts if any(part.film for part in parts) else 0, histogram.BINS, 2)),
-        course=zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),
+        step_values=zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),
         length=zeros(1),
         between=zeros((2 * len(scene.value.coordinates) + 1, MOMENTS)),
-        room=zeros(room_of(contacts, bins) if worn else 0),
+        workspace=zeros(room_of(contacts, bins) if worn else 0),
         wear=zeros(2 * contacts * bins),
         account=zeros((contacts, ACCOUNT)),
     )
 
 
-class Ends(NamedTuple):
+class FinalContacts(NamedTuple):
     """How the contacts of joints stand where an integration does, whatever follows in its place."""
 
     joints: tuple
-    places: list[Place]  # of the joints' numbers
+    places: list[Offsets]  # of the joints' numbers
     mode: np.ndarray  # this and the next as in Work
     latched: np.ndarray
     state: np.ndarray  # (n,)
@@ -153,20 +153,20 @@ class Run:
         self.number, self.form, self.turned = form_number(value), start.form, turned
         self.parameters = flatten(value)  # compiled code holds its address
         moment = 2 * len(value.coordinates)
-        along = 0 if scene.turning.free else moment
+        independent = 0 if scene.crank_clock.free else moment
         self.given = start.given.copy()
         given = parts_of(self.given, start.form, many, len(internal))
         self.lane = lane = lane or lane_of(board_of(scene), 0)
-        self.tally = _tally_of(scene, many, zeros)._replace(**_of(tallies.Tally, lane))
+        self.totals = _tally_of(scene, many, zeros)._replace(**_of(total_columns.Totals, lane))
         samples = zeros((given.times.size, len(scene.layout.channels)))
-        self.record = Record(given.times, samples, along if turned else moment)
+        self.record = Record(given.times, samples, independent if turned else moment)
         self.work = events.Work(
             rates=attempt_of(value, lane["parameters"]),
             takes_steps=1,
             sample=samples_of(value, self.parameters) if given.times.size else NO_ENTRY,
-            wear=wear_of(value, self.parameters) if self.tally.room.size else NO_ENTRY,
+            wear=wear_of(value, self.parameters) if self.totals.workspace.size else NO_ENTRY,
             time=moment,
-            along=along,
+            independent=independent,
             knots=given.knots,
             reference_rate=0.0,
             sigma=0.0,
@@ -182,24 +182,26 @@ class Run:
             counts=zeros(events.COUNTS, dtype=np.int64),
             method=zeros(3, dtype=np.int64),
             proposals=zeros(2 << many),
-            control=np.zeros(len(plan.Control._fields)),
+            control=np.zeros(len(run_control.Control._fields)),
             log=np.empty((loop.LOG, 5)),
             slopes=zeros(2, dtype=np.int64),
             implicit=newton.implicit_of(n, zeros),
-            tally=self.tally,
+            totals=self.totals,
             record=self.record,
             turns=room_for(given.marks, n, many, zeros)._replace(**_of(Turns, lane)),
             **_of(events.Work, lane),
         )
-        self.kept = Kept(self.work)
+        self.kept = Pinned(self.work)
         self._begin(start)
 
     def begin(self, start: Start) -> None:
         """Stand at the start of a scene, of the type and Form of that which this was made for: as if it were new."""
         self.memory.clear()
-        for filled, highest in zip(self.tally.histogram, self.tally.bins[:, tallies.HIGHEST_BIN].tolist(), strict=True):
+        for filled, highest in zip(
+            self.totals.histogram, self.totals.bins[:, total_columns.HIGHEST_BIN].tolist(), strict=True
+        ):
             filled[: highest + 1] = 0.0  # most of it was never touched
-        self.tally.dry.fill(0.0)
+        self.totals.dry.fill(0.0)
         self._begin(start)
 
     def _begin(self, start: Start) -> None:
@@ -208,27 +210,27 @@ class Run:
         lane, scene, value, begun = self.lane, start.scene, start.scene.value, start.first.size
         self.given[:] = start.given
         lane["begun"][:begun], lane["begun"][begun:] = start.first, 0.0
-        lane["bins"][:], lane["step"][CALM] = 0, 0.0
+        lane["bins"][:], lane["step"][ON_FAST_PATH] = 0, 0.0
         lane["mode"][:], lane["rubs"][:] = work.pressed if scene.in_contact else work.apart, start.rubs
         put_numbers(value, start.first[: self.parameters.size], self.parameters)
         if start.slid:
-            self.tally.account[:, SLID] = start.slid
+            self.totals.account[:, SLID] = start.slid
         self.kept.put(reference_rate=value.reference_rate, sigma=value.sigma, longest=start.longest)
         self.work = self.kept.value
         self.value, self.deadline, self.marks = value, scene.deadline, start.marks
-        self.status, self.events, self.duration = plan.OK, NO_EVENTS, 0.0
+        self.status, self.events, self.duration = run_control.OK, NO_EVENTS, 0.0
         self.logs: list[np.ndarray] = []  # of events, as they were taken away
         self.counts = work.counts.copy()  # what all of it took, runs beside this one included
         self.figures: dict[str, float | None] = {}  # those that were found on the way
         self.phase: phases.Phase | None = None  # that is told how far it is
 
     @functools.cached_property
-    def places(self) -> list[Place]:
+    def places(self) -> list[Offsets]:
         """Return where the numbers of each joint begin, which the types of its laws decide."""
         joints = self.value.joints
         return list(itertools.accumulate(joints, after_joint, initial=first_place(joints, self.work.time + 1)))
 
-    def go(self, control: plan.Control) -> tuple[int, np.ndarray]:
+    def go(self, control: run_control.Control) -> tuple[int, np.ndarray]:
         """Return the status and the events of an integration from where this one stands to where `control` ends it."""
         self.heed(control)
         self.go_on()
@@ -237,16 +239,16 @@ class Run:
     def go_on(self) -> None:
         """Integrate, alone, to where this one ends."""
         status, waits = np.zeros(1, dtype=np.int64), True
-        lot = Kept(loop.Lot(np.array([self.kept.address]), status, NO_ENTRY, *shared(self.lane)))
+        lot = Pinned(loop.Lot(np.array([self.kept.address]), status, NO_ENTRY, *shared(self.lane)))
         while waits:
             began = time.perf_counter()
             loop.integrate(self.kept, lot)
             self.duration += time.perf_counter() - began
             waits = not self.ended(int(status[0]))
 
-    def heed(self, control: plan.Control) -> None:
+    def heed(self, control: run_control.Control) -> None:
         """Let the integration go by `control` from here on."""
-        self.work.control[:], self.work.ahead[plan.BEGUN], self.logs = control, 0.0, []
+        self.work.control[:], self.work.stepper[run_control.BEGUN], self.logs = control, 0.0, []
 
     def ended(self, status: int) -> bool:
         """Return whether the integration, at which something is to be looked at, has ended; if not, make it go on.
@@ -254,27 +256,27 @@ class Run:
         What only a stiff motion needs is compiled when the motion turns out to be one.
         """
         work = self.work
-        if logged := int(work.ahead[plan.LOGGED]):
+        if logged := int(work.stepper[run_control.LOGGED]):
             self.logs.append(work.log[:logged].copy())
-        self.status, work.ahead[plan.BEGUN] = status, 0.0
-        if status == plan.TURNS_STIFF:
+        self.status, work.stepper[run_control.BEGUN] = status, 0.0
+        if status == run_control.TURNS_STIFF:
             work.slopes[:] = slopes_of(self.value, self.parameters)
             return False
         if self.phase:
-            self.phase.note(share=float(work.y[work.along] / work.control[plan.LAST]))
-        if status == plan.PAUSED and time.process_time() >= self.deadline:
+            self.phase.note(share=float(work.y[work.independent] / work.control[run_control.LAST]))
+        if status == run_control.PAUSED and time.process_time() >= self.deadline:
             self.status = TIME_BUDGET
             return True
-        return status != plan.PAUSED or bool(work.y[work.along] >= work.control[plan.PAUSE])
+        return status != run_control.PAUSED or bool(work.y[work.independent] >= work.control[run_control.PAUSE])
 
     def log(self) -> np.ndarray:
         """Return the events, (events, 5), since it began to go by what it goes by."""
         return np.concatenate(self.logs) if self.logs else NO_EVENTS
 
-    def ends(self) -> Ends:
+    def ends(self) -> FinalContacts:
         """Return how the contacts stand where this one does."""
         work = self.work
-        return Ends(self.value.joints, self.places, work.mode.copy(), work.latched.copy(), work.end.copy())
+        return FinalContacts(self.value.joints, self.places, work.mode.copy(), work.latched.copy(), work.end.copy())
 
     def conclude(self, log: np.ndarray) -> None:
         """Note all events, and what the integration took."""
@@ -309,7 +311,7 @@ def use_no_more(run: Run) -> None:
         _spare[:] = [run]
 
 
-def onset_rates(ends: Ends) -> list[float]:
+def onset_rates(ends: FinalContacts) -> list[float]:
     """Return the onset rate (m/s) that the law of each joint goes by at the end of an integration, nan where none."""
     rates, contact = [math.nan] * len(ends.joints), 0
     for j, joint in enumerate(ends.joints):
@@ -319,10 +321,10 @@ def onset_rates(ends: Ends) -> list[float]:
     return rates
 
 
-def _law_at(ends: Ends, place: int) -> Any:
+def _law_at(ends: FinalContacts, place: int) -> Any:
     """Return the law of a joint with the internal state that it has at the end of an integration."""
     law: Any = ends.joints[place].law  # mypy takes it for a tuple of anything
-    return as_it_is(law, ends.state, ends.latched, ends.places[place]) if law._field_defaults else law
+    return with_current_state(law, ends.state, ends.latched, ends.places[place]) if law._field_defaults else law
 
 
 def _phases(scene: Scene) -> list[int]:
@@ -336,7 +338,7 @@ def integrated(
     scene: Scene,
     times: np.ndarray,
     end: float,
-    watchers: Sequence[Watcher] = (),
+    watchers: Sequence[Observer] = (),
     *,
     turned: bool = False,
     marks: Marks = NO_MARKS,
@@ -352,33 +354,33 @@ def wants_events(scene: Scene, times: np.ndarray) -> bool:
     return scene.case.save.orbits != "none" or times.size > 0
 
 
-def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers: Sequence[Watcher] = ()) -> None:
+def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers: Sequence[Observer] = ()) -> None:
     """Integrate a scene up to `end` (s; rad where the crank is free), in the eyes of `watchers`, see `watch`."""
     control = control_of(scene, end, keep_events=keep_events)
     if not scene.layout.horizon:
         call(run, control, scene, watchers)
         return
-    beside = Run(start_of(scene, NOWHERE))
-    perturbed = Perturbed(control, beside, unit_of(scene), scene.case.simulate.tolerance, _phases(scene))
+    neighbour = Run(start_of(scene, NOWHERE))
+    perturbed = Perturbed(control, neighbour, unit_of(scene), scene.case.simulate.tolerance, _phases(scene))
     call(run, control, scene, (*watchers, perturbed))
     run.figures = perturbed.figures(period(scene))
-    beside.counts += beside.work.counts
-    run.spent(beside)
+    neighbour.counts += neighbour.work.counts
+    run.spent(neighbour)
 
 
-def start(run: Run, control: plan.Control) -> None:
+def start(run: Run, control: run_control.Control) -> None:
     """Let a run go by `control`, by the method that this asks for from the beginning."""
-    if control.method == events.IMPLICIT and run.work.ahead[plan.NEXT] == 0.0:
+    if control.method == events.IMPLICIT and run.work.stepper[run_control.NEXT] == 0.0:
         run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)
     run.heed(control)
 
 
-def call(run: Run, control: plan.Control, scene: Scene, watchers: Sequence[Watcher] = ()) -> None:
+def call(run: Run, control: run_control.Control, scene: Scene, watchers: Sequence[Observer] = ()) -> None:
     """Integrate, at one go unless somebody watches."""
     start(run, control)
     with phases.phase(Revolutions(scene)) as run.phase:
         if watchers:
-            run.status, log = watch.drive(control, run, scene.case.simulate.discard, scene.turning.at, watchers)
+            run.status, log = watch.drive(control, run, scene.case.simulate.discard, scene.crank_clock.at, watchers)
         else:
             run.status, log = run.go(control)
     run.phase = None

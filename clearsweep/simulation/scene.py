@@ -27,7 +27,7 @@ from ..mechanics.joint.worn import seat, worn_in
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built, body_angles, gaps, place
 from ..mechanics.mechanism.spatial import seats
-from . import figures, turning
+from . import figures, crank_clock
 from .ideal import ideal_motion, mechanism_of
 
 _LAYOUTS: dict[Parts, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with what they were made of
@@ -47,7 +47,7 @@ class Scene:
     start: np.ndarray  # (n,) initial state, see mechanics.rates
     in_contact: bool  # all joints begin in contact
     machine: Machine | None  # it is built of; None: the mechanism has its own equations
-    turning: turning.Steady | turning.Followed | turning.Free
+    crank_clock: crank_clock.Steady | crank_clock.Followed | crank_clock.Free
     worn: Mapping[str, Worn] = field(default_factory=dict)  # before the run, by joint; a joint that is not there is new
     deadline: float = math.inf  # s of this process's time, at which the case is given up
     verdict: Verdict = NO_VERDICT  # figures of the grid's own and limits, of which the case itself knows nothing
@@ -118,9 +118,9 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
     internal = every_internal_state(terms) if states_of(value).integrated else []
     start = np.array([*built.start.tolist(), *roots.tolist(), *[began for _, _, began in internal]])
-    layout, along = layout_of(case), turning.turning_of(machine, 2.0 * math.pi / built.rate)
+    layout, clock = layout_of(case), crank_clock.turning_of(machine, 2.0 * math.pi / built.rate)
     spent = time.perf_counter() - begin
-    return Scene(case, mechanism, built, value, layout, start, pressed, machine, along, worn, build_time=spent)
+    return Scene(case, mechanism, built, value, layout, start, pressed, machine, clock, worn, build_time=spent)
 
 
 def unit_of(scene: Scene) -> np.ndarray:
@@ -152,15 +152,15 @@ def _built(case: Case, mechanism: Mechanism, machine: Machine | None, joints: di
 
 def _check_apart(built: Built, joints: Mapping[str, Any]) -> None:
     """Raise InputError where a journal in space penetrates its bearing, or is beside it, at the start."""
-    for name, found in seats(built, joints).items():
-        if found.overlap <= 0.0:
+    for name, spot in seats(built, joints).items():
+        if spot.overlap <= 0.0:
             raise InputError(
-                f"joints.{name}: the journal is {-1e3 * found.overlap:.6g} mm outside its bearing along the axis at "
+                f"joints.{name}: the journal is {-1e3 * spot.overlap:.6g} mm outside its bearing along the axis at "
                 "the start; reduce offset.2, or give bearing or journal more length"
             )
-        if found.depth > 0.0:
+        if spot.depth > 0.0:
             raise InputError(
-                f"joints.{name}: the journal penetrates its bearing by {1e6 * found.depth:.6g} um at the start; reduce "
+                f"joints.{name}: the journal penetrates its bearing by {1e6 * spot.depth:.6g} um at the start; reduce "
                 "tilt or offset, or widen the clearances"
             )
 

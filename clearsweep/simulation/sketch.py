@@ -70,7 +70,7 @@ def sketch(case: Case) -> Sketch | None:
 
     opened = {joint.name for joint in case.joints}
     joints: list[SketchedJoint] = []
-    held: dict[str, list[np.ndarray]] = {name: [] for name in machine.bodies}
+    carried_points: dict[str, list[np.ndarray]] = {name: [] for name in machine.bodies}
     for joint in machine.joints:
         ends = (joint.proximal, joint.distal)
         guide = joint.axis + frames[joint.proximal.body][1] if isinstance(joint, Guide) else None
@@ -81,11 +81,13 @@ def sketch(case: Case) -> Sketch | None:
             SketchedJoint(joint.name, at, guide, joint.name in opened, joint.name == machine.driven, grounded, slides)
         )
         for end in ends:
-            held[end.body].append(place(*end))
+            carried_points[end.body].append(place(*end))
     bodies = tuple(
-        SketchedBody(name, np.unique(np.round(held[name], 12), axis=0), _center(machine, frames, name), frames[name][1])
+        SketchedBody(
+            name, np.unique(np.round(carried_points[name], 12), axis=0), _center(machine, frames, name), frames[name][1]
+        )
         for name in machine.bodies
-        if held[name]
+        if carried_points[name]
     )
     loads = tuple(_load(load, place, joints) for load in machine.loads)
     return Sketch(bodies, tuple(joints), loads, _start_angle(machine))

@@ -4,7 +4,7 @@ import math
 
 from ..contracts.catalogue import ENDLESS, Figure, Shown
 from ..mechanics.joint.spatial import jam_angle
-from ..mechanics.solver.accumulate.tally import FORCE_TIME
+from ..mechanics.solver.accumulate.totals import FORCE_TIME
 from .sums import PerRevolution
 from .window import AXIAL_FORCE_MAX, AXIAL_ONSETS, TILT_MAX, UNEVEN_TIME, Window
 
@@ -17,7 +17,7 @@ def tilt_limit(window: Window, place: int) -> float | None:
 
 def edge_load_share(window: Window, place: int) -> float:
     """Return how unevenly the walls bear: the difference of their normal forces over their sum, both over time."""
-    joint = window.tally.joint[place]
+    joint = window.totals.joint[place]
     return float(joint[UNEVEN_TIME] / joint[FORCE_TIME]) if joint[FORCE_TIME] else 0.0
 
 
@@ -28,7 +28,7 @@ SPATIAL = (
         "largest angle between the axes of bearing and journal",
         of="joint",
         needs=("spatial",),
-        value=lambda window, place: window.tally.joint[place, TILT_MAX],
+        value=lambda window, place: window.totals.joint[place, TILT_MAX],
         shown=(Shown("forces", "tilt", 20),),
     ),
     Figure(
@@ -57,7 +57,7 @@ SPATIAL = (
         "largest normal force at a flange, located",
         of="joint",
         needs=("spatial", "axial"),
-        value=lambda window, place: window.tally.joint[place, AXIAL_FORCE_MAX],
+        value=lambda window, place: window.totals.joint[place, AXIAL_FORCE_MAX],
         shown=(Shown("forces", "axial force peak", 23),),
     ),
     Figure(

@@ -19,10 +19,10 @@ from ..mechanics.joint.contract import (
 )
 from ..mechanics.joint.lubricated import film_depths
 from ..mechanics.solver import event as events
-from ..mechanics.solver import plan
+from ..mechanics.solver import run_control
 from .revolutions import NO_MARKS, Marks
 from .scene import Scene
-from .turning import PATIENCE, knots_of
+from .crank_clock import PATIENCE, knots_of
 
 #: Error that one step may make, per tolerance: of the coordinates in clearances, of their rates in clearances times
 #: crank rate, of the root of penetration in roots of the clearance.  Errors of the coordinates turn the contact force a
@@ -35,7 +35,7 @@ ROUNDING = 1e-15  # of the mechanism's size and speed: no tolerance below it
 NOWHERE = np.empty(0)  # to report
 MOST = 2**62  # steps or events that may be counted
 
-_METHODS = {"auto": plan.AUTO, "explicit": events.EXPLICIT, "implicit": events.IMPLICIT}
+_METHODS = {"auto": run_control.AUTO, "explicit": events.EXPLICIT, "implicit": events.IMPLICIT}
 
 
 def period(scene: Scene) -> float:
@@ -43,7 +43,7 @@ def period(scene: Scene) -> float:
     return 2.0 * math.pi / scene.value.reference_rate
 
 
-class Form(NamedTuple):
+class BatchKey(NamedTuple):
     """What has to be equal of scenes of one type that one Run can integrate one after the other."""
 
     layout: Layout
@@ -52,7 +52,7 @@ class Form(NamedTuple):
     knots: int
 
 
-class Given(NamedTuple):
+class RunInputs(NamedTuple):
     """What the loop reads of a scene: arrays that a Work, its Record and its Turns call so."""
 
     times: np.ndarray
@@ -63,13 +63,13 @@ class Given(NamedTuple):
     limit_depth: np.ndarray
 
 
-def parts_of(given: np.ndarray, form: Form, contacts: int, internal: int) -> Given:
+def parts_of(given: np.ndarray, form: BatchKey, contacts: int, internal: int) -> RunInputs:
     """Return the parts of what is given of a scene with so many contacts and numbers of `internal` state."""
     sizes = form.samples, form.marks, form.knots, internal, contacts, contacts
-    return Given._make(given[first:end] for first, end in pairwise(accumulate(sizes, initial=0)))
+    return RunInputs._make(given[first:end] for first, end in pairwise(accumulate(sizes, initial=0)))
 
 
-class First(NamedTuple):
+class InitialState(NamedTuple):
     """The first arrays of a lane: what a motion begins with."""
 
     parameters: Any  # of the compiled scene, see `family.flatten`; this and all that follows as in Work
@@ -84,7 +84,7 @@ class Start(NamedTuple):
     """What an integration of a scene begins with."""
 
     scene: Scene
-    form: Form
+    form: BatchKey
     marks: Marks
     given: np.ndarray  # a Given, one part behind the other
     first: np.ndarray  # a First, likewise
@@ -105,13 +105,13 @@ def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
     internal, latched = _states(scene)
     knots = knots_of(scene.machine)
     given = [  # in the order of Given
-        *map(scene.turning.at, marks.turns.tolist()),
+        *map(scene.crank_clock.at, marks.turns.tolist()),
         *knots,
         *[began for _, _, began in internal],
         *[joint.side for joint, _ in contacts],
         *[registry.penetration_limit(described) for _, described in contacts],
     ]
-    first = First(
+    first = InitialState(
         parameters=numbers_of(scene.value),
         y=scene.start.tolist(),
         weight=[1.0 / error for error in _scale(scene, len(contacts), [state.scale for _, state, _ in internal])],
@@ -121,7 +121,7 @@ def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
     )
     return Start(
         scene=scene,
-        form=Form(scene.layout, times.size, marks.turns.size, knots.size),
+        form=BatchKey(scene.layout, times.size, marks.turns.size, knots.size),
         marks=marks,
         given=np.concatenate([times, given]),
         first=np.array(list(chain.from_iterable(first))),
@@ -135,7 +135,7 @@ def first_forms(scene: Scene) -> dict[str, tuple[int, ...]]:
     """Return the shapes of the arrays of a First."""
     contacts, latched = len(every_contact(scene.value.joints)), _states(scene)[1]
     shapes = flatten(scene.value).shape, scene.start.shape, scene.start.shape, (contacts + len(latched),)
-    return First(*shapes, (contacts,), (contacts, 2))._asdict()
+    return InitialState(*shapes, (contacts,), (contacts, 2))._asdict()
 
 
 def _states(scene: Scene) -> tuple[list, list]:
@@ -159,16 +159,16 @@ def _scale(scene: Scene, contacts: int, internal: list[float]) -> list[float]:
     return [*here, *[root] * contacts, *(tolerance * scale for scale in internal)]
 
 
-def control_of(scene: Scene, end: float, *, keep_events: bool) -> plan.Control:
+def control_of(scene: Scene, end: float, *, keep_events: bool) -> run_control.Control:
     """Return how to integrate a scene up to `end` (s; rad where the crank is free)."""
     settings = scene.case.simulate
-    turning, free = scene.mechanism.turns, scene.turning.free
-    window = scene.turning.at(settings.discard) if turning else 0.0
-    units = max(settings.revolutions, 1.0) if turning else settings.impacts
-    return plan.Control(
+    has_crank, free = scene.mechanism.turns, scene.crank_clock.free
+    window = scene.crank_clock.at(settings.discard) if has_crank else 0.0
+    units = max(settings.revolutions, 1.0) if has_crank else settings.impacts
+    return run_control.Control(
         window=window,
         end=end,
-        separations=0 if turning else int(settings.impacts),
+        separations=0 if has_crank else int(settings.impacts),
         step_budget=min(int(settings.step_budget * units), MOST),
         event_budget=min(int(settings.event_budget * units), MOST),
         method=_METHODS[settings.method],

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..mechanics.observe import histogram
-from ..mechanics.solver.accumulate.tally import LOAD_TIME, Tally
+from ..mechanics.solver.accumulate.totals import LOAD_TIME, Totals
 from .spread import CONFIDENCE, dependence
 from .window import LEAST_DRY, RARELY, Summed, Window
 
@@ -33,8 +33,8 @@ def half_width(values: np.ndarray) -> float:
     return float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(variance)
 
 
-def _sum(tally: Tally | Summed, place: int | None, column: int) -> Any:
-    return tally.whole[column] if place is None else tally.joint[place, column]
+def _sum(totals: Totals | Summed, place: int | None, column: int) -> Any:
+    return totals.whole[column] if place is None else totals.joint[place, column]
 
 
 def _mean(times: np.ndarray, sums: Sequence[Any]) -> tuple[float, float]:
@@ -47,13 +47,13 @@ class Mean(NamedTuple):
 
     column: int  # of Tally.joint or Tally.whole
 
-    def take(self, tally: Tally | Summed, place: int | None) -> Any:
+    def take(self, totals: Totals | Summed, place: int | None) -> Any:
         """Return the integral."""
-        return _sum(tally, place, self.column)
+        return _sum(totals, place, self.column)
 
     def value(self, window: Window, place: int | None) -> Any:
         """Return the mean over the window."""
-        return self.take(window.tally, place) / window.duration
+        return self.take(window.totals, place) / window.duration
 
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the mean and its half-width."""
@@ -66,13 +66,13 @@ class Share(NamedTuple):
     part: int  # column of Tally.joint or Tally.whole
     whole: int  # the same, of what it is a share of
 
-    def take(self, tally: Tally | Summed, place: int | None) -> Any:
+    def take(self, totals: Totals | Summed, place: int | None) -> Any:
         """Return both integrals."""
-        return np.array([_sum(tally, place, self.part), _sum(tally, place, self.whole)])
+        return np.array([_sum(totals, place, self.part), _sum(totals, place, self.whole)])
 
     def value(self, window: Window, place: int | None) -> Any:
         """Return the ratio over the window, 0 where both are."""
-        part, whole = self.take(window.tally, place)
+        part, whole = self.take(window.totals, place)
         return part / whole if whole else 0.0
 
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
@@ -89,13 +89,13 @@ class RootMean(NamedTuple):
 
     column: int  # of Tally.joint or Tally.whole
 
-    def take(self, tally: Tally | Summed, place: int | None) -> Any:
+    def take(self, totals: Totals | Summed, place: int | None) -> Any:
         """Return the integral of the square."""
-        return _sum(tally, place, self.column)
+        return _sum(totals, place, self.column)
 
     def value(self, window: Window, place: int | None) -> Any:
         """Return the root mean square over the window."""
-        return math.sqrt(self.take(window.tally, place) / window.duration)
+        return math.sqrt(self.take(window.totals, place) / window.duration)
 
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the root mean square; its half-width follows from that of the square."""
@@ -109,13 +109,13 @@ class PerRevolution(NamedTuple):
 
     column: int  # of Tally.joint or Tally.whole
 
-    def take(self, tally: Tally | Summed, place: int | None) -> Any:
+    def take(self, totals: Totals | Summed, place: int | None) -> Any:
         """Return the count."""
-        return _sum(tally, place, self.column)
+        return _sum(totals, place, self.column)
 
     def value(self, window: Window, place: int | None) -> Any:
         """Return the mean over the window's revolutions."""
-        return self.take(window.tally, place) / window.turns
+        return self.take(window.totals, place) / window.turns
 
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the mean over revolutions and its half-width."""
@@ -125,13 +125,13 @@ class PerRevolution(NamedTuple):
 class DepthRate(NamedTuple):
     """How fast the deepest wear bin of a joint, of either body, wears (m/s)."""
 
-    def take(self, tally: Tally | Summed, place: int | None) -> Any:
+    def take(self, totals: Totals | Summed, place: int | None) -> Any:
         """Return the depths (m) of all bins of both bodies."""
-        return tally.wear.reshape(len(tally.joint), -1)[place].copy()
+        return totals.wear.reshape(len(totals.joint), -1)[place].copy()
 
     def value(self, window: Window, place: int | None) -> Any:
         """Return the largest depth over the window's time."""
-        return self.take(window.tally, place).max() / window.duration
+        return self.take(window.totals, place).max() / window.duration
 
     def over_blocks(self, times: np.ndarray, depths: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the rate of the bin that is deepest in the end, and its half-width."""
@@ -142,9 +142,9 @@ class DepthRate(NamedTuple):
 class ForceExceeded(NamedTuple):
     """The normal force (N) of a joint that is exceeded during RARELY of the time."""
 
-    def take(self, tally: Tally, place: int | None) -> Any:
+    def take(self, totals: Totals, place: int | None) -> Any:
         """Return the joint's histogram of the force over time."""
-        return tally.histogram[place].copy()
+        return totals.histogram[place].copy()
 
     def value(self, window: Window, place: int) -> Any:
         """Return the force over the window."""
@@ -171,9 +171,9 @@ class DryTime(NamedTuple):
 
     bears: bool  # above
 
-    def take(self, tally: Tally, place: int | None) -> Any:
+    def take(self, totals: Totals, place: int | None) -> Any:
         """Return the joint's histogram of the dry force over time, and the integral of its load (N s)."""
-        return tally.dry[place].copy(), _sum(tally, place, LOAD_TIME)
+        return totals.dry[place].copy(), _sum(totals, place, LOAD_TIME)
 
     def value(self, window: Window, place: int) -> Any:
         """Return the share of the window."""

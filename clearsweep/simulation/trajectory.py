@@ -17,15 +17,15 @@ from ..judging.validity import UNBALANCED, UNCHECKED, message_of, unsure_films
 from ..language import phases
 from ..language.errors import InputError, shown
 from ..mechanics.compiled.family import NO_ENTRY, empty_entries
-from ..mechanics.compiled.kept import Kept
+from ..mechanics.compiled.pinned import Pinned
 from ..mechanics.solver import event as events
-from ..mechanics.solver import loop, plan
+from ..mechanics.solver import loop, run_control
 from ..mechanics.solver.accumulate.record import Record
 from .extrapolation import lived
 from .figures import COST, SETUP
 from .heat import Balance, balanced, has_balance
 from .life import Ageing
-from .life_block import Log, Rates, Told, longest_block, told_by
+from .life_block import Log, Rates, BlockRecord, longest_block, told_by
 from .outcome import trajectory_of
 from .revolutions import Marks, marks_of
 from .run import Run, call, integrate, integrated, shared, use_no_more
@@ -34,13 +34,13 @@ from .start import NOWHERE, control_of, start_of
 from .uncertain import failures, further_lives
 from .uncertain import figures as uncertain_figures
 from .until import Until, longest, marks
-from .watch import Moment, Watcher, go_to
+from .watch import Moment, Observer, go_to
 
 
 def simulate(
     scene: Scene,
     times: ArrayLike | None = None,
-    watchers: Sequence[Watcher] = (),
+    watchers: Sequence[Observer] = (),
     *,
     progress: bool = False,
     log: Log | None = None,
@@ -69,10 +69,10 @@ def simulate(
         trajectory = _simulated(timed(scene), times, watchers, log)
     summary, spent = trajectory.summary, scene.build_time + time.perf_counter() - begin
     summary[SETUP.name] = max(spent - (summary.get("run_time") or 0.0), 0.0)
-    return judged(scene, trajectory)
+    return with_limits(scene, trajectory)
 
 
-def _simulated(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher], log: Log | None) -> Trajectory:
+def _simulated(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], log: Log | None) -> Trajectory:
     """Return the trajectory of a scene, by all the integrations that its case asks for."""
     balance = None
     if has_balance(scene.case):
@@ -92,7 +92,7 @@ def _simulated(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher
     return trajectory
 
 
-def judged(scene: Scene, trajectory: Trajectory) -> Trajectory:
+def with_limits(scene: Scene, trajectory: Trajectory) -> Trajectory:
     """Return a trajectory with the verdict on its figures in its summary."""
     trajectory.summary.update(scene.verdict.of_case(trajectory.summary, failed=trajectory.status != "ok"))
     return trajectory
@@ -102,13 +102,13 @@ def _seized(scene: Scene, balance: Balance) -> Trajectory:
     """Return the failed trajectory of a case in which a joint closes as it warms up."""
     trajectory = _simulate(scene, NOWHERE)
     spent = {figure.name: trajectory.summary[figure.name] for figure in COST}
-    told = [
+    block_record = [
         f"{joint.name}, with {1e6 * cold.clearance:.4g} um of clearance at 20 degC, closes on its way to "
         f"{balance.found[joint.column]:.4g} K"
         for joint, cold in zip(scene.case.joints, balance.cold, strict=True)
         if joint.column in balance.seized
     ]
-    message = f"{'; '.join(told)}; a larger clearance or thermal.conductance helps, or less friction"
+    message = f"{'; '.join(block_record)}; a larger clearance or thermal.conductance helps, or less friction"
     summary = dict.fromkeys(trajectory.summary) | spent
     return dataclasses.replace(
         trajectory, status="seized", message=message, summary=summary, channels={}, wear={}, poincare={}
@@ -123,8 +123,8 @@ def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Tra
     if trajectory.status != "ok":
         return trajectory
     whose = {joint.column: f"the film of {joint.name}" if joint.film else joint.name for joint in scene.case.joints}
-    unsure = unsure_films([(whose[joint], *told) for joint, told in balance.unsure().items()])
-    remark = unsure if balance.stands else UNBALANCED
+    unsure = unsure_films([(whose[joint], *block_record) for joint, block_record in balance.unsure().items()])
+    remark = unsure if balance.converged else UNBALANCED
     return dataclasses.replace(trajectory, message=message_of(trajectory.message, remark))
 
 
@@ -137,7 +137,7 @@ def end_of(scene: Scene) -> float:
     """Return when (s) a scene has made its revolutions, inf without a crank; raise InputError where it never has."""
     if not scene.mechanism.turns:
         return math.inf
-    end = scene.turning.at(scene.case.simulate.revolutions)
+    end = scene.crank_clock.at(scene.case.simulate.revolutions)
     if math.isinf(end):
         raise InputError(
             f"drive.speed.table: the crank comes to rest before {scene.case.simulate.revolutions:.6g} revolutions; let "
@@ -146,7 +146,7 @@ def end_of(scene: Scene) -> float:
     return end
 
 
-class Extent(NamedTuple):
+class Horizon(NamedTuple):
     """How far an integration of known length goes, and what is taken on its way."""
 
     end: float  # s; rad where the crank is free
@@ -155,9 +155,9 @@ class Extent(NamedTuple):
     marks: Marks
 
 
-def extent_of(scene: Scene, times: ArrayLike | None = None) -> Extent:
+def extent_of(scene: Scene, times: ArrayLike | None = None) -> Horizon:
     """Return how far a scene goes, which is reported at `times` (s) or where its case has it."""
-    end, free = end_of(scene), scene.turning.free
+    end, free = end_of(scene), scene.crank_clock.free
     if times is not None:
         reported = checked_times(times, math.inf if free else end)
     elif scene.case.save.orbits == "none":
@@ -167,15 +167,15 @@ def extent_of(scene: Scene, times: ArrayLike | None = None) -> Extent:
         reported = np.linspace(0.0, last.work.end[last.work.time], scene.case.save.samples + 1)
     else:
         check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
-        reported = sampling_times(scene.case, scene.turning.at)
-    return Extent(end, reported, free and times is None, marks_of(scene, scene.case.simulate.revolutions))
+        reported = sampling_times(scene.case, scene.crank_clock.at)
+    return Horizon(end, reported, free and times is None, marks_of(scene, scene.case.simulate.revolutions))
 
 
-def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher] = ()) -> Trajectory:
+def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer] = ()) -> Trajectory:
     """Return the trajectory of a scene whose length is given."""
     end, reported, turned, marked = extent_of(scene, times)
     run = integrated(scene, reported, end, watchers, turned=turned, marks=marked)
-    if scene.turning.free and times is not None and run.status == plan.OK:
+    if scene.crank_clock.free and times is not None and run.status == run_control.OK:
         finish_samples(scene, run)
     trajectory = trajectory_of(scene, run, end)
     use_no_more(run)
@@ -192,25 +192,25 @@ def finish_samples(scene: Scene, run: Run) -> None:
         raise InputError(f"times: found {times[-1]:.6g} s; the run lasts from 0 to {last:.6g} s")
     times[:] = np.minimum(times, last)
     run.work.y[:] = run.work.end
-    run.work.ahead[plan.NEXT] = 0.0
+    run.work.stepper[run_control.NEXT] = 0.0
     run.go(control_of(scene, math.inf, keep_events=False)._replace(window=math.inf, step_budget=0))
-    run.status = plan.OK
+    run.status = run_control.OK
 
 
-def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) -> Trajectory:
+def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer]) -> Trajectory:
     """Return the trajectory of a scene that is to run until a figure has settled.
 
     What is reported comes from a second run over that stretch, the same to the last bit, as its times were not known.
     """
-    settings, at, orbits = scene.case.simulate, scene.turning.at, scene.case.save.orbits
+    settings, at, orbits = scene.case.simulate, scene.crank_clock.at, scene.case.save.orbits
     whole = _changed(scene, revolutions=longest(settings))
     end = at(whole.case.simulate.revolutions)
     run = Run(start_of(scene, marks(settings, at), marks_of(scene, longest(settings))), turned=True)
     watch = Until(scene, run.record.samples)
     keep_events = orbits != "none" or times is not None
     integrate(whole, run, end, keep_events=keep_events, watchers=(watch, *watchers))
-    run.record = Record(NOWHERE, NOWHERE, run.record.along)
-    if run.status != plan.OK:
+    run.record = Record(NOWHERE, NOWHERE, run.record.independent)
+    if run.status != run_control.OK:
         return trajectory_of(whole, run, end)
     trajectory = _settled(scene, run, watch, times)
     trajectory.summary.update(watch.figures())
@@ -219,34 +219,34 @@ def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher]) 
 
 def _settled(scene: Scene, run: Run, watch: Until | Rates, times: ArrayLike | None) -> Trajectory:
     """Return the trajectory of a run that has found its length."""
-    at, orbits = scene.turning.at, scene.case.save.orbits
+    at, orbits = scene.crank_clock.at, scene.case.save.orbits
     settled = _changed(scene, revolutions=watch.revolutions)
     end = at(watch.revolutions)
     if times is not None or orbits != "none":
         check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, watch.revolutions))
-        last = math.inf if scene.turning.free else end
+        last = math.inf if scene.crank_clock.free else end
         reported = sampling_times(settled.case, at) if times is None else checked_times(times, last)
         again = Run(start_of(scene, reported), turned=times is None)
         _retrace(settled, run, again, end, watch.starts)
     return trajectory_of(settled, run, end)
 
 
-def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher], ageing: Ageing) -> Trajectory:
+def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], ageing: Ageing) -> Trajectory:
     """Return the trajectory of the last block of a case that wears until its limit, with the history of its life."""
     begin = time.process_time()
     ageing.scene = scene = dataclasses.replace(scene, deadline=scene.deadline - ageing.spent)
     last: list[tuple[Scene, Run, Rates]] = []
 
-    def run_block(ageing: Ageing, state: np.ndarray) -> Told | None:
+    def run_block(ageing: Ageing, state: np.ndarray) -> BlockRecord | None:
         last[:] = [_block(ageing.scene_at(state), watchers)]
         aged, run, watch = last[0]
-        if run.status != plan.OK:
+        if run.status != run_control.OK:
             ageing.failure = _failed_block(aged, run).status
             return None
         return told_by(aged, run, watch, ageing.spent + time.process_time() - begin)
 
     with phases.phase(ageing.progress):
-        life = lived(ageing.measured(run_block), ageing, ageing.plan(), ageing.start)
+        life = lived(ageing.measured(run_block), ageing, ageing.settings(), ageing.start)
         if life and not ageing.constant:
             ended = run_block(ageing, life.nodes[-1].state)
             life = ageing.ended(life, ended) if ended else None
@@ -255,14 +255,17 @@ def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher], ag
     aged, run, watch = last[0]
     if life is None:
         failed = _failed_block(aged, run)
-        return dataclasses.replace(failed, message=f"block {len(ageing.told) + 1} of its life: {failed.message}")
+        return dataclasses.replace(failed, message=f"block {len(ageing.records) + 1} of its life: {failed.message}")
     further = further_lives(ageing, run_block) if scene.case.uncertain else {}
-    for told in [*([] if ageing.constant else ageing.told), *(told for each in further.values() for told in each.told)]:
-        run.counts += told.counts
-        run.duration += float(told.seconds[0])
+    for block_record in [
+        *([] if ageing.constant else ageing.records),
+        *(block_record for each in further.values() for block_record in each.records),
+    ]:
+        run.counts += block_record.counts
+        run.duration += float(block_record.seconds[0])
     trajectory = _settled(aged, run, watch, times)
     trajectory.summary.update(ageing.figures(life))
-    trajectory.summary.update(uncertain_figures(ageing.judged.column, further) if further else {})
+    trajectory.summary.update(uncertain_figures(ageing.target.column, further) if further else {})
     message = message_of(trajectory.message, *ageing.remarks(life), *failures(further))
     return dataclasses.replace(trajectory, history=ageing.history(life), message=message)
 
@@ -270,27 +273,27 @@ def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Watcher], ag
 def _failed_block(scene: Scene, run: Run) -> Trajectory:
     """Return what a block of a life came to that failed."""
     whole = _changed(scene, revolutions=longest_block(scene.case))
-    return trajectory_of(whole, run, scene.turning.at(whole.case.simulate.revolutions))
+    return trajectory_of(whole, run, scene.crank_clock.at(whole.case.simulate.revolutions))
 
 
-def _block(scene: Scene, watchers: Sequence[Watcher]) -> tuple[Scene, Run, Rates]:
+def _block(scene: Scene, watchers: Sequence[Observer]) -> tuple[Scene, Run, Rates]:
     """Return a scene, a block of revolutions of it that was run, and what watched it."""
     most = longest_block(scene.case)
     whole = _changed(scene, revolutions=most)
     run, watch = Run(start_of(whole, NOWHERE, marks_of(whole, most))), Rates(scene)
     keep_events = scene.case.save.orbits != "none"
-    integrate(whole, run, scene.turning.at(most), keep_events=keep_events, watchers=(watch, *watchers))
+    integrate(whole, run, scene.crank_clock.at(most), keep_events=keep_events, watchers=(watch, *watchers))
     return scene, run, watch
 
 
 def _retrace(scene: Scene, run: Run, again: Run, end: float, starts: Iterable[Moment]) -> None:
     """Record the motion of a run in `again`, from the last of its `starts` before or from the beginning."""
-    times, along = again.record.times, again.record.along
-    before = [start for start in starts if times.size and start["y"][along] <= times[0]]
+    times, independent = again.record.times, again.record.independent
+    before = [start for start in starts if times.size and start["y"][independent] <= times[0]]
     if before:
         go_to(before[-1], again.work)
     call(again, control_of(scene, end, keep_events=False), scene)
-    if scene.turning.free and along == again.work.time and again.status == plan.OK:
+    if scene.crank_clock.free and independent == again.work.time and again.status == run_control.OK:
         finish_samples(scene, again)
     run.status, run.record = again.status, again.record
     run.spent(again)
@@ -339,7 +342,7 @@ def compile_loop(case: Case) -> None:
     with empty_entries():
         run = Run(start_of(scene, NOWHERE))
     status = np.zeros(1, dtype=np.int64)
-    loop.compile_for(run.kept, Kept(loop.Lot(status, status, NO_ENTRY, *shared(run.lane))))
+    loop.compile_for(run.kept, Pinned(loop.Lot(status, status, NO_ENTRY, *shared(run.lane))))
 
 
 def checked_times(times: ArrayLike, end: float) -> np.ndarray:
@@ -363,7 +366,7 @@ def sampling_times(case: Case, at: Callable[[float], float]) -> np.ndarray:
 
 def work_counts(scene: Scene) -> dict[str, int]:
     """Return what integrating a slider-crank takes: steps, rejected ones, evaluations, those that locate events."""
-    counts = integrated(scene, NOWHERE, scene.turning.at(scene.case.simulate.revolutions)).work.counts
+    counts = integrated(scene, NOWHERE, scene.crank_clock.at(scene.case.simulate.revolutions)).work.counts
     places = {
         "steps": events.STEPS,
         "steps_rejected": events.REJECTED,

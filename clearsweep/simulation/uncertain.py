@@ -11,7 +11,7 @@ from ..judging.validity import LIFE_FAILED
 from ..language import phases
 from .extrapolation import Life, lived
 from .life import Ageing
-from .life_block import Part, Told
+from .life_block import Part, BlockRecord
 
 LOW, HIGH = "low", "high"
 
@@ -20,7 +20,7 @@ class Further(NamedTuple):
     """A life at an end of what its wear coefficients may be."""
 
     life: Life | None  # None: a block of it failed
-    told: tuple[Told, ...]  # the blocks that were run for it
+    records: tuple[BlockRecord, ...]  # the blocks that were run for it
     failure: str = ""  # status of the block that failed
 
 
@@ -35,7 +35,7 @@ def at_end(case: Case, end: str) -> Case:
     return case._replace(joints=tuple(joints.values()))
 
 
-def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], Told | None]) -> dict[str, Further]:
+def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], BlockRecord | None]) -> dict[str, Further]:
     """Return the lives with the coefficients at their LOW and HIGH ends.
 
     Where nothing that has worn changes how it goes on, every rate is proportional to the coefficient of its body, so
@@ -46,32 +46,32 @@ def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], Told | Non
     ageing : that of the case itself, whose life is known.
     run : Ageing, (n,) what has worn -> the block, None where it failed.
     """
-    found = {}
+    lives = {}
     for end in (LOW, HIGH):
         case = at_end(ageing.scene.case, end)
         if ageing.constant:
-            found[end] = Further(lived(_always(_scaled(ageing, case)), ageing, ageing.plan(), ageing.start), ())
+            lives[end] = Further(lived(_always(_scaled(ageing, case)), ageing, ageing.settings(), ageing.start), ())
             continue
         aged = ageing.further(case, f"life with the wear coefficients at their {end} ends")
         with phases.phase(aged.progress):
-            life = lived(aged.measured(run), aged, aged.plan(), aged.start)
-        found[end] = Further(life, tuple(aged.told), aged.failure)
-    return found
+            life = lived(aged.measured(run), aged, aged.settings(), aged.start)
+        lives[end] = Further(life, tuple(aged.records), aged.failure)
+    return lives
 
 
-def _always(told: Told) -> Callable[[np.ndarray], Told]:
+def _always(records: BlockRecord) -> Callable[[np.ndarray], BlockRecord]:
     """Return what runs nothing: of a motion that nothing changes all blocks tell the same."""
-    return lambda state: told
+    return lambda state: records
 
 
-def _scaled(ageing: Ageing, case: Case) -> Told:
+def _scaled(ageing: Ageing, case: Case) -> BlockRecord:
     """Return what the block of a life told, its rates as the coefficients of another case make them."""
-    told = ageing.told[0]
+    records = ageing.records[0]
     factors = np.ones(ageing.size)
     for part in ageing.parts:
         for body, where in (("bearing", part.bearing), ("journal", part.journal)):
             factors[where] = _ratio(ageing.scene.case, case, part, body)
-    return told._replace(rate=told.rate * factors, width=told.width * factors)
+    return records._replace(rate=records.rate * factors, width=records.width * factors)
 
 
 def _ratio(case: Case, other: Case, part: Part, body: str) -> float:
@@ -91,14 +91,14 @@ def failures(lives: dict[str, Further]) -> tuple[str, ...]:
     """Return a remark for each life of which a block failed, so that its column is null."""
     return tuple(
         f"{LIFE_FAILED}the life with the wear coefficients at their {end} ends is not known: its block "
-        f"{len(each.told) + 1} has the status {each.failure}"
+        f"{len(each.records) + 1} has the status {each.failure}"
         for end, each in lives.items()
         if each.failure
     )
 
 
-def figures(judged: str, lives: dict[str, Further]) -> dict[str, float | None]:
+def figures(column: str, lives: dict[str, Further]) -> dict[str, float | None]:
     """Return the ends of the life of a joint in columns, None where it is not known: the more wears, the shorter."""
     ends = {"low": lives[HIGH].life, "high": lives[LOW].life}
     turns = {end: life.revolutions if life and life.reached else math.nan for end, life in ends.items()}
-    return {f"{judged}_life_{end}_uncertain": turn if math.isfinite(turn) else None for end, turn in turns.items()}
+    return {f"{column}_life_{end}_uncertain": turn if math.isfinite(turn) else None for end, turn in turns.items()}

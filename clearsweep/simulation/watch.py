@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..mechanics.solver import plan
+from ..mechanics.solver import run_control
 from ..mechanics.solver.event import Work
 
 #: Turns before the end of a revolution at which a run pauses: more than a step spans, so that it can still end there.
@@ -26,11 +26,11 @@ class Pausing(Protocol):
 
     work: Work
 
-    def go(self, control: plan.Control) -> tuple[int, np.ndarray]:
+    def go(self, control: run_control.Control) -> tuple[int, np.ndarray]:
         """Return the status and the events from where it stands to where `control` ends or pauses it."""
 
 
-class Watcher(Protocol):
+class Observer(Protocol):
     """What looks at a run on its way."""
 
     parts: int  # of a revolution, at the end of each of which it looks
@@ -40,11 +40,15 @@ class Watcher(Protocol):
 
 
 def drive(
-    control: plan.Control, run: Pausing, discard: float, at: Callable[[float], float], watchers: Sequence[Watcher]
+    control: run_control.Control,
+    run: Pausing,
+    discard: float,
+    at: Callable[[float], float],
+    watchers: Sequence[Observer],
 ) -> tuple[int, np.ndarray]:
     """Return the status and the events of an integration that its `watchers` look at on the way.
 
-    discard : revolutions after which they begin; at : revolutions -> where they end, see `turning`.
+    discard : revolutions after which they begin; at : revolutions -> where they end, see `crank_clock`.
     """
     work, logs, parts = run.work, [], max(watcher.parts for watcher in watchers)
     for k in itertools.count():
@@ -53,11 +57,11 @@ def drive(
             break
         status, log = run.go(control._replace(pause=pause))
         logs.append(log)
-        if status != plan.PAUSED:
+        if status != run_control.PAUSED:
             return status, np.concatenate(logs)
         end = at(discard + k // parts)
         enough = [watcher.see(work) for watcher in watchers if k % (parts // watcher.parts) == 0]
-        if any(enough) and work.y[work.along] < end:
+        if any(enough) and work.y[work.independent] < end:
             control = control._replace(end=end)
     status, log = run.go(control)
     return status, np.concatenate([*logs, log])

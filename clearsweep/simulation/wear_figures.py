@@ -19,7 +19,7 @@ from ..mechanics.joint.wear.contract import (
     WIDE,
     class_width,
 )
-from ..mechanics.solver.accumulate.tally import CONTACT_TIME, FORCE_TIME
+from ..mechanics.solver.accumulate.totals import CONTACT_TIME, FORCE_TIME
 from .sums import DepthRate
 from .window import Window
 
@@ -49,28 +49,28 @@ def _cells(joint: Any) -> tuple[float, float]:
 
 def narrow_arcs(window: Window, place: int) -> float:
     """Return the share of the wear steps whose arc was narrower than five bins."""
-    account = window.tally.account[place]
+    account = window.totals.account[place]
     return float(account[NARROW] / account[ARCS]) if account[ARCS] else 0.0
 
 
 def bins_enough(window: Window, place: int) -> int:
     """Return how many bins make all but 5 % of the worn volume that of arcs of five bins or more, 0 without wear."""
-    by_width = window.tally.account[place, FIRST_CLASS:]
+    by_width = window.totals.account[place, FIRST_CLASS:]
     narrowest = int(np.searchsorted(np.cumsum(by_width), RESOLVED * by_width.sum()))
     return int(np.ceil(WIDE * 2.0 * math.pi / class_width(narrowest))) if by_width.any() else 0
 
 
 def pressure_mean(window: Window, place: int) -> float:
     """Return the mean pressure (Pa) over the contact arc and the time in contact, 0 without contact."""
-    time = window.tally.joint[place, CONTACT_TIME]
-    return float(window.tally.account[place, PRESSURE_TIME] / time) if time else 0.0
+    time = window.totals.joint[place, CONTACT_TIME]
+    return float(window.totals.account[place, PRESSURE_TIME] / time) if time else 0.0
 
 
 def pv_mean(window: Window, place: int) -> float:
     """Return the mean normal force over diameter and length (Pa) times the mean sliding speed (m/s), W/m^2."""
     joint, case = window.joints[place], window.case.joints[place]
-    force = window.tally.joint[place, FORCE_TIME] / window.duration
-    speed = (window.tally.account[place, SLID] - window.slid[place]) / window.duration
+    force = window.totals.joint[place, FORCE_TIME] / window.duration
+    speed = (window.totals.account[place, SLID] - window.slid[place]) / window.duration
     assert case.length is not None  # joints that wear have one
     return float(force / (2.0 * joint.bearing_radius * case.length) * speed)
 
@@ -78,7 +78,7 @@ def pv_mean(window: Window, place: int) -> float:
 def pv_beyond(window: Window, place: int) -> float | None:
     """Return the share of the window's time beyond the limit of pressure times speed, None where there is none."""
     law: Any = window.joints[place].wear
-    return None if math.isinf(law.pv_limit) else float(window.tally.account[place, PV_BEYOND] / window.duration)
+    return None if math.isinf(law.pv_limit) else float(window.totals.account[place, PV_BEYOND] / window.duration)
 
 
 WEAR = (
@@ -135,7 +135,7 @@ WEAR = (
         "largest pressure on the bearing, anywhere on the contact arc",
         of="joint",
         needs=("wear",),
-        value=lambda window, place: window.tally.account[place, PRESSURE_MAX],
+        value=lambda window, place: window.totals.account[place, PRESSURE_MAX],
         shown=(Shown("wear", "pressure peak", 55),),
     ),
     Figure(
@@ -153,7 +153,7 @@ WEAR = (
         "largest product of the pressure on the bearing, anywhere on the contact arc, and the sliding speed",
         of="joint",
         needs=("wear",),
-        value=lambda window, place: window.tally.account[place, PV_MAX],
+        value=lambda window, place: window.totals.account[place, PV_MAX],
         shown=(Shown("wear", "pV peak", 57),),
     ),
     Figure(

@@ -11,7 +11,7 @@ from ..contracts.catalogue import Mechanism
 from ..contracts.layout import WALLS, JointLayout, Layout
 from ..mechanics.joint import dry
 from ..mechanics.joint.wear.contract import ARCS, FINEST, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLID
-from ..mechanics.solver.accumulate.tally import (
+from ..mechanics.solver.accumulate.totals import (
     APPROACH,
     BEYOND_TIME,
     CLIPS,
@@ -26,7 +26,7 @@ from ..mechanics.solver.accumulate.tally import (
     ONSET_MAX,
     ONSETS,
     PEAK,
-    Tally,
+    Totals,
 )
 from .spread import Spread
 
@@ -55,7 +55,7 @@ class Window(NamedTuple):
     mechanism: Mechanism
     layout: Layout
     joints: tuple[dry.Joint, ...]
-    tally: Summed
+    totals: Summed
     exceeded: list[float]  # N, by joint: the normal force that is exceeded during RARELY of its time
     dry: list[float]  # s, by joint with a film, else 0: at a dry force above LEAST_DRY of its mean load
     ideal: Mapping[str, float]  # N, largest reaction of each joint without clearance
@@ -71,22 +71,22 @@ class Window(NamedTuple):
     onset: list[float]  # (joints,) m/s, onset rate that its law goes by at the end; nan: none
 
 
-def by_joint(tally: Tally, layout: Layout) -> Tally:
+def by_joint(totals: Totals, layout: Layout) -> Totals:
     """Return what was summed up contact by contact as joint by joint: of a guide what its corners come to together.
 
     Counts, squares and histograms are added; of what is largest, and of times in contact, the largest counts.  Of a
     joint in space these are its walls, but forces are those of the sum of the walls.
     """
     if not any(joint.corners for joint in layout.joints):
-        return tally
+        return totals
     rows, bearing = rows_of(layout), bearing_of(layout)
-    joints = np.array([_together(tally.joint[row], joint) for row, joint in zip(rows, layout.joints, strict=True)])
-    account = np.array([worn_together(tally.account[row], tally.joint[row]) for row in rows])
-    wear = tally.wear.reshape(len(tally.joint), -1)[[row.start for row in rows]].ravel()
-    histogram = np.array([tally.histogram[row].sum(axis=0) for row in bearing])
-    bins = np.array([tally.bins[row].max(axis=0) for row in bearing])
-    dry = tally.dry[[row.start for row in rows]] if len(tally.dry) else tally.dry
-    return tally._replace(joint=joints, histogram=histogram, dry=dry, bins=bins, account=account, wear=wear)
+    joints = np.array([_together(totals.joint[row], joint) for row, joint in zip(rows, layout.joints, strict=True)])
+    account = np.array([worn_together(totals.account[row], totals.joint[row]) for row in rows])
+    wear = totals.wear.reshape(len(totals.joint), -1)[[row.start for row in rows]].ravel()
+    histogram = np.array([totals.histogram[row].sum(axis=0) for row in bearing])
+    bins = np.array([totals.bins[row].max(axis=0) for row in bearing])
+    dry = totals.dry[[row.start for row in rows]] if len(totals.dry) else totals.dry
+    return totals._replace(joint=joints, histogram=histogram, dry=dry, bins=bins, account=account, wear=wear)
 
 
 def rows_of(layout: Layout) -> list[slice]:
@@ -98,25 +98,25 @@ def rows_of(layout: Layout) -> list[slice]:
 def bearing_of(layout: Layout) -> list[slice]:
     """Return those of them whose normal forces are those of the joint: of one in space the sum of its walls."""
     pairs = zip(rows_of(layout), layout.joints, strict=True)
-    return [slice(row.start + joint.corners, row.stop - 1) if joint.telling else row for row, joint in pairs]
+    return [slice(row.start + joint.corners, row.stop - 1) if joint.auxiliary else row for row, joint in pairs]
 
 
 def _together(contacts: np.ndarray, joint: JointLayout) -> np.ndarray:
     """Return the sums of a joint, (WIDTH,), from those of its contacts, (contacts, JOINT)."""
-    found = np.zeros(WIDTH)
-    touching = contacts[:WALLS] if joint.telling else contacts
-    found[:JOINT] = touching.sum(axis=0)
+    together = np.zeros(WIDTH)
+    touching = contacts[:WALLS] if joint.auxiliary else contacts
+    together[:JOINT] = touching.sum(axis=0)
     for column in LARGEST:
-        found[column] = touching[:, column].max()
-    if joint.telling:
+        together[column] = touching[:, column].max()
+    if joint.auxiliary:
         points, flanges, (whole, uneven) = contacts[: joint.corners], contacts[WALLS : joint.corners], contacts[-2:]
         for column in (FORCE_SQUARE, FORCE_MAX, LOAD_MAX):
-            found[column] = whole[column]
-        found[CLIPS], found[FRICTION_ENERGY] = points[:, CLIPS].sum(), points[:, FRICTION_ENERGY].sum()
-        found[AXIAL_FORCE_MAX] = flanges[:, FORCE_MAX].max(initial=0.0)
-        found[AXIAL_ONSETS] = flanges[:, ONSETS].sum()
-        found[UNEVEN_TIME], found[TILT_MAX] = uneven[FORCE_TIME], math.asin(min(uneven[DEPTH_MAX], 1.0))
-    return found
+            together[column] = whole[column]
+        together[CLIPS], together[FRICTION_ENERGY] = points[:, CLIPS].sum(), points[:, FRICTION_ENERGY].sum()
+        together[AXIAL_FORCE_MAX] = flanges[:, FORCE_MAX].max(initial=0.0)
+        together[AXIAL_ONSETS] = flanges[:, ONSETS].sum()
+        together[UNEVEN_TIME], together[TILT_MAX] = uneven[FORCE_TIME], math.asin(min(uneven[DEPTH_MAX], 1.0))
+    return together
 
 
 def worn_together(accounts: np.ndarray, contacts: np.ndarray) -> np.ndarray:
@@ -125,13 +125,13 @@ def worn_together(accounts: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     What is largest is that of one contact, and so is time beyond the limit; the mean pressure is that over the times
     for which each is in contact.  contacts : their rows of Tally.joint.
     """
-    found: np.ndarray = accounts.sum(axis=0)
+    together: np.ndarray = accounts.sum(axis=0)
     for column in (PRESSURE_MAX, PV_MAX, PV_BEYOND, SLID):
-        found[column] = accounts[:, column].max()
+        together[column] = accounts[:, column].max()
     time = contacts[accounts[:, ARCS] > 0.0, CONTACT_TIME]
     if time.size:
-        found[PRESSURE_TIME] *= time.max() / time.sum()
-    return found
+        together[PRESSURE_TIME] *= time.max() / time.sum()
+    return together
 
 
 def finer(depths: np.ndarray, bins: int) -> np.ndarray:
@@ -151,20 +151,20 @@ def finer(depths: np.ndarray, bins: int) -> np.ndarray:
     return finest
 
 
-def wear_of(layout: Layout, tally: Tally | Summed) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def wear_of(layout: Layout, totals: Totals | Summed) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return the wear depths (m) of bearing and journal by bin, of every joint where there is wear; tally : by joint.
 
     Those of a joint in space are over angle and length, (bins, rows).
     """
-    found: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    wear: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     if not any(joint.wear_bins for joint in layout.joints):
-        return found
-    for joint, depths in zip(layout.joints, tally.wear.reshape(len(layout.joints), 2, -1), strict=True):
+        return wear
+    for joint, depths in zip(layout.joints, totals.wear.reshape(len(layout.joints), 2, -1), strict=True):
         bins = joint.wear_bins
         if bins:
             kept, rows = min(bins, FINEST), joint.wear_rows
             bearing, journal = depths[:, : kept * rows].reshape(2, rows, kept).swapaxes(1, 2).copy()
-            if not joint.telling:
+            if not joint.auxiliary:
                 bearing, journal = bearing[:, 0], journal[:, 0]
-            found[joint.name] = (bearing, journal) if bins <= FINEST else (finer(bearing, bins), finer(journal, bins))
-    return found
+            wear[joint.name] = (bearing, journal) if bins <= FINEST else (finer(bearing, bins), finer(journal, bins))
+    return wear

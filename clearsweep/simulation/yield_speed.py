@@ -19,13 +19,13 @@ def yield_speeds(scene: Scene) -> dict[str, float | None]:
 
     It is sqrt(2 W / m): W the elastic energy at first yield, m the largest mass of all directions at the start.
     """
-    judged = [
+    elastic_joints = [
         (number, case)
         for number, (case, joint) in enumerate(zip(scene.case.joints, scene.layout.joints, strict=True))
         if joint.strength
     ]
-    masses = _masses(scene) if judged else []
-    return {f"{case.column}_yield_speed": _speed(case, masses[number]) for number, case in judged}
+    masses = _masses(scene) if elastic_joints else []
+    return {f"{case.column}_yield_speed": _speed(case, masses[number]) for number, case in elastic_joints}
 
 
 def _speed(joint: Joint, mass: float | None) -> float | None:
@@ -40,10 +40,10 @@ def _masses(scene: Scene) -> list[float | None]:
     """Return the largest mass (kg) of every joint over all directions at the start, None where it is not known."""
     mechanism, start = scene.value.mechanism, scene.start
     pose = place(mechanism, start)
-    along = [
+    by_direction = [
         impact_masses(
             mechanism, pose, (Gap(math.cos(way), math.sin(way), 0.0, 0.0, 0.0, 0.0),) * len(scene.case.joints)
         )
         for way in DIRECTIONS
     ]
-    return [largest_mass(np.array(masses, float)) for masses in zip(*along, strict=True)]
+    return [largest_mass(np.array(masses, float)) for masses in zip(*by_direction, strict=True)]

@@ -5,10 +5,19 @@ from pathlib import Path
 import pyarrow
 
 from .assemble import merge
-from .batch import Axis, Form, Row, id_text, open_table
+from .batch import Axis, ResultSchema, Row, id_text, open_table
 from .compare import difference
 from .directory import SCRATCH, RunDirectory, commit
-from .judged import OPTIMISE_FILE, SEEK_FILE, Judged, histories, judge, write_answers, write_best, write_sample
+from .case_results import (
+    OPTIMISE_FILE,
+    SEEK_FILE,
+    CaseResults,
+    histories,
+    read_results,
+    write_answers,
+    write_best,
+    write_sample,
+)
 from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_far
 from .read import StoredRun, newest, verify
 from .record import check_form, now, read_record
@@ -22,8 +31,8 @@ __all__ = [
     "SCRATCH",
     "SEEK_FILE",
     "Axis",
-    "Form",
-    "Judged",
+    "ResultSchema",
+    "CaseResults",
     "Row",
     "RunDirectory",
     "StoredRun",
@@ -39,7 +48,7 @@ __all__ = [
     "histories",
     "id_text",
     "is_unfinished",
-    "judge",
+    "read_results",
     "keys_of_all",
     "keys_so_far",
     "merge",

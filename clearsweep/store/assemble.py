@@ -22,7 +22,7 @@ from . import durable
 from .batch import (
     CASE_ID,
     GROUP_ROWS,
-    Form,
+    ResultSchema,
     array_of,
     datasets,
     describe,
@@ -49,7 +49,7 @@ FORMAT = ("v110", "v110")  # of HDF5: the first in which all that is not data ha
 
 def merge(
     run: RunDirectory,
-    form: Form,
+    form: ResultSchema,
     rows: np.ndarray,
     *,
     say: Callable[[str], None] = lambda _: None,
@@ -64,12 +64,12 @@ def merge(
     mark = _mark(run, form, rows)
     known: dict[str, str] = read_record(run.path).get("merged", {})
     if known.get("mark") == mark:
-        found = _merged(run, mark)
-        if found == known:
+        merged = _merged(run, mark)
+        if merged == known:
             return known
         for name in sorted(known):
-            if found.get(name) != known[name]:
-                state = "damaged (its checksum is not that in run.json)" if name in found else "missing"
+            if merged.get(name) != known[name]:
+                state = "damaged (its checksum is not that in run.json)" if name in merged else "missing"
                 say(f"{name}: {state}; made anew of the batches")
     worst = worst_cases(form, lambda schema: summary_groups(run, schema, rows)) if form.worst else []
     peaks = [(case, peak) for case, peak in zip(worst, again(worst) if worst else [], strict=True) if peak]
@@ -92,7 +92,7 @@ def merge(
             return _merged(run, mark)
 
 
-def _mark(run: RunDirectory, form: Form, rows: np.ndarray) -> str:
+def _mark(run: RunDirectory, form: ResultSchema, rows: np.ndarray) -> str:
     """Return a hash of what the merged files hold, which both carry: batches are named by their content."""
     digest = hashlib.sha256(repr(form).encode())
     for column in ("id", "row"):
@@ -109,11 +109,11 @@ def _merged(run: RunDirectory, mark: str) -> dict[str, str]:
 
 
 def _write_summary(
-    path: Path, run: RunDirectory, form: Form, rows: np.ndarray, mark: str, writing: phases.Phase
+    path: Path, run: RunDirectory, form: ResultSchema, rows: np.ndarray, mark: str, writing: phases.Phase
 ) -> None:
     schema = summary_schema(form)
-    added = [field_of(column) for column in form.verdict.columns]
-    whole = pa.schema([*schema, *added], {"clearsweep": mark})
+    verdict_fields = [field_of(column) for column in form.verdict.columns]
+    whole = pa.schema([*schema, *verdict_fields], {"clearsweep": mark})
     with (
         os.fdopen(durable.create(path), "wb") as file,
         pq.ParquetWriter(file, whole, write_page_checksum=True) as writer,
@@ -170,7 +170,7 @@ def _indices(values: np.ndarray) -> pa.Array:
 class _OrbitFile:
     """The datasets of one batch, each a plain run of bytes in the file."""
 
-    def __init__(self, path: Path, form: Form):
+    def __init__(self, path: Path, form: ResultSchema):
         self.path = path
         durable.check_regular(path)
         with h5py.File(path, "r") as file:
@@ -181,7 +181,7 @@ class _OrbitFile:
 class OrbitFiles:
     """The orbits of all batches of a run; a limited number of files is open at a time."""
 
-    def __init__(self, run: RunDirectory, form: Form):
+    def __init__(self, run: RunDirectory, form: ResultSchema):
         self.files = {
             number: _OrbitFile(batch.orbits, form) for number, batch in enumerate(run.batches) if batch.orbits
         }
@@ -217,7 +217,7 @@ class OrbitFiles:
         return os.pread(handle, count * size, self.files[number].places[dataset.path] + first * size)
 
 
-def _write_orbits(path: Path, run: RunDirectory, form: Form, rows: np.ndarray, mark: str) -> None:
+def _write_orbits(path: Path, run: RunDirectory, form: ResultSchema, rows: np.ndarray, mark: str) -> None:
     with (
         h5py.File(path, "x", libver=FORMAT) as file,
         OrbitFiles(run, form) as orbits,

@@ -37,7 +37,7 @@ class Axis(NamedTuple):
     text: bool
 
 
-class Form(NamedTuple):
+class ResultSchema(NamedTuple):
     """What decides the columns and datasets of a run; all its cases share it."""
 
     layout: Layout
@@ -48,7 +48,7 @@ class Form(NamedTuple):
     worst: int = 0  # cases of which the merged orbits hold the revolution of the largest peak
 
     @classmethod
-    def of(cls, grid: Grid) -> "Form":
+    def of(cls, grid: Grid) -> "ResultSchema":
         """Return the form of the results of `grid`."""
         axes = tuple(
             Axis(path, grid.unit(path), all(isinstance(value, str) for value in values))
@@ -69,7 +69,7 @@ class Row(NamedTuple):
     trajectory: results.Trajectory
 
 
-def summary_schema(form: Form) -> pa.Schema:
+def summary_schema(form: ResultSchema) -> pa.Schema:
     """Return the schema of the summary of a batch; every field's metadata hold `unit` and `description`."""
     columns = [Column("case_id", "", "identity of the case: hash of all that decides its numbers", "text")]
     columns += [Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float") for axis in form.axes]
@@ -91,15 +91,15 @@ def with_verdict(verdict: Verdict, table: pa.Table) -> pa.Table:
     if not verdict.columns:
         return table
     columns = {name: values_of(table[name].combine_chunks()) for name in verdict.needs()}
-    added, failed = verdict.judge(columns), values_of(table["status"].combine_chunks()) != "ok"
+    verdict_columns, failed = verdict.evaluate(columns), values_of(table["status"].combine_chunks()) != "ok"
     for column in verdict.columns:
-        field, values = field_of(column), added[column.name].astype(object)
+        field, values = field_of(column), verdict_columns[column.name].astype(object)
         values[failed] = None
         table = table.append_column(field, _column(values.tolist(), field.type))
     return table
 
 
-def summary_table(form: Form, rows: list[Row]) -> pa.Table:
+def summary_table(form: ResultSchema, rows: list[Row]) -> pa.Table:
     """Return the summary of `rows`; what was not computed is null."""
     schema = summary_schema(form)
     columns = {
@@ -148,40 +148,40 @@ def values_of(column: pa.Array) -> np.ndarray:
     return values
 
 
-def datasets(form: Form) -> tuple[Dataset, ...]:
+def datasets(form: ResultSchema) -> tuple[Dataset, ...]:
     """Return the datasets of the orbits beside `case_id` and the offsets."""
-    found = []
+    datasets = []
     if form.histories:
-        found += [
+        datasets += [
             Dataset(column.name, np.dtype("f8"), column.unit, column.description, SAMPLE)
             for column in form.layout.channels
         ]
-        found += event_datasets(form.layout)
-        found += section_datasets(form.layout)
+        datasets += event_datasets(form.layout)
+        datasets += section_datasets(form.layout)
     for joint in form.layout.joints:
         if joint.wear_bins:
             text = "wear depth of the {} in angular bins of its own frame"
             shape: tuple[int, ...] = (joint.wear_bins,)
-            if joint.telling:
+            if joint.auxiliary:
                 text, shape = f"{text}, and in bins along its axis", (*shape, joint.wear_rows)
-            found += [
+            datasets += [
                 Dataset(f"wear/{joint.name}/{body}", np.dtype("f8"), "m", text.format(body), CASE, shape)
                 for body in ("bearing", "journal")
             ]
-    return (*found, *life_datasets(form.layout))
+    return (*datasets, *life_datasets(form.layout))
 
 
-def offsets_of(form: Form) -> dict[str, Dataset]:
+def offsets_of(form: ResultSchema) -> dict[str, Dataset]:
     """Return the datasets that say where a case begins, by what they count: samples, and what else there is."""
     text = "first {} of each case; the last value is their number"
-    found = {SAMPLE: Dataset("offsets", np.dtype("i8"), "1", text.format(SAMPLE), CASE)}
+    offsets = {SAMPLE: Dataset("offsets", np.dtype("i8"), "1", text.format(SAMPLE), CASE)}
     if form.histories:
-        found[EVENT] = Dataset("events/offsets", np.dtype("i8"), "1", text.format(EVENT), CASE)
+        offsets[EVENT] = Dataset("events/offsets", np.dtype("i8"), "1", text.format(EVENT), CASE)
         if form.layout.sections:
-            found[SECTION] = Dataset("poincare/offsets", np.dtype("i8"), "1", text.format(SECTION), CASE)
+            offsets[SECTION] = Dataset("poincare/offsets", np.dtype("i8"), "1", text.format(SECTION), CASE)
     if form.layout.life:
-        found[NODE] = Dataset(f"{results.HISTORY}offsets", np.dtype("i8"), "1", text.format(NODE), CASE)
-    return found
+        offsets[NODE] = Dataset(f"{results.HISTORY}offsets", np.dtype("i8"), "1", text.format(NODE), CASE)
+    return offsets
 
 
 def put(file: h5py.File, dataset: Dataset, values: np.ndarray, **options: Any) -> None:
@@ -198,7 +198,7 @@ def describe(target: h5py.Dataset, dataset: Dataset) -> None:
 CASE_ID = Dataset("case_id", np.dtype(f"S{ID_LENGTH}"), "1", "identity of the case, ascending", CASE)
 
 
-def orbits_bytes(form: Form, rows: list[Row]) -> bytes:
+def orbits_bytes(form: ResultSchema, rows: list[Row]) -> bytes:
     """Return the HDF5 file of one batch, contiguous and uncompressed, so that a merge reads it by plain offsets."""
     with h5py.File("batch", "w", driver="core", backing_store=False) as file:
         put(file, CASE_ID, np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))
@@ -211,7 +211,7 @@ def orbits_bytes(form: Form, rows: list[Row]) -> bytes:
         return content
 
 
-def _count(form: Form, trajectory: results.Trajectory, each: str) -> int:
+def _count(form: ResultSchema, trajectory: results.Trajectory, each: str) -> int:
     if form.histories and each == EVENT:
         return len(trajectory.events)  # also of a case that failed, where they are kept
     if trajectory.status != "ok":
@@ -225,7 +225,7 @@ def _count(form: Form, trajectory: results.Trajectory, each: str) -> int:
     return len(trajectory.t)
 
 
-def _gathered(form: Form, dataset: Dataset, rows: list[Row]) -> np.ndarray:
+def _gathered(form: ResultSchema, dataset: Dataset, rows: list[Row]) -> np.ndarray:
     """Return the values of one dataset for all rows, one case after another."""
     good = [row.trajectory for row in rows if row.trajectory.status == "ok"]
     if dataset.each == SAMPLE:
@@ -257,7 +257,7 @@ def _coded(words: np.ndarray, codes: dict[str, int], dtype: np.dtype) -> np.ndar
     return numbers
 
 
-def summary_bytes(form: Form, rows: list[Row], facts: dict) -> bytes:
+def summary_bytes(form: ResultSchema, rows: list[Row], facts: dict) -> bytes:
     """Return the Parquet file of one batch; `facts` (what the store knows of the batch) go into its metadata."""
     table = summary_table(form, rows)
     table = table.replace_schema_metadata({"clearsweep": json.dumps(facts)})
@@ -274,7 +274,7 @@ class BatchFiles(NamedTuple):
     orbits: Path | None  # HDF5; None where nothing is kept
     sha256: str  # of `orbits`
     written: int  # ns since 1970
-    frame: str  # `Form.frame` of its cases
+    frame: str  # `ResultSchema.frame` of its cases
 
     @property
     def name(self) -> str:

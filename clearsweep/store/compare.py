@@ -6,14 +6,14 @@ import numpy as np
 
 from ..contracts.results import TIMINGS
 from .assemble import GROUP_ROWS, OrbitFiles, summary_groups
-from .batch import Form, datasets, id_text, summary_schema
+from .batch import ResultSchema, datasets, id_text, summary_schema
 from .directory import RunDirectory
 
 Difference = tuple[str, str, Any, Any]  # case_id, name of a column or dataset, value here, value there
 
 
 def difference(
-    form: Form, first: RunDirectory, mine: np.ndarray, second: RunDirectory, theirs: np.ndarray
+    form: ResultSchema, first: RunDirectory, mine: np.ndarray, second: RunDirectory, theirs: np.ndarray
 ) -> Difference | None:
     """Return the first thing in which two directories differ, or None.
 
@@ -26,7 +26,7 @@ def difference(
 
 
 def _in_summary(
-    form: Form, first: RunDirectory, mine: np.ndarray, second: RunDirectory, theirs: np.ndarray
+    form: ResultSchema, first: RunDirectory, mine: np.ndarray, second: RunDirectory, theirs: np.ndarray
 ) -> Difference | None:
     schema = summary_schema(form)
     groups = (summary_groups(run, schema, rows) for run, rows in ((first, mine), (second, theirs)))
@@ -41,7 +41,7 @@ def _in_summary(
 
 
 def _in_orbits(
-    form: Form, first: RunDirectory, mine: np.ndarray, second: RunDirectory, theirs: np.ndarray
+    form: ResultSchema, first: RunDirectory, mine: np.ndarray, second: RunDirectory, theirs: np.ndarray
 ) -> Difference | None:
     with OrbitFiles(first, form) as here, OrbitFiles(second, form) as there:
         for dataset in datasets(form):

@@ -53,11 +53,11 @@ def section_datasets(layout: Layout) -> list[Dataset]:
         return []
     channels = {channel.name: channel for channel in layout.channels}
     text = "turns of the crank, its angle over 2 pi, at each section"
-    found = [Dataset(SECTION_COUNT, np.dtype("i8"), "1", text, SECTION)]
+    datasets = [Dataset(SECTION_COUNT, np.dtype("i8"), "1", text, SECTION)]
     for name, path in layout.sections:
         text = f"{channels[name].description}, at crank angle 0"
-        found.append(Dataset(path, np.dtype("f8"), channels[name].unit, text, SECTION))
-    return found
+        datasets.append(Dataset(path, np.dtype("f8"), channels[name].unit, text, SECTION))
+    return datasets
 
 
 #: What the history of a life tells of each joint that wears: name, unit, text, and whether it is one value per bin.
@@ -76,9 +76,9 @@ def life_datasets(layout: Layout) -> list[Dataset]:
     if not layout.life:
         return []
     text = "revolutions from the start, where nothing has worn, to the limit or as far as the life was run"
-    found = [Dataset(f"{results.HISTORY}revolutions", np.dtype("f8"), "1", text, NODE)]
+    datasets = [Dataset(f"{results.HISTORY}revolutions", np.dtype("f8"), "1", text, NODE)]
     for joint in layout.joints:
         for name, unit, text, binned in _OF_JOINT if joint.wear_bins else ():
             path, shape = f"{results.HISTORY}{joint.name}/{name}", (joint.wear_bins,) if binned else ()
-            found.append(Dataset(path, np.dtype("f8"), unit, text, NODE, shape))
-    return found
+            datasets.append(Dataset(path, np.dtype("f8"), unit, text, NODE, shape))
+    return datasets

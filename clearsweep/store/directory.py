@@ -22,7 +22,7 @@ from .batch import (
     ORBITS,
     SUMMARIES,
     BatchFiles,
-    Form,
+    ResultSchema,
     Row,
     batch_files,
     datasets,
@@ -58,12 +58,12 @@ class RunDirectory:
         self.record = self.path / RECORD_FILE
         self.batches: list[BatchFiles] = []  # those that were looked at, adopted or taken over
         self.others: list[BatchFiles] = []  # those of another grid
-        self.frame: str | None = None  # `Form.frame` of the batches that count; None: of all
+        self.frame: str | None = None  # `ResultSchema.frame` of the batches that count; None: of all
         self.lost: str | None = None  # what is wrong with run.json, where the batches say all that it did
 
     def check(self, grid: Grid) -> None:
         """Raise DirectoryError where the directory cannot take the results of `grid`; nothing is changed."""
-        self.frame, self.lost = Form.of(grid).frame, None
+        self.frame, self.lost = ResultSchema.of(grid).frame, None
         try:
             if not self.path.exists():
                 return
@@ -181,9 +181,9 @@ class RunDirectory:
         What a run wrote and nothing needs is removed: its name has its checksum.  What is damaged is kept as *.damaged,
         and files with names that no run gives are left alone.
         """
-        told = [f"{self.lost.partition(';')[0]}; restored from the batches"] if self.lost else []
+        notes = [f"{self.lost.partition(';')[0]}; restored from the batches"] if self.lost else []
         damage = self.look()
-        told += [f"{sentence}; its cases run again" for sentence in damage.values()]
+        notes += [f"{sentence}; its cases run again" for sentence in damage.values()]
         needed = {batch.orbits for batch in self.batches} | {batch.orbits for batch in self.others}
         left = [*damage, *(path for path in _of_batches(self.orbits) if path not in needed)]
         for path in left:
@@ -191,13 +191,13 @@ class RunDirectory:
                 durable.discard(path)
             else:
                 durable.set_aside(path)
-        told += [f"{batch.summary.relative_to(self.path)}: of another grid; left alone" for batch in self.others]
+        notes += [f"{batch.summary.relative_to(self.path)}: of another grid; left alone" for batch in self.others]
         if kept := durable.kept_in(self.scratch):  # of cases whose process was killed after it had committed them
             rows = self.rows()
             done = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
             for case_id in done.intersection(kept):
                 durable.discard(kept[case_id])
-        return told
+        return notes
 
     def look(self, *, histories: bool = True) -> dict[Path, str]:
         """Take in every committed batch whose checksums hold; return summaries of those that are damaged, and how.
@@ -293,7 +293,7 @@ class RunDirectory:
         return rows[np.concatenate([[True], ~again])] if again.any() else rows
 
 
-def commit(directory: Path, form: Form, batch: str, rows: list[Row]) -> str:
+def commit(directory: Path, form: ResultSchema, batch: str, rows: list[Row]) -> str:
     """Store one batch for good: its orbits first, then its summary, which is the commit; return the summary's name."""
     run = RunDirectory(directory)
     facts: dict[str, Any] = {"shard": None, "sha256": "", "written": time.time_ns(), "frame": form.frame}

@@ -100,14 +100,14 @@ def create(path: Path) -> int:
     return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
 
 
-def passing(folder: Path, name: str) -> Path:
+def scratch_file(folder: Path, name: str) -> Path:
     """Return the path of a file that lives as long as a run at most: its name says that a run has written it."""
     return folder / f".clearsweep-{name}"
 
 
 def kept(folder: Path, case_id: str) -> Path:
     """Return the path of a file that lives until its case is committed, also where its run is killed."""
-    return passing(folder, f"{case_id}.life")
+    return scratch_file(folder, f"{case_id}.life")
 
 
 def kept_in(folder: Path) -> dict[str, Path]:
@@ -136,7 +136,7 @@ def publishing(path: Path, scratch: Path | None = None) -> Iterator[Path]:
     disk only after a `sync` of the directory.
     """
     check_regular(path)
-    temporary = passing(scratch or path.parent, f"{secrets.token_hex(8)}.part")
+    temporary = scratch_file(scratch or path.parent, f"{secrets.token_hex(8)}.part")
     try:
         yield temporary
         os.replace(temporary, path)
@@ -195,7 +195,7 @@ def clear(folder: Path, *, remove: bool = False) -> None:
 
 def probe(folder: Path) -> None:
     """Raise OSError where no file can be written in a folder for passing files."""
-    place = passing(folder, f"{secrets.token_hex(8)}.part")
+    place = scratch_file(folder, f"{secrets.token_hex(8)}.part")
     with os.fdopen(create(place), "wb") as file:
         file.write(b"x")
     discard(place)

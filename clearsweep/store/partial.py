@@ -12,12 +12,12 @@ import clearsweep
 from ..grid import Grid
 from ..grid.identified import IDENTIFY
 from ..grid.optimised import OPTIMISE
-from ..grid.refined import REFINE
-from ..grid.sought import SEEK
+from ..grid.refine import REFINE
+from ..grid.seek import SEEK
 from ..grid.variations import WAYS
 from ..language.errors import DirectoryError
 from .assemble import merge
-from .batch import Form, open_table
+from .batch import ResultSchema, open_table
 from .directory import RunDirectory
 from .record import now, read_record
 
@@ -81,7 +81,7 @@ def gather(source: RunDirectory, grid: Grid, wanted: np.ndarray, path: Path) -> 
 
     The batches stay where they are.  Revolutions of largest peaks are left out, for they would have to be computed.
     """
-    record, target, form = read_record(source.path), RunDirectory(path), Form.of(grid)
+    record, target, form = read_record(source.path), RunDirectory(path), ResultSchema.of(grid)
     with target.open_for(grid):
         target.batches = source.batches
         rows = target.rows()

@@ -354,10 +354,10 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
         if wanted is None and path.name in ANSWER_FILES and not os.path.lexists(path):
             continue  # nothing was sought
         try:
-            found = durable.checksum(path)
+            actual = durable.checksum(path)
         except FileNotFoundError:
             raise _unfinished(path) from None
-        if found != wanted:
+        if actual != wanted:
             raise damaged(path, "its checksum is not that in run.json")
 
 

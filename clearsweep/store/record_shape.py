@@ -29,7 +29,7 @@ def check(record: dict[str, Any]) -> None:
     _sections(_REQUIRED, _OPTIONAL)(record, "")
     columns = {column["name"] for column in record["layout"]["columns"]} | record.get("figures", {}).keys()
     limits = record.get("limits", {})
-    times = [bound["times"] for bound in limits.values() if isinstance(bound, dict) and "times" in bound]
+    times = [limit["times"] for limit in limits.values() if isinstance(limit, dict) and "times" in limit]
     for what, names, known in (("keys", record["keys"], record.keys()), ("limits", [*limits, *times], columns)):
         unknown = [name for name in names if name not in known]
         if unknown:
@@ -37,8 +37,8 @@ def check(record: dict[str, Any]) -> None:
 
 
 def _refused(path: str, value: Any, expected: str) -> MisshapenError:
-    found = repr(value)
-    return MisshapenError(f"{path or 'it'} is {found if len(found) <= 60 else found[:57] + '...'}, not {expected}")
+    actual = repr(value)
+    return MisshapenError(f"{path or 'it'} is {actual if len(actual) <= 60 else actual[:57] + '...'}, not {expected}")
 
 
 def _plain(value: Any, path: str, depth: int = 0) -> None:

@@ -15,7 +15,7 @@ class Working:
 
     def __init__(self, directory: Path, name: str):
         """Take the directory of the run."""
-        self.path = durable.passing(directory / SCRATCH, f"{name}.work")
+        self.path = durable.scratch_file(directory / SCRATCH, f"{name}.work")
 
     def put(self, content: bytes | None) -> None:
         """Keep this in the place of what was kept before, which need not outlive a crash; None: remove the file."""
@@ -38,8 +38,8 @@ def at_work(directory: Path) -> list[phases.Progress]:
     scratch = directory / SCRATCH
     names = sorted(os.listdir(scratch)) if scratch.is_dir() else []
     known = (durable.work_of(name) for name in names)
-    found = (Working(directory, name).read() for name in known if name)
-    return [progress for progress in found if progress]
+    workers = (Working(directory, name).read() for name in known if name)
+    return [progress for progress in workers if progress]
 
 
 def case_text(progress: phases.Progress) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 
 from ..contracts.results import Peak
-from .batch import CASE, CASE_ID, SAMPLE, Dataset, Form, put, summary_schema, values_of
+from .batch import CASE, CASE_ID, SAMPLE, Dataset, ResultSchema, put, summary_schema, values_of
 
 GROUP = "worst"  # of orbits.h5
 JOINT, TURNS, OFFSETS = f"{GROUP}/joint", f"{GROUP}/turns", f"{GROUP}/offsets"
@@ -32,7 +32,7 @@ Groups = Callable[[pa.Schema], Iterator[pa.Table]]
 Again = Callable[[Sequence[Worst]], Sequence[Peak | None]]
 
 
-def worst_cases(form: Form, groups: Groups) -> list[Worst]:
+def worst_cases(form: ResultSchema, groups: Groups) -> list[Worst]:
     """Return the worst cases of a summary, the worst first: those with the largest load ratio of any joint.
 
     Where no case has one it is the largest normal force.
@@ -40,20 +40,20 @@ def worst_cases(form: Form, groups: Groups) -> list[Worst]:
     for figure in RANKED_BY:
         names = [f"{joint.name}_{figure}" for joint in form.layout.joints]
         if {column.name for column in form.layout.columns}.issuperset(names):
-            found = _largest(form, groups, names)
-            if found:
-                return found
+            largest = _largest(form, groups, names)
+            if largest:
+                return largest
     return []
 
 
-def _largest(form: Form, groups: Groups, names: list[str]) -> list[Worst]:
+def _largest(form: ResultSchema, groups: Groups, names: list[str]) -> list[Worst]:
     """Return the cases with the largest value of any of some columns, one for each joint."""
     joints, paths = form.layout.joints, [axis.path for axis in form.axes]
     peaks = [f"{joint.name}_force_peak" for joint in joints]
     whole = summary_schema(form)
     further = [_RUN] if _RUN in whole.names else []
     wanted = dict.fromkeys(["case_id", "status", *paths, *names, *peaks, *further])
-    found: list[tuple[float, Worst]] = []
+    ranked: list[tuple[float, Worst]] = []
     for group in groups(pa.schema([whole.field(name) for name in wanted])):
         columns = {name: values_of(group[name].combine_chunks()) for name in wanted}
         figures = np.array([columns[name] for name in names])
@@ -65,16 +65,16 @@ def _largest(form: Form, groups: Groups, names: list[str]) -> list[Worst]:
                 point = {path: _plain(columns[path][place]) for path in paths}
                 length = float(columns[_RUN][place]) if further else None
                 case = Worst(columns["case_id"][place], point, joint, float(columns[peaks[joint]][place]), length)
-                found.append((float(largest[place]), case))
-    found.sort(key=lambda each: (-each[0], each[1].case_id))
-    return [case for _, case in found[: form.worst]]
+                ranked.append((float(largest[place]), case))
+    ranked.sort(key=lambda each: (-each[0], each[1].case_id))
+    return [case for _, case in ranked[: form.worst]]
 
 
 def _plain(value: Any) -> Any:
     return value if isinstance(value, str) else None if value is None or np.isnan(value) else float(value)
 
 
-def write_worst(file: h5py.File, form: Form, cases: Sequence[tuple[Worst, Peak]]) -> None:
+def write_worst(file: h5py.File, form: ResultSchema, cases: Sequence[tuple[Worst, Peak]]) -> None:
     """Write the revolutions of the largest peaks, the worst case first."""
     if not cases:
         return

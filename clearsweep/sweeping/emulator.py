@@ -74,8 +74,8 @@ def _process(points: np.ndarray, values: np.ndarray, kernel: "kernels.Kernel | N
     from sklearn.gaussian_process.kernels import Matern, WhiteKernel
 
     def search(target: Callable, start: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, float]:
-        found = minimize(target, start, method="L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": STEPS})
-        return found.x, found.fun
+        optimum = minimize(target, start, method="L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": STEPS})
+        return optimum.x, optimum.fun
 
     if kernel is None:
         lengths = np.full(points.shape[1], 0.7)
@@ -84,7 +84,7 @@ def _process(points: np.ndarray, values: np.ndarray, kernel: "kernels.Kernel | N
     return GaussianProcessRegressor(kernel, optimizer=None, alpha=1e-8).fit(points, values)
 
 
-class Judge(NamedTuple):
+class LikelihoodModel(NamedTuple):
     """Judges points of an emulator by what was measured."""
 
     emulator: Emulator
@@ -104,17 +104,17 @@ class Judge(NamedTuple):
         off = (self.measured - means) / scale
         inverse = np.linalg.inv(shared)
         inner = basis @ inverse @ basis.T + np.eye(len(basis)) / np.maximum(variances, 1e-12)[:, None, :]
-        along = off @ inverse @ basis.T
-        solved = np.linalg.solve(inner, along[:, :, None])[:, :, 0]
-        squares = np.einsum("ij,jk,ik->i", off, inverse, off) - (along * solved).sum(axis=1)
+        projected = off @ inverse @ basis.T
+        solved = np.linalg.solve(inner, projected[:, :, None])[:, :, 0]
+        squares = np.einsum("ij,jk,ik->i", off, inverse, off) - (projected * solved).sum(axis=1)
         volumes = np.linalg.slogdet(shared)[1] + np.log(np.maximum(variances, 1e-12)).sum(axis=1)
         return squares, volumes + np.linalg.slogdet(inner)[1]
 
     def log_likelihood(self, points: np.ndarray) -> np.ndarray:
         """Return the logarithms of the likelihoods of points, up to one constant."""
         squares, volumes = self.distance(points)
-        found: np.ndarray = -0.5 * (squares / self.inflation + volumes)
-        return found
+        likelihood: np.ndarray = -0.5 * (squares / self.inflation + volumes)
+        return likelihood
 
     def deviations(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return by how much each measured feature is above that at a point (inputs,), and standard deviations."""
@@ -142,7 +142,7 @@ class Posterior(NamedTuple):
         return [float(each) for each in np.interp(shares, cumulated, self.points[order, column])]
 
 
-def sample(log_likelihood: Likelihood, inputs: int, chance: np.random.Generator, size: int, rounds: int) -> Posterior:
+def sample(log_likelihood: Likelihood, inputs: int, chance: np.random.Generator, size: int, moves: int) -> Posterior:
     """Return a weighted sample of points of the unit cube that are even before they are judged.
 
     In each round they are drawn from about those of the round before that are likely (adaptive importance sampling,
@@ -153,7 +153,7 @@ def sample(log_likelihood: Likelihood, inputs: int, chance: np.random.Generator,
 
     points = qmc.Sobol(inputs, seed=chance).random_base2(int(np.ceil(np.log2(size))))
     logs = log_likelihood(points)
-    for _ in range(rounds):
+    for _ in range(moves):
         flat = _flattened(logs)
         centres = points[chance.choice(len(points), CENTRES, p=flat)]
         middle = flat @ points
@@ -171,13 +171,13 @@ def sample(log_likelihood: Likelihood, inputs: int, chance: np.random.Generator,
 
 def _drawn(centres: np.ndarray, root: np.ndarray, chance: np.random.Generator, size: int) -> np.ndarray:
     """Return points of the unit cube: some even, the others about the centres; those outside are drawn again."""
-    found = np.empty((0, centres.shape[1]))
-    while len(found) < size:
+    points = np.empty((0, centres.shape[1]))
+    while len(points) < size:
         about = centres[chance.integers(len(centres), size=size)] + chance.standard_normal((size, len(root))) @ root.T
         even = chance.random(about.shape)
         drawn = np.where(chance.random((size, 1)) < EVEN, even, about)
-        found = np.concatenate([found, drawn[((drawn >= 0.0) & (drawn <= 1.0)).all(axis=1)]])
-    return found[:size]
+        points = np.concatenate([points, drawn[((drawn >= 0.0) & (drawn <= 1.0)).all(axis=1)]])
+    return points[:size]
 
 
 def _flattened(logs: np.ndarray) -> np.ndarray:

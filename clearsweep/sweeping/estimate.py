@@ -15,8 +15,8 @@ from ..contracts.case import Case
 from ..grid import Grid, check_memory, key_units, largest_history, leaves, usual_history
 from ..language import phases
 from ..language.wording import count
-from . import crew, executors, signals, sweep
-from .bracket import usual_probes
+from . import worker_pool, executors, signals, sweep
+from .bisection import usual_probes
 from .shard import Shard, each_once
 from .simulator import SIMULATION
 from .worker import Simulator, Timed, time_case
@@ -79,9 +79,9 @@ def estimate(
     with phases.phase("reading what the directory holds"):
         directory.check(grid)
         directory.look()
-        ids = crew.case_ids(grid)
+        ids = worker_pool.case_ids(grid)
         wanted = part.ids(ids) if part else each_once(ids)
-        pending = crew.missing(ids, wanted, directory.rows(), retry_failed=False)
+        pending = worker_pool.missing(ids, wanted, directory.rows(), retry_failed=False)
     jobs = jobs or executors.cores()
     timed = _pilot(grid, pending, simulator) if len(pending) else []
     times, events = [each.seconds for each in timed if each.seconds is not None], [each.events for each in timed]
@@ -108,7 +108,7 @@ def estimate(
         int(len(pending) * _case_bytes(grid, float(np.mean(events)) if events else 0.0)),
         {
             path: {"unit": units[path], "values": ends}
-            for path in grid.assumed
+            for path in grid.assumed_units
             if path in units and (ends := _ends(grid, path))
         },
         {
@@ -158,14 +158,14 @@ def chosen(count: int) -> list[int]:
 
 def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> list[Timed]:
     """Return the times of a few cases spread over the grid; [] where the first of them does not answer."""
-    with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as passing:
-        directory = Path(passing)
+    with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
+        directory = Path(folder)
         (directory / store.SCRATCH).mkdir()
         workers = executors.Local(1, load=simulator.load)
         try:
-            kinds = crew.kinds(grid, pending, simulator)
-            together = crew.go_together(simulator, len(pending), len(kinds))
-            crew.warm(workers, kinds, simulator, directory, together=together)
+            kinds = worker_pool.kinds(grid, pending, simulator)
+            together = worker_pool.go_together(simulator, len(pending), len(kinds))
+            worker_pool.warm(workers, kinds, simulator, directory, together=together)
             working = store.Working(directory, "0" * 16)
             return _timed(workers, simulator, [grid.case(k) for k in pending[chosen(len(pending))].tolist()], working)
         finally:
@@ -174,7 +174,7 @@ def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> list[Timed]
 
 def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case], working: store.Working) -> list[Timed]:
     """Return the times of cases, as many of the first ones as PILOT_TIME allows."""
-    found: list[Timed] = []
+    results: list[Timed] = []
 
     def words() -> str:
         at_work = working.read()
@@ -200,12 +200,12 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
                     timed = _joined(timed, one(case))  # what took the case's time is kept by now
             except Late:
                 break
-            found.append(timed)
-            spent = sum(each.spent for each in found)
-            timing.note(share=min(max(len(found) / len(cases), spent / PILOT_TIME), 1.0))
+            results.append(timed)
+            spent = sum(each.spent for each in results)
+            timing.note(share=min(max(len(results) / len(cases), spent / PILOT_TIME), 1.0))
             if spent > PILOT_TIME:
                 break
-    return found
+    return results
 
 
 def _joined(first: Timed, second: Timed) -> Timed:

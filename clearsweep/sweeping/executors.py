@@ -109,7 +109,7 @@ class Local:
     def _started(self) -> ProcessPool:
         with signals.shielded():
             try:
-                pool = ProcessPool(self.jobs, 0, worker.enter, (os.getpid(), self._load), _Context())
+                pool = ProcessPool(self.jobs, 0, worker.start_worker, (os.getpid(), self._load), _Context())
                 if pool.active:  # asking starts the workers
                     return pool
                 reason = ""

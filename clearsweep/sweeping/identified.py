@@ -10,13 +10,13 @@ from .observed import GAIN, NOISE
 from .settings import friendly, joint_count
 
 
-def of_run(found: Identified) -> dict[str, Any]:
+def of_run(identified: Identified) -> dict[str, Any]:
     """Return what was found, ready for JSON, in SI, without the sample."""
-    facts = {name: value for name, value in found._asdict().items() if name != "sample"}
+    facts = {name: value for name, value in identified._asdict().items() if name != "sample"}
     for name in ("parameters", "fits", "signals"):
         facts[name] = [each._asdict() for each in facts[name]]
     facts["parameters"] = [each | {"ends": list(each["ends"])} for each in facts["parameters"]]
-    facts["traded"] = [list(each) for each in found.traded]
+    facts["traded"] = [list(each) for each in identified.traded]
     facts["signals"] = [
         each | {"file": Path(each["file"]).name, "noise": list(each["noise"])} for each in facts["signals"]
     ]
@@ -25,13 +25,13 @@ def of_run(found: Identified) -> dict[str, Any]:
 
 def identify_lines(facts: dict[str, Any]) -> list[str]:
     """Return the lines on what was identified."""
-    found = facts["identified"]
-    if not found:
+    identified = facts["identified"]
+    if not identified:
         return []
-    cases = f"{found['finished']:,} finished cases of {found['looked_at']:,}"
+    cases = f"{identified['finished']:,} finished cases of {identified['looked_at']:,}"
     lines = ["", f"Identified by {cases} (a sample of the posterior in identify.parquet)"]
-    joints = joint_count(each["path"] for each in found["parameters"])
-    for each in found["parameters"]:
+    joints = joint_count(each["path"] for each in identified["parameters"])
+    for each in identified["parameters"]:
         unit = facts["units"].get(each["path"], "1")
         scale = wording.scale(unit, each["value"], speed=each["path"].endswith("speed"))
         scale = scale if scale.unit.isascii() or scale.unit.startswith("µ") else wording.Scale(1.0, unit)
@@ -39,9 +39,9 @@ def identify_lines(facts: dict[str, Any]) -> list[str]:
         shown = f" {scale.unit.replace('µ', 'u')}".rstrip()
         name = wording.axis_name(each["path"], joints)
         lines.append(f"  {name} {value}{shown} (95 %: {low} to {high}{shown}){machine.certainty(each)}")
-    lines += [f"  {sentence}" for sentence in machine.sentences(found, joints)]
+    lines += [f"  {sentence}" for sentence in machine.sentences(identified, joints)]
     lines.append("  The best cases beside the measured signals:")
-    for each in found["fits"]:
+    for each in identified["fits"]:
         measured, computed = (friendly(each[name], each["unit"]) for name in ("measured", "computed"))
         off = machine.difference(each)
         lines.append(f"    {each['channel']}, {each['feature']}: {measured} measured, {computed} computed{off}")

@@ -18,7 +18,7 @@ from ..grid import Grid
 from ..grid.optimised import ROUND
 from ..language.errors import InputError
 from . import emulator, observed
-from .rounds import Point
+from .adaptive import Point
 
 if TYPE_CHECKING:
     from sklearn.gaussian_process import kernels  # an extra dependency, loaded where a round is asked for
@@ -109,9 +109,9 @@ class Identifying:
         self.box = np.array([[0.0] * len(grid.identify.over), [1.0] * len(grid.identify.over)])  # still likely parts
         self.narrowed = 0  # cases that were looked at then
 
-    def learn(self, grid: Grid, first: int, judged: store.Judged) -> None:
+    def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Take in what the cases of a grid from the index `first` on gave."""
-        for index, status, history in zip(range(first, len(grid)), judged.status, judged.histories, strict=True):
+        for index, status, history in zip(range(first, len(grid)), results.status, results.histories, strict=True):
             self.looked_at += 1
             if status != "ok":
                 continue
@@ -119,12 +119,12 @@ class Identifying:
                 self.observation, self.history = observed.observe(self.identify, history), history
             chance = np.random.default_rng([self.identify.seed, int(grid.case_id(index), 16)])
             parts = chance.random(len(self.observation.signals))
-            found = self.observation.of_case(history, _noise(parts), chance)
+            features = self.observation.of_case(history, _noise(parts), chance)
             point = grid.point(index)
             keys = [choice.part(point[path]) for path, choice in self.identify.over.items()]
-            if np.isfinite(found).all():
+            if np.isfinite(features).all():
                 self.points.append(np.array([*keys, *parts]))
-                self.values.append(found)
+                self.values.append(features)
 
     def wanted(self) -> list[Point]:
         """Return where the next cases are."""
@@ -157,9 +157,9 @@ class Identifying:
 
     def _narrow(self, posterior: emulator.Posterior) -> None:
         """Take values that are not likely out of the ranges."""
-        found = np.array([posterior.quantiles(place, LIKELY) for place in range(self.box.shape[1])]).T
-        margin = MARGIN * (found[1] - found[0])
-        box = np.clip([found[0] - margin, found[1] + margin], self.box[0], self.box[1])
+        intervals = np.array([posterior.quantiles(place, LIKELY) for place in range(self.box.shape[1])]).T
+        margin = MARGIN * (intervals[1] - intervals[0])
+        box = np.clip([intervals[0] - margin, intervals[1] + margin], self.box[0], self.box[1])
         self.narrowed, self.box, self.learnt = self.looked_at, box, (0, None)
 
     def _inside(self, points: np.ndarray) -> np.ndarray:
@@ -171,7 +171,7 @@ class Identifying:
 
     def _posterior(
         self, chance: np.random.Generator, *, last: bool
-    ) -> tuple[emulator.Judge, emulator.Posterior, np.ndarray]:
+    ) -> tuple[emulator.LikelihoodModel, emulator.Posterior, np.ndarray]:
         """Return what judges inputs within the narrowed ranges, a sample of those that are likely, the likeliest one.
 
         The sample has parts of the whole ranges; the likeliest one, (inputs,), parts of the narrowed ones.
@@ -187,17 +187,19 @@ class Identifying:
         emulated = emulator.fit(points, values, None if anew else kernels)
         if anew:
             self.learnt = (len(points), emulated.kernels)
-        judge = emulator.Judge(emulated, self.observation.values, self.observation.covariance)
-        inputs, size, rounds = points.shape[1], POINTS[last], DRAWS[last]
-        posterior = emulator.sample(judge.log_likelihood, inputs, chance, size, rounds)
-        least = float(judge.distance(posterior.points)[0].min()) / len(self.observation.values)
+        likelihood = emulator.LikelihoodModel(emulated, self.observation.values, self.observation.covariance)
+        inputs, size, moves = points.shape[1], POINTS[last], DRAWS[last]
+        posterior = emulator.sample(likelihood.log_likelihood, inputs, chance, size, moves)
+        least = float(likelihood.distance(posterior.points)[0].min()) / len(self.observation.values)
         if least > 1.0:  # errors are larger than was assumed
-            judge = judge._replace(inflation=least)
-            posterior = emulator.sample(judge.log_likelihood, inputs, chance, size, rounds)
-        best = posterior.points[np.argmax(judge.log_likelihood(posterior.points))]
-        return judge, posterior._replace(points=ranges[0] + (ranges[1] - ranges[0]) * posterior.points), best
+            likelihood = likelihood._replace(inflation=least)
+            posterior = emulator.sample(likelihood.log_likelihood, inputs, chance, size, moves)
+        best = posterior.points[np.argmax(likelihood.log_likelihood(posterior.points))]
+        return likelihood, posterior._replace(points=ranges[0] + (ranges[1] - ranges[0]) * posterior.points), best
 
-    def _identified(self, judge: emulator.Judge, posterior: emulator.Posterior, best: np.ndarray) -> Identified:
+    def _identified(
+        self, likelihood: emulator.LikelihoodModel, posterior: emulator.Posterior, best: np.ndarray
+    ) -> Identified:
         from scipy.stats import chi2
 
         assert self.observation is not None  # cases finished
@@ -217,24 +219,24 @@ class Identifying:
             for i, j in itertools.combinations(range(len(names)), 2)
             if abs(correlated[i, j]) >= TRADED
         ]
-        square, count = judge.inflation * len(judge.measured), len(judge.measured)
+        square, count = likelihood.inflation * len(likelihood.measured), len(likelihood.measured)
         return Identified(
             tuple(parameters),
             tuple(traded),
-            tuple(self._fits(judge, best)),
+            tuple(self._fits(likelihood, best)),
             tuple(self._read(posterior)),
-            judge.inflation,
-            bool(chi2.sf(square, count) >= RARE) or judge.inflation == 1.0,
+            likelihood.inflation,
+            bool(chi2.sf(square, count) >= RARE) or likelihood.inflation == 1.0,
             self.looked_at,
             len(self.points),
             _speed(self.history),
             self._sample(posterior),
         )
 
-    def _fits(self, judge: emulator.Judge, best: np.ndarray) -> Iterator[Fitted]:
+    def _fits(self, likelihood: emulator.LikelihoodModel, best: np.ndarray) -> Iterator[Fitted]:
         """Yield how the best cases fit the features that say something one by one."""
         assert self.observation is not None  # cases finished
-        off, deviations = judge.deviations(best)
+        off, deviations = likelihood.deviations(best)
         values = np.array(self.values)
         shared = np.linalg.inv(self.observation.covariance)
         away = values - self.observation.values
@@ -279,8 +281,8 @@ class Identifying:
 def _noise(parts: np.ndarray) -> np.ndarray:
     """Return shares of noise at parts, 0 to 1, of their range."""
     low, high = observed.NOISE
-    found: np.ndarray = low * (high / low) ** parts
-    return found
+    noise: np.ndarray = low * (high / low) ** parts
+    return noise
 
 
 def _speed(history: dict[str, np.ndarray]) -> float:
@@ -293,8 +295,8 @@ def _correlations(points: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Return the correlations of the columns of weighted points."""
     covariance = np.atleast_2d(np.cov(points.T, aweights=weights))
     sizes = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    found: np.ndarray = covariance / np.outer(sizes, sizes)
-    return found
+    correlations: np.ndarray = covariance / np.outer(sizes, sizes)
+    return correlations
 
 
 @contextlib.contextmanager

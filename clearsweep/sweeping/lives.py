@@ -39,7 +39,7 @@ class Lives:
             )
             for word, better in BETTER.items():
                 if word not in self.ends or better(life.hours, self.ends[word]["hours"]):
-                    self.ends[word] = known(place) | {"hours": life.hours, "words": lifetime.told(life)}
+                    self.ends[word] = known(place) | {"hours": life.hours, "words": lifetime.interval_text(life)}
 
     def facts(self) -> dict[str, Any] | None:
         """Return the ends and how many did not come to their limit, ready for JSON; None where there is no life."""
@@ -50,10 +50,10 @@ def life_lines(life: dict[str, Any] | None, setting: Callable[[dict[str, Any]], 
     """Return the lines on the lives of a run; setting : swept values of a case -> in words."""
     if not life:
         return []
-    lines, told = ["", f"Life of {wording.joint_name(life['joint'])}"], []
+    lines, listed = ["", f"Life of {wording.joint_name(life['joint'])}"], []
     for word in BETTER:
-        if word in life and life[word]["case_id"] not in told:
-            told.append(life[word]["case_id"])
+        if word in life and life[word]["case_id"] not in listed:
+            listed.append(life[word]["case_id"])
             at = setting(life[word]["swept"])
             case = f"case {wording.short_id(life[word]['case_id'])}" + (f", {at}" if at else "")
             lines.append(f"  {word} {life[word]['words']}: {case}")

@@ -12,7 +12,7 @@ from .. import store
 from ..grid.variations import WAYS
 from ..language.errors import DirectoryError
 from . import progress, signals
-from .crew import Crew, Options, case_ids
+from .worker_pool import WorkerPool, Options, case_ids
 from .shard import Shard, each_once
 from .simulator import SIMULATION
 from .sweep import RunResult, conclude, facts
@@ -54,17 +54,17 @@ def run_merge(
     ids = each_once(case_ids(grid))
     if not partial:
         _complete(ids, rows, [record.get("shard") for record in records])
-    _agree(store.Form.of(grid), sources, rows)
+    _agree(store.ResultSchema.of(grid), sources, rows)
     derived, warnings = facts(grid, simulator)
-    crew = Crew(target, Options(), simulator)
-    with signals.catching(), target.open_for(grid), crew:
+    worker_pool = WorkerPool(target, Options(), simulator)
+    with signals.catching(), target.open_for(grid), worker_pool:
         start = min(record["start"] for record in records)
         for sentence in target.recover():
             progress.say(sentence)
         for source in sources:
             target.take(source)
         counts: dict[str, Any] = conclude(
-            crew,
+            worker_pool,
             grid,
             ids,
             start=start,
@@ -136,7 +136,7 @@ def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None])
     )
 
 
-def _agree(form: store.Form, sources: list[store.RunDirectory], rows: list[np.ndarray]) -> None:
+def _agree(form: store.ResultSchema, sources: list[store.RunDirectory], rows: list[np.ndarray]) -> None:
     """Raise DirectoryError where a case is in two directories and differs in more than its timing."""
     ids = np.concatenate([each["id"] for each in rows])
     place = np.concatenate([np.arange(len(each)) for each in rows])

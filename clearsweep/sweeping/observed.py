@@ -48,8 +48,8 @@ class Observed(NamedTuple):
         """Return by how much (rad, -pi to pi) the measured crank angle is ahead of that of a case."""
         own = self._computed(history)
         lag = features.shift(self.turns.mean(axis=0), own.mean(axis=0), ALIGNED_ORDERS)
-        ahead = float(features.TURN * lag / own.shape[1] + self.turned.angle[0]) % features.TURN
-        return ahead - features.TURN * (ahead > features.TURN / 2.0)
+        phase_shift = float(features.TURN * lag / own.shape[1] + self.turned.angle[0]) % features.TURN
+        return phase_shift - features.TURN * (phase_shift > features.TURN / 2.0)
 
     def statistics(
         self, history: Mapping[str, np.ndarray], share: float, chance: np.random.Generator
@@ -78,8 +78,8 @@ class Observation(NamedTuple):
         """Return the vector (features,) of a case; noise : (signals,) shares of their rms."""
         parts = []
         for observed, share in zip(self.signals, noise.tolist(), strict=True):
-            found = observed.statistics(history, share, chance).features()
-            parts.append(vector(found, observed.orders, self.chosen))
+            features_of_case = observed.statistics(history, share, chance).features()
+            parts.append(vector(features_of_case, observed.orders, self.chosen))
         return np.concatenate(parts)
 
 
@@ -112,13 +112,13 @@ def observe(identify: Identify, history: Mapping[str, np.ndarray]) -> Observatio
     return Observation(tuple(whole), tuple(labels), identify.features, np.concatenate(values), covariance)
 
 
-def vector(found: features.Features, orders: float, chosen: tuple[str, ...]) -> np.ndarray:
+def vector(measured: features.Features, orders: float, chosen: tuple[str, ...]) -> np.ndarray:
     """Return the features that are chosen as numbers that errors of a share change evenly."""
     parts: dict[str, list[float]] = {
-        "rms": [np.log(found.rms)],
-        "peaks": [np.log(found.peak_median), np.log(found.peak_p95)],
-        "spectrum": [np.log(found.spectrum[k] + FLOOR * found.rms) for k in _bands(orders)],
-        "impacts": [np.log1p(found.impacts), *found.phases],
+        "rms": [np.log(measured.rms)],
+        "peaks": [np.log(measured.peak_median), np.log(measured.peak_p95)],
+        "spectrum": [np.log(measured.spectrum[k] + FLOOR * measured.rms) for k in _bands(orders)],
+        "impacts": [np.log1p(measured.impacts), *measured.phases],
     }
     return np.array([number for name in chosen for number in parts[name]])
 
@@ -157,5 +157,5 @@ def _scatter(
     drawn = np.array([vector(statistics.features(row), observed.orders, identify.features) for row in rows])
     gain = np.array([GAIN * (label.kind != "impacts") for label in labels])
     own = np.diag([MODEL[label.kind if label.unit else "phases"] ** 2 for label in labels])
-    found: np.ndarray = np.cov(drawn.T) * count / (count - 1.0) + np.outer(gain, gain) + own
-    return found
+    covariance: np.ndarray = np.cov(drawn.T) * count / (count - 1.0) + np.outer(gain, gain) + own
+    return covariance

@@ -15,7 +15,7 @@ from .. import store
 from ..grid import Grid
 from ..grid.optimised import AMONG, ROUND, WHOLE, Choice
 from ..language.errors import InputError
-from .rounds import Point
+from .adaptive import Point
 
 if TYPE_CHECKING:
     import optuna  # an extra dependency, loaded where a round is asked for
@@ -55,35 +55,35 @@ class Optimising:
         self.trials: list[_Trial] = []
         self.seen: set[tuple[Any, ...]] = set()
 
-    def learn(self, grid: Grid, first: int, judged: store.Judged) -> None:
+    def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Take in what the cases of a grid from the index `first` on gave."""
         names = [column for column, _ in self.optimise.objectives]
         for index in range(first, len(grid)):
             k = index - first
-            point, failed = grid.point(index), judged.status[k] != "ok"
-            values = {name: float(judged.columns[name][k]) for name in names}
+            point, failed = grid.point(index), results.status[k] != "ok"
+            values = {name: float(results.columns[name][k]) for name in names}
             if not failed and not all(map(math.isfinite, values.values())):
                 null = [name for name, value in values.items() if not math.isfinite(value)]
                 raise InputError(
                     f"optimise: {', '.join(null)} is null in case {grid.case_id(index)}, so that cases cannot be "
                     "compared; take another objective, or a `figures` expression that is never null"
                 )
-            margins = {name: float(each[k]) for name, each in judged.margins.items()}
+            margins = {name: float(each[k]) for name, each in results.margins.items()}
             self.seen.add(tuple(point.values()))
-            self.trials.append(_Trial(grid.case_id(index), point, values, margins, judged.exceeded[k], failed))
+            self.trials.append(_Trial(grid.case_id(index), point, values, margins, results.exceeded[k], failed))
 
     def wanted(self) -> list[Point]:
         """Return where the next cases are."""
         left = self.optimise.cases - len(self.trials)
-        found: dict[tuple[Any, ...], Point] = {}
+        points: dict[tuple[Any, ...], Point] = {}
         for attempt in range(ATTEMPTS if left > 0 else 0):
             for point in self._asked(attempt, min(ROUND, left)):
                 key = tuple(point.values())
-                if key not in self.seen and len(found) < left:
-                    found.setdefault(key, point)
-            if found:
+                if key not in self.seen and len(points) < left:
+                    points.setdefault(key, point)
+            if points:
                 break
-        return list(found.values())
+        return list(points.values())
 
     def result(self) -> Optimised:
         """Return what was found, at the end."""

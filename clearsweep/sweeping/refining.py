@@ -13,13 +13,13 @@ import numpy as np
 
 from .. import store
 from ..grid import Grid
-from .rounds import Point
+from .adaptive import Point
 
 HALVINGS = 10  # of a step of the grid along each axis at most: the border is known to a thousandth of it
 STEP = 1 << HALVINGS  # places that a step of the grid is divided into
 SEED = 0  # of the order in which boxes of one size are halved, which counts where not all of them can be
 
-Place = tuple[int, ...]  # along each axis, in parts of a step of the grid
+GridPoint = tuple[int, ...]  # along each axis, in parts of a step of the grid
 
 
 class Refined(NamedTuple):
@@ -69,15 +69,15 @@ class _Box(NamedTuple):
     """Part of a step of the grid along each axis, of one combination of the other axes."""
 
     other: int
-    low: Place
-    size: Place
+    low: GridPoint
+    size: GridPoint
 
-    def corners(self) -> list[Place]:
+    def corners(self) -> list[GridPoint]:
         """Return the places of the corners; the last axis runs fastest."""
         ends = ((low, low + size) for low, size in zip(self.low, self.size, strict=True))
         return list(itertools.product(*ends))
 
-    def edges(self, axis: int) -> list[tuple[Place, Place]]:
+    def edges(self, axis: int) -> list[tuple[GridPoint, GridPoint]]:
         """Return the places of both ends of the edges along an axis."""
         first = [corner for corner in self.corners() if corner[axis] == self.low[axis]]
         return [(corner, _moved(corner, axis, self.size[axis])) for corner in first]
@@ -89,7 +89,7 @@ class _Box(NamedTuple):
         return self._replace(size=size), _Box(self.other, _moved(self.low, axis, half), size)
 
 
-def _moved(place: Place, axis: int, by: int) -> Place:
+def _moved(place: GridPoint, axis: int, by: int) -> GridPoint:
     return (*place[:axis], place[axis] + by, *place[axis + 1 :])
 
 
@@ -103,15 +103,15 @@ class Refining:
         self.numbers: dict[tuple, int] = {}  # values of the other axes -> their number
         self.points: list[Point] = []  # these values by path, by number
         self.of_grid = np.zeros(0, bool)  # whether the cases of the grid are good: (others, values of each axis)
-        self.between: dict[tuple[int, Place], bool] = {}  # the same of added cases, by number and place
+        self.between: dict[tuple[int, GridPoint], bool] = {}  # the same of added cases, by number and place
         self.boxes: list[_Box] = []  # those that the border crosses
         self.halved: list[tuple[_Box, int]] = []  # those whose halves are to be looked at, and along which axis
         self.crossed, self.added, self.left = 0, 0, False
 
-    def learn(self, grid: Grid, first: int, judged: store.Judged) -> None:
+    def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Take in how the cases of a grid from the index `first` on stand to its limits."""
         keys = [self._key(grid.point(index)) for index in range(first, len(grid))]
-        good = [status == "ok" and not names for status, names in zip(judged.status, judged.exceeded, strict=True)]
+        good = [status == "ok" and not names for status, names in zip(results.status, results.exceeded, strict=True)]
         if first:
             self.between |= dict(zip(keys, good, strict=True))
             self._look_at_halves()
@@ -124,7 +124,7 @@ class Refining:
 
     def wanted(self) -> list[Point]:
         """Return where the next cases are: in the largest boxes that the border crosses."""
-        asked: dict[tuple[int, Place], None] = {}
+        asked: dict[tuple[int, GridPoint], None] = {}
         while self.boxes and not asked:
             largest = max(math.prod(box.size) for box in self.boxes)
             now = [box for box in self.boxes if math.prod(box.size) == largest]
@@ -140,7 +140,7 @@ class Refining:
         """Return what it came to, at its end."""
         return Refined(self.refine.cases, self.added, self.crossed, whole=not self.left)
 
-    def _halve(self, box: _Box, asked: dict[tuple[int, Place], None]) -> None:
+    def _halve(self, box: _Box, asked: dict[tuple[int, GridPoint], None]) -> None:
         """Halve a box, unless it is as small as it may be or there are too few cases left for that."""
         axes = [axis for axis, size in enumerate(box.size) if size > 1 and self._differ(box, axis)]
         if not axes:
@@ -173,19 +173,19 @@ class Refining:
         """Return whether the ends of an edge along an axis differ."""
         return any(self._good(box.other, a) is not self._good(box.other, b) for a, b in box.edges(axis))
 
-    def _good(self, other: int, place: Place) -> bool | None:
+    def _good(self, other: int, place: GridPoint) -> bool | None:
         """Return whether the case at a place keeps to the limits, None where none was looked at."""
         if any(part % STEP for part in place):
             return self.between.get((other, place))
         return bool(self.of_grid[other, *(part // STEP for part in place)])
 
-    def _key(self, point: Point) -> tuple[int, Place]:
+    def _key(self, point: Point) -> tuple[int, GridPoint]:
         place = tuple(axis.places[point.pop(path)] for path, axis in zip(self.refine.paths, self.axes, strict=True))
         number = self.numbers.setdefault(tuple(point.values()), len(self.numbers))
         if number == len(self.points):
             self.points.append(point)
         return number, place
 
-    def _point(self, other: int, place: Place) -> Point:
+    def _point(self, other: int, place: GridPoint) -> Point:
         values = {path: axis.value(part) for path, axis, part in zip(self.refine.paths, self.axes, place, strict=True)}
         return self.points[other] | values

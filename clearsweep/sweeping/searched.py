@@ -14,7 +14,7 @@ from .sweep import RunResult
 LISTED_ANSWERS, LISTED_EFFECTS = 12, 6
 
 
-def sought(
+def seek_facts(
     result: RunResult, units: Mapping[str, str], limits: Iterable[Limit], columns: Mapping[str, str]
 ) -> dict[str, Any] | None:
     """Return what was sought and found, ready for JSON, in SI; None where nothing was sought.
@@ -49,13 +49,15 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
         return [*lines, "  the search was stopped before its end; run the same command again to go on"]
     for answer in answers[:LISTED_ANSWERS]:
         value, low, high = (value_text(path, answer[name], facts) for name in ("value", "low", "high"))
-        found = value if answer["value"] is not None else "none of the fits" if answer["fits"] else "none in the range"
-        found = f"{answer['fit']}, largest clearance {value}" if answer["fit"] else found
-        found += f" (border between {low} and {high})" if answer["low"] != answer["high"] else ""
+        answered = (
+            value if answer["value"] is not None else "none of the fits" if answer["fits"] else "none in the range"
+        )
+        answered = f"{answer['fit']}, largest clearance {value}" if answer["fit"] else answered
+        answered += f" (border between {low} and {high})" if answer["low"] != answer["high"] else ""
         limiting = answer["limiting"]
-        found += f", limited by {limiting}" if limiting else ", the end of the range: nothing limits it there"
+        answered += f", limited by {limiting}" if limiting else ", the end of the range: nothing limits it there"
         setting = setting_text(answer["point"], facts)
-        lines.append(f"  {setting}: {found}" if setting else f"  {found}")
+        lines.append(f"  {setting}: {answered}" if setting else f"  {answered}")
         if answer["beyond"]:
             names = wording.sentence_list(list(answer["beyond"]))
             lines.append(f"    not monotone: {names} beyond it keeps to the limits, too")
@@ -104,57 +106,57 @@ def _nearest(path: str, best: dict[str, Any], facts: dict[str, Any]) -> str:
 
 def _needed(limits: Iterable[Limit], units: Mapping[str, str], margins: Mapping[str, float]) -> dict[str, str]:
     """Return the limits that cases with these margins exceed, each as it would pass, in words."""
-    found: dict[str, str] = {}
+    needed: dict[str, str] = {}
     for limit in limits:
         margin = margins.get(limit.column, 0.0)
         if margin < 0.0:
             size = abs(limit.value) * margin
-            passing = limit.value - size if limit.kind == KINDS[0] else limit.value + size
-            found[limit.column] = limit._replace(value=passing).words(units.get(limit.column, "1"))
-    return found
+            loosened = limit.value - size if limit.kind == KINDS[0] else limit.value + size
+            needed[limit.column] = limit._replace(value=loosened).words(units.get(limit.column, "1"))
+    return needed
 
 
 def refine_lines(facts: dict[str, Any]) -> list[str]:
     """Return the lines on what `refine` came to."""
-    refined = facts["refined"]
-    if not refined:
+    refinement = facts["refined"]
+    if not refinement:
         return []
-    added, asked = refined["added"], refined["asked"]
-    if not refined["crossed"]:
+    count, asked = refinement["added"], refinement["asked"]
+    if not refinement["crossed"]:
         return ["", "Refined: no cases added, as nowhere one keeps to the limits and its neighbour does not"]
     known = (
-        "its place is known to a thousandth of the steps of the grid" if refined["whole"] else "more would narrow it"
+        "its place is known to a thousandth of the steps of the grid" if refinement["whole"] else "more would narrow it"
     )
-    boxes = f"{refined['crossed']:,} place" + "s" * (refined["crossed"] != 1)
+    boxes = f"{refinement['crossed']:,} place" + "s" * (refinement["crossed"] != 1)
     return [
         "",
-        f"Refined: {added:,} of at most {asked:,} cases added where the limits' border runs, at {boxes}; {known}",
+        f"Refined: {count:,} of at most {asked:,} cases added where the limits' border runs, at {boxes}; {known}",
     ]
 
 
 def optimised(result: RunResult, units: Mapping[str, str]) -> dict[str, Any] | None:
     """Return what `optimise` found, ready for JSON, in SI; None where nothing was optimised. `units`: of columns."""
-    found = result.optimised
-    if found is None:
+    optimum = result.optimised
+    if optimum is None:
         return None
-    best, start = [each._asdict() for each in found.best], found.start and found.start._asdict()
-    names = [*found.best[0].values]
-    return found._asdict() | {"best": best, "start": start, "units": {name: units.get(name, "1") for name in names}}
+    best, start = [each._asdict() for each in optimum.best], optimum.start and optimum.start._asdict()
+    names = [*optimum.best[0].values]
+    return optimum._asdict() | {"best": best, "start": start, "units": {name: units.get(name, "1") for name in names}}
 
 
 def optimise_lines(facts: dict[str, Any]) -> list[str]:
     """Return the lines on what `optimise` found."""
-    found = facts["optimised"]
-    if not found:
+    optimum = facts["optimised"]
+    if not optimum:
         return []
-    best, start = found["best"], found["start"]
+    best, start = optimum["best"], optimum["start"]
     front = f"the front has {len(best):,} cases" if len(best) > 1 else "the best case"
-    lines = ["", f"Optimised over {found['looked_at']:,} cases: {front} (all in optimise.parquet)"]
-    if not found["feasible"]:
+    lines = ["", f"Optimised over {optimum['looked_at']:,} cases: {front} (all in optimise.parquet)"]
+    if not optimum["feasible"]:
         front = "none keeps to the limits; the nearest one"
-        lines[-1] = f"Optimised over {found['looked_at']:,} cases: {front} (optimise.parquet)"
+        lines[-1] = f"Optimised over {optimum['looked_at']:,} cases: {front} (optimise.parquet)"
     for name, each in [*(("", each) for each in best[:LISTED_ANSWERS]), *((("start: ", start),) if start else ())]:
-        values = [f"{column} {friendly(value, found['units'][column])}" for column, value in each["values"].items()]
+        values = [f"{column} {friendly(value, optimum['units'][column])}" for column, value in each["values"].items()]
         margin = "" if each["margin"] is None else f", margin {100.0 * each['margin']:.3g} % ({each['limiting']})"
         lines.append(f"  {name}{setting_text(each['point'], facts)}: {', '.join(values) or 'failed'}{margin}")
     if len(best) > LISTED_ANSWERS:

@@ -7,8 +7,8 @@ import numpy as np
 
 from .. import store
 from ..grid import Grid, Seek
-from .bracket import Border, scan, search
-from .rounds import Point
+from .bisection import Border, scan, search
+from .adaptive import Point
 
 
 class Answer(NamedTuple):
@@ -49,12 +49,12 @@ class Seeking:
     def _first(self) -> tuple[int, ...]:
         return tuple(range(self.seek.last + 1)) if self.seek.fits else scan(self.seek.last)
 
-    def learn(self, grid: Grid, first: int, judged: store.Judged) -> None:
+    def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Take in how the cases of a grid from the index `first` on stand to its limits."""
         for index in range(first, len(grid)):
             point = grid.point(index)
             place = self.asked[[point.pop(path) for path in self.seek.paths].pop()]
-            self.probes[self.place_of[tuple(point.values())]][place] = _probe(judged, index - first)
+            self.probes[self.place_of[tuple(point.values())]][place] = _probe(results, index - first)
 
     def wanted(self) -> list[Point]:
         """Return the probes to look at next."""
@@ -93,11 +93,11 @@ class Seeking:
             return Answer(point, None, None, None, limiting, tried, fits=bool(seek.fits), best=best)
         good = seek.value(border.good)
         bad = seek.value(seek.last if border.bad is None else border.bad)
-        found = Answer(point, good, min(good, bad), max(good, bad), limiting, len(known) * len(subject))
+        answer = Answer(point, good, min(good, bad), max(good, bad), limiting, len(known) * len(subject))
         if not seek.fits:
-            return found
+            return answer
         beyond = tuple(seek.fit(place).name for place in sorted(known) if known[place] and place > border.good)
-        return found._replace(fits=True, fit=seek.fit(border.good).name, beyond=beyond)
+        return answer._replace(fits=True, fit=seek.fit(border.good).name, beyond=beyond)
 
     def _best(self, j: int) -> dict[str, Any]:
         """Return the value at which a case of the other axes comes nearest to its limits, and what limits it there."""
@@ -131,17 +131,17 @@ def every(known: Mapping[int, bool], last: int) -> Border:
 def _others(grid: Grid, seek: Seek) -> list[Point]:
     """Return the values of all axes but the one that is sought, of every case of these."""
     points = (grid.point(index) for index in range(len(grid)))
-    found = (tuple((path, value) for path, value in point.items() if path not in seek.paths) for point in points)
-    return [dict(point) for point in dict.fromkeys(found)]
+    others = (tuple((path, value) for path, value in point.items() if path not in seek.paths) for point in points)
+    return [dict(point) for point in dict.fromkeys(others)]
 
 
-def _probe(judged: store.Judged, index: int) -> _Probe:
+def _probe(results: store.CaseResults, index: int) -> _Probe:
     """Return what the case at an index of a grid gave."""
-    status = judged.status[index]
+    status = results.status[index]
     if status != "ok":
         return _Probe(good=False, margin=-np.inf, limiting=status, margins={})
-    margins = {name: values[index] for name, values in judged.margins.items()}
-    exceeded = [name for name in judged.exceeded[index].split(",") if name]
+    margins = {name: values[index] for name, values in results.margins.items()}
+    exceeded = [name for name in results.exceeded[index].split(",") if name]
     worst = min(exceeded, key=lambda name: np.nan_to_num(margins[name], nan=-np.inf), default=None)
     finite = [margin for margin in margins.values() if not np.isnan(margin)]
     return _Probe(good=not exceeded, margin=float(min(finite, default=np.inf)), limiting=worst, margins=margins)

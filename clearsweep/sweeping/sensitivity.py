@@ -60,13 +60,13 @@ def effects(
     name = hashlib.sha256(" ".join(sorted(columns)).encode()).hexdigest()[:8]
     out = directory / f"{FOLDER}-{name}"
     run(fixed | {"cases": columns}, out)
-    found = _margins(store.open(out), paths)
-    start = found.get(tuple(own.values()))
+    margins = _margins(store.open(out), paths)
+    start = margins.get(tuple(own.values()))
     if start is None:
         return []
     effects = []
     for path in paths:
-        ends = [found.get(tuple((own | {path: own[path] * factor}).values())) for factor in (1.0 - STEP, 1.0 + STEP)]
+        ends = [margins.get(tuple((own | {path: own[path] * factor}).values())) for factor in (1.0 - STEP, 1.0 + STEP)]
         effects.append(Effect(path, own[path], start, *ends))
     return sorted(effects, key=lambda effect: (-effect.size, effect.path))
 
@@ -85,7 +85,7 @@ def _moved(
     grid: grids.Grid, point: Mapping[str, Any], fixed: dict[str, Any], simulator: Simulator
 ) -> dict[str, list[float]]:
     """Return path -> the values lower and upper by STEP, of the keys that can have them."""
-    found = {}
+    moved = {}
     for path, value in _numbers(grid, point).items():
         possible = [
             other
@@ -93,8 +93,8 @@ def _moved(
             if _is_possible(fixed | {"cases": {**{axis: [at] for axis, at in point.items()}, path: [other]}}, simulator)
         ]
         if possible:
-            found[path] = possible
-    return found
+            moved[path] = possible
+    return moved
 
 
 def _is_possible(source: dict[str, Any], simulator: Simulator) -> bool:

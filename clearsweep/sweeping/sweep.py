@@ -15,8 +15,8 @@ from .. import store
 from ..contracts.results import Peak
 from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
-from . import executors, identified, progress, resources, rounds, signals
-from .crew import Crew, Options, case_ids, most, within
+from . import executors, identified, progress, resources, adaptive, signals
+from .worker_pool import WorkerPool, Options, case_ids, most, within
 from .identifying import Identified, Identifying
 from .optimising import Optimised, Optimising
 from .refining import Refined, Refining
@@ -121,11 +121,13 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
         if not any(answer.best for answer in result.answers):
             return result
 
-        def beside(further: dict[str, Any], directory: Path) -> None:
+        def run_further(further: dict[str, Any], directory: Path) -> None:
             _run_sweep(further, directory, options, simulator)
 
         grid = load(source, simulator)
-        return replace(result, effects=tuple(effects(grid, [*result.answers], result.directory, simulator, beside)))
+        return replace(
+            result, effects=tuple(effects(grid, [*result.answers], result.directory, simulator, run_further))
+        )
 
 
 def _run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator) -> RunResult:
@@ -161,29 +163,33 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
             sentences = directory.recover()
         for sentence in sentences:
             progress.say(sentence)
-        with Crew(directory, options, simulator) as crew:
+        with WorkerPool(directory, options, simulator) as worker_pool:
             if search:
-                grid, complete = rounds.run(grid, search, crew.look)
+                grid, complete = adaptive.run(grid, search, worker_pool.look)
                 wanted = each_once(case_ids(grid))
             else:
-                complete = crew.run(grid, ids, wanted)
+                complete = worker_pool.run(grid, ids, wanted)
             del ids  # 8 MB of a million cases, which merging needs
             answers = search.answers() if isinstance(search, Seeking) and complete else []
             paths = grid.seek.paths if grid.seek else ()
             best = search.result() if isinstance(search, Optimising) and complete else None
             names = [column for column, _ in grid.optimise.objectives] if grid.optimise else []
-            known["answers"] = store.write_answers(directory, store.Form.of(grid), paths, answers)
-            known["answers"] |= store.write_best(directory, store.Form.of(grid), names, best.best if best else ())
+            known["answers"] = store.write_answers(directory, store.ResultSchema.of(grid), paths, answers)
+            known["answers"] |= store.write_best(
+                directory, store.ResultSchema.of(grid), names, best.best if best else ()
+            )
             machine = search.result() if isinstance(search, Identifying) and complete else None
-            known["answers"] |= store.write_sample(directory, store.Form.of(grid), machine.sample if machine else {})
+            known["answers"] |= store.write_sample(
+                directory, store.ResultSchema.of(grid), machine.sample if machine else {}
+            )
             known["identified"] = machine and identified.of_run(machine)
-            counts: dict[str, Any] = conclude(crew, grid, wanted, start=start, **known)
+            counts: dict[str, Any] = conclude(worker_pool, grid, wanted, start=start, **known)
     return RunResult(
         directory.path,
         **counts,
         seconds=time.monotonic() - begin,
-        case_seconds=crew.case_seconds,
-        start_up=(crew.ready or begin) - begin,
+        case_seconds=worker_pool.case_seconds,
+        start_up=(worker_pool.ready or begin) - begin,
         derived=derived,
         warnings=tuple(warnings),
         seek=grid.seek,
@@ -222,22 +228,22 @@ def directory_of(grid: grids.Grid, out: str | Path | None = None, shard: Shard |
     return store.RunDirectory(path)
 
 
-def conclude(crew: Crew, grid: grids.Grid, wanted: np.ndarray, **known: Any) -> dict[str, int]:
+def conclude(worker_pool: WorkerPool, grid: grids.Grid, wanted: np.ndarray, **known: Any) -> dict[str, int]:
     """Merge the results of the wanted cases, write run.json with what is `known` of the run; return the counts.
 
     The crew knows where, and does what is to be computed of the finished run.
     """
-    directory, ran = crew.directory, crew.ran
+    directory, ran = worker_pool.directory, worker_pool.ran
     rows = directory.rows()
     stored = len(rows)
     asked = within(rows["id"], wanted)
     rows = rows if asked.all() else rows[asked]
-    form = store.Form.of(grid)
+    form = store.ResultSchema.of(grid)
 
     def again(worst: Sequence[store.Worst]) -> list[Peak | None]:
         words = f"saving the revolution of the largest peak of {wording.count(len(worst), 'case')}"
         with phases.phase(words):
-            return crew.peaks(grid, worst)
+            return worker_pool.peaks(grid, worst)
 
     merged = store.merge(directory, form, rows, say=progress.say, again=again)
     failed = int(np.count_nonzero(rows["failed"]))

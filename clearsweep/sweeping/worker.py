@@ -113,18 +113,18 @@ class Job:
         return pickle.dumps((self.directory, self.grid, self.simulator, self.case_timeout, self.together))
 
     @cached_property
-    def form(self) -> store.Form:
+    def form(self) -> store.ResultSchema:
         """Return the form of the results."""
-        return store.Form.of(self.grid)
+        return store.ResultSchema.of(self.grid)
 
     @cached_property
     def stop(self) -> Path:
         """Return the file that tells workers to finish the case they are at and take no other."""
-        return durable.passing(self.directory / store.SCRATCH, "stop")
+        return durable.scratch_file(self.directory / store.SCRATCH, "stop")
 
     def note(self, batch: Batch) -> Path:
         """Return the file in which a worker says which case it is at."""
-        return durable.passing(self.directory / store.SCRATCH, f"{batch.name}.note")
+        return durable.scratch_file(self.directory / store.SCRATCH, f"{batch.name}.note")
 
     def facts(self, task: Task) -> dict[str, Any]:
         """Return which case a task is, for programs."""
@@ -153,7 +153,7 @@ class Manifest(NamedTuple):
     seconds: float  # spent on its cases
 
 
-def enter(parent: int, load: Callable[[], None]) -> None:
+def start_worker(parent: int, load: Callable[[], None]) -> None:
     """Prepare a worker process: it dies with its parent, heeds signals between cases, and has its modules loaded."""
     if sys.platform == "linux":
         ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

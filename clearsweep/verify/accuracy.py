@@ -100,7 +100,7 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     figure of the summary and no history; `integration_ms_per_revolution` is the part of it that the summary calls
     `run_time`.
     """
-    found = stamp("clearsweep verify" + (" --quick" if quick else "")) | {
+    results = stamp("clearsweep verify" + (" --quick" if quick else "")) | {
         "quick": quick,
         "rounds": QUICK_ROUNDS if quick else ROUNDS,
         "problems": [],
@@ -108,12 +108,12 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     for problem in problems():
         if note:
             note(f"{problem.name}: {problem.title}")
-        found["problems"].append(measure_one(problem, methods(quick=quick), found["rounds"]))
-    found["headline"] = headline(found["problems"])
-    return found
+        results["problems"].append(measure_one(problem, methods(quick=quick), results["rounds"]))
+    results["headline"] = headline(results["problems"])
+    return results
 
 
-def measure_one(problem, chosen: list[Method], rounds: int, slow: float = SLOW, clock=time.perf_counter) -> dict:
+def measure_one(problem, chosen: list[Method], rounds: int, slow: float = SLOW, timer=time.perf_counter) -> dict:
     """Return the figures of all methods on one problem; runs that take `slow` s or more have one round."""
     rows, runs = [], []
     for method in chosen:
@@ -121,9 +121,9 @@ def measure_one(problem, chosen: list[Method], rounds: int, slow: float = SLOW, 
             if method.name.startswith("scipy") and setting < problem.tightest:
                 continue
             solution = method.solve(problem, setting)
-            rows.append(_row(method, setting, problem.judge(solution), solution))
+            rows.append(_row(method, setting, problem.assess(solution), solution))
             runs.append(method.repeat(problem, setting))
-    least, inner = _least_times(runs, rounds, slow, clock)
+    least, inner = _least_times(runs, rounds, slow, timer)
     for row, whole, integration in zip(rows, least, inner, strict=True):
         row["ms_per_revolution"] = 1e3 * whole / problem.revolutions
         row["integration_ms_per_revolution"] = 1e3 * integration / problem.revolutions if integration else None
@@ -159,7 +159,7 @@ def _number(value):
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _least_times(runs: list, rounds: int, slow: float, clock) -> tuple[np.ndarray, list]:
+def _least_times(runs: list, rounds: int, slow: float, timer) -> tuple[np.ndarray, list]:
     """Return the least time (s) of each of `runs`, and the least time that it reports of itself, if it does."""
     least, inner = np.full(len(runs), math.inf), [None] * len(runs)
     for _ in range(rounds):
@@ -168,13 +168,13 @@ def _least_times(runs: list, rounds: int, slow: float, clock) -> tuple[np.ndarra
                 continue
             spent = 0.0
             while spent < ENOUGH:
-                begin = clock()
-                told = run()
-                taken = clock() - begin
+                begin = timer()
+                reason = run()
+                taken = timer() - begin
                 spent += taken
                 least[i] = min(least[i], taken)
-                if isinstance(told, float):
-                    inner[i] = min(inner[i] or math.inf, told)
+                if isinstance(reason, float):
+                    inner[i] = min(inner[i] or math.inf, reason)
     return least, inner
 
 

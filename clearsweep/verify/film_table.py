@@ -39,9 +39,9 @@ class Film:
 
     def __init__(self, slenderness: float, ratio: float, grid: tuple[int, int]) -> None:
         """Take length / diameter, the eccentricity ratio, and the numbers of cells round and along half of the pin."""
-        around, along = grid
+        around, axial = grid
         faces, self.angles = _round(ratio, around)
-        steps = np.arange(2 * along + 1) / (2.0 * along)
+        steps = np.arange(2 * axial + 1) / (2.0 * axial)
         heights = np.tanh(GATHERED * steps) / math.tanh(GATHERED)
         widths, spans, self.heights = np.diff(faces), np.diff(heights[::2]), heights[1::2]
         distances = (self.angles - np.roll(self.angles, 1)) % (2.0 * math.pi)
@@ -50,7 +50,7 @@ class Film:
         up = ((1.0 + ratio * np.cos(self.angles)) ** 3 * widths)[:, None] * outwards / slenderness**2
         diagonal = back + np.roll(back, -1, 0) + up
         diagonal[:, 1:] += up[:, :-1]
-        cells = np.arange(around * along).reshape(around, along)
+        cells = np.arange(around * axial).reshape(around, axial)
         pairs = ((cells, np.roll(cells, 1, 0), back), (cells[:, 1:], cells[:, :-1], up[:, :-1]))
         rows = [cells, *(x for one, other, _ in pairs for x in (one, other))]
         columns = [cells, *(x for one, other, _ in pairs for x in (other, one))]
@@ -125,7 +125,7 @@ def logarithms(slenderness: float, ratio: float, directions: np.ndarray) -> np.n
 
     directions : the sine that the law expands in, S / (S^2 + (1 - eps^2)^(1/2) W^2)^(1/2).
     """
-    found = []
+    results = []
     for grid in GRIDS:
         film, rows = Film(slenderness, ratio, grid), []
         for direction in directions:
@@ -133,8 +133,8 @@ def logarithms(slenderness: float, ratio: float, directions: np.ndarray) -> np.n
             solution, (power, highest) = film.solve(squeeze, wedge), short(slenderness, ratio, squeeze, wedge)
             done = wedge * solution.tangential - squeeze * solution.radial
             rows.append((math.log(done / power), math.log(solution.highest / highest)))
-        found.append(np.array(rows).T)
-    extrapolated: np.ndarray = (4.0 * found[1] - found[0]) / 3.0
+        results.append(np.array(rows).T)
+    extrapolated: np.ndarray = (4.0 * results[1] - results[0]) / 3.0
     return extrapolated
 
 
@@ -147,11 +147,11 @@ def coefficients(slenderness: float) -> np.ndarray:
     harmonics = 2.0 / DIRECTIONS * values @ np.cos(np.outer(turns, np.arange(law.TERMS)))
     harmonics[:, :, 0] *= 0.5
     powers = np.polynomial.chebyshev.chebvander(2.0 * depths**2 - 1.0, law.POWERS - 1)
-    found = np.empty((2, law.TERMS, law.POWERS))
+    fitted = np.empty((2, law.TERMS, law.POWERS))
     for term in range(law.TERMS):
         basis = powers * depths[:, None] ** (term % 2)
-        found[:, term] = np.linalg.lstsq(basis, harmonics[:, :, term], rcond=None)[0].T
-    return found
+        fitted[:, term] = np.linalg.lstsq(basis, harmonics[:, :, term], rcond=None)[0].T
+    return fitted
 
 
 def main() -> None:

@@ -34,15 +34,15 @@ Levels = dict[str, float]
 
 def cases() -> list[Extreme]:
     """Return all cases."""
-    draw, found = np.random.default_rng(SEED), []
+    draw, cases = np.random.default_rng(SEED), []
     for name, (opened, ideal, flange) in FORMS.items():
         columns = {key: draw.permutation(np.tile(values, FOLD // len(values))) for key, values in FACTORS.items()}
         for number in range(FOLD):
             levels = {key: float(column[number]) for key, column in columns.items()}
             grid = _grid(levels, opened, ideal)
             grid["joints"][opened] |= _ends(levels, flange=flange)
-            found.append(Extreme(f"in space/{name} {number} {_said(levels)}", grid))
-    return found
+            cases.append(Extreme(f"in space/{name} {number} {_said(levels)}", grid))
+    return cases
 
 
 def _said(levels: Levels) -> str:
@@ -52,8 +52,8 @@ def _said(levels: Levels) -> str:
 def _ends(levels: Levels, *, flange: bool) -> Section:
     """Return flanges, or a journal that goes beyond its bearing, and how the bearing is misaligned."""
     axial = levels["axial"] * levels["clearance"]
-    room = min(levels["clearance"] / (0.5 * LENGTH), axial / RADIUS if flange else math.inf)
-    tilt = [0.8 * levels["tilt"] * room, 0.6 * levels["tilt"] * room]
+    steepest = min(levels["clearance"] / (0.5 * LENGTH), axial / RADIUS if flange else math.inf)
+    tilt = [0.8 * levels["tilt"] * steepest, 0.6 * levels["tilt"] * steepest]
     if flange:
         return {"flange": True, "axial_clearance": axial, "tilt": tilt}
     return {"flange": False, "journal_length": 1.5 * LENGTH, "tilt": tilt}

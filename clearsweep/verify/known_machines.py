@@ -29,7 +29,7 @@ TITLES = {
 }
 
 
-def held() -> dict[str, Any]:
+def references() -> dict[str, Any]:
     """Return the references by name."""
     file = resources.files(__package__) / "references" / "machines.json"
     problems: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))["problems"]
@@ -39,7 +39,7 @@ def held() -> dict[str, Any]:
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return `rows`, one for every machine and tolerance; none where it has to be `quick`: each compiles a scene."""
     rows = []
-    for name, entry in ({} if quick else held()).items():
+    for name, entry in ({} if quick else references()).items():
         if note:
             note(f"machines: {name}")
         rows += [run(name, entry, tolerance) for tolerance in TOLERANCES]
@@ -52,14 +52,14 @@ def run(name: str, entry: dict[str, Any], tolerance: float) -> dict[str, Any]:
     source["simulate"]["tolerance"] = tolerance
     made = scene.load_case(source)
     fair = times[times <= entry["fair"]]
-    found = simulate(made, times=fair)
+    trajectory = simulate(made, times=fair)
     seconds = min(simulate(made, times=fair).summary["run_time"] for _ in range(ROUNDS))
     worst = max(
-        _error(found[channel], np.array(values)[: fair.size])
+        _error(trajectory[channel], np.array(values)[: fair.size])
         for channel, values in entry["samples"].items()
         if "force" not in channel and "torque" not in channel
     )
-    moments, truth = found.events["t"], np.array([row[0] for row in entry["events"]])
+    moments, truth = trajectory.events["t"], np.array([row[0] for row in entry["events"]])
     same = len(moments) == len(truth)
     return {
         "name": name,
@@ -68,8 +68,8 @@ def run(name: str, entry: dict[str, Any], tolerance: float) -> dict[str, Any]:
         "events": len(moments),
         "events_expected": len(truth),
         "event_error": event_error(moments, truth) if same else None,  # s
-        "rhs_evaluations": found.summary["rhs_evaluations"],
-        "energy_residual": found.summary["energy_residual"],
+        "rhs_evaluations": trajectory.summary["rhs_evaluations"],
+        "energy_residual": trajectory.summary["energy_residual"],
         "ms": 1e3 * seconds,
     }
 
@@ -79,7 +79,7 @@ def event_error(moments: np.ndarray, truth: np.ndarray) -> float:
     return float(np.max(np.abs(moments - truth), initial=0.0))
 
 
-def _error(found: np.ndarray, truth: np.ndarray) -> float:
+def _error(computed: np.ndarray, truth: np.ndarray) -> float:
     """Return the largest error over the largest value, 0 of a channel at rest."""
     size = float(np.max(np.abs(truth)))
-    return float(np.max(np.abs(found - truth))) / size if size > STILL and math.isfinite(size) else 0.0
+    return float(np.max(np.abs(computed - truth))) / size if size > STILL and math.isfinite(size) else 0.0

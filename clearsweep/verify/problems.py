@@ -56,21 +56,21 @@ class Trajectory(NamedTuple):
         """Return the length of the run, s."""
         return self.times[-1]
 
-    def judge(self, found: Solution) -> Verdict:
+    def assess(self, solution: Solution) -> Verdict:
         """Return how far a solution is from the truth, pointwise at the samples."""
         half = len(self.times) // 2
-        complete = found.states.shape == self.samples.shape and bool(np.all(np.isfinite(found.states)))
-        error = np.abs(found.states - self.samples) / self.scales if complete else np.full((2 * half, 1), np.nan)
-        exact = _same_events(found.events, self.events)
-        peaks = self._peak_error(found) if complete else None
-        first_peaks = self._peak_error(found, 3) if complete else None
-        return Verdict(float(error[:half].max()), float(error.max()), len(found.events), exact, peaks, first_peaks)
+        complete = solution.states.shape == self.samples.shape and bool(np.all(np.isfinite(solution.states)))
+        error = np.abs(solution.states - self.samples) / self.scales if complete else np.full((2 * half, 1), np.nan)
+        exact = _same_events(solution.events, self.events)
+        peaks = self._peak_error(solution) if complete else None
+        first_peaks = self._peak_error(solution, 3) if complete else None
+        return Verdict(float(error[:half].max()), float(error.max()), len(solution.events), exact, peaks, first_peaks)
 
-    def _peak_error(self, found: Solution, most: int | None = None) -> float | None:
+    def _peak_error(self, solution: Solution, most: int | None = None) -> float | None:
         """Return the largest relative error of the force peaks (or of `most` of them) in the first half."""
         ours, truth = (
             log[(log[:, 2] == SEPARATION) & (log[:, 0] <= 0.5 * self.end), 4][:most]
-            for log in (found.events, self.events)
+            for log in (solution.events, self.events)
         )
         if len(ours) != len(truth) or not len(truth) or not np.all(ours > 0.0):
             return None
@@ -96,16 +96,16 @@ class ImpactPair(NamedTuple):
         """Return the events as `Trajectory.events` has them, of which only joint and kind are given."""
         return np.array([(0.0, 0.0, kind, 0.0, 0.0) for kind in (ONSET, SEPARATION)] * self.separations)
 
-    def judge(self, found: Solution) -> Verdict:
+    def assess(self, solution: Solution) -> Verdict:
         """Return the largest error of the ratio of rebound to approach speed."""
-        exact = _same_events(found.events, self.events)
-        rates = found.events[:, 3]
+        exact = _same_events(solution.events, self.events)
+        rates = solution.events[:, 3]
         worst = float(np.max(np.abs(-rates[1::2] / rates[::2] - self.restitution))) if exact else math.nan
-        return Verdict(None, worst, len(found.events), exact, None, None)
+        return Verdict(None, worst, len(solution.events), exact, None, None)
 
 
-def _same_events(found: np.ndarray, truth: np.ndarray) -> bool:
-    return len(found) == len(truth) and bool(np.all(found[:, 1:3] == truth[:, 1:3]))
+def _same_events(computed: np.ndarray, truth: np.ndarray) -> bool:
+    return len(computed) == len(truth) and bool(np.all(computed[:, 1:3] == truth[:, 1:3]))
 
 
 def scene_of(problem, tolerance: float, method: str = "auto"):

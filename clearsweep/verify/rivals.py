@@ -242,26 +242,28 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
     while begin < end:
         for j in range(joints):
             depths[j].direction = 1.0 if state[j] == FREE else -1.0
-        ahead = times[times > begin] if len(times) else None
+        remaining = times[times > begin] if len(times) else None
         with np.errstate(all="ignore"):  # a step tried far too long may overflow; it is rejected
-            found = solve_ivp(
+            solution = solve_ivp(
                 slope,
                 (begin, end),
                 y,
                 method,
-                ahead,
+                remaining,
                 events=depths,
                 rtol=RELATIVE,
                 atol=allowed,
                 max_step=longest,
-                dense_output=ahead is not None,
+                dense_output=remaining is not None,
             )
-        steps += len(found.t if ahead is None else found.sol.ts) - 1
-        states += list(np.transpose(found.y)) if ahead is not None and len(found.t) else []
-        if found.status != 1:
+        steps += len(solution.t if remaining is None else solution.sol.ts) - 1
+        states += list(np.transpose(solution.y)) if remaining is not None and len(solution.t) else []
+        if solution.status != 1:
             break
-        j = at_event = min((j for j in range(joints) if len(found.t_events[j])), key=lambda j: found.t_events[j][0])
-        begin, y = found.t_events[j][0], found.y_events[j][0]
+        j = at_event = min(
+            (j for j in range(joints) if len(solution.t_events[j])), key=lambda j: solution.t_events[j][0]
+        )
+        begin, y = solution.t_events[j][0], solution.y_events[j][0]
         rate = evaluate(begin, y)[2 * half + 1 + JOINT_WIDTH * j + RATE]
         kind = ONSET if state[j] == FREE else SEPARATION
         events.append((begin, j, kind, rate, 0.0))

@@ -47,7 +47,7 @@ from ..mechanics.joint.elastic.power import POWERS
 from ..mechanics.joint.guide import CORNERS
 from ..mechanics.joint.lubricated import Film, Lubricated
 from ..mechanics.mechanism import contract, planar
-from ..mechanics.solver.accumulate import tally
+from ..mechanics.solver.accumulate import totals
 from ..simulation import scene
 from ..simulation.ideal import ideal_peaks
 from ..simulation.run import integrated
@@ -104,14 +104,14 @@ def run(case: Extreme) -> dict[str, Any]:
     made, note = scene_of(case)
     turns = made.case.simulate.revolutions if made.layout.turns else 1.0
     times = None  # of a free crank they are not known before: the grid's own samples
-    if not made.turning.free:
-        times = np.linspace(0.0, made.turning.at(turns), SAMPLES + 1) if made.layout.turns else np.empty(0)
-    found = simulate(made, times=times)
-    summary = found.summary
+    if not made.crank_clock.free:
+        times = np.linspace(0.0, made.crank_clock.at(turns), SAMPLES + 1) if made.layout.turns else np.empty(0)
+    trajectory = simulate(made, times=times)
+    summary = trajectory.summary
     row = {
         "name": case.name,
         "note": note,
-        "status": found.status,
+        "status": trajectory.status,
         "failure": "",
         "rhs_evaluations": summary["rhs_evaluations"],
         "steps": summary["steps"],
@@ -120,13 +120,13 @@ def run(case: Extreme) -> dict[str, Any]:
         "share_of_energy": None,
         "share_of_bound": None,
     }
-    if found.status != "ok":
-        return row | {"failure": f"{found.status}: {found.message}"}
+    if trajectory.status != "ok":
+        return row | {"failure": f"{trajectory.status}: {trajectory.message}"}
     allowed = ENERGY * made.case.simulate.tolerance * turns
     row["share_of_energy"] = summary["energy_residual"] / allowed
     if not made.mechanism.spatial:
         row["share_of_bound"] = share_of_bound(made, summary)
-    return row | {"failure": _failure(made, found, row)}
+    return row | {"failure": _failure(made, trajectory, row)}
 
 
 def scene_of(case: Extreme) -> tuple[scene.Scene, str]:
@@ -143,10 +143,10 @@ def scene_of(case: Extreme) -> tuple[scene.Scene, str]:
     return made, note
 
 
-def _failure(made: scene.Scene, found: Trajectory, row: dict[str, Any]) -> str:
+def _failure(made: scene.Scene, trajectory: Trajectory, row: dict[str, Any]) -> str:
     """Return why a run that ended `ok` does not pass; empty where it does."""
-    figures = [value for value in found.summary.values() if isinstance(value, float)]
-    if not np.all(np.isfinite(figures)) or not all(np.all(np.isfinite(v)) for v in found.channels.values()):
+    figures = [value for value in trajectory.summary.values() if isinstance(value, float)]
+    if not np.all(np.isfinite(figures)) or not all(np.all(np.isfinite(v)) for v in trajectory.channels.values()):
         return "not finite: a figure or a sample"
     if row["share_of_energy"] > 1.0:
         return f"energy: the balance is off by {row['energy_residual']:.1e} of the largest kinetic energy"
@@ -155,7 +155,7 @@ def _failure(made: scene.Scene, found: Trajectory, row: dict[str, Any]) -> str:
     if row["share_of_bound"] > 1.0 + SLACK:
         return f"penetration: {row['share_of_bound']:.2f} of its bound; {_second_look(made)}"
     for place, part in enumerate(made.layout.joints):
-        if found.channels and (outside := _largest_escape(made, found, place, part.name)) > SLACK:
+        if trajectory.channels and (outside := _largest_escape(made, trajectory, place, part.name)) > SLACK:
             return f"contact lost: {part.name} is {outside:.1e} clearances beyond its bearing, and no contact is logged"
     return ""
 
@@ -164,42 +164,47 @@ def _second_look(made: scene.Scene) -> str:
     """Return, in words, how well a penetration beyond its bound is founded."""
     settings = made.case.simulate
     tighter = settings._replace(tolerance=0.1 * settings.tolerance, step_budget=10 * settings.step_budget)
-    end = made.turning.at(settings.revolutions) if made.layout.turns else math.inf
+    end = made.crank_clock.at(settings.revolutions) if made.layout.turns else math.inf
     run, again = (
         integrated(dataclasses.replace(made, case=made.case._replace(simulate=chosen)), np.empty(0), end)
         for chosen in (settings, tighter)
     )
     if again.status != run.status:
         return "it does not end at a tenth of the tolerance"
-    depths, others = run.tally.joint[:, tally.DEPTH_MAX], again.tally.joint[:, tally.DEPTH_MAX]
+    depths, others = run.totals.joint[:, totals.DEPTH_MAX], again.totals.joint[:, totals.DEPTH_MAX]
     stored = max(elastic_energy(joint.elastic, depth) for joint, depth in zip(made.value.joints, depths, strict=True))
     off = float(np.max(np.abs(others / depths - 1.0)))
     return (
         f"at a tenth of the tolerance it differs by {off:.1e} of itself, and the energies are out of balance by "
-        f"{run.tally.whole[tally.RESIDUAL] / stored:.1e} of the contact's"
+        f"{run.totals.whole[totals.RESIDUAL] / stored:.1e} of the contact's"
     )
 
 
-def _largest_escape(made: scene.Scene, found: Trajectory, place: int, name: str) -> float:
+def _largest_escape(made: scene.Scene, trajectory: Trajectory, place: int, name: str) -> float:
     """Return how far (clearances) a sample outside of the logged contacts of a joint is beyond its bearing."""
     clearance = float(made.value.joints[place].clearance)
     if isinstance(made.value.joints[place], Film):
         return 0.0  # there is no surface to be beyond
     if made.layout.joints[place].corners:
-        return _largest_gap(made, found, place, name) / clearance - 1.0
-    events = found.events[found.events["joint"] == name]
-    touching = (np.searchsorted(events["t"], found.t, side="right") + made.in_contact) % 2 == 1
-    eccentricity = np.hypot(found[f"joints/{name}/x"], found[f"joints/{name}/y"])[~touching]
+        return _largest_gap(made, trajectory, place, name) / clearance - 1.0
+    events = trajectory.events[trajectory.events["joint"] == name]
+    touching = (np.searchsorted(events["t"], trajectory.t, side="right") + made.in_contact) % 2 == 1
+    eccentricity = np.hypot(trajectory[f"joints/{name}/x"], trajectory[f"joints/{name}/y"])[~touching]
     return float(np.max(eccentricity, initial=0.0)) / clearance - 1.0
 
 
-def _largest_gap(made: scene.Scene, found: Trajectory, place: int, name: str) -> float:
+def _largest_gap(made: scene.Scene, trajectory: Trajectory, place: int, name: str) -> float:
     """Return how far (m) a corner of the slider's block that is in no logged contact gets from where it is centred."""
-    guide, angle, across, farthest = made.value.joints[place], found["slider/angle"], found[f"joints/{name}/y"], 0.0
-    for number, (ahead, left) in enumerate(CORNERS, start=1):
-        events = found.events[found.events["joint"] == f"{name}_{number}"]
-        touching = np.searchsorted(events["t"], found.t, side="right") % 2 == 1
-        corner = across + 0.5 * (ahead * guide.length * np.sin(angle) + left * guide.height * np.cos(angle))
+    guide, angle, across, farthest = (
+        made.value.joints[place],
+        trajectory["slider/angle"],
+        trajectory[f"joints/{name}/y"],
+        0.0,
+    )
+    for number, (forward, left) in enumerate(CORNERS, start=1):
+        events = trajectory.events[trajectory.events["joint"] == f"{name}_{number}"]
+        touching = np.searchsorted(events["t"], trajectory.t, side="right") % 2 == 1
+        corner = across + 0.5 * (forward * guide.length * np.sin(angle) + left * guide.height * np.cos(angle))
         farthest = max(farthest, float(np.max((left * corner - 0.5 * guide.height)[~touching], initial=0.0)))
     return farthest
 
@@ -221,9 +226,9 @@ def share_of_bound(made: scene.Scene, summary: dict[str, Any]) -> float:
         loads.append(_largest_load(made, written.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
     for (_, _, joint), load in zip(trios, loads, strict=True):
-        bound = _deepest(joint.elastic, sum(energies), load)
-        bound += joint.corners.end if type(joint) in (Lubricated,) else 0.0
-        shares.append(summary[f"{part.name}_penetration_max"] / bound if bound > 0.0 else 0.0)
+        deepest = _deepest(joint.elastic, sum(energies), load)
+        deepest += joint.corners.end if type(joint) in (Lubricated,) else 0.0
+        shares.append(summary[f"{part.name}_penetration_max"] / deepest if deepest > 0.0 else 0.0)
     return max(shares, default=0.0)
 
 
@@ -231,8 +236,8 @@ def _deepest(elastic: Any, energy: float, load: float) -> float:
     """Return the bound (m) of a penetration under an energy (J) and a load (N)."""
     if type(elastic) in POWERS:
         stiffness, exponent = elastic.stiffness, getattr(elastic, "exponent", _exponent(elastic))
-        bound = ((exponent + 1.0) * energy / stiffness) ** (1.0 / (exponent + 1.0))
-        return float(bound + ((exponent + 1.0) * load / stiffness) ** (1.0 / exponent))
+        deepest = ((exponent + 1.0) * energy / stiffness) ** (1.0 / (exponent + 1.0))
+        return float(deepest + ((exponent + 1.0) * load / stiffness) ** (1.0 / exponent))
     low, high = 0.0, 1e-9
     while elastic_energy(elastic, high) < energy + load * high:
         high *= 2.0

@@ -104,14 +104,14 @@ def choice(case: Extreme, tolerance: float) -> dict[str, Any]:
     A method that uses up its budget of steps takes for ever.
     """
     spent: dict[str, float] = dict.fromkeys(METHODS, math.inf)
-    found: dict[str, results.Trajectory] = {}
+    runs: dict[str, results.Trajectory] = {}
     for _ in range(ROUNDS):
         for method in METHODS:
             began = time.process_time()
-            found[method] = run(case, tolerance, method)
-            if found[method].status == "ok":
+            runs[method] = run(case, tolerance, method)
+            if runs[method].status == "ok":
                 spent[method] = min(spent[method], time.process_time() - began)
-    evaluations = {method: found[method].summary["rhs_evaluations"] for method in METHODS}
+    evaluations = {method: runs[method].summary["rhs_evaluations"] for method in METHODS}
     better = min(spent["explicit"], spent["implicit"])
     return {
         "name": case.name,
@@ -135,20 +135,20 @@ def run(case: Extreme, tolerance: float, method: str) -> results.Trajectory:
     return simulate(made, times=np.arange(1, SAMPLES + 1) / SAMPLES * turn)
 
 
-def error_of(found: results.Trajectory, truth: results.Trajectory, case: Extreme) -> float:
+def error_of(trajectory: results.Trajectory, truth: results.Trajectory, case: Extreme) -> float:
     """Return the largest error at the samples: angle / 0.05 rad, place / 0.05 m, their rates over those times speed."""
     speed: float = case.grid["drive"]["speed"]
     scales = {"rod/angle": 0.05, "slider/x": 0.05, "rod/rate": speed, "slider/v": 0.05 * speed}
-    return max(float(np.max(np.abs(found[name] - truth[name]))) / scale for name, scale in scales.items())
+    return max(float(np.max(np.abs(trajectory[name] - truth[name]))) / scale for name, scale in scales.items())
 
 
 def _figures(case: Extreme, tolerance: float, method: str, truth: results.Trajectory) -> dict[str, Any]:
     """Return the cost and the error of a method at a tolerance."""
-    found = [run(case, tolerance, method) for _ in range(ROUNDS)]
+    runs = [run(case, tolerance, method) for _ in range(ROUNDS)]
     return {
         "tolerance": tolerance,
-        "rhs_evaluations": found[0].summary["rhs_evaluations"],
-        "steps": found[0].summary["steps"],
-        "error": error_of(found[0], truth, case),
-        "run_time": min(one.summary["run_time"] for one in found),
+        "rhs_evaluations": runs[0].summary["rhs_evaluations"],
+        "steps": runs[0].summary["steps"],
+        "error": error_of(runs[0], truth, case),
+        "run_time": min(one.summary["run_time"] for one in runs),
     }

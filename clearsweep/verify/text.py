@@ -123,9 +123,9 @@ def convergence(table: dict) -> list[str]:
     ]
 
 
-def _with_interval(held: dict, unit: float) -> str:
+def _with_interval(known: dict, unit: float) -> str:
     """Return a value with its interval, rounded to two figures of the latter."""
-    value, width = held["value"] / unit, held["half_width"] / unit
+    value, width = known["value"] / unit, known["half_width"] / unit
     places = max(0, 1 - math.floor(math.log10(width))) if width > 0.0 else 3
     return f"{value:.{places}f} +- {width:.{places}f}"
 

@@ -45,13 +45,13 @@ def onsets(source: dict[str, Any], path: str, value: float) -> np.ndarray:
     return first
 
 
-def bisected(holds: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
-    """Return neighbours between `low`, where `holds`, and `high`, where it does not."""
+def bisected(predicate: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
+    """Return neighbours between `low`, where `predicate`, and `high`, where it does not."""
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         if middle in (low, high):
             break
-        low, high = (middle, high) if holds(middle) else (low, middle)
+        low, high = (middle, high) if predicate(middle) else (low, middle)
     return low, high
 
 
@@ -77,19 +77,19 @@ def _meeting(case: Extreme, path: str, low: float, high: float) -> tuple[float, 
     """Return the clearance at which the first onset of its joint falls upon one of the other joint."""
     joint = column_name(path.split(".")[1])
 
-    def ahead(value: float) -> int:  # onsets of the other joint before the first one of this
+    def onsets_before(value: float) -> int:  # onsets of the other joint before the first one of this
         log = onsets(case.grid, path, value)
         own = np.flatnonzero(log["joint"] == joint)
         return int(own[0]) if own.size else len(log)
 
     values = np.geomspace(low, high, SCAN)
-    counts = [ahead(value) for value in values]
+    counts = [onsets_before(value) for value in values]
     for i in np.flatnonzero(np.diff(counts)):
         if counts[i + 1] < counts[i]:
             continue
 
         def at_most(value: float, count: int = counts[i]) -> bool:
-            return ahead(value) <= count
+            return onsets_before(value) <= count
 
         value, _ = bisected(at_most, values[i], values[i + 1])
         log = onsets(case.grid, path, value)

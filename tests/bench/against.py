@@ -42,18 +42,18 @@ def grids() -> dict[str, dict]:
 
 def thinned(source: dict, counts: dict[str, int]) -> dict:
     """Return a grid with so many values on the axes named."""
-    found = copy.deepcopy(source)
+    result = copy.deepcopy(source)
     for path, count in counts.items():
-        found["sweep"][path]["linspace"][2] = count
-    return found
+        result["sweep"][path]["linspace"][2] = count
+    return result
 
 
 def with_first_onset(source: dict) -> dict:
     """Return a grid whose contacts go by the rate of their first touch throughout."""
-    found = copy.deepcopy(source)
-    for joint in found["joints"].values():
+    result = copy.deepcopy(source)
+    for joint in result["joints"].values():
         joint["contact"]["onset"] = "first"
-    return found
+    return result
 
 
 def serve() -> None:

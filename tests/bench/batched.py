@@ -75,7 +75,7 @@ def _case(u, record, end, tolerance):
     def stretch(carry):
         t, u, pressed, onset, count = carry
         first, now = jnp.where(pressed, FIRST_PRESSED, FIRST_FREE), record | {"pressed": pressed, "onset": onset}
-        found = diffrax.diffeqsolve(
+        result = diffrax.diffeqsolve(
             diffrax.ODETerm(_field),
             diffrax.Dopri8(),
             *(t, end, first, u, now),
@@ -85,7 +85,7 @@ def _case(u, record, end, tolerance):
             adjoint=diffrax.ForwardMode(),
             throw=False,
         )
-        t, u, met = found.ts[-1], found.ys[-1], found.result == diffrax.RESULTS.event_occurred
+        t, u, met = result.ts[-1], result.ys[-1], result.result == diffrax.RESULTS.event_occurred
         onset = jnp.where(met & ~pressed, jnp.maximum(_closing(t, u, record), FLOOR), onset)
         return t, u, pressed ^ met, onset, count + 1
 

@@ -70,7 +70,7 @@ def table(runs: int, executor: str) -> str:
     ]
     for length, count in LENGTHS.items():
         long = max(2, round(length / turn))
-        best = max((measure(long, count, executor) for _ in range(runs)), key=lambda found: found["share"])
+        best = max((measure(long, count, executor) for _ in range(runs)), key=lambda result: result["share"])
         lines.append(
             f"| {1e3 * length:g} ms | {count:,} | {1e3 * best['each']:.2f} ms | {best['wall']:.1f} s "
             f"| {best['batches']} | {best['share']:.3f} | {ASKED[length]} |"

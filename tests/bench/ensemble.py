@@ -54,26 +54,26 @@ class Way(NamedTuple):
 
 def varied(problem, count: int) -> list:
     """Return problems like one, of other clearances and restitutions."""
-    found = []
+    result = []
     steps = itertools.product(np.linspace(0.9, 1.1, WIDE), np.linspace(0.97, 1.03, count // WIDE))
     for wider, livelier in steps:
         source = copy.deepcopy(problem.grid)
         for joint in {id(joint): joint for joint in source["joints"].values()}.values():
             joint["clearance"] *= float(wider)
             joint["contact"]["restitution"] *= float(livelier)
-        found.append(problem._replace(grid=source))
-    return found
+        result.append(problem._replace(grid=source))
+    return result
 
 
 def ours(short: list, tolerance: float) -> np.ndarray:
     """Return what clearsweep gives at the times of problems."""
-    found = [(one, simulate(scene_of(one, tolerance), times=one.times)) for one in short]
-    return np.array([found_by_simulate(one, path).states[0] for one, path in found])
+    result = [(first, simulate(scene_of(first, tolerance), times=first.times)) for first in short]
+    return np.array([found_by_simulate(first, path).states[0] for first, path in result])
 
 
 def ways_of(like: list, short: list, *, flagship: bool) -> list[Way]:
     """Return all ways to integrate problems `like` one, of which `short` are some up to half a revolution."""
-    cases = [scene_of(one, TOLERANCE).case for one in like]
+    cases = [scene_of(first, TOLERANCE).case for first in like]
 
     def beside():
         return sum(path.summary["run_time"] for _, path in simulation.solve_each(cases))
@@ -84,16 +84,16 @@ def ways_of(like: list, short: list, *, flagship: bool) -> list[Way]:
     def judged():
         return ours(short, TOLERANCE)
 
-    found = [Way("clearsweep", beside, judged, len(like)), Way("clearsweep, one by one", alone, judged, len(like))]
+    result = [Way("clearsweep", beside, judged, len(like)), Way("clearsweep, one by one", alone, judged, len(like))]
     if soda:
         for tolerance in THEIRS:
             each, few = (functools.partial(soda.many(some, tolerance), threads=1) for some in (like, short))
-            found.append(Way(f"numbalsoda DOP853 {tolerance:g}", each, few, len(like)))
+            result.append(Way(f"numbalsoda DOP853 {tolerance:g}", each, few, len(like)))
         each = functools.partial(soda.many(like, TOLERANCE), threads=os.cpu_count())
-        found.append(Way(f"the same {TOLERANCE:g}, a case a thread", each, None, len(like)))
+        result.append(Way(f"the same {TOLERANCE:g}, a case a thread", each, None, len(like)))
     if batched and flagship:
-        found.append(in_batch(like[:: max(1, len(like) // BATCH)], short[0].end))
-    return found
+        result.append(in_batch(like[:: max(1, len(like) // BATCH)], short[0].end))
+    return result
 
 
 def in_batch(some: list, half: float) -> Way:
@@ -143,10 +143,10 @@ def measure(problem, count: int, rounds: int) -> list[str]:
     """Return the table of grids around a problem."""
     like = varied(problem, count)
     half = problem.times[len(problem.times) // 2 - 1 :][:1]
-    short = [one._replace(times=half) for one in like[:: len(like) // JUDGED]]
+    short = [first._replace(times=half) for first in like[:: len(like) // JUDGED]]
     ways, truth = ways_of(like, short, flagship=problem.name == FLAGSHIP), ours(short, TIGHT)
-    found, errors, points = costs(ways, rounds), [], []
-    for way, cost in zip(ways, found, strict=True):
+    result, errors, points = costs(ways, rounds), [], []
+    for way, cost in zip(ways, result, strict=True):
         errors.append(
             float(np.median(np.max(np.abs(way.states() - truth) / problem.scales, axis=1))) if way.states else None
         )
@@ -158,15 +158,15 @@ def measure(problem, count: int, rounds: int) -> list[str]:
         "| way | error | processor, ms | integrating, ms | wall, ms | clearsweep over it |",
         "| --- | --- | --- | --- | --- | --- |",
     ]
-    for way, cost, error in zip(ways, found, errors, strict=True):
+    for way, cost, error in zip(ways, result, errors, strict=True):
         integrating = "-" if cost.integrating is None else f"{1e3 * cost.integrating:.3f}"
         lines.append(
             f"| {way.name} | {'-' if error is None else f'{error:.1e}'} | {1e3 * cost.processor:.3f} | {integrating} "
-            f"| {1e3 * cost.wall:.3f} | {found[0].processor / cost.processor:.3f} |"
+            f"| {1e3 * cost.wall:.3f} | {result[0].processor / cost.processor:.3f} |"
         )
     theirs = at_error(errors[0], points)
     if theirs:
-        lines += ["", verdict(found[0], theirs, flagship=problem.name == FLAGSHIP)]
+        lines += ["", verdict(result[0], theirs, flagship=problem.name == FLAGSHIP)]
     return lines
 
 

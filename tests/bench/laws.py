@@ -19,11 +19,11 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # runs from a checkout, inst
 import clearsweep
 from clearsweep import grid
 from clearsweep.mechanics.compiled.family import invoke
-from clearsweep.mechanics.compiled.kept import Kept, found
+from clearsweep.mechanics.compiled.pinned import Pinned, pinned_at
 from clearsweep.mechanics.joint.contract import PRESSED
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.wear.contract import Worn
-from clearsweep.mechanics.solver.accumulate.along import Attempt
+from clearsweep.mechanics.solver.accumulate.step_sums import TrialStep
 from clearsweep.mechanics.trace.objects import machine_code
 from clearsweep.simulation import catalogue
 from clearsweep.simulation.run import Run, integrated
@@ -58,12 +58,12 @@ KINDS = {  # what a joint has besides its sizes
 @machine_code
 def _right_hand_sides(where, times):
     """Evaluate a right-hand side so many times; where : (3,) int64, its code, its parameters, a Kept of its arrays."""
-    arrays = found(ARRAYS[0], where[2])[0]
+    arrays = pinned_at(ARRAYS[0], where[2])[0]
     for _ in range(times):
         invoke(where[0], where[1], arrays, STAGE)
 
 
-ARRAYS: list[Kept] = []  # the one whose form they all have
+ARRAYS: list[Pinned] = []  # the one whose form they all have
 
 
 @machine_code
@@ -119,7 +119,7 @@ def spaces(rounds: int = 20 * ROUNDS) -> dict[str, dict[str, float]]:
     runs, least = {}, {state: {"plane": np.inf, "space": np.inf} for state in ("apart", "pressed")}
     for name, scene in in_both().items():
         print(f"compiling {name}", file=sys.stderr, flush=True)
-        runs[name] = integrated(scene, np.empty(0), 0.1 * scene.turning.at(1.0))
+        runs[name] = integrated(scene, np.empty(0), 0.1 * scene.crank_clock.at(1.0))
     for _ in range(rounds):
         for name, run in runs.items():
             work = run.work
@@ -138,7 +138,7 @@ def kinds(rounds: int = ROUNDS) -> list[tuple[str, float]]:
     runs, least = {}, dict.fromkeys(scenes, np.inf)  # a run keeps the parameters that compiled code reads
     for name, scene in scenes.items():
         print(f"compiling {name}", file=sys.stderr, flush=True)
-        runs[name] = integrated(scene, np.empty(0), 0.1 * scene.turning.at(1.0))
+        runs[name] = integrated(scene, np.empty(0), 0.1 * scene.crank_clock.at(1.0))
         _side(runs[name].work)
     for _ in range(rounds):
         for name, run in runs.items():
@@ -183,7 +183,7 @@ def measure(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
 
 def _side(work, times: int = EVALUATIONS) -> float:
     """Return the time (s) of a right-hand side, of so many."""
-    kept = Kept(Attempt(*(getattr(work, name) for name in Attempt._fields)))
+    kept = Pinned(TrialStep(*(getattr(work, name) for name in TrialStep._fields)))
     ARRAYS[:] = [kept]
     where = np.array([*work.rates, kept.address])
     begin = time.perf_counter()

@@ -82,13 +82,13 @@ def by_events(model):
         longest = LONGEST * 2.0 * math.pi / (p.rate * TICK)
         while count < MOST:
             span[0] = t
-            found = solve_ivp(
+            result = solve_ivp(
                 slope, span, u, last, "DOP853", 1, event, record.ctypes.data, 0.0, longest, RELATIVE, tolerance
             )
-            if not found.event_found:
-                states[count] = found.y[-1]
+            if not result.event_found:
+                states[count] = result.y[-1]
                 break
-            t, u = found.t_event, found.y_event.copy()
+            t, u = result.t_event, result.y_event.copy()
             rates(t * TICK, u, du, p)
             j = 0
             for other in range(1, joints):
@@ -115,10 +115,10 @@ def cubic_root(y0, slope0, y1, slope1):
 
 
 @njit(error_model="numpy")
-def first_past(p, depths, times, found):
+def first_past(p, depths, times, result):
     """Return the first row that is past an event, 0 where there is none."""
     for i in range(1, times.size):
-        depths(times[i] * TICK, found[i], p)
+        depths(times[i] * TICK, result[i], p)
         for j in range(p.joints):
             if margin(p, j, times[i] * TICK) < 0.0:
                 return i
@@ -138,18 +138,18 @@ def ahead(p, t, began, lasted):
 
 
 @njit(error_model="numpy")
-def located(record, rates, slope, times, found, j, tolerance):
+def located(record, rates, slope, times, result, j, tolerance):
     """Return (time, state) of joint `j`'s event between two rows, in ticks."""
-    p, du = record[0], np.empty_like(found[0])
+    p, du = record[0], np.empty_like(result[0])
     sign = -1.0 if p.state[j] == FREE else 1.0
     h = times[1] - times[0]
-    rates(times[0] * TICK, found[0], du, p)
+    rates(times[0] * TICK, result[0], du, p)
     before, slope_before = max(sign * p.depth[j], 0.0), sign * p.closing[j] * h * TICK
-    rates(times[1] * TICK, found[1], du, p)
+    rates(times[1] * TICK, result[1], du, p)
     x = cubic_root(before, slope_before, sign * p.depth[j], sign * p.closing[j] * h * TICK)
-    t, u, rest = times[0] + x * h, found[0], 0.0
+    t, u, rest = times[0] + x * h, result[0], 0.0
     for _ in range(TRIES):
-        u = found[0]
+        u = result[0]
         if t > times[0]:
             u = lsoda(slope, u, np.array([times[0], t]), record, RELATIVE, tolerance, STEPS)[0][1]
         rates(t * TICK, u, du, p)
@@ -172,19 +172,19 @@ def by_grid(model):
         began, lasted, du = np.zeros(joints), np.zeros(joints), np.empty(size)
         while t < end and count < MOST:
             times = np.linspace(t, min(t + ahead(p, t, began, lasted), end), GRID + 1)
-            found, fine = lsoda(slope, u, times, record, RELATIVE, tolerance, STEPS)
+            result, fine = lsoda(slope, u, times, record, RELATIVE, tolerance, STEPS)
             if not fine:
                 break
-            i = first_past(p, depths, times, found)
+            i = first_past(p, depths, times, result)
             if i == 0:
-                t, u = times[-1], found[-1].copy()
+                t, u = times[-1], result[-1].copy()
                 continue
             t, chosen = math.inf, 0
             for j in range(joints):
-                depths(times[i] * TICK, found[i], p)
+                depths(times[i] * TICK, result[i], p)
                 if margin(p, j, times[i] * TICK) < 0.0:
                     moment, state = located(
-                        record, rates, slope, times[i - 1 : i + 1], found[i - 1 : i + 1], j, tolerance
+                        record, rates, slope, times[i - 1 : i + 1], result[i - 1 : i + 1], j, tolerance
                     )
                     if moment < t:
                         t, u, chosen = moment, state, j
@@ -278,10 +278,10 @@ def solve(problem, tolerance, method) -> Solution:
         wanted = problem.times[(problem.times > t) & (problem.times <= stop)]
         fine = max(FINE, math.ceil((stop - t) / (FINEST * turn)))
         grid = np.unique(np.concatenate([np.linspace(t, stop, fine + 1), wanted]))
-        found, _ = dop853(slope, np.ascontiguousarray(u), grid / TICK, record, RELATIVE, tolerance, STEPS)
-        samples += [found[np.searchsorted(grid, time)] * unit for time in wanted]
+        result, _ = dop853(slope, np.ascontiguousarray(u), grid / TICK, record, RELATIVE, tolerance, STEPS)
+        samples += [result[np.searchsorted(grid, time)] * unit for time in wanted]
         for j in np.flatnonzero(record["state"][0, : model.joints] == PRESSED):
-            force = forces(model.rates, record, grid, found, j)
+            force = forces(model.rates, record, grid, result, j)
             peaks[j] = max(peaks[j], _largest(grid, force))
         if event is None:
             break
@@ -296,11 +296,11 @@ def solve(problem, tolerance, method) -> Solution:
 @njit(error_model="numpy")
 def forces(rates, record, times, states, j):
     """Return the normal forces (N) of joint `j` at `times` (s)."""
-    found, du = np.empty(times.size), np.empty(states.shape[1])
+    result, du = np.empty(times.size), np.empty(states.shape[1])
     for i in range(times.size):
         rates(times[i], states[i], du, record[0])
-        found[i] = record[0].force[j]
-    return found
+        result[i] = record[0].force[j]
+    return result
 
 
 def _largest(times, force) -> float:

@@ -42,7 +42,7 @@ RIVALS = {  # package -> what it needs; diffrax is in `ensemble` alone
 def methods() -> tuple[list[Method], dict[str, str]]:
     """Return all methods that are installed, and the reasons why others are left out."""
     ours = next(method for method in accuracy.methods(quick=False) if method.name == "event-driven")
-    found = [
+    result = [
         ours._replace(name=OURS, settings=HALVES),
         Method(SCIPY, "tolerance", TIGHT, stepwise.solve, stepwise.repeat),
     ]
@@ -59,29 +59,29 @@ def methods() -> tuple[list[Method], dict[str, str]]:
             for name in soda.DRIVERS:
                 solve, repeat = partial(soda.solve, method=name), partial(soda.repeat, method=name)
                 settings = HALVES if name == "DOP853" else DECADES
-                found.append(Method(f"numbalsoda {name}", "tolerance", settings, solve, repeat))
+                result.append(Method(f"numbalsoda {name}", "tolerance", settings, solve, repeat))
         else:
             from . import taylor
 
-            found.append(Method(rival, "tolerance", DECADES, taylor.solve, taylor.repeat))
-    return found, missing
+            result.append(Method(rival, "tolerance", DECADES, taylor.solve, taylor.repeat))
+    return result, missing
 
 
 def measure(rounds: int, note) -> dict:
     """Return every figure; `note` is called with a sentence on what is being done."""
     chosen, missing = methods()
-    found = accuracy.stamp("make bench") | {"rounds": rounds, "missing": missing, "problems": []}
-    found["machine"] |= {name: version(name) for name in RIVALS if name not in missing} | {"load": os.getloadavg()[0]}
+    result = accuracy.stamp("make bench") | {"rounds": rounds, "missing": missing, "problems": []}
+    result["machine"] |= {name: version(name) for name in RIVALS if name not in missing} | {"load": os.getloadavg()[0]}
     for problem in problems():
         if problem.name in NAMES:
             note(f"{problem.name}: {problem.title}")
             able = [method for method in chosen if method.name != "heyoka" or problem.name == FLAGSHIP]
-            found["problems"].append(accuracy.measure_one(problem, able, rounds, math.inf, time.process_time))
+            result["problems"].append(accuracy.measure_one(problem, able, rounds, math.inf, time.process_time))
             if problem.name == FLAGSHIP:
-                found["work"] = work_counts(scene_of(problem, TOLERANCE))
-    found["parts"] = parts.measure(rounds, note)
-    found["ratios"] = [ratio for entry in found["problems"] for ratio in ratios(entry)]
-    return found
+                result["work"] = work_counts(scene_of(problem, TOLERANCE))
+    result["parts"] = parts.measure(rounds, note)
+    result["ratios"] = [ratio for entry in result["problems"] for ratio in ratios(entry)]
+    return result
 
 
 def least_time(entry: dict, method: str, error: float) -> float | None:
@@ -100,13 +100,13 @@ def least_time(entry: dict, method: str, error: float) -> float | None:
 
 def ratios(entry: dict) -> list[dict]:
     """Return how many times slower each rival is than ours on one problem: geometric means over ERRORS."""
-    found = []
+    result = []
     for method in dict.fromkeys(row["method"] for row in entry["rows"] if row["method"] != OURS):
         pairs = [(least_time(entry, method, error), least_time(entry, OURS, error)) for error in ERRORS]
         each = [float(theirs / ours) if theirs and ours else None for theirs, ours in pairs]
         known = [ratio for ratio in each if ratio]
         mean, asked = float(np.exp(np.mean(np.log(known)))) if known else None, ASKED.get(method)
-        found.append(
+        result.append(
             {
                 "problem": entry["name"],
                 "method": method,
@@ -116,7 +116,7 @@ def ratios(entry: dict) -> list[dict]:
                 "met": mean >= asked if mean and asked else None,
             }
         )
-    return found
+    return result
 
 
 # ---------------------------------------------------------------------------------------------- what is printed

@@ -53,7 +53,7 @@ class _Drive:
 
     def __init__(self, problem, model, fresh):
         self.record, self.model, self.end = fresh.copy(), model, problem.end
-        self.slope, self.ahead = compiled(model)
+        self.slope, self.stepper = compiled(model)
         self.events, self.spans = [], []
 
     def run(self, y, tolerance, *, keep):
@@ -65,7 +65,7 @@ class _Drive:
                 self._switch(t, y)
 
     def _to_event(self, t, y, tolerance, *, keep):
-        record, ahead, compiled_slope = self.record, self.ahead, self.slope
+        record, ahead, compiled_slope = self.record, self.stepper, self.slope
 
         def slope(t, y):
             return compiled_slope(t, y, record)

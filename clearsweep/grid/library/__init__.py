@@ -19,8 +19,8 @@ def text(name: str) -> str | None:
     """Return a library, or the entry called `name`, as text; None where neither is called so."""
     if name in LIBRARIES:
         return "\n\n".join(listed(entry) for entry in LIBRARIES[name].values())
-    found = [library[name] for library in LIBRARIES.values() if name in library]
-    return "\n\n".join(map(listed, found)) or None
+    entries = [library[name] for library in LIBRARIES.values() if name in library]
+    return "\n\n".join(map(listed, entries)) or None
 
 
 def names() -> tuple[str, ...]:

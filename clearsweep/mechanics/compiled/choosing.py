@@ -41,12 +41,12 @@ def either(first, second):
     return chosen
 
 
-def everywhere(condition):
+def all_of(condition):
     """Return whether a condition holds in every lane."""
     return condition
 
 
-def nowhere(condition):
+def none_of(condition):
     """Return whether a condition holds in no lane."""
     return not condition
 
@@ -60,8 +60,8 @@ def _selected(condition, a, b):
     return rebuilt(a, iter([symbols.selected(condition, x, y) for x, y in pairs]))
 
 
-primitive(everywhere)(lanes.everywhere)
-primitive(nowhere)(lanes.nowhere)
+primitive(all_of)(lanes.all_of)
+primitive(none_of)(lanes.none_of)
 LOOPS.append(turns)
 ABREAST.append(abreast)
 

@@ -41,7 +41,7 @@ def family(stub):
     compiled; with NUMBA_DISABLE_JIT=1 the same bodies run as plain Python.
     """
     members = {}
-    fields, found = {}, {}  # the fields that narrow a class; bodies by class and types in these: looked up at once
+    fields, bodies = {}, {}  # the fields that narrow a class; bodies by class and types in these: looked up at once
 
     @functools.wraps(stub)
     def dispatch(first, *rest):
@@ -51,15 +51,15 @@ def family(stub):
             fields[form] = tuple(dict.fromkeys(narrowed))
         if fields[form]:
             form = (form, *[tuple(map(type, getattr(first, field))) for field in fields[form]])
-        if form not in found:
-            found[form] = _body_of(members, first)
-        return found[form](first, *rest)
+        if form not in bodies:
+            bodies[form] = _body_of(members, first)
+        return bodies[form](first, *rest)
 
     def member(cls, **narrowed):
         def enter(body):
             members.setdefault(cls, []).append((narrowed, body))
             fields.clear()
-            found.clear()
+            bodies.clear()
             return body
 
         return enter

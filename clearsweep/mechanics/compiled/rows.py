@@ -15,19 +15,19 @@ from ..trace.primitives import primitive
 from .family import WIDTH
 
 
-class Board:
+class BatchArrays:
     """Arrays of WIDTH cases, zeros: name -> (shape of the array of one case, type of its items of eight bytes)."""
 
-    def __init__(self, forms: Mapping[str, tuple[tuple[int, ...], type]]):
-        counts = [math.prod(shape) for shape, _ in forms.values()]
+    def __init__(self, shapes: Mapping[str, tuple[tuple[int, ...], type]]):
+        counts = [math.prod(shape) for shape, _ in shapes.values()]
         ends = itertools.accumulate(counts)
-        room = np.zeros((sum(counts) + 1) * WIDTH, np.int64)  # at once, as each array takes microseconds to make
-        first = -room.ctypes.data // 8 % WIDTH  # where a register is loaded from
-        self.numbers = room[first : first + sum(counts) * WIDTH].reshape(-1, WIDTH)
-        self.parts = {name: slice(end - count, end) for name, count, end in zip(forms, counts, ends, strict=True)}
+        buffer = np.zeros((sum(counts) + 1) * WIDTH, np.int64)  # at once, as each array takes microseconds to make
+        first = -buffer.ctypes.data // 8 % WIDTH  # where a register is loaded from
+        self.numbers = buffer[first : first + sum(counts) * WIDTH].reshape(-1, WIDTH)
+        self.parts = {name: slice(end - count, end) for name, count, end in zip(shapes, counts, ends, strict=True)}
         self.arrays = {
             name: self.numbers[self.parts[name]].view(dtype).reshape(*shape, WIDTH)
-            for name, (shape, dtype) in forms.items()
+            for name, (shape, dtype) in shapes.items()
         }
 
     def lane(self, place: int) -> dict[str, np.ndarray]:

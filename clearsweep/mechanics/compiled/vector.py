@@ -33,7 +33,7 @@ def times(factor, a):
 
 
 @inlined
-def along(a, factor, b):
+def plus_scaled(a, factor, b):
     """Return a + factor b."""
     return Vector(a.x + factor * b.x, a.y + factor * b.y, a.z + factor * b.z)
 

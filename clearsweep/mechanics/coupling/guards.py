@@ -14,7 +14,7 @@ from ..joint.places import (
     after_joint,
     after_number,
     after_part,
-    as_it_is,
+    with_current_state,
     extent,
     first_place,
     observed_columns,
@@ -86,7 +86,7 @@ def _evaluate_part(part, _, place, shared):
         return
     y, latched, o, row, roots, value = shared
     contact, staged = place.contact + part.contact, at_stages(part.law)
-    law, root = as_it_is(part.law, y, latched, place), y[roots + contact]
+    law, root = with_current_state(part.law, y, latched, place), y[roots + contact]
     start = observed_in(o, 0, contact)
     _put_each(guard_values(law, start, observed_in(o, row, contact), root), staged, place.guard, value)
     if row == END and True in staged:
@@ -154,7 +154,7 @@ def _latch_part(part, _, place, shared):
     y, numbers, o, row, roots, contact, guard = shared
     mine = 0 <= guard - place.guard < after_part(place, part).guard - place.guard
     if place.contact + part.contact == contact and (guard < 0 or mine):
-        law = as_it_is(part.law, y, numbers, place)
+        law = with_current_state(part.law, y, numbers, place)
         kind = guard - place.guard if mine else guard
         values = latched(law, kind, observed_in(o, row, contact), y[roots + contact])
         where, first = where_internal(part.law, y, numbers, place)

@@ -1,13 +1,13 @@
 """The mass that takes part in an impact at a contact, told to the laws that ask for it."""
 
-from ..compiled.choosing import nowhere
+from ..compiled.choosing import none_of
 from ..compiled.dual import as_type_of
 from ..compiled.family import family, inlined, kernel, map_joints
 from ..joint.contract import every_part, touches
 from ..joint.dry import Joint
 from ..joint.loss.contract import awaits_mass, with_mass
 from ..joint.lubricated import Lubricated
-from ..joint.places import after_joint, after_number, as_it_is, first_place
+from ..joint.places import after_joint, after_number, with_current_state, first_place
 from ..joint.worn import WornJoint, WornOnBed
 from ..mechanism.contract import gaps, impact_masses, place
 
@@ -27,7 +27,7 @@ def _never(joint, gap, place, present):
 @_awaits.member(WornJoint)
 @_awaits.member(WornOnBed)
 def _law_awaits(joint, gap, place, present):
-    law = as_it_is(joint.law, present.y, present.latched, place)
+    law = with_current_state(joint.law, present.y, present.latched, place)
     return touches(present.mode[place.contact]) and awaits_mass(law)
 
 
@@ -80,7 +80,7 @@ def _joints_told(scene, pose, relative, present):
     asked = False
     for asks in _ask_all(scene.joints, relative, first_place(scene.joints, present.roots), present):
         asked = asked | asks
-    if nowhere(asked):
+    if none_of(asked):
         return _tell_all(scene.joints, _none_known(relative, relative, 0, 0), 0, 0)
     masses = _all_like(impact_masses(scene.mechanism, pose, relative), relative, 0, 0)
     return _tell_all(scene.joints, masses, 0, 0)

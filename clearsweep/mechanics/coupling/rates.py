@@ -20,13 +20,13 @@ from ..compiled.dual import Seeded, as_dual, as_type_of, slope
 from ..compiled.family import Entry, entry, in_lane, inlined, kernel, map_joints, shaped
 from ..joint import spatial
 from ..joint.contract import (
-    Present,
-    channels_beside,
+    JointState,
+    extra_channels,
     gap_histories,
     load_histories,
     power_lost,
     power_stored,
-    seen_beside,
+    extra_observables,
     touches,
 )
 from ..joint.loads import loads_of, put_internal_rates
@@ -57,7 +57,7 @@ from ..observe.observables import (
     observe,
 )
 from ..solver.dop853 import END
-from .clock import clock, haste
+from .time_scale import time_scale, kappa_over_root
 from .impact_mass import joints_now
 from .sticking import with_sticking_forces
 
@@ -83,9 +83,9 @@ def turned_gaps(scene, y, relative):
     return _turned_gaps(scene, y, relative) if _some_worn(map(type, scene.joints)) else relative
 
 
-def _some_worn(forms):
+def _some_worn(kinds):
     """Return whether a type of joint asks for the angles of its bodies."""
-    return any(form in with_angles.members for form in forms)
+    return any(form in with_angles.members for form in kinds)
 
 
 @inlined
@@ -93,7 +93,7 @@ def look(scene, y, mode, latched):
     """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from it."""
     p = place(scene.mechanism, y)
     relative = turned_gaps(scene, y, gaps(scene.mechanism, p))
-    present = Present(y, mode, latched, 2 * len(scene.coordinates) + 1)
+    present = JointState(y, mode, latched, 2 * len(scene.coordinates) + 1)
     joints = joints_now(scene, p, relative, present)
     loads = loads_of(joints, relative, present)
     loads = with_sticking_forces(scene, y, p, relative, loads, mode)
@@ -109,10 +109,10 @@ def catching_up(reference_rate, rate, depth, root):
 @inlined
 def root_rate(scene, contact, present, kappa, c):
     """Return the rate (m^0.5 per unit of tau) of the root of penetration of Contact number `c`, which touches."""
-    closing = catching_up(scene.reference_rate, contact.rate, contact.depth, present.y[present.roots + c])
+    approach = catching_up(scene.reference_rate, contact.rate, contact.depth, present.y[present.roots + c])
     if extent(scene.joints).contact == 1:
-        return closing * (1.0 / scene.sigma)
-    return closing * haste(scene, present.y, present.mode, kappa, c)
+        return approach * (1.0 / scene.sigma)
+    return approach * kappa_over_root(scene, present.y, present.mode, kappa, c)
 
 
 @inlined
@@ -127,7 +127,7 @@ class _Rows(NamedTuple):
     """Where the rates and observables of contacts go, and what they follow from."""
 
     scene: Scene
-    present: Present
+    present: JointState
     kappa: float  # s
     k: tuple  # (16, n) rates
     o: tuple  # (16, columns) observables
@@ -162,7 +162,7 @@ def _put_contacts(joint, load, place, rows):
             rate=contact.rate,
         )
         observe(rows.o, row, c, seen)
-        more = seen_beside(contact, row == 0 or row >= END)
+        more = extra_observables(contact, row == 0 or row >= END)
         _put_numbers(more, more, film_column(extent(rows.scene.joints).contact, c, 0), (rows.o, row))
 
 
@@ -180,7 +180,7 @@ def rates(scene, y, mode, latched, k, o, row):
     p, _, loads, motion = look(scene, y, mode, latched)
     kinetic, outside = energy(scene.mechanism, p)
 
-    kappa = clock(scene, y, mode)
+    kappa = time_scale(scene, y, mode)
     for i in range(n):
         k[row, i] = kappa * y[n + i]
         k[row, n + i] = kappa * motion.accelerations[i]
@@ -193,7 +193,7 @@ def rates(scene, y, mode, latched, k, o, row):
     if row == 0 or row >= END:  # wanted where the state is accurate, at the ends of a step and on the interpolant
         o[row, KINETIC] = kinetic
         o[row, ERROR], o[row, ERROR_RATE] = output_error(scene.mechanism, p)
-    present = Present(y, mode, latched, time + 1)
+    present = JointState(y, mode, latched, time + 1)
     rows = _Rows(scene, present, kappa, k, o, row)
     _put_all_contacts(scene.joints, loads, first_place(scene.joints, time + 1), rows)
     put_internal_rates(scene.joints, loads, present, kappa, k[row])
@@ -210,7 +210,7 @@ class _Column(NamedTuple):
     """Where the derivatives of roots of penetration go, and what they follow from."""
 
     scene: Scene
-    present: Present
+    present: JointState
     kappa: float  # s
     out: tuple  # (n,)
 
@@ -237,12 +237,12 @@ def differentiate(scene, y, mode, latched, jacobian, place):
     for column in turns(size):
         z = Seeded(y, column)
         _, _, loads, motion = look(scene, z, mode, latched)
-        kappa = as_dual(clock(scene, z, mode))
+        kappa = as_dual(time_scale(scene, z, mode))
         for i in range(n):
             jacobian[place, i, column] = slope(kappa * z[n + i])
             jacobian[place, n + i, column] = slope(kappa * motion.accelerations[i])
         jacobian[place, 2 * n, column] = slope(kappa)
-        out, present = jacobian[place, :, column], Present(z, mode, latched, 2 * n + 1)
+        out, present = jacobian[place, :, column], JointState(z, mode, latched, 2 * n + 1)
         _put_all_root_slopes(
             scene.joints, loads, first_place(scene.joints, 2 * n + 1), _Column(scene, present, kappa, out)
         )
@@ -318,7 +318,7 @@ def _put_force(joint, load, samples, into):
     first = samples.column + histories_of(joint) - len(values)
     for i in range(len(values)):
         into[0][first + i] = values[i]
-    more = channels_beside(load.contacts[0])
+    more = extra_channels(load.contacts[0])
     _put_channels(more, more, samples.column + histories_of(joint), into[0])
 
 

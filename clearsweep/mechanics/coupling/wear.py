@@ -23,23 +23,23 @@ def _look(scene, between, step):
         see_each(scene.joints, moment.gaps, Whose(0, first_place(scene.joints, 0)), moment)
 
 
-def wear_entry(scene, between, mode, course, length, room, depths, account, stride):
+def wear_entry(scene, between, mode, step_values, length, workspace, depths, account, stride):
     """Enter the wear of a step; from bare pointers; `scene` points at the Scene.
 
     between : (2 coordinates + 1, MOMENTS) the state within the step; length : its length; room : as of room_of.
     """
     here = scene[0]
     contacts, size = extent(here.joints).contact, 2 * len(here.coordinates) + 1
-    rooms, angles = shaped(room, (room_of(contacts, stride),)), ROOM + contacts * (WHERE + SLOPES) * MOMENTS
-    along = angles + contacts * ALONG * MOMENTS
-    scratch = along + STRIP * (PARTS + 1)
+    rooms, angles = shaped(workspace, (room_of(contacts, stride),)), ROOM + contacts * (WHERE + SLOPES) * MOMENTS
+    axial = angles + contacts * ALONG * MOMENTS
+    scratch = axial + STRIP * (PARTS + 1)
     step = Step(
-        shaped(course, (contacts, COURSES, PARTS + 1)),
+        shaped(step_values, (contacts, COURSES, PARTS + 1)),
         shaped(length, (1,))[0],
         in_lane(mode, (contacts,)),
         rooms[ROOM:angles].reshape(contacts, WHERE + SLOPES, MOMENTS),
-        rooms[angles:along].reshape(contacts, ALONG, MOMENTS),
-        rooms[along:scratch].reshape(STRIP, PARTS + 1),
+        rooms[angles:axial].reshape(contacts, ALONG, MOMENTS),
+        rooms[axial:scratch].reshape(STRIP, PARTS + 1),
         rooms[:ROOM],
         rooms[scratch:],
     )

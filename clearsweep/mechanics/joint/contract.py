@@ -27,7 +27,7 @@ and a new law is one file: a NamedTuple with members of the families of its forc
 The last fields of a law that have a default are its internal state, the default being where it begins.  A member of
 `internal_state` and `internal_rates` has it integrated; one of `latched` alone has it changed there and nowhere else.
 
-The clock, 1/kappa, and what is summed, counted and maximised (`observe.tally`) follow from modes and Contacts alone: a
+The clock, 1/kappa, and what is summed, counted and maximised (`observe.totals`) follow from modes and Contacts alone: a
 contact that touches has its share in the one, a contact that acts in the other.
 
 A lubricated film is a joint whose contact is apart, and pressed, in the mode ACTS: it exerts a force from the start to
@@ -59,7 +59,7 @@ ONSET_FLOOR = 1e-3  # m/s: laws divide by the onset rate; between 1e-6 and 1e-3 
 NEVER = -math.inf  # value of a guard that cannot be passed as things are
 
 
-class Place(NamedTuple):
+class Offsets(NamedTuple):
     """Where the numbers of a joint, or of one of its parts, stand."""
 
     contact: int  # its first contact
@@ -68,7 +68,7 @@ class Place(NamedTuple):
     guard: int  # its first guard
 
 
-class Present(NamedTuple):
+class JointState(NamedTuple):
     """What the load of a joint depends on beside the motion of its bodies."""
 
     y: np.ndarray  # (n,) the state vector
@@ -153,11 +153,11 @@ def load(joint, gap, place, present):
 
 
 @family
-def beside(joint):
+def extra_columns(joint):
     """Return how many observables and time histories a joint has beside those of every joint, by its type alone."""
 
 
-@beside.member(None)
+@extra_columns.member(None)
 def _no_more(joint):
     return 0, 0
 
@@ -186,24 +186,24 @@ def _over_its_depth(contact):
 
 
 @family
-def seen_beside(contact, accurate):
+def extra_observables(contact, accurate):
     """Return what is seen of a contact beside a Contact's fields, observables of its own; () where there is nothing.
 
     accurate : the state is that at an end of a step or on its interpolant.
     """
 
 
-@seen_beside.member(None)
+@extra_observables.member(None)
 def _nothing_beside(contact, accurate):
     return ()
 
 
 @family
-def channels_beside(contact):
+def extra_channels(contact):
     """Return the values of the time histories that a contact has beside those of every joint."""
 
 
-@channels_beside.member(None)
+@extra_channels.member(None)
 def _no_more_channels(contact):
     return ()
 

@@ -121,8 +121,8 @@ def joint_load(joint, gap, mode, pen, onset_rate):
 def _load_apart(joint, gap, mode, pen, onset_rate):
     eccentricity = math.sqrt(gap.x * gap.x + gap.y * gap.y)
     speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
-    along = gap.x * gap.vx + gap.y * gap.vy
-    rate = where(eccentricity > 0.0, along / where(eccentricity > 0.0, eccentricity, 1.0), speed)
+    radial = gap.x * gap.vx + gap.y * gap.vy
+    rate = where(eccentricity > 0.0, radial / where(eccentricity > 0.0, eccentricity, 1.0), speed)
     depth, zero = eccentricity - joint.clearance, as_type_of(0.0, eccentricity)
     apart = Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
     return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(apart,))

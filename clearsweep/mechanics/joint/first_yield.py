@@ -81,14 +81,14 @@ def _modulus(joint: Joint, kind: str) -> float | None:
     return None
 
 
-def largest_mass(along: np.ndarray) -> float | None:
+def largest_mass(masses: np.ndarray) -> float | None:
     """Return the largest mass (kg) over all directions from those, (3,), along 0, 45 and 90 degrees, or None.
 
     1 / m = n^T Y n of a symmetric Y, whose smaller eigenvalue belongs to the largest mass.
     """
-    if not np.all(along > 0.0):
+    if not np.all(masses > 0.0):
         return None
-    x, diagonal, y = 1.0 / along
+    x, diagonal, y = 1.0 / masses
     mixed = diagonal - 0.5 * (x + y)
     least = 0.5 * (x + y) - math.hypot(0.5 * (x - y), mixed)
     return float(1.0 / least) if least > 1e-12 * (x + y) else None

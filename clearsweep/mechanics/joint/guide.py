@@ -22,7 +22,7 @@ from .contract import (
     ContactModes,
     Load,
     Part,
-    Place,
+    Offsets,
     contact_modes,
     load,
     parts,
@@ -30,7 +30,7 @@ from .contract import (
 from .dry import Clip
 from .friction.contract import friction_force
 from .loss.contract import contact_force, lowest_force, sign_beyond
-from .places import after_law, after_number, as_it_is
+from .places import after_law, after_number, with_current_state
 
 CORNERS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))  # signs of half the length and half the height
 
@@ -118,15 +118,15 @@ def _clips_and_laws(joint):
 
 
 @kernel
-def _corner(signs, _, number, course):
-    joint, gap, place, present = course
+def _corner(signs, _, number, context):
+    joint, gap, place, present = context
     half_length, half_height = 0.5 * signs.length * joint.length, 0.5 * signs.height * joint.height
     x = gap.cosine * half_length - gap.sine * half_height
     y = gap.sine * half_length + gap.cosine * half_height
-    turning = gap.spin_distal - gap.spin_proximal
+    spin = gap.spin_distal - gap.spin_proximal
     depth = signs.height * (gap.y + y) - 0.5 * joint.height - joint.clearance
-    rate = signs.height * (gap.vy + turning * x)
-    slip = -signs.height * (gap.vx - turning * y)
+    rate = signs.height * (gap.vy + spin * x)
+    slip = -signs.height * (gap.vx - spin * y)
     mode, c = present.mode[place.contact + number], place.contact + number
     if mode == FREE:
         zero = as_type_of(0.0, depth)
@@ -134,9 +134,9 @@ def _corner(signs, _, number, course):
         return Corner(zero, zero, x, y, apart)
     after = after_law(after_law(place, joint.law), joint.friction)  # of each corner alike, clips having no numbers
     internal, latching = after.internal - place.internal, after.latched - place.latched
-    here = Place(place.contact, place.internal + number * internal, place.latched + number * latching, place.guard)
-    law = as_it_is(joint.law, present.y, present.latched, here)
-    friction = as_it_is(joint.friction, present.y, present.latched, after_law(here, joint.law))
+    here = Offsets(place.contact, place.internal + number * internal, place.latched + number * latching, place.guard)
+    law = with_current_state(joint.law, present.y, present.latched, here)
+    friction = with_current_state(joint.friction, present.y, present.latched, after_law(here, joint.law))
     root = present.y[present.roots + c]
     pen = root * abs(root)
     force, elastic = contact_force(law, joint.elastic, abs(pen), rate, present.latched[c])
@@ -158,12 +158,12 @@ _corners = map_joints(_corner, after_number)
 @load.member(Guide)
 def _load_at_the_corners(joint, gap, place, present):
     a, b, c, d = _corners(_SIGNS, _SIGNS, 0, _Course(joint, gap, place, present))
-    along, across = a.fx + b.fx + c.fx + d.fx, a.fy + b.fy + c.fy + d.fy
+    axial, across = a.fx + b.fx + c.fx + d.fx, a.fy + b.fy + c.fy + d.fy
     on_block = _moment(a) + _moment(b) + _moment(c) + _moment(d)
     return Load(
-        fx=gap.axis_x * along - gap.axis_y * across,
-        fy=gap.axis_y * along + gap.axis_x * across,
-        moment_proximal=-on_block - gap.x * across + gap.y * along,
+        fx=gap.axis_x * axial - gap.axis_y * across,
+        fy=gap.axis_y * axial + gap.axis_x * across,
+        moment_proximal=-on_block - gap.x * across + gap.y * axial,
         moment_distal=on_block,
         contacts=(a.contact, b.contact, c.contact, d.contact),
     )
@@ -172,10 +172,10 @@ def _load_at_the_corners(joint, gap, place, present):
 def deepest_corner(joint: Guide, gap: GuideGap) -> float:
     """Return how deep (m) the deepest corner of a block is in its wall, negative where all are off it."""
     return max(
-        sign * (gap.y + 0.5 * (gap.sine * along * joint.length + gap.cosine * sign * joint.height))
+        sign * (gap.y + 0.5 * (gap.sine * axial * joint.length + gap.cosine * sign * joint.height))
         - 0.5 * joint.height
         - joint.clearance
-        for along, sign in CORNERS
+        for axial, sign in CORNERS
     )
 
 

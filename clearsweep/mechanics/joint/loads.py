@@ -7,7 +7,7 @@ import numpy as np
 from ..compiled.dual import as_type_of, rate_or_slope
 from ..compiled.family import inlined, kernel, map_joints
 from .contract import Load, internal_rates, internal_state, load, parts, touches
-from .places import after_joint, after_number, after_part, as_it_is, first_place, room_of_part
+from .places import after_joint, after_number, after_part, with_current_state, first_place, room_of_part
 
 
 @kernel
@@ -69,7 +69,7 @@ def _put_part(part, _, place, shared):
         return
     declared, touching = internal_state(part.law), touches(shared.present.mode[place.contact + part.contact])
     if touching or True in _kept_each(declared, declared, 0, 0):
-        law = as_it_is(part.law, shared.present.y, shared.present.latched, place)
+        law = with_current_state(part.law, shared.present.y, shared.present.latched, place)
         rates = internal_rates(law, shared.load.contacts[part.contact])
         _put_each(rates, declared, place.internal, _Rate(touching, shared.kappa, shared.out))
     else:

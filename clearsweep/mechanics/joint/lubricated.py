@@ -20,13 +20,13 @@ from .contract import (
     ContactModes,
     Load,
     Part,
-    beside,
-    channels_beside,
+    extra_columns,
+    extra_channels,
     contact_modes,
     load,
     parts,
     power_lost,
-    seen_beside,
+    extra_observables,
     touches,
 )
 from .film.contract import FilmMotion, asperity_load, dry_share, film_couples, film_force, film_pressure
@@ -130,7 +130,7 @@ def floating(joint, gap):
     rate, across = vx * nx + vy * ny, vy * nx - vx * ny
     motion = FilmMotion(
         ratio=min(eccentricity / joint.clearance, as_type_of(joint.limit, eccentricity)),
-        closing=rate / joint.clearance,
+        squeeze_rate=rate / joint.clearance,
         spin=journal + bearing - 2.0 * across / eccentricity,
     )
     radial, tangential = film_force(joint.film, motion)
@@ -272,7 +272,7 @@ def film_depths(joint) -> tuple[float, float]:
     if not isinstance(joint, (Film, Lubricated)):
         return math.inf, math.inf
     begins = bears_from(joint.transition) if isinstance(joint, Lubricated) else math.inf
-    return begins, joint.corners.held
+    return begins, joint.corners.clamped
 
 
 def corners_of(clearance: float, limit: float, begin: float = math.inf, end: float = math.inf) -> Corners:
@@ -329,8 +329,8 @@ def _load_of_both(joint, gap, place, present):
 # ---------------------------------------------------------------------------------------------- what is seen
 
 
-@beside.member(Film)
-@beside.member(Lubricated)
+@extra_columns.member(Film)
+@extra_columns.member(Lubricated)
 def _of_a_film(joint):
     return FILM_WIDTH, 1
 
@@ -340,13 +340,13 @@ def _of_all_but_the_resultant_slip(contact):
     return contact.lost + contact.rubbed + contact.tangential * contact.slip
 
 
-@seen_beside.member(FilmContact)
+@extra_observables.member(FilmContact)
 def _of_the_film(contact, accurate):
     law, motion = contact.highest
     pressure = film_pressure(law, motion) if accurate else 0.0
     return contact.dry, contact.drained, contact.rubbed, pressure, contact.speed, contact.pumped
 
 
-@channels_beside.member(FilmContact)
+@extra_channels.member(FilmContact)
 def _dry_force(contact):
     return (contact.dry,)

@@ -57,7 +57,7 @@ class Nearest(NamedTuple):
     radii: tuple  # m, of bearing and journal there
     slopes: tuple  # m/rad, h' of bearing and journal there
     local: float  # m, by how much the radii of curvature differ there
-    turning: float  # rad/s, of the normal
+    normal_rate: float  # rad/s, of the normal
 
 
 @inlined
@@ -100,14 +100,14 @@ def surfaces_of(joint):
 
 
 @inlined
-def halley(surfaces, angle, turned, along, across):
+def halley(surfaces, angle, turned, radial, across):
     """Return a step (rad) towards the deepest point, and whether the gap opens on both sides of `angle`.
 
     turned : the angles of bearing and journal, rad; along, across : m, of the eccentricity, seen from `angle`.
     """
     _, slope, bend, third = worn_at(surfaces.bearing, angle - turned[0])
     _, other, more, last = worn_at(surfaces.journal, angle - turned[1])
-    sharp = along + (bend + more)
+    sharp = radial + (bend + more)
     per_sharp = 1.0 / sharp
     step = (across - (slope + other)) * per_sharp
     curved = -0.5 * (across + (third + last)) * step * per_sharp
@@ -176,9 +176,9 @@ def nearest(joint, gap):
     c, s = direction(angle)
     h, slope, bend, third = worn_at(joint.bearing.table, angle - on_bearing)
     other, other_slope, other_bend, last = worn_at(joint.journal.table, angle - on_journal)
-    along, across = x * c + y * s, y * c - x * s
+    radial, across = x * c + y * s, y * c - x * s
     rest = across - (slope + other_slope)
-    sharp = plain(along) + bend + other_bend
+    sharp = plain(radial) + bend + other_bend
     per_sharp = 1.0 / sharp if sharp > 0.0 else 0.0
     turn = rest * per_sharp
     turn = turn - 0.5 * (plain(across) + (third + last)) * per_sharp * turn * turn
@@ -190,13 +190,13 @@ def nearest(joint, gap):
         angle=angle + plain(turn),
         nx=nx,
         ny=ny,
-        depth=along + turn * (rest - 0.5 * sharp * turn) - (joint.clearance + (h + other)),
+        depth=radial + turn * (rest - 0.5 * sharp * turn) - (joint.clearance + (h + other)),
         rate=vx * nx + vy * ny + slopes[0] * bearing_spin + slopes[1] * journal_spin,
         rolling=journal_spin * radii[1] - bearing_spin * radii[0],
         radii=radii,
         slopes=slopes,
         local=joint.clearance + (h + bend + other + other_bend),
-        turning=(vy * c - vx * s + bend * bearing_spin + other_bend * journal_spin) * per_sharp,
+        normal_rate=(vy * c - vx * s + bend * bearing_spin + other_bend * journal_spin) * per_sharp,
     )
 
 

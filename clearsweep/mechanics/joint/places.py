@@ -6,7 +6,7 @@ longer over it than over the forces.
 
 from ..compiled.family import inlined, kernel, kinds, map_joints
 from ..observe.observables import FILM_WIDTH, columns
-from .contract import Place, beside, contact_modes, guards, histories, integrated, parts
+from .contract import Offsets, extra_columns, contact_modes, guards, histories, integrated, parts
 
 
 class _Fields:
@@ -30,7 +30,7 @@ def _room_of_law(law):
     form = form_of(law)
     numbers = len(form._field_defaults)
     internal = numbers if integrated(form) else 0
-    return Place(0, internal, numbers - internal, len(guards.body_for(form)(None)))
+    return Offsets(0, internal, numbers - internal, len(guards.body_for(form)(None)))
 
 
 def room_of_part(part):
@@ -43,12 +43,12 @@ def room_of(joint):
     kind = kinds(joint) if isinstance(joint, tuple) else joint
     if kind not in _ROOMS:
         form = form_of(joint)
-        contacts = Place(len(contact_modes.body_for(form)(None)), 0, 0, 0)
+        contacts = Offsets(len(contact_modes.body_for(form)(None)), 0, 0, 0)
         _ROOMS[kind] = _sum([contacts, *map(room_of_part, parts.body_for(form)(_Fields(joint)))])
     return _ROOMS[kind]
 
 
-_ROOMS: dict[object, Place] = {}  # what `room_of` found, by the types in a joint
+_ROOMS: dict[object, Offsets] = {}  # what `room_of` found, by the types in a joint
 
 
 def room_of_all(joints):
@@ -57,7 +57,7 @@ def room_of_all(joints):
 
 
 def _sum(places):
-    return Place(*map(sum, zip(*places, strict=True)))
+    return Offsets(*map(sum, zip(*places, strict=True)))
 
 
 @kernel
@@ -69,9 +69,9 @@ def after_number(place, number):
 def _after(room_of_one):
     """Return a function that returns the Place after a Place and what takes the room that `room_of_one` tells."""
 
-    def after(place, one):
-        contacts, internal, latching, guarded = room_of_one(one)
-        return Place(
+    def after(place, joint_part):
+        contacts, internal, latching, guarded = room_of_one(joint_part)
+        return Offsets(
             place.contact + contacts, place.internal + internal, place.latched + latching, place.guard + guarded
         )
 
@@ -95,11 +95,11 @@ def histories_of(joint):
 def first_place(joints, roots):
     """Return the Place of the first joint, the roots of penetration beginning at `roots` in the state vector."""
     contacts = extent(joints).contact
-    return Place(0, roots + contacts, contacts, 0)
+    return Offsets(0, roots + contacts, contacts, 0)
 
 
 def _beside(joint):
-    return beside.body_for(form_of(joint))(None)
+    return extra_columns.body_for(form_of(joint))(None)
 
 
 def observed_columns(joints):
@@ -138,7 +138,7 @@ def where_internal(law, y, latched, place):
 
 
 @kernel
-def as_it_is(law, y, latched, place):
+def with_current_state(law, y, latched, place):
     """Return the law, which has its Place, with its internal state."""
     numbers, first = where_internal(law, y, latched, place)
     return with_internal_state(law, numbers, first)
@@ -147,6 +147,6 @@ def as_it_is(law, y, latched, place):
 @inlined
 def with_laws_as_they_are(joint, place, present):
     """Return a joint of one contact, its law and its friction with their internal state at `present`."""
-    law = as_it_is(joint.law, present.y, present.latched, place)
-    friction = as_it_is(joint.friction, present.y, present.latched, after_law(place, joint.law))
+    law = with_current_state(joint.law, present.y, present.latched, place)
+    friction = with_current_state(joint.friction, present.y, present.latched, after_law(place, joint.law))
     return joint._replace(law=law, friction=friction)

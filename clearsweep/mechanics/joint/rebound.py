@@ -24,11 +24,11 @@ def exact_factor(restitution: float) -> float:
 
     from scipy.optimize import brentq
 
-    def excess(s):  # 1 - e chi = exp(-s) keeps the root away from the singular end
+    def residual(s):  # 1 - e chi = exp(-s) keeps the root away from the singular end
         chi = -math.expm1(-s) / restitution
         return math.log1p(chi) + s - chi * (1.0 + restitution)
 
-    return -math.expm1(-brentq(excess, 1e-9, 800.0, xtol=1e-15, rtol=1e-15)) / restitution
+    return -math.expm1(-brentq(residual, 1e-9, 800.0, xtol=1e-15, rtol=1e-15)) / restitution
 
 
 def approach_loss(chi: float) -> float:

@@ -41,7 +41,7 @@ class Recipe(NamedTuple):
     """A law as the user sees it, and what turns his numbers into its compiled form."""
 
     law: Law
-    forms: tuple[type, ...]  # the types that `make` may return
+    types: tuple[type, ...]  # the types that `make` may return
     make: Callable  # joint -> compiled form
     returned: Callable | None = None  # restitution asked for -> restitution of a free impact, in closed form
     limit: Callable = unlimited  # joint -> largest penetration that the law holds for, m
@@ -51,24 +51,24 @@ class Recipe(NamedTuple):
 RECIPES: dict[tuple[str, str], Recipe] = {}
 
 
-def enter(law: Law, forms: tuple[type, ...], make: Callable, **rest) -> None:
+def register(law: Law, types: tuple[type, ...], make: Callable, **rest) -> None:
     """Enter a law; `rest` goes to its Recipe.  Raises TypeError where something is not declared.
 
     A `source` that begins with 'after' names the paper whose formula was taken from later work that quotes it.
     """
-    for problem in _undeclared(law, forms, rest.get("returned")):
+    for problem in _undeclared(law, types, rest.get("returned")):
         raise TypeError(f"{law.family} '{law.name}': {problem}")
-    RECIPES[law.family, law.name] = Recipe(law, forms, make, **rest)
+    RECIPES[law.family, law.name] = Recipe(law, types, make, **rest)
 
 
-def _undeclared(law: Law, forms: tuple[type, ...], returned: Callable | None):
+def _undeclared(law: Law, types: tuple[type, ...], returned: Callable | None):
     """Yield, in words, what a law that is to be entered leaves out."""
     if law.family not in DECLARED:
         yield f"unknown family (known: {', '.join(DECLARED)})"
         return
     if (law.family, law.name) in RECIPES:
         yield "is entered already; give it another name"
-    for form in forms:
+    for form in types:
         missing = [family.__name__ for family in DECLARED[law.family] if form not in family.members]
         if missing:
             yield f"{form.__name__} declares no {', '.join(missing)}"
@@ -84,7 +84,7 @@ def compiled_term(family: str, name: str, joint: Joint):
     """Return the compiled form of the law called `name` for a joint."""
     recipe = RECIPES[family, name]
     term = recipe.make(joint)
-    if type(term) not in recipe.forms:
-        forms = ", ".join(form.__name__ for form in recipe.forms)
-        raise TypeError(f"{family} '{name}': makes a {type(term).__name__}, entered with {forms}")
+    if type(term) not in recipe.types:
+        types = ", ".join(form.__name__ for form in recipe.types)
+        raise TypeError(f"{family} '{name}': makes a {type(term).__name__}, entered with {types}")
     return term

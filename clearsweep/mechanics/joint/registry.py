@@ -113,9 +113,9 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
     if joint.film is None:
         return pressed
     film, drag = film_terms(joint)
-    passing = compiled_term("transition", joint.film.transition, joint)
-    corners = lubricated.corners_of(joint.clearance, joint.film.limit, *bounds(passing))
-    return lubricated.Lubricated(*pressed, film, drag, joint.film.limit, passing, corners)
+    film_transition = compiled_term("transition", joint.film.transition, joint)
+    corners = lubricated.corners_of(joint.clearance, joint.film.limit, *bounds(film_transition))
+    return lubricated.Lubricated(*pressed, film, drag, joint.film.limit, film_transition, corners)
 
 
 def _on_springs(joint: Joint, elastic: tuple) -> bool:
@@ -157,7 +157,7 @@ def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
     share = math.sin(angle) / angle if angle else 1.0
     bent = 0.5 * (math.sin(0.5 * angle) / (0.5 * angle)) ** 2 if angle else 0.5  # (1 - cos) / angle^2
     a, b = joint.tilt
-    sleeve = spatial.Through(
+    through = spatial.Through(
         clearance=joint.clearance,
         side=1.0,
         bearing_radius=joint.bearing_radius,
@@ -167,7 +167,7 @@ def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
         offset=Vector(*joint.offset),
         axis=Vector(share * b, -share * a, math.cos(angle)),
         ends=spatial.InBore() if joint.flange else spatial.Overlapping(),
-        walls=spatial.spread_over(elastic) if joint.walls == "spread" else spatial.Ends(),
+        walls=spatial.spread_over(elastic) if joint.walls == "spread" else spatial.EndContacts(),
         law=law,
         elastic=elastic,
         friction=friction_term(joint),
@@ -176,9 +176,9 @@ def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
         wear_rows=float(joint.wear.length_bins) if joint.wear else 0.0,
     )
     if not joint.flange:
-        return sleeve
+        return through
     axial = contact_terms(joint._replace(contact=joint.axial)) if joint.axial else (law, elastic)
-    return spatial.Flanged(*sleeve, joint.axial_clearance, *axial)
+    return spatial.Flanged(*through, joint.axial_clearance, *axial)
 
 
 def jam_angle(joint: Joint) -> float:
@@ -270,7 +270,7 @@ def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
         follows = {*values, *(("stiffness",) if material else ())}
         lacking = [name for name in law.needs if name not in there]
         lacking += [field.name for field in law.fields if field.name not in follows]
-        outside = [limit for limit in law.ranges if not lacking and not limit.holds((sizes | material)[limit.path])]
+        outside = [limit for limit in law.ranges if not lacking and not limit.contains((sizes | material)[limit.path])]
         lack = f"needs {' and '.join(lacking)}" if lacking else ""
         lack = lack or "; ".join(f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in outside)
         candidates[law.name] = joint._replace(contact=contact._replace(elastic=law.name, values=values)), lack

@@ -17,7 +17,7 @@ from ..compiled.family import inlined, kernel
 from .contract import FREE, PRESSED, Contact, ContactModes, Load, Part, contact_modes, load, parts
 from .dry import Clip, normal_forces
 from .friction.contract import friction_force
-from .places import after_law, as_it_is
+from .places import after_law, with_current_state
 
 
 class SlotJoint(NamedTuple):
@@ -72,8 +72,8 @@ def _pressed(joint, gap, place, present):
         zero = as_type_of(0.0, normal.depth)
         apart = Contact(zero, zero, normal.slip, normal.rate, normal.depth, zero, zero)
         return zero, zero, zero, apart
-    law = as_it_is(joint.law, present.y, present.latched, place)
-    friction = as_it_is(joint.friction, present.y, present.latched, after_law(place, joint.law))
+    law = with_current_state(joint.law, present.y, present.latched, place)
+    friction = with_current_state(joint.friction, present.y, present.latched, after_law(place, joint.law))
     root = present.y[present.roots + c]
     here = SlotJoint(
         clearance=joint.clearance,
@@ -87,17 +87,17 @@ def _pressed(joint, gap, place, present):
     force, rubbing, elastic, raw = normal_forces(here, mode, root * abs(root), normal.rate, present.latched[c])
     tangential = as_type_of(friction_force(friction, rubbing, normal.slip), normal.slip)
     contact = Contact(force, tangential, normal.slip, normal.rate, normal.depth, elastic, raw)
-    along, across = -force * normal.x - tangential * normal.y, -force * normal.y + tangential * normal.x
-    return along, across, joint.journal_radius * tangential, contact
+    axial, across = -force * normal.x - tangential * normal.y, -force * normal.y + tangential * normal.x
+    return axial, across, joint.journal_radius * tangential, contact
 
 
 @load.member(SlotJoint)
 def _load_at_the_pin(joint, gap, place, present):
-    along, across, on_pin, contact = _pressed(joint, gap, place, present)
+    axial, across, on_pin, contact = _pressed(joint, gap, place, present)
     return Load(
-        fx=gap.axis_x * along - gap.axis_y * across,
-        fy=gap.axis_y * along + gap.axis_x * across,
-        moment_proximal=-on_pin - gap.x * across + gap.y * along,
+        fx=gap.axis_x * axial - gap.axis_y * across,
+        fy=gap.axis_y * axial + gap.axis_x * across,
+        moment_proximal=-on_pin - gap.x * across + gap.y * axial,
         moment_distal=on_pin,
         contacts=(contact,),
     )

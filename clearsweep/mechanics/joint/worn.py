@@ -186,8 +186,8 @@ def _under_its_deepest_point(joint, eccentricity, angles):
     angle = math.atan2(ny, nx)
     h, slope, _, _ = worn_at(joint.bearing.table, angle - bearing)
     other, other_slope, _, _ = worn_at(joint.journal.table, angle - journal)
-    along, across = size + h + other, slope + other_slope
-    return np.array([along * nx - across * ny, along * ny + across * nx]), size - joint.clearance
+    radial, across = size + h + other, slope + other_slope
+    return np.array([radial * nx - across * ny, radial * ny + across * nx]), size - joint.clearance
 
 
 # ---------------------------------------------------------------------------------------------- its wear
@@ -197,7 +197,7 @@ def _under_its_deepest_point(joint, eccentricity, angles):
 @contact_angle.member(WornOnBed)
 def _of_the_nearest(joint, gap):
     there = nearest(joint, gap)
-    return there.angle, there.turning, there.depth, there.rate
+    return there.angle, there.normal_rate, there.depth, there.rate
 
 
 @local_clearance.member(WornJoint)

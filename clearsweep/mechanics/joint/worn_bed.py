@@ -68,17 +68,17 @@ def overlap(surfaces, x, y, angle, turned):
     c, s = direction(angle)
     h, slope, bend, _ = worn_at(surfaces.bearing, angle - turned[0])
     other, more, last, _ = worn_at(surfaces.journal, angle - turned[1])
-    along = x * c + y * s
-    return along - (surfaces.clearance + (h + other)), y * c - x * s - (slope + more), -(along + (bend + last))
+    radial = x * c + y * s
+    return radial - (surfaces.clearance + (h + other)), y * c - x * s - (slope + more), -(radial + (bend + last))
 
 
 @inlined
-def nearer_end(found, away, side):
+def nearer_end(contact, away, side):
     """Return how far (rad) an end of the arc is, by Halley's method from f, its slope and bend `away` from the middle.
 
     Where f does not fall there, half of what may be left is gone.
     """
-    f, slope, bend = found
+    f, slope, bend = contact
     slope = side * slope
     if slope >= 0.0:
         return 0.5 * (away + FARTHEST)

@@ -88,4 +88,4 @@ def drive_of(drive: case.Drive, outline: Outline) -> tuple:
         return machine.Motor(drive.torque, drive.no_load_speed, drive.initial_speed, drive.inertia, drive.start_angle)
     if drive.table is None:
         return machine.Constant(drive.speed, drive.start_angle)
-    return machine.Course(np.array(drive.table["time"]), np.array(drive.table["speed"]), drive.start_angle)
+    return machine.Schedule(np.array(drive.table["time"]), np.array(drive.table["speed"]), drive.start_angle)

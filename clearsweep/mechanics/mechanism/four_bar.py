@@ -61,9 +61,9 @@ def closed(values, angle: float) -> tuple[float, float]:
     ground, crank, coupler, rocker = (values[f"{body}.length"] for body in _BODIES)
     x, y = ground - crank * math.cos(angle), -crank * math.sin(angle)  # from the crank pin to the rocker pivot
     span = math.hypot(x, y) or ground
-    along = (coupler**2 - rocker**2 + span**2) / (2.0 * span)
-    across = math.sqrt(max(coupler**2 - along**2, 0.0)) * (1.0 if values["branch"] == "open" else -1.0)
-    px, py = (along * x - across * y) / span, (along * y + across * x) / span  # from the crank pin to the coupler's
+    foot = (coupler**2 - rocker**2 + span**2) / (2.0 * span)
+    across = math.sqrt(max(coupler**2 - foot**2, 0.0)) * (1.0 if values["branch"] == "open" else -1.0)
+    px, py = (foot * x - across * y) / span, (foot * y + across * x) / span  # from the crank pin to the coupler's
     return math.atan2(py, px), math.atan2(py - y, px - x)
 
 

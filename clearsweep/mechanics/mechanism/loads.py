@@ -105,15 +105,19 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
     force = Keys(f"{path}.force", "a force of fixed direction", _FORCE, "optional")
     table = Keys(path, LOADS["table"].summary, (_SCALE,), "optional", at, (_TABLE,))
     ends = tuple(Choice(str(k), tuple(points), f"the {word} body") for k, word in enumerate(("first", "second")))
-    held = f"at `point`, left out at the {MASS}" if there else f"at a slider's pin, of any other body at the {MASS}"
-    between = Keys(f"{path}.between", f"the bodies it joins: the first at `anchor`, the second {held}", words=ends)
+    where_second = (
+        f"at `point`, left out at the {MASS}" if there else f"at a slider's pin, of any other body at the {MASS}"
+    )
+    between = Keys(
+        f"{path}.between", f"the bodies it joins: the first at `anchor`, the second {where_second}", words=ends
+    )
     anchor = Keys(f"{path}.anchor", "where it holds on to the first body", _ANCHOR)
     rubbing = Keys(f"{path}.friction", "the friction", (_RADIUS,), family="friction")
     braking = {
         size: Keys(f"{path}.friction", f"friction of a given {size}", family="friction", given=size) for size in SIZES
     }
     on_joint = Keys(path, LOADS["friction"].summary, (), "optional", (on._replace(options=joints),))
-    forms = {
+    by_form = {
         "force": (Keys(path, LOADS["force"].summary, (_TORQUE,), "optional", at), force),
         "table": (table,),
         "spring": (
@@ -124,10 +128,10 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
         "friction": (on_joint, braking.get(load.given, rubbing)),
     }
     if load.form != ANY:
-        return forms[load.form]
-    everything = Keys(path, "a load", (_TORQUE, _SCALE, *_SPRING), "optional", at, (_TABLE,))
+        return by_form[load.form]
+    load_keys = Keys(path, "a load", (_TORQUE, _SCALE, *_SPRING), "optional", at, (_TABLE,))
     frictions = (rubbing, *braking.values())
-    return everything, force, *(each._replace(need="optional") for each in (between, anchor, *frictions))
+    return load_keys, force, *(each._replace(need="optional") for each in (between, anchor, *frictions))
 
 
 class Places:

@@ -39,7 +39,7 @@ def output_keys(outline: Outline) -> Iterable[Keys]:
     body = Choice("body", moving, "the body by whose motion the mechanism is judged")
     every = tuple(dict.fromkeys(point for body in outline.bodies for point in body.points))
     point = Choice("point", every, "its point; left out: its angle")
-    followed = not outline.turning
+    followed = not outline.rotary
     yield Keys(
         "mechanism.output", "the output", (_ALONG,) if followed else (), words=(body, point) if followed else (body,)
     )

@@ -9,7 +9,7 @@ from ...contracts.outline import Outline
 from . import described
 from .spatial import described as space
 from .spatial.build import Assembly, Solid
-from .spatial.hanging import CYLINDRICAL, REVOLUTE, SPHERICAL
+from .spatial.spanning_tree import CYLINDRICAL, REVOLUTE, SPHERICAL
 
 PINS = ("crank-rod", "rod-slider")
 _LENGTH = Field("length", "m", "distance between its pins")

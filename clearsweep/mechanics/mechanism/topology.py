@@ -38,7 +38,7 @@ def outlined(outline: Outline) -> Mechanism:
         return topology_in_space.mechanism(outline, MECHANISM)
     bodies = tuple(body.name for body in outline.bodies)
     points = {body.name: body.points for body in outline.bodies}
-    output = Output("output", "rad" if outline.turning else "m")
+    output = Output("output", "rad" if outline.rotary else "m")
     sections = described.keys_of(outline, points, tuple(joint.name for joint in outline.joints))
     return MECHANISM._replace(
         bodies=bodies,

@@ -10,7 +10,7 @@ from . import described
 from .named import joint_keys, joint_of, output_keys
 from .spatial import described as space
 from .spatial.build import Assembly, Solid
-from .spatial.hanging import CYLINDRICAL, REVOLUTE, SPHERICAL
+from .spatial.spanning_tree import CYLINDRICAL, REVOLUTE, SPHERICAL
 
 
 def _keys(outline: Outline) -> tuple[Keys, ...]:
@@ -22,7 +22,7 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
         if name not in outline.clearances
     )
     driven = Choice("driven", pins, "the revolute joint that the drive turns, from the ground to the crank")
-    found = [
+    keys = [
         Keys("mechanism", "", words=(driven,), flags=(space.FLAG,)),
         space.gravity_keys(),
         Keys("mechanism.bodies", "the bodies by name, `ground` among them; their frames are as in the plane"),
@@ -30,10 +30,10 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
     for body in outline.bodies:
         path, fixed = f"mechanism.bodies.{body.name}", body.name == GROUND
         mass = Field("mass", "kg", "mass")
-        found.append(Keys(path, "what does not move" if fixed else "a body", () if fixed else (mass,)))
+        keys.append(Keys(path, "what does not move" if fixed else "a body", () if fixed else (mass,)))
         if not fixed:
             about = "principal moments of inertia about the centre of mass, on the axes of its frame"
-            found += [
+            keys += [
                 Keys(f"{path}.inertia", about, space.along_axes("kg*m^2", "inertia", 0.0, None)),
                 Keys(
                     f"{path}.center",
@@ -42,8 +42,8 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
                     "implied",
                 ),
             ]
-        found.append(Keys(f"{path}.points", "its points by name", need="implied"))
-        found += [
+        keys.append(Keys(f"{path}.points", "its points by name", need="implied"))
+        keys += [
             Keys(
                 f"{path}.points.{point}",
                 "a point; z along the pins",
@@ -51,19 +51,19 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
             )
             for point in body.points
         ]
-    found.append(Keys("mechanism.joints", "how the bodies hang together, by name"))
+    keys.append(Keys("mechanism.joints", "how the bodies hang together, by name"))
     for joint in outline.joints:
-        found += joint_keys(joint, ends)
+        keys += joint_keys(joint, ends)
     text = "what a pin without clearance allows: a ball, turning and sliding along it, or turning alone"
-    found.append(Keys("mechanism.ideal", text, words=allowed, need="implied"))
-    found += output_keys(outline)
-    found.append(space.speed_keys())
-    return tuple(found)
+    keys.append(Keys("mechanism.ideal", text, words=allowed, need="implied"))
+    keys += output_keys(outline)
+    keys.append(space.speed_keys())
+    return tuple(keys)
 
 
 def mechanism(outline: Outline, plain: Mechanism) -> Mechanism:
     """Return the planar mechanism `plain`, as a grid describes it, as one whose bodies move in space."""
-    output = Output("output", "rad" if outline.turning else "m")
+    output = Output("output", "rad" if outline.rotary else "m")
     moving = tuple(described.column_name(body.name) for body in outline.bodies if body.name != GROUND)
     heading = described.channels_of((), output, ("place", "rate", "acceleration"))
     torque = "crank/torque" if "crank" in moving else "drive/torque"

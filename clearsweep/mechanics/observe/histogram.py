@@ -62,11 +62,11 @@ def ramp_of(ends, bins, duration):
     """Return the Ramp of a force between two `ends` (N), not negative, in these `bins`, during `duration` (s)."""
     low, high = min(ends[0], ends[1]), max(ends[0], ends[1])
     first, last = min(bins[0], bins[1]), max(bins[0], bins[1])
-    one, crosses, rises = first == last, last > first + 1, ends[0] < ends[1]
-    density = duration / where(one, 1.0, high - low)
-    lower = where(one, duration, density * (bin_edge(first + 1) - low))
+    single_bin, crosses, rises = first == last, last > first + 1, ends[0] < ends[1]
+    density = duration / where(single_bin, 1.0, high - low)
+    lower = where(single_bin, duration, density * (bin_edge(first + 1) - low))
     # where there is no whole bin between, a huge density would come and go, and leave its rounding
-    upper = where(one, 0.0, density * (high - where(crosses, bin_edge(last + 1), bin_edge(last))))
+    upper = where(single_bin, 0.0, density * (high - where(crosses, bin_edge(last + 1), bin_edge(last))))
     across = where(crosses, density, 0.0)
     return Ramp(where(rises, lower, upper), where(rises, upper, lower), where(rises, across, -across))
 
@@ -81,18 +81,18 @@ def fill(histogram, j, bins, spent):
 
 
 @kernel
-def add_course(histogram, j, course, duration):
-    """Divide a step's `duration` (s) among the bins of histogram `j`, (BINS, 2), by the force in its `course`.
+def add_course(histogram, j, step_values, duration):
+    """Divide a step's `duration` (s) among the bins of histogram `j`, (BINS, 2), by the force in its `step_values`.
 
     Parts of the step without force are left out.
     """
     total = 0.0
     for i in range(PARTS):
-        total += course[KAPPA_COURSE, i] + course[KAPPA_COURSE, i + 1]
+        total += step_values[KAPPA_COURSE, i] + step_values[KAPPA_COURSE, i + 1]
     for i in range(PARTS):
-        begin, end = max(course[FORCE, i], 0.0), max(course[FORCE, i + 1], 0.0)
+        begin, end = max(step_values[FORCE, i], 0.0), max(step_values[FORCE, i + 1], 0.0)
         if begin > 0.0 or end > 0.0:
-            lasting = (course[KAPPA_COURSE, i] + course[KAPPA_COURSE, i + 1]) * (duration / total)
+            lasting = (step_values[KAPPA_COURSE, i] + step_values[KAPPA_COURSE, i + 1]) * (duration / total)
             here, there = force_bin(begin), force_bin(end)
             part = ramp_of((begin, end), (here, there), lasting)
             histogram[j, here, 0] += part.begun
@@ -113,11 +113,11 @@ def force_exceeded(histogram: np.ndarray, duration: float) -> float:
         sums = np.cumsum(np.concatenate([[steps], change[part]]))
         spent = time[part] - sums[1:] * WIDTHS[: time.size][::-1][part]
         totals = np.cumsum(np.concatenate([[above], spent]))
-        found = np.flatnonzero((totals[1:] >= duration) & (spent > 0.0))
-        if found.size:
-            place = begin + found[0]
-            rest = float(totals[1 + found[0]]) - duration
-            return float(EDGES[time.size - 1 - place] + rest / spent[found[0]] * WIDTHS[time.size - 1 - place])
+        bins = np.flatnonzero((totals[1:] >= duration) & (spent > 0.0))
+        if bins.size:
+            place = begin + bins[0]
+            rest = float(totals[1 + bins[0]]) - duration
+            return float(EDGES[time.size - 1 - place] + rest / spent[bins[0]] * WIDTHS[time.size - 1 - place])
         above, steps, begin = float(totals[-1]), float(sums[-1]), begin + AT_ONCE
     return 0.0
 
@@ -135,25 +135,25 @@ def time_above(force: float, filled: np.ndarray) -> float:
 
 
 @kernel
-def follow(o, column, course, row):
-    """Put an observable's course over the step, at PARTS + 1 even places, into row `row` of `course`.
+def follow(o, column, step_values, row):
+    """Put an observable's course over the step, at PARTS + 1 even places, into row `row` of `step_values`.
 
     It is the polynomial through the values at the stages.
     """
     for i in range(PARTS + 1):
-        course[row, i] = 0.0
+        step_values[row, i] = 0.0
     for m in range(NODES.size):
         here = o[NODES[m], column]
         for i in range(PARTS + 1):
-            course[row, i] += COURSE[m, i] * here
+            step_values[row, i] += COURSE[m, i] * here
 
 
 @kernel
-def share_beyond(course, limit):
+def share_beyond(step_values, limit):
     """Return the share of a step's time in which a contact of this course is deeper than `limit` (m)."""
     beyond, total = 0.0, 0.0
     for i in range(PARTS + 1):
-        total += course[KAPPA_COURSE, i]
-        if course[DEPTH_COURSE, i] > limit:
-            beyond += course[KAPPA_COURSE, i]
+        total += step_values[KAPPA_COURSE, i]
+        if step_values[DEPTH_COURSE, i] > limit:
+            beyond += step_values[KAPPA_COURSE, i]
     return beyond / total

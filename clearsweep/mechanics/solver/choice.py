@@ -14,10 +14,10 @@ Counts of evaluations decide, never a clock, and of these only what the motion t
 """
 
 from ..compiled.family import kernel
-from .accumulate.along import STIFF
+from .accumulate.step_sums import STIFF
 from .dop853 import END
 from .event import EVALUATIONS, EXPLICIT, IMPLICIT
-from .plan import AUTO, METHOD, SPENT
+from .run_control import AUTO, METHOD, SPENT
 from .radau import ERROR, ORDER
 
 FAST = 0.8  # h times the largest eigenvalue, from which on a step may be short for what is stiff
@@ -57,7 +57,7 @@ def choose_method(at, h, pattern):
             return
     if work.control[METHOD] != AUTO:
         return
-    cost, implicit = work.counts[EVALUATIONS] - work.ahead[SPENT], 1 << work.mode.size
+    cost, implicit = work.counts[EVALUATIONS] - work.stepper[SPENT], 1 << work.mode.size
     if work.method[0] == IMPLICIT:
         explicit = max(work.proposals[pattern & ~implicit], choice[LIMIT])  # the last one with the same contacts
         if loses(at, END * h / explicit, cost):

@@ -12,8 +12,8 @@ import numpy as np
 from ..compiled.family import Entry, inlined, invoke, kernel
 from ..joint.contract import meets, touches
 from ..observe.observables import KAPPA, observed
-from .accumulate.along import FASTEST, Attempt, sum_of
-from .accumulate.tally import Ledger
+from .accumulate.step_sums import FASTEST, TrialStep, sum_of
+from .accumulate.totals import Accumulators
 from .dop853 import END, SCRATCH, dense_component, dense_state
 from .guarding import evaluate_guards, pass_guards
 from .span import Span, cubic_onset, deepest_between, fold
@@ -40,13 +40,13 @@ class Work(NamedTuple):
     sample: Entry  # the time histories
     wear: Entry  # the wear; NO_ENTRY where there is none
     time: int  # place of the time in the state; the roots of penetration, then the internal states follow it
-    along: int  # place in the state of what the run is measured along: the time, or the angle of a free crank
+    independent: int  # place in the state of what the run is measured along: the time, or the angle of a free crank
     knots: np.ndarray  # (k,) where along it a step has to end, as an acceleration jumps there
     reference_rate: float  # rad/s, Scene.reference_rate
     sigma: float  # m^0.5, Scene.sigma
     longest: float  # s, a step spans no more
 
-    y: np.ndarray  # (n,) state at the start of the step; from here to `ahead` in a lane of a `rows.Board`
+    y: np.ndarray  # (n,) state at the start of the step; from here to `stepper` in a lane of a `rows.BatchArrays`
     end: np.ndarray  # (n,) state at its end
     z: np.ndarray  # (n,) state of a stage or on the dense output
     k: np.ndarray  # (16, n) rates
@@ -58,7 +58,7 @@ class Work(NamedTuple):
     clearance: np.ndarray  # (c,) m
     rubs: np.ndarray  # (c,) int64, whether there is friction: 1, else 0
     film: np.ndarray  # (c, 2) m, depth beyond which a film bears not alone, and its formula is held; inf: never
-    ahead: np.ndarray  # (AHEAD,) what the loop goes on with, see plan
+    stepper: np.ndarray  # (AHEAD,) what the loop goes on with, see plan
     f: np.ndarray  # (7, n) dense output
     apart: np.ndarray  # (c,) int64, the mode to which a separation leads
     pressed: np.ndarray  # (c,) int64, the mode to which an onset leads
@@ -74,7 +74,7 @@ class Work(NamedTuple):
     log: np.ndarray  # (LOG, 5) events since the motion was last looked at, see passing.Event
     guards: tuple  # joint.guards.Guards
     implicit: tuple  # newton.Implicit
-    tally: tuple  # tally.Tally
+    totals: tuple  # tally.Tally
     record: tuple  # record.Record
     turns: tuple  # turns.Turns
 
@@ -89,15 +89,15 @@ def fastest(at, j):
 def attempt_to(at, end):
     """Return the Attempt of a case whose state at the end is `end`."""
     work = at[0]
-    return Attempt(work.y, work.mode, work.latched, work.weight, work.k, work.o, end, work.step)
+    return TrialStep(work.y, work.mode, work.latched, work.weight, work.k, work.o, end, work.step)
 
 
 @inlined
-def ledger_of(at):
+def accumulators_of(at):
     """Return the Ledger of a case."""
-    work, tally, turns = at[0], at[0].tally, at[0].turns
-    given = (work.y, work.mode, work.k, work.o, work.end, work.step, work.ahead, work.clearance, work.film, work.rubs)
-    return Ledger(*given, tally.whole, tally.joint, tally.bins, tally.spent, turns.highest, turns.since)
+    work, totals, turns = at[0], at[0].totals, at[0].turns
+    given = (work.y, work.mode, work.k, work.o, work.end, work.step, work.stepper, work.clearance, work.film, work.rubs)
+    return Accumulators(*given, totals.whole, totals.joint, totals.bins, totals.spent, turns.highest, turns.since)
 
 
 @kernel
@@ -143,7 +143,7 @@ def guard_value(at, g, x):
 
 
 @kernel
-def excess(at, kind, j, stop, x):
+def event_function(at, kind, j, stop, x):
     """Return the function of an event at the share `x` of the step: it grows through zero where the event is."""
     work = at[0]
     if kind == ONSET:
@@ -152,7 +152,7 @@ def excess(at, kind, j, stop, x):
     if kind == SEPARATION:
         return -dense_component(x, work.time + 1 + j, work.y, work.f)
     if kind == STOP:
-        return dense_component(x, work.along, work.y, work.f) - stop
+        return dense_component(x, work.independent, work.y, work.f) - stop
     return guard_value(at, kind - GUARD, x)
 
 
@@ -163,7 +163,9 @@ def crossing(at, event, a, b):
     event : (kind, contact, place of a STOP along the run).
     """
     kind, j, stop = event
-    return crossing_between(at, event, (a, excess(at, kind, j, stop, a)), (b, excess(at, kind, j, stop, b)))
+    return crossing_between(
+        at, event, (a, event_function(at, kind, j, stop, a)), (b, event_function(at, kind, j, stop, b))
+    )
 
 
 @kernel
@@ -183,7 +185,7 @@ def crossing_between(at, event, begin, end):
         if tried > HALVING or not a < x < b:  # a jump, or a value that is not finite
             x = 0.5 * (a + b)
         x = min(max(x, a + 0.4 * FINE), b - 0.4 * FINE)  # so that the end that stays follows
-        fx = excess(at, kind, j, stop, x)
+        fx = event_function(at, kind, j, stop, x)
         if fx >= 0.0:
             if side == 1:
                 fa *= 1.0 - fx / fb if fx < fb else 0.5
@@ -198,7 +200,7 @@ def crossing_between(at, event, begin, end):
 
 
 @kernel
-def turning(at, j, h, between, sign):
+def stationary_point(at, j, h, between, sign):
     """Return the share between two at which the slope of the depth, times `sign`, turns from positive to negative."""
     a, b = between
     for _ in range(60):
@@ -262,11 +264,11 @@ def first_onset(at, j, h, until):
         if da < 0.0 <= db:
             return onset_in(at, j, h, Span(xa, da, sa, xb, db, sb))
         if da >= 0.0 and db >= 0.0 and sa < 0.0 <= sb:  # leaves and comes back, or never quite left
-            x = turning(at, j, h, (xa, xb), -1.0)
+            x = stationary_point(at, j, h, (xa, xb), -1.0)
             return x if approach(at, j, h, x)[0] >= 0.0 else crossing(at, (ONSET, j, 0.0), x, xb)
         peaks = da < 0.0 and db < 0.0 and sa > 0.0 > sb
         if peaks and (da * sb - db * sa + sa * sb * (xb - xa)) / (sb - sa) >= 0.0:  # where the two end tangents meet
-            x = turning(at, j, h, (xa, xb), 1.0)
+            x = stationary_point(at, j, h, (xa, xb), 1.0)
             if approach(at, j, h, x)[0] >= 0.0:
                 return crossing(at, (ONSET, j, 0.0), xa, x)
         xa, da, sa = xb, db, sb
@@ -308,7 +310,7 @@ def first_event(at, h, stop):
     """Return (share of the step, kind, contact) of the first event in it; needs the dense output in `work.f`."""
     work, guards = at[0], at[0].guards
     best, kind, contact = 2.0, NOTHING, 0  # what is behind the best so far is not looked for
-    if work.end[work.along] >= stop:
+    if work.end[work.independent] >= stop:
         best, kind = crossing(at, (STOP, 0, stop), 0.0, 1.0), STOP
     pass_guards(at)
     for j in range(work.mode.size):

@@ -4,7 +4,7 @@ from ..compiled.family import inlined, invoke, kernel
 from ..compiled.rows import in_rows
 from ..joint.contract import SAME
 from ..observe.observables import KAPPA, observed
-from .accumulate.along import (
+from .accumulate.step_sums import (
     ERROR,
     FASTEST,
     LENGTH,
@@ -143,7 +143,7 @@ def take_step(at):
 
 
 @kernel
-def land(at, share, event, h):
+def step_to_event(at, share, event, h):
     """Finish a step of length `h` that was taken again, with a `share` of its length, to end at an event.
 
     event : (kind, contact, place of a STOP along the run).  An onset, a separation or a stop is put exactly at the end.
@@ -161,16 +161,16 @@ def land(at, share, event, h):
     elif kind == SEPARATION:
         miss, slope = work.end[work.time + 1 + contact], work.k[END, work.time + 1 + contact]
     elif kind == STOP:
-        miss, slope = work.end[work.along] - stop, work.k[END, work.along]
+        miss, slope = work.end[work.independent] - stop, work.k[END, work.independent]
     if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # Newton, once; not where the event is all but tangential
         for i in range(work.end.size):
             work.end[i] -= work.k[END, i] * miss / slope
     if kind == STOP:
-        work.end[work.along] = stop
+        work.end[work.independent] = stop
 
 
 @kernel
-def meet(at, h, stop):
+def find_first_event(at, h, stop):
     """Look for events in the step just taken; `stop` is where along the run to stop.
 
     Return the share of the step at which the first was met, what it was, and by which contact.

@@ -48,18 +48,18 @@ class Activation:
 
     def lanes(self) -> Any:
         """Return in which lanes a statement does something, as far as this function decides; None: in all."""
-        found = self.mask
+        mask = self.mask
         for name, there in self.names.items():
             if name.startswith(LANES):
-                found = there if found is None else symbols.both(found, there)
-        return found
+                mask = there if mask is None else symbols.both(mask, there)
+        return mask
 
     def lanes_in_all(self) -> Any:
         """Return the same, as all functions at work decide."""
-        found = self.lanes()
-        if found is None or self.asked_by is None:
-            return self.asked_by if found is None else found
-        return symbols.both(self.asked_by, found)
+        mask = self.lanes()
+        if mask is None or self.asked_by is None:
+            return self.asked_by if mask is None else mask
+        return symbols.both(self.asked_by, mask)
 
     def look_up(self, name: str) -> Any:
         """Return what a name stands for."""
@@ -75,14 +75,14 @@ class Activation:
 @functools.cache
 def _trees(file: str, first: int, count: int) -> dict[int, Any]:
     text = "".join(linecache.getlines(file))
-    found: dict[int, Any] = {}
+    trees: dict[int, Any] = {}
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef):
             begin = min([node.lineno, *(item.lineno for item in node.decorator_list)])
-            found[begin] = node
+            trees[begin] = node
         elif isinstance(node, ast.Lambda):
-            found.setdefault(node.lineno, node)
-    return found
+            trees.setdefault(node.lineno, node)
+    return trees
 
 
 @functools.cache

@@ -69,12 +69,12 @@ def not_private(place: Path) -> str:
             return f"{path} is a link"
     real = place.resolve()
     for path in (real, *real.parents):
-        found = path.stat()
-        ours = found.st_uid == os.geteuid()
-        if not ours and (path == real or found.st_uid != 0):
+        status = path.stat()
+        ours = status.st_uid == os.geteuid()
+        if not ours and (path == real or status.st_uid != 0):
             return f"{path} belongs to another user"
-        shared = found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
-        if shared and (path == real or not found.st_mode & stat.S_ISVTX):
+        shared = status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+        if shared and (path == real or not status.st_mode & stat.S_ISVTX):
             return f"{path} can be written by other users"
     return ""
 
@@ -142,11 +142,11 @@ def kept_in_package() -> Iterator[Path]:
 def keep(name: str, content: bytes) -> None:
     """Keep a content by a name; where that fails, nothing is kept."""
     place = _KEPT_IN[-1] if _KEPT_IN else Path(os.environ["NUMBA_CACHE_DIR"]) / "traced"
-    passing = place / f"{name}.{secrets.token_hex(8)}"
+    partial = place / f"{name}.{secrets.token_hex(8)}"
     try:
         place.mkdir(mode=0o755 if _KEPT_IN else 0o700, parents=True, exist_ok=True)
-        passing.write_bytes(content + hashlib.sha256(content).digest())
-        passing.replace(place / name)
+        partial.write_bytes(content + hashlib.sha256(content).digest())
+        partial.replace(place / name)
     except OSError:
         with contextlib.suppress(OSError):
-            passing.unlink()
+            partial.unlink()

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from . import symbols
 from .activation import RETURNED, Activation, refusal, tree_of
-from .lanes import everywhere, nowhere
+from .lanes import all_of, none_of
 from .memory import View
 from .paths import Path, alike, changed, form_of, joined, leaves, passed, rebuilt, received
 from .primitives import BODIES, ON_ITS_OWN, PRIMITIVES
@@ -107,18 +107,18 @@ class _Returned:
 def _on_its_own(function: Any, given: tuple, named: dict[str, Any]) -> Any:
     """Return what a function returns that becomes one of machine code, once for values of each form."""
     hand = trace()
-    bound = _bound(function, given, named)
+    call_arguments = _bound(function, given, named)
     try:
         lanes = hand.lanes()
-        key = (function, lanes is None, *((name, form_of(value)) for name, value in bound.items()))
+        key = (function, lanes is None, *((name, form_of(value)) for name, value in call_arguments.items()))
         made = hand.functions.get(key, ...)
     except (TypeError, NotTraceableError):
         return run(function, *given, **named)
     if made is ...:
-        made = hand.functions[key] = _made(function, bound, lanes)
+        made = hand.functions[key] = _made(function, call_arguments, lanes)
     if made is None:
         return run(function, *given, **named)
-    handed = [x for value in (lanes, *bound.values()) for x in passed(value)]
+    handed = [x for value in (lanes, *call_arguments.values()) for x in passed(value)]
     returned = hand.builder.call(made.code, handed)
     return changed(
         made.result,
@@ -126,10 +126,10 @@ def _on_its_own(function: Any, given: tuple, named: dict[str, Any]) -> Any:
     )
 
 
-def _made(function: Any, bound: dict[str, Any], lanes: Any) -> _Function | None:
+def _made(function: Any, call_arguments: dict[str, Any], lanes: Any) -> _Function | None:
     """Return the function of machine code for values of these forms, None where it returns arrays."""
     hand, outside, asking = trace(), trace().builder, trace().lanes
-    handed = [x for value in (lanes, *bound.values()) for x in passed(value)]
+    handed = [x for value in (lanes, *call_arguments.values()) for x in passed(value)]
     kinds = [x.type for x in handed]
     name = hand.module.get_unique_name(function.__name__)
     begun = symbols.ir.Function(hand.module, symbols.ir.FunctionType(symbols.ir.VoidType(), kinds), name)
@@ -137,10 +137,10 @@ def _made(function: Any, bound: dict[str, Any], lanes: Any) -> _Function | None:
     arguments = iter(begun.args)
     asked_for = received(lanes, arguments)
     hand.lanes = lambda: asked_for
-    inner = {name: received(value, arguments) for name, value in bound.items()}
+    inner = {name: received(value, arguments) for name, value in call_arguments.items()}
     try:
-        found = run_bound(function, inner)
-        every = list(leaves(found))
+        variant = run_bound(function, inner)
+        every = list(leaves(variant))
         if any(isinstance(x, (View, Lambda)) for x in every):
             del hand.module.globals[name]
             return None
@@ -157,7 +157,7 @@ def _made(function: Any, bound: dict[str, Any], lanes: Any) -> _Function | None:
     begun.return_value = type(begun.return_value)(begun, whole)
     begun.linkage = "internal"
     count = itertools.count()
-    result = changed(found, lambda x: _Returned(next(count), x) if is_symbol(x) else x)
+    result = changed(variant, lambda x: _Returned(next(count), x) if is_symbol(x) else x)
     return _Function(begun, result)
 
 
@@ -169,10 +169,10 @@ def call_body(body: Any, given: tuple, named: dict[str, Any]) -> Any:
 
 
 def _mapped(function: Any, items: tuple, partners: tuple, place: Any, shared: Any) -> tuple:
-    one, following = function.each
+    single, following = function.each
     results = []
     for item, partner in zip(items, partners, strict=True):
-        results.append(call_body(one, (item, partner, place, shared), {}))
+        results.append(call_body(single, (item, partner, place, shared), {}))
         place = call(following, place, item)
     return tuple(results)
 
@@ -184,10 +184,10 @@ def _either(first: Any, second: Any, condition: Any, given: tuple) -> Any:
     if condition.width > 1:
         return _either_in_lanes(first, second, condition, given)
     builder, hand = trace().builder, trace()
-    one, other = hand.block(), hand.block()
-    builder.cbranch(condition.value, one, other)
+    single, other = hand.block(), hand.block()
+    builder.cbranch(condition.value, single, other)
     paths = []
-    for block, body in ((one, first), (other, second)):
+    for block, body in ((single, first), (other, second)):
         builder.position_at_end(block)
         value = call_body(body, given, {})
         paths.append(Path(builder.block, value))
@@ -197,16 +197,16 @@ def _either(first: Any, second: Any, condition: Any, given: tuple) -> Any:
 def _either_in_lanes(first: Any, second: Any, condition: Truth, given: tuple) -> Any:
     """Return the same lane by lane: one of them runs where all lanes want that, else both."""
     builder, hand = trace().builder, trace()
-    one, other, mixed = hand.block(), hand.block(), hand.block()
-    builder.cbranch(everywhere(condition).value, one, other)
-    builder.position_at_end(one)
+    single, other, mixed = hand.block(), hand.block(), hand.block()
+    builder.cbranch(all_of(condition).value, single, other)
+    builder.position_at_end(single)
     value = call_body(first, given, {})
     paths = [Path(builder.block, value)]
     builder.position_at_end(other)
     rest = call_body(second, given, {})
     paths.append(Path(builder.block, rest))
     end = hand.block()
-    builder.cbranch(nowhere(condition).value, end, mixed)
+    builder.cbranch(none_of(condition).value, end, mixed)
     builder.position_at_end(end)
     paths[-1] = Path(end, rest)
     builder.position_at_end(mixed)

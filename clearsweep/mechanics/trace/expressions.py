@@ -54,14 +54,14 @@ def as_answer(x: Any) -> Any:
 
 def _one_of(holder: Any, index: Any) -> Any:
     """Return the item of a tuple whose number is known when the program runs."""
-    found = holder[len(holder) - 1]
+    value = holder[len(holder) - 1]
     for place in range(len(holder) - 2, -1, -1):
-        values = alike([holder[place], found])
+        values = alike([holder[place], value])
         pairs = zip(leaves(values[0]), leaves(values[1]), strict=True)
         chosen = symbols.compared("==", index, place)
         made = [a if a is b else symbols.selected(chosen, a, b) for a, b in pairs]
-        found = rebuilt(values[0], iter(made))
-    return found
+        value = rebuilt(values[0], iter(made))
+    return value
 
 
 class Expressions:
@@ -129,8 +129,8 @@ class Expressions:
             given = index if isinstance(index, tuple) else (index,)
             if any(map(is_symbol, given)):
                 return gathered(table_of(holder), given)
-            found = holder[index]
-            return found if isinstance(found, np.ndarray) else found.item()
+            value = holder[index]
+            return value if isinstance(value, np.ndarray) else value.item()
         if hasattr(holder, "traced_item"):
             return run(holder.traced_item, holder, index)
         if is_symbol(index) and isinstance(holder, tuple):
@@ -157,11 +157,11 @@ class Expressions:
         if _has_slope(a, b):
             return run(RULES["__pow__"], a, b)
         if is_symbol(a) and not is_symbol(b) and float(b).is_integer() and 1.0 <= b <= LARGEST_POWER:
-            found = a
+            product = a
             for bit in bin(int(b))[3:]:
-                found = symbols.times(found, found)
-                found = symbols.times(found, a) if bit == "1" else found
-            return found
+                product = symbols.times(product, product)
+                product = symbols.times(product, a) if bit == "1" else product
+            return product
         if is_symbol(a) or is_symbol(b):
             return call(pow, a, b)
         return a**b
@@ -187,13 +187,13 @@ class Expressions:
         left, answer = self.value(node.left), None
         for operation, item in zip(node.ops, node.comparators, strict=True):
             right = self.value(item)
-            one = self.compare(operation, left, right)
+            single = self.compare(operation, left, right)
             if answer is None:
-                answer = one
-            elif is_symbol(answer) or is_symbol(one):
-                answer = symbols.both(answer, one)
+                answer = single
+            elif is_symbol(answer) or is_symbol(single):
+                answer = symbols.both(answer, single)
             else:
-                answer = answer and one
+                answer = answer and single
             left = right
         return answer
 
@@ -202,16 +202,20 @@ class Expressions:
         if isinstance(operation, (ast.Is, ast.IsNot)):
             return (a is b) == isinstance(operation, ast.Is)
         if isinstance(operation, (ast.In, ast.NotIn)):
-            found: Any = False
+            holds_true: Any = False
             if is_symbol(a) or (isinstance(b, tuple) and any(map(is_symbol, b))):
                 for x in b:
-                    one = self.compare(ast.Eq(), a, x)
-                    found = symbols.one_of(found, one) if is_symbol(found) or is_symbol(one) else found or one
+                    single = self.compare(ast.Eq(), a, x)
+                    holds_true = (
+                        symbols.one_of(holds_true, single)
+                        if is_symbol(holds_true) or is_symbol(single)
+                        else holds_true or single
+                    )
             else:
-                found = a in b
+                holds_true = a in b
             if isinstance(operation, ast.In):
-                return found
-            return symbols.opposite(found) if is_symbol(found) else not found
+                return holds_true
+            return symbols.opposite(holds_true) if is_symbol(holds_true) else not holds_true
         rule, sign, plainly = COMPARED[type(operation)]
         if _has_slope(a, b):
             return run(RULES[rule], a, b)
@@ -260,10 +264,10 @@ class Expressions:
         if condition.width > 1:
             return self.one_each(condition, node)
         builder, hand = trace().builder, trace()
-        one, other = hand.block(), hand.block()
-        builder.cbranch(condition.value, one, other)
+        single, other = hand.block(), hand.block()
+        builder.cbranch(condition.value, single, other)
         paths = []
-        for block, side in ((one, node.body), (other, node.orelse)):
+        for block, side in ((single, node.body), (other, node.orelse)):
             builder.position_at_end(block)
             value = self.value(side)
             paths.append(Path(builder.block, value))
@@ -271,12 +275,12 @@ class Expressions:
 
     def one_each(self, condition: Truth, node: Any) -> Any:
         """Return one of two values in each lane."""
-        outer, found = self.at.mask, []
+        outer, values = self.at.mask, []
         for wanted, side in ((condition, node.body), (symbols.opposite(condition), node.orelse)):
             self.at.mask = wanted if outer is None else symbols.both(outer, wanted)
-            found.append(self.value(side))
+            values.append(self.value(side))
         self.at.mask = outer
-        a, b = alike(found)
+        a, b = alike(values)
         pairs = zip(leaves(a), leaves(b), strict=True)
         return rebuilt(a, iter([x if x is y else symbols.selected(condition, x, y) for x, y in pairs]))
 

@@ -171,10 +171,10 @@ def cosh(x: Any) -> Any:
     size = abs(x)
     shifted, r, r_low = _reduced(where(size > MOST_HYPERBOLIC, MOST_HYPERBOLIC, size), 0.0)
     scale = number_of((bits_of(shifted) + 1021) << 52)
-    one = 1.0 + r
-    rest = ((1.0 - one) + r) + _beyond_linear(r, r_low)
-    high = one + rest
-    u, u_low = scale * high, scale * ((one - high) + rest)  # exp |x| / 4
+    leading = 1.0 + r
+    rest = ((1.0 - leading) + r) + _beyond_linear(r, r_low)
+    high = leading + rest
+    u, u_low = scale * high, scale * ((leading - high) + rest)  # exp |x| / 4
     small = where(size > 40.0, 2.0**60, u)
     d = 16.0 * small
     inverse = 1.0 / d
@@ -208,9 +208,9 @@ def _log_with(k: Any, f: Any, correction: Any) -> Any:
     return high + (lost + fma(k, LN2_LOW, fma(correction, slope, rest)))
 
 
-def _with_limits(x: Any, found: Any) -> Any:
+def _with_limits(x: Any, value: Any) -> Any:
     """Return a logarithm of x with its values at 0, at infinity and below 0."""
-    return where(x > 0.0, where(x < math.inf, found, x), where(x == 0.0, -math.inf, math.nan))
+    return where(x > 0.0, where(x < math.inf, value, x), where(x == 0.0, -math.inf, math.nan))
 
 
 def log(x: Any) -> Any:
@@ -227,8 +227,8 @@ def log1p(x: Any) -> Any:
     k, m = _parted(u)
     whole = (k == 0.0) & (u > 0.0)
     down = number_of((bits_of(SHIFT - k) + 1023) << 52)  # 2^-k
-    found = _log_with(k, where(whole, x, m - 1.0), where(whole | (k > 60.0), 0.0, lost * down))
-    return where(abs(x) < 2.0**-54, x, _with_limits(u, found))
+    value = _log_with(k, where(whole, x, m - 1.0), where(whole | (k > 60.0), 0.0, lost * down))
+    return where(abs(x) < 2.0**-54, x, _with_limits(u, value))
 
 
 def _log_words(x: Any) -> tuple[Any, Any, Any, Any]:
@@ -278,18 +278,18 @@ def pow(x: Any, y: Any) -> Any:
     high, low = _log_in_two(size)
     exponent = y * high
     rest = fma(y, low, fma(y, high, -exponent))
-    found = _exp_of_sum(_between(exponent, LEAST, MOST), where(abs(exponent) < -LEAST, rest, 0.0))
+    value = _exp_of_sum(_between(exponent, LEAST, MOST), where(abs(exponent) < -LEAST, rest, 0.0))
 
     at_infinity = where(y > 0.0, math.inf, where(y < 0.0, 0.0, y))
     at_zero = where(y > 0.0, 0.0, where(y < 0.0, math.inf, y))
-    found = where(size < math.inf, where(size == 0.0, at_zero, found), where(size == math.inf, at_infinity, x))
+    value = where(size < math.inf, where(size == 0.0, at_zero, value), where(size == math.inf, at_infinity, x))
 
     rounded = power + WHOLE
     whole = (rounded - WHOLE == power) | (power >= WHOLE)
     odd = whole & (power < 2.0 * WHOLE) & (bits_of(where(power < WHOLE, rounded, power)) & 1 == 1)
-    found = where((copysign(1.0, x) < 0.0) & odd, -found, found)
-    found = where((x < 0.0) & (x > -math.inf) & (rounded - WHOLE != power) & (power < WHOLE), math.nan, found)
-    return where((y == 0.0) | (x == 1.0) | ((x == -1.0) & (power == math.inf)), 1.0, found)
+    value = where((copysign(1.0, x) < 0.0) & odd, -value, value)
+    value = where((x < 0.0) & (x > -math.inf) & (rounded - WHOLE != power) & (power < WHOLE), math.nan, value)
+    return where((y == 0.0) | (x == 1.0) | ((x == -1.0) & (power == math.inf)), 1.0, value)
 
 
 # ---------------------------------------------------------------------------------------------- angles

@@ -17,12 +17,12 @@ def _lanes(condition: Any, number: int) -> Any:
     return Truth(builder.icmp_signed("==", bits, symbols.ir.Constant(bits.type, number)))
 
 
-def everywhere(condition: Any) -> Any:
+def all_of(condition: Any) -> Any:
     """Emit whether a condition holds in every lane."""
     return _lanes(condition, -1)
 
 
-def nowhere(condition: Any) -> Any:
+def none_of(condition: Any) -> Any:
     """Emit whether a condition holds in no lane."""
     return _lanes(condition, 0)
 

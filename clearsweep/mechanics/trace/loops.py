@@ -12,7 +12,7 @@ import numpy as np
 
 from . import symbols
 from .activation import LANES, RETURNED, Activation, Loop, Returns, contains, stored
-from .lanes import all_lanes, nothing, nowhere
+from .lanes import all_lanes, nothing, none_of
 from .memory import View
 from .paths import Path, changed, leaves, rebuilt
 from .primitives import ABREAST, LOOPS
@@ -65,8 +65,8 @@ class _Variable:
         """Emit its place; return what it holds in a turn."""
         self.phi = trace().builder.phi(symbols.form(self.kind.item, self.width))  # type: ignore[attr-defined]
         self.phi.add_incoming(self.first, before)
-        held: Symbol = self.kind(self.phi, self.width)
-        return held
+        phi_node: Symbol = self.kind(self.phi, self.width)
+        return phi_node
 
     def wider(self, last: Any) -> tuple[type, int] | None:
         """Return the kind and width that it needs for what it is at the end of a turn; None if it holds that."""
@@ -101,10 +101,10 @@ class _Carried:
     def begin(self, before: Any) -> None:
         """Emit the places of all of them; let the activation see what they hold."""
         for name, parts in self.parts.items():
-            held = [
+            phi_node = [
                 x if isinstance(x, View) else self.variables[name, place].begin(before) for place, x in enumerate(parts)
             ]
-            self.at.names[name] = rebuilt(self.at.names[name], iter(held))
+            self.at.names[name] = rebuilt(self.at.names[name], iter(phi_node))
 
     def close(self) -> dict[Any, Any]:
         """Let the next turn begin with what they are; return the kinds of those that cannot hold it."""
@@ -184,10 +184,10 @@ class Loops(Statements):
             self.assign(node.target, item)
             inside.goes_on.clear()
             if self.turn(node, inside):
-                return self.meet([Path(path.block, _without(path.value, name)) for path in inside.breaks])
+                return self.join([Path(path.block, _without(path.value, name)) for path in inside.breaks])
         self.at.names.pop(name, None)
         if inside.breaks:
-            return self.meet([*inside.breaks, Path(trace().builder.block, self.at.names)])
+            return self.join([*inside.breaks, Path(trace().builder.block, self.at.names)])
         return False
 
     def begin_loop(self, node: Any) -> str:
@@ -208,7 +208,7 @@ class Loops(Statements):
         paths = list(inside.goes_on)
         if not ended or any(x.startswith(LANES) for x in self.at.names):
             paths.append(Path(trace().builder.block, self.at.names))
-        if self.meet(paths):
+        if self.join(paths):
             return True
         self.at.names.pop(name, None)
         return False
@@ -220,11 +220,11 @@ class Loops(Statements):
         name, begin = self.begin_loop(node), _Mark(self.at)
         try:
             ended = self.with_variables(node, bounds)
-        except Returns as found:
+        except Returns as returned:
             if begin.depth:
                 raise  # the outermost loop is the one to begin anew
             begin.back()
-            self.at.names[RETURNED] = changed(found.value, nothing)
+            self.at.names[RETURNED] = changed(returned.value, nothing)
             self.at.names.setdefault(LANES, all_lanes(trace().width))
             ended = self.with_variables(node, bounds)
         if not ended:
@@ -240,11 +240,11 @@ class Loops(Statements):
             left: list[Path] = []
             wider = self.of_kinds(node, bounds, _Carried(self.at, names, kinds), left)
             if not wider:
-                return self.meet(left)
+                return self.join(left)
             kinds |= wider
             begin.back()
 
-    def of_kinds(self, node: Any, bounds: Bounds, carried: _Carried, left: list[Path]) -> dict[Any, Any]:
+    def of_kinds(self, node: Any, bounds: Bounds, loop_carried: _Carried, left: list[Path]) -> dict[Any, Any]:
         """Emit a loop with these variables, and enter how it is left; return the kinds of those that do not do."""
         builder, hand = trace().builder, trace()
         before, header = builder.block, hand.block()
@@ -252,13 +252,13 @@ class Loops(Statements):
         builder.branch(header)
         builder.position_at_end(header)
         place = counter.begin(before) if counter else None
-        carried.begin(before)
+        loop_carried.begin(before)
         self.enter_turn(self.goes_on(node, bounds, place), left)
         if place is not None:
             self.assign(node.target, place if bounds.source is None else bounds.source[place])
         inside = Loop([], [])
         if not self.turn(node, inside):
-            wider = carried.close()
+            wider = loop_carried.close()
             if wider:
                 return wider
             if counter:
@@ -278,7 +278,7 @@ class Loops(Statements):
             self.at.names[name] = symbols.both(self.at.names[name], condition)
             condition = True
         if name in self.at.names:
-            condition = symbols.both(condition, symbols.opposite(nowhere(self.at.lanes_in_all())))
+            condition = symbols.both(condition, symbols.opposite(none_of(self.at.lanes_in_all())))
         return condition
 
     def enter_turn(self, condition: Any, left: list[Path]) -> None:

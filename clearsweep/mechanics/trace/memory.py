@@ -136,13 +136,13 @@ class View:
         builder, offset, lanes = trace().builder, self.offset, trace().lanes()
         if lanes is not None:  # what the others would look up may be anywhere
             offset = selected(lanes, offset, 0)
-        found = ir.Constant(form(self.item, offset.width), ir.Undefined)
+        packed = ir.Constant(form(self.item, offset.width), ir.Undefined)
         for lane in range(offset.width):
             place = Whole(builder.extract_element(offset.value, WHOLE(lane)))
-            beside = lane if self.width > 1 else 0
-            one = View(self.base, self.item, (), (), 1, plus(place, beside) if beside else place)
-            found = builder.insert_element(found, one[()].value, WHOLE(lane))
-        return (Number if self.item is DOUBLE else Whole)(found, offset.width)
+            lane_offset = lane if self.width > 1 else 0
+            single = View(self.base, self.item, (), (), 1, plus(place, lane_offset) if lane_offset else place)
+            packed = builder.insert_element(packed, single[()].value, WHOLE(lane))
+        return (Number if self.item is DOUBLE else Whole)(packed, offset.width)
 
     def __setitem__(self, index: Any, x: Any) -> None:
         part = self._part(index)
@@ -197,7 +197,7 @@ def table_of(array: np.ndarray) -> View:
         known.initializer = ir.Constant(kind, [item(x) for x in flat.tolist()])
         known.global_constant, known.linkage = True, "internal"
         hand.tables[id(array)] = known
-        hand.held.append(array)
+        hand.kept_alive.append(array)
     steps = tuple(int(math.prod(array.shape[axis + 1 :])) for axis in range(array.ndim))
     item = DOUBLE if array.dtype.kind == "f" else WHOLE
     return View(hand.tables[id(array)], item, array.shape, steps)
@@ -224,12 +224,12 @@ def at_address(address: Number, place: Any) -> Number:
     """Emit a number of what lies at an address that travels as a number."""
     builder, width = trace().builder, width_of(address, place)
 
-    def one(address: Any, place: Any) -> Any:
+    def single(address: Any, place: Any) -> Any:
         first = builder.inttoptr(builder.fptoui(address, WHOLE), DOUBLE.as_pointer())
         return builder.load(builder.gep(first, [place]), align=8)
 
     if width == 1:
-        return Number(one(number(address).value, as_kind(place, Whole)))
+        return Number(single(number(address).value, as_kind(place, Whole)))
     lanes = trace().lanes()
     if lanes is not None:  # what the others would look up may be anywhere
         place = selected(lanes, place, 0)
@@ -237,5 +237,5 @@ def at_address(address: Number, place: Any) -> Number:
     joined = ir.Constant(form(DOUBLE, width), ir.Undefined)
     for lane in range(width):
         at = (builder.extract_element(x, WHOLE(lane)) for x in (addresses, places))
-        joined = builder.insert_element(joined, one(*at), WHOLE(lane))
+        joined = builder.insert_element(joined, single(*at), WHOLE(lane))
     return Number(joined, width)

@@ -155,23 +155,25 @@ def compiled(
 
     None where it cannot be made for numbers in lanes.
     """
-    told = f"{_text(kinds)} {items} {width} {in_lanes}"
-    return code_of(function, told, lambda: traced(function, scene, items, width=width, spread=in_lanes), width == 1)
+    cache_key = f"{_text(kinds)} {items} {width} {in_lanes}"
+    return code_of(
+        function, cache_key, lambda: traced(function, scene, items, width=width, spread=in_lanes), width == 1
+    )
 
 
-def compiled_at(function: Callable, told: str) -> Code | None:
+def compiled_at(function: Callable, cache_key: str) -> Code | None:
     """Return the machine code of `function(address)`; told : what the code depends on beside its sources."""
 
     def body(numbers: Bare, _: Any) -> None:
         run(function, Whole(symbols.trace().builder.ptrtoint(numbers.base, WHOLE)))
 
-    return code_of(function, told, lambda: _module(body, "", 1))
+    return code_of(function, cache_key, lambda: _module(body, "", 1))
 
 
-def code_of(function: Callable, told: str, module: Callable[[], ir.Module], needed: bool = True) -> Code | None:
+def code_of(function: Callable, cache_key: str, module: Callable[[], ir.Module], needed: bool = True) -> Code | None:
     """Return the machine code of a module, made of a function, or as it is kept; None where it is not to be had."""
-    told = f"{function.__module__}.{function.__qualname__} {told} {level()}"
-    name = f"{function.__name__}-{hashlib.sha256(told.encode()).hexdigest()[:32]}.o"
+    cache_key = f"{function.__module__}.{function.__qualname__} {cache_key} {level()}"
+    name = f"{function.__name__}-{hashlib.sha256(cache_key.encode()).hexdigest()[:32]}.o"
     content = None if _WANTED else cache.kept(name)
     if content is None:
         with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
@@ -206,15 +208,15 @@ def machine_code(function: Callable) -> Callable:
         if key not in made:
             made[key] = _of_numbers(function, given)
         code, result, count = made[key]
-        found = np.empty(max(count, 1))
+        results = np.empty(max(count, 1))
         kept = [np.ascontiguousarray(array) for array in arrays]
         function_at(code.address, len(kept) + 1)(
-            numbers.ctypes.data, *(array.ctypes.data for array in kept), found.ctypes.data, 0
+            numbers.ctypes.data, *(array.ctypes.data for array in kept), results.ctypes.data, 0
         )
         for array, other in zip(arrays, kept, strict=True):
             if other is not array:
                 array[...] = other
-        values = iter(found.tolist())
+        values = iter(results.tolist())
         return changed(result, lambda x: next(values) if x is _PLACE else x)
 
     return called
@@ -234,7 +236,7 @@ def _form(given: Any) -> Any:
 
 def _of_numbers(function: Callable, given: tuple) -> tuple[Code, Any, int]:
     """Return machine code of a function for what is of the form of `given`, its result without numbers, their count."""
-    told: list[Any] = []
+    cache_key: list[Any] = []
     kinds = "".join(x.dtype.kind for x in leaves(given) if isinstance(x, np.ndarray))
 
     def body(numbers: Any, *rest: Any) -> None:
@@ -242,21 +244,21 @@ def _of_numbers(function: Callable, given: tuple) -> tuple[Code, Any, int]:
         arrays, places = iter(bare), itertools.count()
         view = View(numbers.base, DOUBLE, (1 << 30,), (1,))
 
-        def one(x: Any) -> Any:
+        def single_lane(x: Any) -> Any:
             if isinstance(x, np.ndarray):
                 return viewed(next(arrays), x.shape)
             return view[next(places)] if isinstance(x, float) else x
 
-        found = call_body(function, changed(given, one), {})
+        value = call_body(function, changed(given, single_lane), {})
         into, place = View(out.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
-        for x in leaves(found):
+        for x in leaves(value):
             if isinstance(x, float) or symbols.is_symbol(x):
                 into[next(place)] = x
-        told.append(changed(found, lambda x: _PLACE if isinstance(x, float) or symbols.is_symbol(x) else x))
-        told.append(next(place))
+        cache_key.append(changed(value, lambda x: _PLACE if isinstance(x, float) or symbols.is_symbol(x) else x))
+        cache_key.append(next(place))
 
     content = object_of(_module(body, f"{kinds}f", 1))
-    return loaded(content), *told
+    return loaded(content), *cache_key
 
 
 def _text(kinds: Any) -> str:

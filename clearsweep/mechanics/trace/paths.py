@@ -49,34 +49,34 @@ def form_of(x: Any) -> Any:
 
 def passed(x: Any) -> list[Any]:
     """Return what of a value is handed over to a function of machine code."""
-    found: list[Any] = []
+    names: list[Any] = []
     for part in leaves(x):
         if isinstance(part, Abreast):
-            found += passed(part.first)
+            names += passed(part.first)
         elif isinstance(part, Symbol):
-            found.append(part.value)
+            names.append(part.value)
         elif isinstance(part, View):
             if not isinstance(part.base, ir.GlobalVariable):
-                found.append(part.base)
-            found += passed((*part.shape, *part.strides, part.offset))
-    return found
+                names.append(part.base)
+            names += passed((*part.shape, *part.strides, part.offset))
+    return names
 
 
 def received(x: Any, arguments: Iterator[Any]) -> Any:
     """Return a value as a function of machine code sees it."""
 
-    def one(part: Any) -> Any:
+    def single(part: Any) -> Any:
         if isinstance(part, Abreast):
-            return Abreast(one(part.first))
+            return Abreast(single(part.first))
         if isinstance(part, Symbol):
             return type(part)(next(arguments), part.width)
         if isinstance(part, View):
             base = part.base if isinstance(part.base, ir.GlobalVariable) else next(arguments)
-            shape, strides = (tuple(one(count) for count in counts) for counts in (part.shape, part.strides))
-            return View(base, part.item, shape, strides, part.width, one(part.offset))
+            shape, strides = (tuple(single(count) for count in counts) for counts in (part.shape, part.strides))
+            return View(base, part.item, shape, strides, part.width, single(part.offset))
         return part
 
-    return changed(x, one)
+    return changed(x, single)
 
 
 def leaves(x: Any) -> Iterator[Any]:

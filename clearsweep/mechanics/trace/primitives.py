@@ -17,12 +17,12 @@ ON_ITS_OWN, INSIDE = "on its own", "inside"  # as a function of machine code, or
 def primitive(*functions: Any) -> Callable:
     """Enter what emits a call of any of these functions where one of the values given is a symbol."""
 
-    def enter(emit: Callable) -> Callable:
+    def register(emit: Callable) -> Callable:
         for function in functions:
             PRIMITIVES[function] = emit
         return emit
 
-    return enter
+    return register
 
 
 def rules_of_slopes(rules: dict[str, Callable]) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 from . import symbols
 from .activation import LANES, RETURNED, Returns
 from .expressions import Expressions
-from .lanes import all_lanes, blended, nothing, nowhere
+from .lanes import all_lanes, blended, nothing, none_of
 from .paths import Path, alike, changed, leaves, meeting, rebuilt
 from .symbols import NotTraceableError, Truth, is_symbol, trace
 
@@ -104,7 +104,7 @@ class Statements(Expressions):
             self.at.names = dict(before)
             if not self.block(statements):
                 paths.append(Path(builder.block, self.at.names))
-        return self.meet(paths)
+        return self.join(paths)
 
     def in_some(self, condition: Truth, node: Any) -> bool:
         """Run each side of a decision in the lanes that want it, if one does; return whether none goes on."""
@@ -117,18 +117,18 @@ class Statements(Expressions):
             self.at.mask = wanted if outer is None else symbols.both(outer, wanted)
             begin, skip = hand.block(), hand.block()
             before = dict(self.at.names)
-            builder.cbranch(nowhere(self.at.lanes_in_all()).value, skip, begin)
+            builder.cbranch(none_of(self.at.lanes_in_all()).value, skip, begin)
             builder.position_at_end(begin)
             ended.append(self.block(statements))
             inside = self.at.names
             for name, value in inside.items():  # what is new has no meaning where no lane wants it
                 if name not in before:
                     before[name] = all_lanes(hand.width) if name.startswith(LANES) else changed(value, nothing)
-            self.meet([Path(builder.block, inside), Path(skip, before)])
+            self.join([Path(builder.block, inside), Path(skip, before)])
             self.at.mask = outer
         return all(ended)
 
-    def meet(self, paths: list[Path]) -> bool:
+    def join(self, paths: list[Path]) -> bool:
         """Go on where paths meet, with the variables that they have in common; return whether there are none."""
         if not paths:
             return True

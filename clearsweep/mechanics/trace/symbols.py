@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 
-#: How many cases lie side by side in memory, see `rows.Board`: as many numbers as the widest registers hold.
+#: How many cases lie side by side in memory, see `rows.BatchArrays`: as many numbers as the widest registers hold.
 WIDTH = 8
 DOUBLE, WHOLE, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 ADDRESS = ir.IntType(8).as_pointer()
@@ -32,7 +32,7 @@ class Trace:
         self.lanes: Callable[[], Any] = lambda: None  # returns in which lanes something is to be done; None: in all
         self.functions: dict[Any, Any] = {}  # those of machine code, by body and forms of what they are given
         self.tables: dict[int, Any] = {}  # arrays that became constants, by their identity
-        self.held: list[Any] = []  # they live as long as the trace does
+        self.kept_alive: list[Any] = []  # they live as long as the trace does
 
     def block(self) -> Any:
         """Return a new block of the function in hand."""
@@ -175,9 +175,9 @@ def as_kind(x: Any, kind: type, width: int = 1) -> Any:
     elif kind is Truth and not isinstance(x, Truth):
         raise NotTraceableError("takes a number for an answer")
     if width > x.width:
-        one = b.insert_element(ir.Constant(form(kind.item, width), ir.Undefined), value, WHOLE(0))  # type: ignore[attr-defined]
+        single = b.insert_element(ir.Constant(form(kind.item, width), ir.Undefined), value, WHOLE(0))  # type: ignore[attr-defined]
         zeros = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
-        value = b.shuffle_vector(one, ir.Constant(one.type, ir.Undefined), zeros)
+        value = b.shuffle_vector(single, ir.Constant(single.type, ir.Undefined), zeros)
     return value
 
 
@@ -215,9 +215,11 @@ def plus(a: Any, b: Any, where: Any = None) -> Any:
     if _is_float(a, b):
         fused = _fused(a, b, where, ())
         return _emitted(Number, "fadd", a, b) if fused is None else fused
-    for one, other in ((a, b), (b, a)):
-        if isinstance(one, Abreast) and width_of(other) == 1:
-            return Abreast(plus(one.first, other) if is_symbol(one.first) or is_symbol(other) else one.first + other)
+    for single, other in ((a, b), (b, a)):
+        if isinstance(single, Abreast) and width_of(other) == 1:
+            return Abreast(
+                plus(single.first, other) if is_symbol(single.first) or is_symbol(other) else single.first + other
+            )
     return _emitted(Whole, "add", a, b)
 
 

@@ -60,7 +60,7 @@ class Family(NamedTuple):
     title: str  # of the legend; '' for none
     names: list[str]  # of the curves
     curves: np.ndarray  # (names, values of the axis)
-    bound: np.ndarray | None  # (values of the axis,)
+    limit_values: np.ndarray | None  # (values of the axis,)
 
 
 def family(ax: Axes, drawn: Family, unit: str, name: str) -> None:
@@ -73,9 +73,9 @@ def family(ax: Axes, drawn: Family, unit: str, name: str) -> None:
         marker = "o" if len(places) <= TICKS_NAMED else None
         style: dict[str, Any] = {"marker": marker, "markersize": 3.5, "linewidth": 1.4}
         ax.plot(places[there], curve[there] / scale.factor, color=shade, label=word or None, **style)
-    if drawn.bound is not None:
-        ax.plot(places, drawn.bound / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="limit")
-        known = np.concatenate([known, drawn.bound[np.isfinite(drawn.bound)]])
+    if drawn.limit_values is not None:
+        ax.plot(places, drawn.limit_values / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="limit")
+        known = np.concatenate([known, drawn.limit_values[np.isfinite(drawn.limit_values)]])
     ax.set(xlabel=drawn.axis.label(), ylabel=with_unit(name, scale))
     if spacing == "log":
         ax.set_xscale("log")
@@ -107,8 +107,8 @@ def effect(ax: Axes, curves: Sequence[Curve], unit: str, limits: tuple[float, fl
     for curve in curves:
         low, high = curve.effect.low / scale.factor, curve.effect.high / scale.factor
         if named:  # side by side, and no line: between names there is nothing
-            beside = joints.index(curve.colour) if curve.colour in joints else 0
-            places = ticks + 0.16 * (beside - 0.5 * (len(joints) - 1))
+            offset = joints.index(curve.colour) if curve.colour in joints else 0
+            places = ticks + 0.16 * (offset - 0.5 * (len(joints) - 1))
         if curve.band and named:
             ax.vlines(places, low, high, color=curve.colour, alpha=0.3, linewidth=6)
         elif curve.band:
@@ -155,8 +155,8 @@ def strip(ax: Axes, groups: Sequence[tuple[str, np.ndarray]], name: str, scale: 
             rasterized=len(values) > POINTS_VECTOR,
         )
         ax.plot(np.median(values) / scale.factor, place, "|", color=RED, markersize=11, markeredgewidth=2.2)
-    everything = np.concatenate([values for _, values in groups])
-    if everything.min() > 0.0 and everything.max() > 4.0 * everything.min():  # else a logarithmic axis has no ticks
+    all_values = np.concatenate([values for _, values in groups])
+    if all_values.min() > 0.0 and all_values.max() > 4.0 * all_values.min():  # else a logarithmic axis has no ticks
         logarithmic(ax, "x")
     _rows(ax, [law for law, _ in groups])
     ax.set_xlabel(with_unit(name, scale))

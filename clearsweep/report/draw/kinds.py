@@ -14,7 +14,7 @@ from ..spectrum import Spectrum
 from ..strobe import Points
 from ..study import Axis
 from .comparison import CELLS_VECTOR, WRITTEN
-from .passing import UNKNOWN
+from .pass_share import UNKNOWN
 from .style import BLUE, GREY, INK, PALE, RED, colour_bar, logarithmic, name_values, plain_axes, stems
 
 KIND_COLOURS = ("#cfe3f1", "#86b8dc", "#f0c48c", "#e0824a")  # from calm to irregular, told apart in grey, too

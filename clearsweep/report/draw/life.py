@@ -12,7 +12,7 @@ from .style import BLUE, GREEN, GREY, RED, plain_axes, with_unit
 COLOURS = (RED, BLUE, GREEN)
 
 
-class Course(NamedTuple):
+class DepthCurve(NamedTuple):
     """How a figure of one case goes on."""
 
     name: str
@@ -21,7 +21,7 @@ class Course(NamedTuple):
     interval: tuple[float, float] | None = None  # revolutions, of the last node
 
 
-def over_revolutions(ax: Axes, courses: Sequence[Course], unit: str, name: str, limit: float | None = None) -> None:
+def over_revolutions(ax: Axes, courses: Sequence[DepthCurve], unit: str, name: str, limit: float | None = None) -> None:
     """Draw a figure (SI, of `unit`) over revolutions, with the interval of each end, and a limit where there is one."""
     scale = wording.scale(unit, [*(value for each in courses for value in each.values), limit])
     ends = [each.revolutions[-1] for each in courses]

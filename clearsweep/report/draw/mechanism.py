@@ -47,8 +47,8 @@ def height(sketch: simulation.Sketch, width: float) -> float:
 def _limits(sketch: simulation.Sketch) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the limits (m) of both axes: the mechanism with room for names."""
     low, high = reach(sketch)
-    room = 0.22 * _size(sketch)
-    return (float(low[0] - room), float(high[0] + 1.4 * room)), (float(low[1] - room), float(high[1] + room))
+    margin = 0.22 * _size(sketch)
+    return (float(low[0] - margin), float(high[0] + 1.4 * margin)), (float(low[1] - margin), float(high[1] + margin))
 
 
 def _size(sketch: simulation.Sketch) -> float:
@@ -90,10 +90,10 @@ def paint(ax: Axes, sketch: simulation.Sketch) -> None:
 
 def _alike(joints: Sequence[simulation.SketchedJoint]) -> list[tuple[np.ndarray, bool, str]]:
     """Return place (m), whether open, and the names of the joints that are at one place and are open or not alike."""
-    found: dict[tuple, list[simulation.SketchedJoint]] = {}
+    alike: dict[tuple, list[simulation.SketchedJoint]] = {}
     for joint in joints:
-        found.setdefault((*np.round(joint.place, 9), joint.open), []).append(joint)
-    return [(group[0].place, group[0].open, ", ".join(joint.name for joint in group)) for group in found.values()]
+        alike.setdefault((*np.round(joint.place, 9), joint.open), []).append(joint)
+    return [(group[0].place, group[0].open, ", ".join(joint.name for joint in group)) for group in alike.values()]
 
 
 class _Labels:
@@ -160,16 +160,16 @@ def _body(ax: Axes, body: simulation.SketchedBody, colour: str) -> np.ndarray:
 
 def _guide(ax: Axes, joint: simulation.SketchedJoint, direction: float, size: float) -> np.ndarray:
     """Draw the line of a guide and the block that moves along it; return points (m) of the block."""
-    along = np.array([math.cos(direction), math.sin(direction)])
-    ends = joint.place + 0.2 * size * np.array([[-1.0], [1.0]]) * along
+    unit = np.array([math.cos(direction), math.sin(direction)])
+    ends = joint.place + 0.2 * size * np.array([[-1.0], [1.0]]) * unit
     ax.plot(ends[:, 0], ends[:, 1], color=GREY, lw=0.8, ls=(0, (6, 3)), zorder=1)
     wide, high = 0.14 * size, 0.08 * size
     turn = Affine2D().rotate(direction).translate(*joint.place) + ax.transData
     block = Rectangle((-0.5 * wide, -0.5 * high), wide, high, facecolor=PALE, edgecolor=RED if joint.open else GREY)
     block.set_transform(turn)
     ax.add_patch(block)
-    across = np.array([-along[1], along[0]])
-    return _between(joint.place + 0.5 * (np.array(_RIM)[:, :1] * wide * along + np.array(_RIM)[:, 1:] * high * across))
+    across = np.array([-unit[1], unit[0]])
+    return _between(joint.place + 0.5 * (np.array(_RIM)[:, :1] * wide * unit + np.array(_RIM)[:, 1:] * high * across))
 
 
 def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray:

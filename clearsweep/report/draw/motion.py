@@ -126,9 +126,9 @@ def against_ideal(
 
 def over_time(ax: Axes, t: np.ndarray, values: np.ndarray, unit: str, name: str) -> None:
     """Draw a quantity (SI) over time (s)."""
-    scale, clock = wording.scale(unit, values), wording.scale("s", t)
-    ax.plot(t / clock.factor, values / scale.factor, color=BLUE, linewidth=0.8, rasterized=len(t) > 5000)
-    ax.set(xlabel=f"time [{clock.unit}]", ylabel=f"{name} [{scale.unit}]")
+    scale, time_scale = wording.scale(unit, values), wording.scale("s", t)
+    ax.plot(t / time_scale.factor, values / scale.factor, color=BLUE, linewidth=0.8, rasterized=len(t) > 5000)
+    ax.set(xlabel=f"time [{time_scale.unit}]", ylabel=f"{name} [{scale.unit}]")
     plain_axes(ax)
 
 

@@ -10,7 +10,7 @@ from ...language import wording
 from .style import BLUE, GREY, INK, PALE, RED, over_crank
 
 COLOURS = (BLUE, RED)  # of the end at +z, at -z
-STANDS = 24  # of the axis that are drawn
+POSITIONS = 24  # of the axis that are drawn
 CIRCLE = np.linspace(0.0, 2.0 * np.pi, 73)
 
 
@@ -19,16 +19,16 @@ def axis(ax: Any, ends: np.ndarray, half: tuple[float, float], clearance: float)
 
     half : m, half of the lengths of journal and bearing.
     """
-    across, along = wording.scale("m", clearance), wording.scale("m", half[0])
+    across, axial = wording.scale("m", clearance), wording.scale("m", half[0])
     c, s = clearance / across.factor * np.cos(CIRCLE), clearance / across.factor * np.sin(CIRCLE)
-    ax.plot([0.0, 0.0], [0.0, 0.0], np.array([-1.2, 1.2]) * half[1] / along.factor, color=GREY, linewidth=0.8)
+    ax.plot([0.0, 0.0], [0.0, 0.0], np.array([-1.2, 1.2]) * half[1] / axial.factor, color=GREY, linewidth=0.8)
     for end, colour, sign in zip(ends, COLOURS, (1.0, -1.0), strict=True):
-        ax.plot(c, s, np.full(c.size, sign * half[0] / along.factor), color=INK, linewidth=0.8)
-        ax.plot(*(end[:, :2].T / across.factor), end[:, 2] / along.factor, color=colour, linewidth=0.6)
-    for k in np.linspace(0, ends.shape[1] - 1, min(STANDS, ends.shape[1])).astype(int):
+        ax.plot(c, s, np.full(c.size, sign * half[0] / axial.factor), color=INK, linewidth=0.8)
+        ax.plot(*(end[:, :2].T / across.factor), end[:, 2] / axial.factor, color=colour, linewidth=0.6)
+    for k in np.linspace(0, ends.shape[1] - 1, min(POSITIONS, ends.shape[1])).astype(int):
         x, y, z = ends[:, k].T
-        ax.plot(x / across.factor, y / across.factor, z / along.factor, color=PALE, linewidth=0.6, zorder=0)
-    ax.set(xlabel=f"x [{across.unit}]", ylabel=f"y [{across.unit}]", zlabel=f"along the bearing [{along.unit}]")
+        ax.plot(x / across.factor, y / across.factor, z / axial.factor, color=PALE, linewidth=0.6, zorder=0)
+    ax.set(xlabel=f"x [{across.unit}]", ylabel=f"y [{across.unit}]", zlabel=f"along the bearing [{axial.unit}]")
     ax.set_box_aspect(None, zoom=0.8)  # so that no label is cut
     ax.tick_params(labelsize=7)
     for each in (ax.xaxis, ax.yaxis, ax.zaxis):

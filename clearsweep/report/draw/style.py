@@ -46,9 +46,9 @@ def name_values(side: XAxis | YAxis, axis: Axis, places: np.ndarray) -> None:
         slanted = side.axis_name == "x" and len(axis.values) * (longest + 2) > WIDTH
         side.set_ticks(places, axis.values, **(SLANTED if slanted else {}))
         return
-    room = TICKS_NAMED if side.axis_name == "y" else max(2, WIDTH // (longest + 2))
+    most_ticks = TICKS_NAMED if side.axis_name == "y" else max(2, WIDTH // (longest + 2))
     way = np.log(places) if side.get_scale() == "log" else places
-    named, least = [0], 0.99 * (way.max() - way.min()) / room
+    named, least = [0], 0.99 * (way.max() - way.min()) / most_ticks
     for k in range(1, len(way)):
         if abs(way[k] - way[named[-1]]) >= least:
             named.append(k)

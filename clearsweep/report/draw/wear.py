@@ -31,7 +31,7 @@ def around(ax: PolarAxes, depth: np.ndarray, place: int, scale: Scale, most: flo
     ax.set_xlabel(f"depth [{scale.unit}]")
 
 
-def along(ax: Axes, depths: tuple[np.ndarray, np.ndarray], scale: Scale) -> None:
+def along_length(ax: Axes, depths: tuple[np.ndarray, np.ndarray], scale: Scale) -> None:
     """Draw the depths (m, one per angular bin) of bearing and journal over the angle of each body's own frame."""
     for depth, (name, colour, dash) in zip((joined(each, SECTORS) for each in depths), BODIES, strict=True):
         ax.plot(

@@ -27,7 +27,7 @@ from . import (
     peaks,
     sample,
     setup,
-    sought,
+    seek,
     summary,
     tradeoffs,
     trends,
@@ -40,7 +40,7 @@ Makes = Callable[[Study], list[Section]]
 SECTIONS: tuple[Makes, ...] = (  # seen at once, in the order of the page
     summary.sections,
     verdict.sections,
-    sought.sections,
+    seek.sections,
     optimised.sections,
     identified.sections,
     sample.sections,
@@ -67,11 +67,11 @@ MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by sub
 
 def of(study: Study) -> list[Section]:
     """Return the sections of a run that have anything to show."""
-    found: list[Section] = []
+    listed: list[Section] = []
     every = [("", sections) for sections in SECTIONS]
     every += [(subject, sections) for subject, folded in MORE for sections in folded]
     with phases.phase("preparing the report") as preparing:
         for number, (subject, sections) in enumerate(every):
             preparing.note(share=number / len(every))
-            found += [section._replace(subject=subject) for section in sections(study) if section.blocks]
-    return found
+            listed += [section._replace(subject=subject) for section in sections(study) if section.blocks]
+    return listed

@@ -47,10 +47,10 @@ def sections(study: Study) -> list[Section]:
     if study.cases.empty or not study.joints:
         return []
     column = study.hardest_joint().column(PEAK.figure)
-    found = designed(study)
-    if found is None or not study.has(column) or not study.cases.at[found[0], column] > 0.0:
+    design = designed(study)
+    if design is None or not study.has(column) or not study.cases.at[design[0], column] > 0.0:
         return []
-    base, unknowns = found
+    base, unknowns = design
     bars = bars_of(study, column, base, unknowns)
     blocks = filled(
         [Sentences(_sentences(study, column, base, bars)), Gallery("", [_picture(study, bars)]), _table(study, bars)]

@@ -26,8 +26,8 @@ def sections(study: Study) -> list[Section]:
     """Return the worst case in motion, or how to draw one; [] where none finished."""
     if study.cases.empty:
         return []
-    found = worst_case(study)
-    ids = [found[0]] if found else []
+    worst = worst_case(study)
+    ids = [worst[0]] if worst else []
     why = "Worst case" if len(study.cases) > 1 else "The case"
     details: list[Block] = [*_details(study, [*ids, *_ranked(study)][:1], {}, why)]
     return [Section("cases", "The worst case" if len(study.cases) > 1 else "The motion", details or [Note(NOT_SAVED)])]
@@ -37,8 +37,8 @@ def others(study: Study) -> list[Section]:
     """Return the largest, the median and the smallest case of the leading figure, where these are not the worst."""
     if study.cases.empty:
         return []
-    found, ranked = worst_case(study), _ranked(study)
-    first = found[0] if found else next(iter(ranked), None)
+    worst, ranked = worst_case(study), _ranked(study)
+    first = worst[0] if worst else next(iter(ranked), None)
     words = ("largest", "smallest") if len(ranked) == 2 else ("largest", "median", "smallest")
     name = capital(study.lead.name)
     why = {case_id: f"{name}, the {word} of all cases" for case_id, word in zip(ranked, words, strict=False)}

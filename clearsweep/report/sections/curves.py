@@ -34,8 +34,8 @@ def sections(study: Study) -> list[Section]:
     across = None if study.cases.empty else _across(study)
     if across is None:
         return []
-    beside = _beside(study, across)
-    pictures = [_picture(study, drawn, across, beside) for drawn in _drawn(study)[:PICTURES]]
+    second = _beside(study, across)
+    pictures = [_picture(study, drawn, across, second) for drawn in _drawn(study)[:PICTURES]]
     note = "The worst of all cases at a point" if not study.typical else "The median of all cases at a point"
     note += "; line across: the limit." if any(drawn.limit for drawn in _drawn(study)) else "."
     return [Section("curves", f"Over {across.name}", filled([Gallery(note, pictures)]))]
@@ -62,34 +62,34 @@ def _effects(study: Study) -> list[MainEffect]:
 
 def _drawn(study: Study) -> list[Drawn]:
     """Return what is limited, then the peaks of every joint, over the ideal ones too, and the error of the output."""
-    found = {limit.column: Drawn(limit.column, in_words(study, limit.column), limit) for limit in study.limits}
+    by_column = {limit.column: Drawn(limit.column, in_words(study, limit.column), limit) for limit in study.limits}
     figures = [(joint, figure) for figure in ("force_peak", "force_peak_ratio") for joint in study.joints]
     columns = [joint.column(study.lead.figure) for joint in study.joints]
     columns += [joint.column(figure) for joint, figure in figures] + [study.column("error_max")]
     for column in columns:
-        found.setdefault(column, Drawn(column, in_words(study, column)))
-    return [drawn for drawn in found.values() if study.has(drawn.column)]
+        by_column.setdefault(column, Drawn(column, in_words(study, column)))
+    return [drawn for drawn in by_column.values() if study.has(drawn.column)]
 
 
-def _picture(study: Study, drawn: Drawn, across: Axis, beside: Axis | None) -> Picture:
+def _picture(study: Study, drawn: Drawn, across: Axis, second: Axis | None) -> Picture:
     least = drawn.column.endswith(maps.LESS_IS_WORSE) or (drawn.limit is not None and drawn.limit.kind == "at_least")
     values = study.cases[drawn.column].to_numpy(float)
     reduced = median if study.typical else smallest if least else largest
-    table = _table(study, values, (across, beside), reduced)
+    table = _table(study, values, (across, second), reduced)
     kept = np.unique(np.linspace(0, len(table) - 1, min(len(table), MOST)).round().astype(int))
-    names = [beside.short(beside.values[place]) if beside else "" for place in kept]
-    bound = None if drawn.limit is None else _bound(study, drawn.limit, across)
-    family = Family(across, beside.label() if beside else "", names, table[kept], bound)
+    names = [second.short(second.values[place]) if second else "" for place in kept]
+    limit_values = None if drawn.limit is None else _bound(study, drawn.limit, across)
+    family = Family(across, second.label() if second else "", names, table[kept], limit_values)
     unit = study.unit(drawn.column)
     ends = " to ".join(wording.alike((float(np.nanmin(table)), float(np.nanmax(table))), unit))
-    others = [axis.name for axis in study.swept() if axis not in (across, beside)]
+    others = [axis.name for axis in study.swept() if axis not in (across, second)]
     word = CALLED[reduced]
-    some = f"{len(kept)} of {len(table)} values of {beside.name}. " if beside and len(kept) < len(table) else ""
+    some = f"{len(kept)} of {len(table)} values of {second.name}. " if second and len(kept) < len(table) else ""
     caption = some + (f"{word} over {wording.sentence_list(others)}." if others else "")
     return Picture(
         f"{capital(drawn.name)} over {across.name}",
         caption,
-        f"{capital(drawn.name)} over {across.name}{f', a curve for each {beside.name}' if beside else ''}: {ends}.",
+        f"{capital(drawn.name)} over {across.name}{f', a curve for each {second.name}' if second else ''}: {ends}.",
         lambda ax: comparison.family(ax, family, unit, drawn.name),
     )
 
@@ -98,9 +98,9 @@ def _table(
     study: Study, values: np.ndarray, axes: tuple[Axis, Axis | None], reduced: Callable[[np.ndarray], float]
 ) -> np.ndarray:
     """Return one value for each place of the second axis and of the first; of no second axis a single row."""
-    across, beside = axes
-    if beside is not None:
-        return over_other_axes(study, values, (across, beside), reduced)
+    across, second = axes
+    if second is not None:
+        return over_other_axes(study, values, (across, second), reduced)
     row = np.full((1, len(across.values)), np.nan)
     places = np.where(np.isfinite(values), study.places(across), -1)
     for place, cases in enumerate(grouped(places, len(across.values))):
@@ -113,5 +113,5 @@ def _bound(study: Study, limit: Limit, across: Axis) -> np.ndarray:
     """Return the strictest bound (SI) at each value of an axis."""
     known = {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
     strictest = smallest if limit.kind == "at_most" else largest
-    found: np.ndarray = _table(study, limit.bound(known), (across, None), strictest)[0]
-    return found
+    bounds: np.ndarray = _table(study, limit.threshold(known), (across, None), strictest)[0]
+    return bounds

@@ -35,11 +35,11 @@ def _hardest(study: Study) -> list[str]:
     joint = max(known, key=lambda joint: study.cases.largest(joint.column(PEAK.figure)))
     column = joint.column(PEAK.figure)
     worst, mildest = study.cases[column].idxmax(), study.cases[column].idxmin()
-    where, beside = study.where(joint, " in joint {}"), {"force_p99": "p99", "force_peak_ideal": "without clearance"}
-    there = {joint.column(name): word for name, word in beside.items() if study.has(joint.column(name))}
+    where, suffix = study.where(joint, " in joint {}"), {"force_p99": "p99", "force_peak_ideal": "without clearance"}
+    there = {joint.column(name): word for name, word in suffix.items() if study.has(joint.column(name))}
     peak, *others = study.texts((worst, column), *((worst, name) for name in there))
-    told = wording.sentence_list([f"{word} {text}" for word, text in zip(there.values(), others, strict=True)])
-    points = [f"Largest force peak{where}: {peak}{_at(study, worst)}{f' ({told})' if told else ''}."]
+    others_text = wording.sentence_list([f"{word} {text}" for word, text in zip(there.values(), others, strict=True)])
+    points = [f"Largest force peak{where}: {peak}{_at(study, worst)}{f' ({others_text})' if others_text else ''}."]
     if "force_p99" in {name.removeprefix(f"{joint.name}_") for name in there}:
         points.append("p99 is exceeded during 1 % of the time, so it ignores shorter impacts.")
     if worst != mildest:
@@ -96,18 +96,18 @@ def repeating(study: Study) -> list[str]:
     if "period" not in study.cases:
         return []
     periods, count = study.cases["period"], len(study.cases)
-    found, points = periods.to_numpy()[periods.notna()], []
-    if len(found):
-        cases = "All motions" if len(found) == count else f"{len(found)} of {wording.count(count, 'motion')}"
-        shares = Counter(int(period) for period in found)
+    repeated, points = periods.to_numpy()[periods.notna()], []
+    if len(repeated):
+        cases = "All motions" if len(repeated) == count else f"{len(repeated)} of {wording.count(count, 'motion')}"
+        shares = Counter(int(period) for period in repeated)
         after = wording.sentence_list([f"{number} after {period}" for period, number in sorted(shares.items())])
         points.append(f"{cases} repeat themselves (revolutions: {after}): a peak there comes back in every period.")
     points += _chaotic(study)
-    if len(found) < count:
-        rest, beside = wording.count(count, "motion"), _beside_median(study, study.hardest_joint())
+    if len(repeated) < count:
+        rest, suffix = wording.count(count, "motion"), _beside_median(study, study.hardest_joint())
         points.append(
-            f"{count - len(found)} of {rest} were not seen to repeat themselves within the window: compare these by "
-            f"the median of the peaks of revolutions, by rms or p99{beside}."
+            f"{count - len(repeated)} of {rest} were not seen to repeat themselves within the window: compare these by "
+            f"the median of the peaks of revolutions, by rms or p99{suffix}."
         )
     return points
 
@@ -166,8 +166,8 @@ def _best_by_speed(study: Study) -> Table:
     shown = [study.cases.index[places], *(study.cases[axis.path].iloc[places] for axis in others)]
     for column, _ in figures:
         shown.append(study.cases[column].iloc[places] if column in study.cases else np.full(len(places), np.nan))
-    found = zip(ends, zip(*shown, strict=True), strict=True)
-    rows = [(value, load, *values, case_id) for (value, load, _), (case_id, *values) in found]
+    best = zip(ends, zip(*shown, strict=True), strict=True)
+    rows = [(value, load, *values, case_id) for (value, load, _), (case_id, *values) in best]
     columns = (
         *axis_columns(study, [speed]),
         Column("load"),

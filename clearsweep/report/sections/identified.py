@@ -18,18 +18,18 @@ PAIRS = 6  # of keys that are drawn
 
 def sections(study: Study) -> list[Section]:
     """Return the section; [] where nothing was identified, or the run did not come to its end."""
-    found: dict[str, Any] = study.run.grid.get("identified") or {}
-    sample = study.run.identify if found else None
+    identified: dict[str, Any] = study.run.grid.get("identified") or {}
+    sample = study.run.identify if identified else None
     if sample is None or sample.empty:
         return []
     axes = {axis.path: axis for axis in study.axes}
-    joints = _joints(found)
+    joints = _joints(identified)
     blocks: list[Block] = [
-        Sentences([*(f"{_said(axes[each['path']], each)}." for each in found["parameters"])]),
-        Sentences(machine.sentences(found, joints)),
-        Gallery("Dashed: the ends of the 95 % interval; solid: the median.", _pictures(found, sample, axes)),
-        _parameters(found, axes),
-        _fits(found),
+        Sentences([*(f"{_said(axes[each['path']], each)}." for each in identified["parameters"])]),
+        Sentences(machine.sentences(identified, joints)),
+        Gallery("Dashed: the ends of the 95 % interval; solid: the median.", _pictures(identified, sample, axes)),
+        _parameters(identified, axes),
+        _fits(identified),
     ]
     return [Section("identify", "The machine that was measured", filled(blocks))]
 
@@ -37,15 +37,15 @@ def sections(study: Study) -> list[Section]:
 def cards(study: Study) -> list[tuple[str, str, str]]:
     """Return a card for each key that was identified."""
     axes = {axis.path: axis for axis in study.axes}
-    found = study.run.grid.get("identified") or {}
+    identified = study.run.grid.get("identified") or {}
     return [
         (axes[each["path"]].name, axes[each["path"]].scale.text(each["value"]), _interval(axes[each["path"]], each))
-        for each in found.get("parameters", ())
+        for each in identified.get("parameters", ())
     ]
 
 
-def _joints(found: dict[str, Any]) -> int:
-    return len({each["path"].split(".")[1] for each in found["parameters"] if each["path"].startswith("joints.")})
+def _joints(identified: dict[str, Any]) -> int:
+    return len({each["path"].split(".")[1] for each in identified["parameters"] if each["path"].startswith("joints.")})
 
 
 def _interval(axis: Axis, each: dict[str, Any]) -> str:
@@ -59,7 +59,7 @@ def _said(axis: Axis, each: dict[str, Any]) -> str:
     return text[0].upper() + text[1:]
 
 
-def _pictures(found: dict[str, Any], sample: pd.DataFrame, axes: dict[str, Axis]) -> list[Picture]:
+def _pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, Axis]) -> list[Picture]:
     """Return how likely values of each key are, and pairs of keys."""
     weights, pictures = sample["weight"].to_numpy(), []
 
@@ -79,15 +79,15 @@ def _pictures(found: dict[str, Any], sample: pd.DataFrame, axes: dict[str, Axis]
         title = f"{first.name} and {second.name}"
         return Picture(title, "Darker: likelier.", f"How likely pairs of {title} are.", paint)
 
-    pictures += [single(each) for each in found["parameters"]]
-    pairs = itertools.combinations([axes[each["path"]] for each in found["parameters"]], 2)
+    pictures += [single(each) for each in identified["parameters"]]
+    pairs = itertools.combinations([axes[each["path"]] for each in identified["parameters"]], 2)
     return [*pictures, *(both(*pair) for pair in itertools.islice(pairs, PAIRS))]
 
 
-def _parameters(found: dict[str, Any], axes: dict[str, Axis]) -> Table:
+def _parameters(identified: dict[str, Any], axes: dict[str, Axis]) -> Table:
     """Return a row for each key."""
     rows = []
-    for each in found["parameters"]:
+    for each in identified["parameters"]:
         axis = axes[each["path"]]
         cells = [Quantity(each[name], axis.scale.text(each[name])) for name in ("value", "low", "high")]
         rows.append((axis.name, *cells, each["determined"]))
@@ -95,10 +95,10 @@ def _parameters(found: dict[str, Any], axes: dict[str, Axis]) -> Table:
     return Table("identify", "Keys with their 95 % intervals", "", columns, rows)
 
 
-def _fits(found: dict[str, Any]) -> Table:
+def _fits(identified: dict[str, Any]) -> Table:
     """Return a row for each feature."""
     rows = []
-    for each in found["fits"]:
+    for each in identified["fits"]:
         cells = [Quantity(each[name], wording.text(each[name], each["unit"])) for name in ("measured", "computed")]
         rows.append((each["channel"], each["feature"], *cells, each["deviations"]))
     columns = (Column("signal"), Column("feature"), Column("measured"), Column("computed"), Column("deviations"))

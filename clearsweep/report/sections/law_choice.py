@@ -30,20 +30,20 @@ def sections(study: Study) -> list[Section]:
 
 
 def _section(study: Study, axis: Axis) -> Section:
-    beside = matched(study, axis)
+    matched_cases = matched(study, axis)
     joint = next(joint for joint in study.joints if axis.path.startswith(f"joints.{joint.title}."))
-    spread = _spread(study, beside)
+    spread = _spread(study, matched_cases)
     more = Part([], [], [])
     if axis.path.endswith(".contact.law"):
         more = restitution_comparison.of_axis(study, axis, joint)
     elif axis.path.endswith((".contact.elastic", ".roughness.law")):
         more = elastic_comparison.of_axis(study, axis, joint)
-    judged = law_verdict.of_axis(study, beside)
+    verdict = law_verdict.of_axis(study, matched_cases)
     strips = [_strip(study, axis, place, *figure) for place in study.joints for figure in _figures(study, place)]
     part = Part(
-        [*judged.sentences, _sentence(study, axis, spread), *more.sentences],
+        [*verdict.sentences, _sentence(study, axis, spread), *more.sentences],
         [*strips, *more.pictures],
-        [*judged.tables, spread, *(_forces(study, beside, place) for place in study.joints), *more.tables],
+        [*verdict.tables, spread, *(_forces(study, matched_cases, place) for place in study.joints), *more.tables],
     )
     return Section(axis_key(axis), f"What the choice of {axis.name} does", part.blocks())
 
@@ -54,9 +54,9 @@ def _figures(study: Study, joint: Joint) -> list[tuple[str, str]]:
     return [(column, name) for column, name in named if study.has(column)]
 
 
-def _forces(study: Study, beside: Matched, joint: Joint) -> Table:
+def _forces(study: Study, matched_cases: Matched, joint: Joint) -> Table:
     """Return the forces of one joint law by law."""
-    axis, figures = beside.axis, _figures(study, joint)
+    axis, figures = matched_cases.axis, _figures(study, joint)
     heads = [Column(axis.name), Column("cases")]
     for column, name in figures:
         unit = study.unit(column)
@@ -66,7 +66,7 @@ def _forces(study: Study, beside: Matched, joint: Joint) -> Table:
             Column(f"{name}, largest", unit, file_only=True),
             Column(f"{name.removeprefix('force ')} beside other laws"),
         ]
-    ratios = {column: _ratios(study, beside, column) for column, _ in figures}
+    ratios = {column: _ratios(study, matched_cases, column) for column, _ in figures}
     rows = []
     for law in axis.values:
         alike = (study.cases[axis.path] == law).to_numpy()
@@ -84,9 +84,9 @@ def _forces(study: Study, beside: Matched, joint: Joint) -> Table:
     return Table(f"{axis_key(axis)}_{joint.name}", title, note, tuple(heads), rows)
 
 
-def _ratios(study: Study, beside: Matched, column: str) -> pd.Series:
+def _ratios(study: Study, matched_cases: Matched, column: str) -> pd.Series:
     """Return law -> a figure over the median of all laws at otherwise equal values, the median of that."""
-    table = beside.table(study, column)
+    table = matched_cases.table(study, column)
     return table.div(table.median(axis=1), axis=0).median()
 
 
@@ -98,18 +98,18 @@ def _ends(values: pd.Series, unit: str) -> list[Quantity | float]:
     return [Quantity(middle, scale.text(middle) + span), low, high]
 
 
-def _spread(study: Study, beside: Matched) -> Table:
+def _spread(study: Study, matched_cases: Matched) -> Table:
     """Return by which factor each figure differs between laws at otherwise equal values."""
     rows = []
     for joint in study.joints:
         for column, name in _figures(study, joint):
-            table = beside.table(study, column)
+            table = matched_cases.table(study, column)
             if table.empty:
                 continue
             factor = table.max(axis=1) / table.min(axis=1)
             worst = table.loc[factor.idxmax()].dropna()
             weakest, strongest = worst.idxmin(), worst.idxmax()
-            at = study.setting(beside.case(factor.idxmax(), weakest), without=beside.axis)
+            at = study.setting(matched_cases.case(factor.idxmax(), weakest), without=matched_cases.axis)
             ends: list[Quantity | str] = []
             said = wording.alike((worst[law] for law in (weakest, strongest)), study.unit(column))
             for law, text in zip((weakest, strongest), said, strict=True):
@@ -129,8 +129,8 @@ def _spread(study: Study, beside: Matched) -> Table:
         Column("at"),
     )
     note = "Largest over smallest value among the laws, at otherwise equal values."
-    title = f"Spread between the {_plural(beside.axis)}"
-    return Table(f"{axis_key(beside.axis)}_spread", title, note, columns, rows)
+    title = f"Spread between the {_plural(matched_cases.axis)}"
+    return Table(f"{axis_key(matched_cases.axis)}_spread", title, note, columns, rows)
 
 
 def _sentence(study: Study, axis: Axis, spread: Table) -> str:

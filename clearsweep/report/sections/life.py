@@ -7,7 +7,7 @@ import numpy as np
 from ...judging import lifetime
 from ...language import wording
 from ..draw import life
-from ..draw.life import Course
+from ..draw.life import DepthCurve
 from ..picture import Picture
 from ..section import Gallery, Points, Section, filled
 from ..study import Joint, Study
@@ -57,7 +57,7 @@ def _told(study: Study, joint: Joint, case_id: str) -> str:
     """Return a life in hours with its interval, and in revolutions."""
     known = {name: joint.column(name) for name in lifetime.COLUMNS if joint.column(name) in study.cases}
     life = lifetime.lifetime_of({name: float(study.cases.at[case_id, column]) for name, column in known.items()})
-    return f"{lifetime.told(life)}, {wording.plain(life.revolutions)} revolutions"
+    return f"{lifetime.interval_text(life)}, {wording.plain(life.revolutions)} revolutions"
 
 
 def _pictures(study: Study, joint: Joint) -> list[Picture]:
@@ -67,7 +67,7 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
     histories = {name: (case_id, study.run.history(case_id)) for name, case_id in zip(names, ids, strict=True)}
     caption = "; ".join(f"{name}: {study.setting(case_id) or case_id}" for name, (case_id, _) in histories.items())
     limit = study.run.grid["life"].get("limit")
-    found: list[Picture] = []
+    pictures: list[Picture] = []
     for figure, unit, title in (
         ("wear_depth_max", "m", "wear depth"),
         ("clearance_growth", "m", "growth of the clearance"),
@@ -80,11 +80,11 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
             text = f"{title} over revolutions; at the end: {named}."
             of_limit = limit if figure == of and isinstance(limit, float) else None
             paint = partial(life.over_revolutions, courses=courses, unit=unit, name=title, limit=of_limit)
-            found.append(Picture(f"{title.capitalize()} over revolutions", "" if found else caption, text, paint))
-    return maps.over_axes(study, joint, "life_hours", "life") + found
+            pictures.append(Picture(f"{title.capitalize()} over revolutions", "" if pictures else caption, text, paint))
+    return maps.over_axes(study, joint, "life_hours", "life") + pictures
 
 
-def _course(study: Study, joint: Joint, name: str, case_id: str, history: dict, figure: str) -> Course:
+def _course(study: Study, joint: Joint, name: str, case_id: str, history: dict, figure: str) -> DepthCurve:
     """Return how a figure of a case goes on; the end of what is judged has its interval."""
     key = f"{joint.name}/{'clearance' if figure == 'clearance_growth' else figure}"
     values = np.asarray(history[key], float)
@@ -93,4 +93,4 @@ def _course(study: Study, joint: Joint, name: str, case_id: str, history: dict, 
         low, high = (float(study.cases.at[case_id, joint.column(f"life_{end}")]) for end in ("low", "high"))
         interval = (low, high) if np.isfinite(low) and np.isfinite(high) else None
     grown = values - values[0] if figure == "clearance_growth" else values
-    return Course(name, np.asarray(history["revolutions"], float), grown, interval)
+    return DepthCurve(name, np.asarray(history["revolutions"], float), grown, interval)

@@ -158,7 +158,7 @@ def _spots(study: Study, shown: Map, scale: wording.Scale) -> tuple[Spot, ...]:
             where = f"{across.name} {across.text(across.values[column])}, {up.name} {up.text(up.values[row])}"
             many = f", {CALLED[reduced].lower()} of {len(cases)} cases" if len(cases) > 1 else ""
             value = reduced(values[cases])
-            one = study.cases.index[cases[values[cases] == value][0]] if reduced is not median or not many else ""
+            case_id = study.cases.index[cases[values[cases] == value][0]] if reduced is not median or not many else ""
             low, high = (column - 0.5, row - 0.5), (column + 0.5, row + 0.5)
-            spots.append(Spot(low, high, f"{scale.text(value)}: {where}{many}", one))
+            spots.append(Spot(low, high, f"{scale.text(value)}: {where}{many}", case_id))
     return tuple(spots)

@@ -50,17 +50,17 @@ def _maps(study: Study, joint: Joint) -> list[Picture]:
         return []
     across, up = sorted(ranked, key=study.axes.index)
     others = [axis.name for axis in study.swept() if axis not in ranked]
-    found = []
+    maps = []
     of_joint = kinds.of_joint(study, joint)
     drawn = [("Contact", of_joint.contact, CONTACTS), ("Period", of_joint.period, PERIODS)]
     for name, values, words in drawn[_oiled(study, joint) :]:
         known = np.where(values < 0, np.nan, values)
         if np.isfinite(known).any():
-            found.append(_map(f"{name}: {across.name} {wording.TIMES} {up.name}", study, known, (across, up), words))
+            maps.append(_map(f"{name}: {across.name} {wording.TIMES} {up.name}", study, known, (across, up), words))
     caption = (
         f"The least calm over {wording.sentence_list(others)}, and how many are." if others else "One case per cell."
     )
-    return [picture._replace(caption=caption) for picture in found]
+    return [picture._replace(caption=caption) for picture in maps]
 
 
 def _map(title: str, study: Study, values: np.ndarray, axes: tuple[Axis, Axis], words: tuple[str, ...]) -> Picture:
@@ -107,9 +107,9 @@ def _table(study: Study, joint: Joint) -> Table:
     """Return the shares for each value of every axis."""
     rows, times = [], list[str]()
     for axis in study.levels():
-        names, found = kinds.by_value(study, joint, axis)
+        names, counts = kinds.by_value(study, joint, axis)
         times = [] if _oiled(study, joint) else names
-        for value, cases, *parts in found:
+        for value, cases, *parts in counts:
             shares = (Quantity(part, wording.percent(part)) for part in parts[len(names) - len(times) :])
             rows.append((axis.name, Quantity(value, axis.text(value)), counted(cases), *shares))
     heads = ("axis", "value", "cases", *times, *(f"period {name}" for name in PERIODS[:3]), PERIODS[3])
@@ -127,21 +127,21 @@ def _of_points(study: Study) -> str:
 def _diagrams(study: Study, joint: Joint) -> list[Picture]:
     """Return the diagrams along the numeric axes, the one that moves the force most first."""
     lead = joint.column(study.lead.figure)
-    beside = study.worst(joint)
+    reference = study.worst(joint)
     ranked = [effect.axis for effect in main_effects(study, lead)]
     ranked += [axis for axis in study.swept() if axis.scattered]
-    found = [_diagram(study, joint, axis, beside) for axis in ranked if axis.numeric]
-    return [picture for picture in found if picture][:AXES]
+    diagrams = [_diagram(study, joint, axis, reference) for axis in ranked if axis.numeric]
+    return [picture for picture in diagrams if picture][:AXES]
 
 
-def _diagram(study: Study, joint: Joint, axis: Axis, beside: str) -> Picture | None:
-    points = strobe.along(study, joint, axis, beside)
+def _diagram(study: Study, joint: Joint, axis: Axis, reference: str) -> Picture | None:
+    points = strobe.along_axis(study, joint, axis, reference)
     if points.cases < LEAST:
         return None
-    held = study.setting(beside, without=axis) if not axis.scattered else ""
+    fixed_setting = study.setting(reference, without=axis) if not axis.scattered else ""
     return Picture(
         f"Bifurcation diagram over {axis.name}{study.where(joint, ', joint {}')}",
-        f"At {held}; dotted: the clearance." if held else "Dotted: the clearance.",
+        f"At {fixed_setting}; dotted: the clearance." if fixed_setting else "Dotted: the clearance.",
         f"Places of the journal at crank angle 0 over {axis.name}, {points.x.size} points of {points.cases} cases.",
         lambda ax: draw.bifurcation(ax, points, axis),
         FLAT,
@@ -185,14 +185,14 @@ def _spectra(study: Study, joint: Joint) -> list[Picture]:
     if saved is None or saved.angle is None:
         return []
     wanted = (f"normal force{study.where(joint, f', {joint.title}')}", f"{study.run.layout.output} acceleration")
-    found = []
-    for course in courses(study, case_id, saved):
-        actual = spectrum.of_history(saved.angle, course.actual) if course.name in wanted else None
+    spectra = []
+    for curve in courses(study, case_id, saved):
+        actual = spectrum.of_history(saved.angle, curve.actual) if curve.name in wanted else None
         if actual is None or not actual.amplitude.any():
             continue
-        ideal = None if course.ideal is None else spectrum.of_history(saved.angle, course.ideal)
-        found.append(_spectrum(course.name, course.unit, actual, ideal))
-    return found
+        ideal = None if curve.ideal is None else spectrum.of_history(saved.angle, curve.ideal)
+        spectra.append(_spectrum(curve.name, curve.unit, actual, ideal))
+    return spectra
 
 
 def _spectrum(name: str, unit: str, actual: spectrum.Spectrum, ideal: spectrum.Spectrum | None) -> Picture:

@@ -108,17 +108,17 @@ def _table(study: Study, rows: list[dict[str, Any]], names: list[str], start: st
         Column("nearest limit"),
         Column("case"),
     )
-    found = []
+    lines = []
     if start is not None and start not in [row["case_id"] for row in rows]:
         margin = study.cases.at[start, "margin"] if study.has("margin") else float("nan")
         values = [study.cases.at[start, axis.path] for axis in study.axes]
         cells = (*values, *(float(study.cases.at[start, name]) for name in names), float(margin))
         exceeded = study.cases.at[start, "limits_exceeded"] if "limits_exceeded" in study.cases else ""
-        found.append((*cells, exceeded or wording.DASH, "as written"))
+        lines.append((*cells, exceeded or wording.DASH, "as written"))
     for row in rows:
         numbers = [float("nan") if row[name] is None else row[name] for name in (*names, "margin")]
-        found.append((*(row[axis.path] for axis in study.axes), *numbers, row["limiting"] or wording.DASH, "best"))
-    return Table("optimise", "The best cases", "", columns, found)
+        lines.append((*(row[axis.path] for axis in study.axes), *numbers, row["limiting"] or wording.DASH, "best"))
+    return Table("optimise", "The best cases", "", columns, lines)
 
 
 def _front(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[Picture]:
@@ -158,7 +158,7 @@ def _parallel(study: Study, rows: list[dict[str, Any]], names: list[str]) -> lis
         ax.plot(across, places[~best].T, color="0.8", linewidth=0.5)
         ax.plot(across, places[best].T, color="C3", linewidth=1.2)
         ends = [[scales[key][1].text(end) for key, end in zip(keys, side, strict=True)] for side in (low, high)]
-        labels = [f"{scales[key][0]}\n{one} to {other}" for key, one, other in zip(keys, *ends, strict=True)]
+        labels = [f"{scales[key][0]}\n{least} to {other}" for key, least, other in zip(keys, *ends, strict=True)]
         ax.set_xticks(across, labels, fontsize=7)
         ax.set_yticks([])
         ax.set_xlim(-0.2, len(keys) - 0.8)

@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from ...language import wording
-from ..motion import FLAT, Course, courses, most_of, saved_of
+from ..motion import FLAT, JointHistory, courses, most_of, saved_of
 from ..picture import Picture, capital
 from ..section import Block, Detail, Section, Sentences
 from ..shown import shown
@@ -31,7 +31,7 @@ def _detail(study: Study, place: int, case_id: str) -> Detail:
     path = study.run.peak_revolution(case_id)
     joint = next(joint for joint in study.joints if joint.name == path.attrs["joint"])
     saved = saved_of(study, case_id, path)
-    pictures = [_picture(course, saved.painter(*_painted(course))) for course in courses(study, case_id, saved)]
+    pictures = [_picture(curve, saved.painter(*_painted(curve))) for curve in courses(study, case_id, saved)]
     figures = [(name, study.text(case_id, column)) for column, name in shown(study, "case", joint)]
     why = f"Worst case {place}" if len(study.run.worst) > 1 else "Worst case"
     return Detail(why, case_id, study.setting(case_id), [*_where(joint, path, saved.angle), *figures], pictures)
@@ -46,14 +46,14 @@ def _where(joint: Joint, path: pd.DataFrame, angle: np.ndarray | None) -> list[t
     return known
 
 
-def _painted(course: Course) -> tuple:
-    return course.actual, course.unit, course.name, course.ideal
+def _painted(curve: JointHistory) -> tuple:
+    return curve.actual, curve.unit, curve.name, curve.ideal
 
 
-def _picture(course: Course, paint: Callable[[Axes], None]) -> Picture:
+def _picture(curve: JointHistory, paint: Callable[[Axes], None]) -> Picture:
     """Return one quantity over the revolution."""
-    most, *ideal = most_of([course.actual, *([] if course.ideal is None else [course.ideal])], course.unit)
-    alt = f"{capital(course.name)} over the revolution of the peak, at most {most} among the samples"
+    most, *ideal = most_of([curve.actual, *([] if curve.ideal is None else [curve.ideal])], curve.unit)
+    alt = f"{capital(curve.name)} over the revolution of the peak, at most {most} among the samples"
     if ideal:
         alt += f"; without clearance {ideal[0]}"
-    return Picture(capital(course.name), "", f"{alt}.", paint, FLAT)
+    return Picture(capital(curve.name), "", f"{alt}.", paint, FLAT)

@@ -77,7 +77,7 @@ def _beyond_horizon(study: Study) -> list[tuple[Joint, dict[str, str]]]:
     """Return why the error of a force peak is no check: joint, and case_id -> in words."""
     if not study.has(HORIZON):
         return []
-    horizon, found = study.cases[HORIZON], []
+    horizon, cases = study.cases[HORIZON], []
     for joint in study.joints:
         turn = joint.column(PEAK_TURN)
         if study.has(turn):
@@ -88,8 +88,8 @@ def _beyond_horizon(study: Study) -> list[tuple[Joint, dict[str, str]]]:
                 "revolutions: no check of convergence"
                 for case_id in beyond
             }
-            found.append((joint, words))
-    return found
+            cases.append((joint, words))
+    return cases
 
 
 def _checks(study: Study) -> list[str]:

@@ -10,7 +10,7 @@ from ..draw import comparison
 from ..draw.style import RED
 from ..picture import Picture, capital
 from ..rank_table import correlations, rank_table
-from ..sample_tables import Judged, effect_table, index_table, judged, limit_table, spread_table
+from ..sample_tables import Judged, effect_table, index_table, limited_figures, limit_table, spread_table
 from ..section import Block, Gallery, Section, Sentences, filled
 from ..sensitivity import Estimate, Setting
 from ..study import Study
@@ -63,12 +63,12 @@ def _sensitivity(study: Study, samples: list[Setting]) -> list[Block]:
 
 def _scatter(study: Study, samples: list[Setting]) -> list[Picture]:
     """Return the first figures over the variables that go with each most, limited ones first; not of too few cases."""
-    figures = sorted(judged(study), key=lambda figure: not figure.limits)[:SCATTERED]
+    figures = sorted(limited_figures(study), key=lambda figure: not figure.limits)[:SCATTERED]
     pictures = []
     for figure in figures:
         sample = max(samples, key=lambda each: float(np.nan_to_num(each.figures[figure.column]).max()))
-        found = correlations(study, sample, figure.column)[:SCATTERED]
-        pictures += [_cloud(study, sample, figure, path, alone) for path, alone, _ in found]
+        correlated = correlations(study, sample, figure.column)[:SCATTERED]
+        pictures += [_cloud(study, sample, figure, path, alone) for path, alone, _ in correlated]
     return pictures
 
 
@@ -83,8 +83,8 @@ def _cloud(study: Study, sample: Setting, figure: Judged, path: str, correlation
 
     def paint(ax: Axes) -> None:
         comparison.cloud(ax, x, y, None, (axis.name, figure.name), (axis.scale, scale))
-        for bound in bounds:
-            ax.axhline(bound, color=RED, linewidth=1.2, linestyle="--")
+        for limit_line in bounds:
+            ax.axhline(limit_line, color=RED, linewidth=1.2, linestyle="--")
 
     title = f"{capital(figure.name)} over {axis.name}"
     return Picture(title, said, f"{title}, {len(y)} cases. {said}", paint, size=(3.3, 2.8))
@@ -93,7 +93,7 @@ def _cloud(study: Study, sample: Setting, figure: Judged, path: str, correlation
 def _histograms(study: Study, samples: list[Setting]) -> list[Picture]:
     pictures = [
         _histogram(study, sample, figure)
-        for figure in judged(study)
+        for figure in limited_figures(study)
         for sample in samples
         if np.isfinite(sample.figures[figure.column]).any()
     ]

@@ -37,25 +37,25 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         ("restitution", "Measured restitution", "largest of all cases"),
         ("wear_depth_max", "Deepest wear", "in the recorded window"),
     )
-    for figure, name, beside in figures:
+    for figure, name, suffix in figures:
         column, joint = _worst(study, figure)
         if study.cases.largest(column) > 0.0:
             where = study.where(joint, "joint {}") if joint else ""
             worst = study.cases[column].idxmax()
-            elastic = elastic_range.beside(study, joint, worst) if joint and figure == ONSET else ""
-            said = "; ".join(filter(None, (where, beside, elastic))) or (f"joint {joint.title}" if joint else "")
+            elastic = elastic_range.remark(study, joint, worst) if joint and figure == ONSET else ""
+            said = "; ".join(filter(None, (where, suffix, elastic))) or (f"joint {joint.title}" if joint else "")
             cards.append((name, study.text(worst, column), said))
     return cards
 
 
 def _answer(study: Study) -> list[tuple[str, str, str]]:
     """Return the cards that answer the question of the grid: the figures of its worst case."""
-    found, lead = worst_case(study), question(study)
+    worst, lead = worst_case(study), question(study)
     if lead.question == "identify":
         return identified.cards(study)
-    if found is None:
+    if worst is None:
         return []
-    case_id, candidate = found
+    case_id, candidate = worst
     value = float(study.cases.at[case_id, candidate.columns[0]])
     at = study.setting(case_id)
     if lead.question == "life":

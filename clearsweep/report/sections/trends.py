@@ -94,12 +94,12 @@ def _round_the_circle(study: Study, joint: Joint) -> list[Answer]:
     depths = [[worn.round_it(depth) for depth in study.run.wear(case_id)[joint.name]] for case_id in some]
     answers = []
     for place, body in enumerate(("bearing", "journal")):
-        found = np.sort([depth[place].max() / depth[place].mean() for depth in depths if depth[place].max() > 0.0])
-        if len(found):
-            middle = quantile(found, 0.5) if len(found) > 1 else Estimate(found[0], math.nan, math.nan)
+        ratios = np.sort([depth[place].max() / depth[place].mean() for depth in depths if depth[place].max() > 0.0])
+        if len(ratios):
+            middle = quantile(ratios, 0.5) if len(ratios) > 1 else Estimate(ratios[0], math.nan, math.nan)
             answer = _verdict(middle.low, middle.high, border=UNEVEN)
             title = f"uneven round the {body}"
-            answers.append(Answer(title, joint, "deepest over mean depth", middle, len(found), "cases", answer))
+            answers.append(Answer(title, joint, "deepest over mean depth", middle, len(ratios), "cases", answer))
     return answers
 
 

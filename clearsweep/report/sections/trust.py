@@ -35,12 +35,12 @@ def _warnings(study: Study) -> list[str]:
 
 
 def _of_finished(study: Study) -> list[str]:
-    found = [*headline.limits(study), *headline.repeating(study)]
+    sentences = [*headline.limits(study), *headline.repeating(study)]
     for section in (*law_choice.sections(study), *elastic_laws.sections(study)):
-        found += [_linked(section, sentence) for sentence in section.sentences[:1]]
+        sentences += [_linked(section, sentence) for sentence in section.sentences[:1]]
     of_budget = budget.sections(study)
-    told = [_linked(section, " ".join(section.sentences[1:2])) for section in of_budget]
-    return [*found, *(told or [NO_BUDGET])]
+    budget_points = [_linked(section, " ".join(section.sentences[1:2])) for section in of_budget]
+    return [*sentences, *(budget_points or [NO_BUDGET])]
 
 
 def _linked(section: Section, sentence: str) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from ...judging import order, verdict
 from ...language import wording
 from ..case_table import axis_columns
-from ..draw import passing
+from ..draw import pass_share
 from ..main_effects import main_effects
 from ..picture import Picture, capital
 from ..section import Block, Gallery, Points, Section, filled
@@ -16,7 +16,7 @@ from ..study import Axis, Joint, Study, largest, over_other_axes
 from ..table import Column, Quantity, Table, counted
 from ..worst_case import question, worst_case
 from . import life, maps
-from .sought import safest
+from .seek import safest
 
 MAPS = 3  # pairs of axes at most
 NOTE = "Smallest margin in per cent of the cases of a cell, which passes if all of them keep to all limits."
@@ -34,13 +34,13 @@ def sections(study: Study) -> list[Section]:
 
 def _worst(study: Study) -> list[str]:
     """Return the worst case of a grid that asks nothing of its cases, and which limit to add."""
-    found, lead = worst_case(study), question(study)
+    worst, lead = worst_case(study), question(study)
     if lead.question not in ("film", "force"):
         return []
     advice = [capital(order.no_limits(study.run.layout)) + "."]
-    if found is None:
+    if worst is None:
         return advice
-    case_id, candidate = found
+    case_id, candidate = worst
     joint = next(each for each in study.joints if each.name == candidate.joint)
     said = [
         f"{heading} {_share(study, case_id, name)}"
@@ -105,11 +105,11 @@ def _kept(study: Study) -> list[str]:
         worst, best = margins.idxmin(), margins.idxmax()
         which = study.cases.at[worst, verdict.EXCEEDED]
         named = f" ({', '.join(in_words(study, name) for name in which.split(','))})" if which else ""
-        for word, case_id, beside in (("Smallest", worst, named), ("Largest", best, ""))[: 1 + (best != worst)]:
+        for word, case_id, remark in (("Smallest", worst, named), ("Largest", best, ""))[: 1 + (best != worst)]:
             margin = verdict.margin_words(
                 float(study.cases.at[case_id, verdict.MARGIN]), study.limits, study.cases.at[case_id, verdict.EXCEEDED]
             )
-            sentences.append(f"{word} margin: {margin}{_at(study, case_id)}{beside}.")
+            sentences.append(f"{word} margin: {margin}{_at(study, case_id)}{remark}.")
     return sentences
 
 
@@ -168,10 +168,10 @@ def _table(study: Study) -> Table:
 
 def _limit(study: Study, limit: verdict.Limit) -> str:
     """Return a limit in words: 'force peak at most 60 kN'."""
-    bound = limit.words(study.unit(limit.column))
+    limit_text = limit.words(study.unit(limit.column))
     if limit.times:
-        bound = bound.replace(limit.times, f"the {in_words(study, limit.times)}")
-    return f"{in_words(study, limit.column)} {bound}"
+        limit_text = limit_text.replace(limit.times, f"the {in_words(study, limit.times)}")
+    return f"{in_words(study, limit.column)} {limit_text}"
 
 
 def _maps(study: Study) -> list[Picture]:
@@ -202,17 +202,17 @@ def _map(study: Study, across: Axis, up: Axis) -> Picture:
         caption,
         f"Map of the smallest margin over {across.name} and {up.name}: {passing_cells} of {cells} cells keep to all "
         f"limits. {caption}",
-        lambda ax: passing.cells(ax, smallest, failing, (across, up), between),
+        lambda ax: pass_share.cells(ax, smallest, failing, (across, up), between),
     )
 
 
-def _between(study: Study, exceeded: np.ndarray, across: Axis, up: Axis) -> passing.Dots:
+def _between(study: Study, exceeded: np.ndarray, across: Axis, up: Axis) -> pass_share.Dots:
     """Return the finished cases that lie between the values of two axes, where `refine` put them."""
-    beside = (study.places(across) < 0) | (study.places(up) < 0)
-    if not beside.any():
-        return passing.Dots(np.zeros(0), np.zeros(0), np.zeros(0, bool))
-    x, y = (_among(axis, study.cases[axis.path].to_numpy()[beside]) for axis in (across, up))
-    return passing.Dots(x, y, exceeded[beside] > 0.0)
+    remark = (study.places(across) < 0) | (study.places(up) < 0)
+    if not remark.any():
+        return pass_share.Dots(np.zeros(0), np.zeros(0), np.zeros(0, bool))
+    x, y = (_among(axis, study.cases[axis.path].to_numpy()[remark]) for axis in (across, up))
+    return pass_share.Dots(x, y, exceeded[remark] > 0.0)
 
 
 def _among(axis: Axis, values: np.ndarray) -> np.ndarray:

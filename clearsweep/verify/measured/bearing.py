@@ -40,23 +40,23 @@ def grid(joint: dict[str, Any], speed: float, load: float, *, mass: float, revol
 
 def run(source: dict[str, Any]) -> Trajectory:
     """Return the run of a grid.  Raises RuntimeError where it fails."""
-    found = simulate(load_case(source))
-    if found.status != "ok":
-        raise RuntimeError(f"a rig did not run: {found.message}")
-    return found
+    trajectory = simulate(load_case(source))
+    if trajectory.status != "ok":
+        raise RuntimeError(f"a rig did not run: {trajectory.message}")
+    return trajectory
 
 
-def attitude(found: Trajectory) -> float:
+def attitude(trajectory: Trajectory) -> float:
     """Return the angle (rad) from the load on the journal, which is upwards, to its eccentricity, where a run ends."""
-    x, y = found["joints/film/x"][-1], found["joints/film/y"][-1]
+    x, y = trajectory["joints/film/x"][-1], trajectory["joints/film/y"][-1]
     return float(np.arctan2(-x, y))
 
 
-def eccentricity(found: Trajectory) -> float:
+def eccentricity(trajectory: Trajectory) -> float:
     """Return the distance (m) of the journal from the middle of its bearing where a run ends."""
-    return float(np.hypot(found["joints/film/x"][-1], found["joints/film/y"][-1]))
+    return float(np.hypot(trajectory["joints/film/x"][-1], trajectory["joints/film/y"][-1]))
 
 
-def torque(found: Trajectory) -> float:
+def torque(trajectory: Trajectory) -> float:
     """Return the torque (N m) on the shaft where a run ends."""
-    return float(found["drive/torque"][-1])
+    return float(trajectory["drive/torque"][-1])

@@ -56,16 +56,16 @@ def at_rest(size: dict[str, float], load: float, rate: float, law: str) -> tuple
     if size is TEST:  # the source has asperities of this bearing alone
         film["transition"] = asperities
     joint: dict[str, Any] = {**size, "film": film, "contact": BEHIND, "friction": FRICTION}
-    found = bearing.run(bearing.grid(joint, rate, load, mass=MASS, revolutions=TURNS))
-    return bearing.torque(found), 1e6 * (size["clearance"] - bearing.eccentricity(found))
+    trajectory = bearing.run(bearing.grid(joint, rate, load, mass=MASS, revolutions=TURNS))
+    return bearing.torque(trajectory), 1e6 * (size["clearance"] - bearing.eccentricity(trajectory))
 
 
 def rig(load: float, rpm: float, law: str) -> dict[str, float]:
     """Return the torque of the shaft and the least film of the test bearing under a load (N)."""
     rate = rpm * math.pi / 30.0
     torque, least = at_rest(TEST, load, rate, law)
-    beside, _ = at_rest(SUPPORT, 0.5 * load, rate, law)
-    return {"shaft torque": torque + 2.0 * beside, "least film": least}
+    support, _ = at_rest(SUPPORT, 0.5 * load, rate, law)
+    return {"shaft torque": torque + 2.0 * support, "least film": least}
 
 
 def measure(*, quick: bool = False) -> list[Row]:

@@ -25,10 +25,10 @@ def measure(*, quick: bool = False) -> list[Row]:
         table = reference(NAME, book)
         points = list(dict.fromkeys(point for point, *_ in table.points))[:: 6 if quick else 1]
         for law in LAWS:
-            found: dict[tuple[str, str], float] = {}
+            values: dict[tuple[str, str], float] = {}
             for point in points:
                 words = point.replace(",", "").split()  # L/D 0.5 S 1.656
                 there = settled(law, float(words[1]), 0.5 / (math.pi * float(words[3])))
-                found |= {(point, name): value for name, value in there.items()}
-            rows += table.rows(found, law)
+                values |= {(point, name): value for name, value in there.items()}
+            rows += table.rows(values, law)
     return rows

@@ -30,11 +30,11 @@ def settled(law: str, slenderness: float, sommerfeld: float) -> dict[str, float]
     load = sommerfeld * slenderness * (2.0 * RADIUS) ** 2 * VISCOSITY * SPEED * (RADIUS / CLEARANCE) ** 2
     film = {"law": law, "viscosity": VISCOSITY}
     joint = {"clearance": CLEARANCE, "bearing_radius": RADIUS, "length": 2.0 * RADIUS * slenderness, "film": film}
-    found = bearing.run(bearing.grid(joint, SPEED, load, mass=MASS, revolutions=TURNS))
+    trajectory = bearing.run(bearing.grid(joint, SPEED, load, mass=MASS, revolutions=TURNS))
     return {
-        "eccentricity ratio": bearing.eccentricity(found) / CLEARANCE,
-        "attitude": math.degrees(bearing.attitude(found)),
-        "friction variable": bearing.torque(found) / (load * CLEARANCE),
+        "eccentricity ratio": bearing.eccentricity(trajectory) / CLEARANCE,
+        "attitude": math.degrees(bearing.attitude(trajectory)),
+        "friction variable": bearing.torque(trajectory) / (load * CLEARANCE),
     }
 
 
@@ -51,13 +51,13 @@ def _rows(
     table: Reference, so_of: Callable[[float], float], laws: Mapping[str, tuple[str, ...]], every: int = 1
 ) -> list[Row]:
     """Return the rows of a table; `so_of`: from the load number of the table to So."""
-    found: list[Row] = []
+    rows: list[Row] = []
     for point in list(dict.fromkeys(point for point, *_ in table.points))[::every]:
         slenderness, _, number = (part.rpartition(" ")[2] for part in point.split(", "))
         for law in laws[slenderness]:
             there = settled(law, float(slenderness), so_of(float(number)))
-            found += table.rows({(point, name): value for name, value in there.items()}, law)
-    return found
+            rows += table.rows({(point, name): value for name, value in there.items()}, law)
+    return rows
 
 
 def picture(rows: list[Row]) -> Figure:

@@ -51,16 +51,16 @@ def impact(stiffness: float, masses: list[float], speed: float) -> dict[str, flo
         "joints": {"pair": {"clearance": CLEARANCE, "contact": contact}},
         "simulate": {"impacts": 1, "tolerance": 1e-11},
     }
-    found = simulate(load_case(source))
-    begins, ends = found.events["t"][:2]
+    trajectory = simulate(load_case(source))
+    begins, ends = trajectory.events["t"][:2]
     return {
-        "depth": 1e6 * found.summary["pair_penetration_max"],
-        "force": 1e-3 * found.summary["pair_force_peak"],
+        "depth": 1e6 * trajectory.summary["pair_penetration_max"],
+        "force": 1e-3 * trajectory.summary["pair_force_peak"],
         "duration": 1e6 * float(ends - begins),
     }
 
 
 def measure(*, quick: bool = False) -> list[Row]:
     """Return depth, force and duration of four impacts."""
-    found = {(point, name): value for point, case in CASES.items() for name, value in impact(*case).items()}
-    return reference(NAME).rows(found)
+    values = {(point, name): value for point, case in CASES.items() for name, value in impact(*case).items()}
+    return reference(NAME).rows(values)

@@ -96,14 +96,14 @@ def grid(incidence: float, friction: dict[str, Any]) -> dict[str, Any]:
 
 def impact(incidence: float, friction: dict[str, Any]) -> dict[str, float]:
     """Return what the ball does after an impact at an angle (rad) from the normal.  Raises RuntimeError."""
-    found = simulate(load_case(grid(incidence, friction)))
-    if found.status != "ok" or [str(event["kind"]) for event in found.events] != ["on", "off"]:
-        raise RuntimeError(f"a ball did not rebound once: {found.message or found.events}")
-    normal, along, spin = (float(found[f"ball/{name}"][-1]) for name in ("vx", "vy", "rate"))
+    trajectory = simulate(load_case(grid(incidence, friction)))
+    if trajectory.status != "ok" or [str(event["kind"]) for event in trajectory.events] != ["on", "off"]:
+        raise RuntimeError(f"a ball did not rebound once: {trajectory.message or trajectory.events}")
+    normal, tangential, spin = (float(trajectory[f"ball/{name}"][-1]) for name in ("vx", "vy", "rate"))
     return {
-        "tangential restitution": along / (SPEED * math.sin(incidence)),
+        "tangential restitution": tangential / (SPEED * math.sin(incidence)),
         "rebound spin": spin,
-        "rebound angle of the contact point": math.degrees(math.atan2(along + RADIUS * spin, -normal)),
+        "rebound angle of the contact point": math.degrees(math.atan2(tangential + RADIUS * spin, -normal)),
     }
 
 
@@ -112,15 +112,15 @@ def measure(*, quick: bool = False) -> list[Row]:
     table = reference(NAME)
     points = list(dict.fromkeys(point for point, *_ in table.points))
     laws = ("tanh", "dahl") if quick else tuple(LAWS)
-    found = []
+    rows = []
     for law in laws:
         computed = {
             (point, quantity): value
             for point in (points[2:5] if quick else points)
             for quantity, value in impact(math.radians(float(point.split()[1])), {"law": law, **LAWS[law]}).items()
         }
-        found += table.rows(computed, law)
-    return found
+        rows += table.rows(computed, law)
+    return rows
 
 
 def picture(rows: list[Row]) -> Figure:

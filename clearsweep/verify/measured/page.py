@@ -24,11 +24,11 @@ def text(rows: list[Row]) -> str:
 
 def groups(rows: list[Row]) -> list[list[Row]]:
     """Return the rows that have a computed value, by source, quantity and variant."""
-    found: dict[tuple, list[Row]] = {}
+    by_key: dict[tuple, list[Row]] = {}
     for row in rows:
         if row.computed is not None:
-            found.setdefault((row.benchmark, row.source, row.quantity, row.variant), []).append(row)
-    return list(found.values())
+            by_key.setdefault((row.benchmark, row.source, row.quantity, row.variant), []).append(row)
+    return list(by_key.values())
 
 
 def spread(rows: list[Row]) -> tuple[float, float]:

@@ -56,8 +56,8 @@ class Reference(NamedTuple):
 @functools.cache
 def _file() -> dict[str, Any]:
     file = resources.files(__package__).joinpath("..", "references", FILE)
-    found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    return found
+    points: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return points
 
 
 def reference(benchmark: str, name: str = "") -> Reference:

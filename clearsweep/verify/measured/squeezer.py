@@ -92,14 +92,14 @@ def _body(mass: float, inertia: float, center: list[float], **points: list[float
 
 def end(clearance: float = 0.0) -> dict[tuple[str, str], float]:
     """Return angles and rates at the end, by the names of the source."""
-    found = simulate(load_case(grid(clearance)), times=np.array([END]))
-    if found.status != "ok":
-        raise RuntimeError(f"the squeezer did not run: {found.message}")
+    trajectory = simulate(load_case(grid(clearance)), times=np.array([END]))
+    if trajectory.status != "ok":
+        raise RuntimeError(f"the squeezer did not run: {trajectory.message}")
     values = {}
     for name, (body, other) in ANGLES.items():
         for quantity, channel in (("angle at 0.03 s", "angle"), ("rate at 0.03 s", "rate")):
-            less = float(found[f"{other}/{channel}"][0]) if other else 0.0
-            values[name, quantity] = float(found[f"{body}/{channel}"][0]) - less
+            less = float(trajectory[f"{other}/{channel}"][0]) if other else 0.0
+            values[name, quantity] = float(trajectory[f"{body}/{channel}"][0]) - less
     return values
 
 

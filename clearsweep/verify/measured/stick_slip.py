@@ -84,15 +84,15 @@ def grid(friction: dict[str, Any]) -> dict[str, Any]:
 def run(law: str) -> Trajectory:
     """Return the run with a law of LAWS.  Raises RuntimeError."""
     times = np.linspace(0.0, END, round(END / STEP) + 1)
-    found = simulate(load_case(grid({"law": law, **LAWS[law]})), times=times)
-    if found.status != "ok":
-        raise RuntimeError(f"a block did not slip: {found.message}")
-    return found
+    trajectory = simulate(load_case(grid({"law": law, **LAWS[law]})), times=times)
+    if trajectory.status != "ok":
+        raise RuntimeError(f"a block did not slip: {trajectory.message}")
+    return trajectory
 
 
-def figures(found: Trajectory) -> dict[tuple[str, str], float]:
+def figures(trajectory: Trajectory) -> dict[tuple[str, str], float]:
     """Return what the reference has, of a run."""
-    t, x, v = found.t, found["block/x"], found["block/vx"]
+    t, x, v = trajectory.t, trajectory["block/x"], trajectory["block/vx"]
     fast = np.flatnonzero(np.diff((v > SLIPS).astype(int)))
     crossed = t[fast] + STEP * (SLIPS - v[fast]) / (v[fast + 1] - v[fast])
     begins, ends = crossed[::2], crossed[1::2]
@@ -116,9 +116,9 @@ def picture(rows: list[Row]) -> Figure:
     page = Figure(figsize=(9.0, 3.2), layout="constrained")
     left, right = page.subplots(1, 2)
     for law, colour in zip(LAWS, COLOURS, strict=False):
-        found = run(law)
-        left.plot(found.t, found["block/x"], color=colour, label=law)
-        right.plot(found.t, found["block/vx"], color=colour, label=law)
+        trajectory = run(law)
+        left.plot(trajectory.t, trajectory["block/x"], color=colour, label=law)
+        right.plot(trajectory.t, trajectory["block/vx"], color=colour, label=law)
     table = reference(NAME)
     rests, ends = table.values("rests at"), table.values("ends")
     left.plot([ends[slip] + 0.2 for slip in rests], list(rests.values()), **REFERENCE, label="published run")

@@ -49,8 +49,8 @@ def joint(law: str, viscosity: float, slenderness: float, radius: float, clearan
 
 def rest(film: dict[str, Any], speed: float, mass: float) -> tuple[float, float]:
     """Return where (m) the housing comes to rest: that of a housing without mass under the same load."""
-    found = bearing.run(bearing.grid(film, speed, mass * GRAVITY, mass=1e-4 * mass, revolutions=60))
-    return float(found["housing/x"][-1]), float(found["housing/y"][-1])
+    trajectory = bearing.run(bearing.grid(film, speed, mass * GRAVITY, mass=1e-4 * mass, revolutions=60))
+    return float(trajectory["housing/x"][-1]), float(trajectory["housing/y"][-1])
 
 
 def grid(film: dict[str, Any], speed: float, mass: float) -> dict[str, Any]:
@@ -90,7 +90,7 @@ def grid(film: dict[str, Any], speed: float, mass: float) -> dict[str, Any]:
 
 def threshold(source: dict[str, Any], between: tuple[float, float]) -> float:
     """Return the largest stable speed (rad/s) by `seek`.  Raises RuntimeError where the range does not hold it."""
-    sought = {
+    seek = {
         "largest": "drive.speed",
         "between": list(between),
         "within": WITHIN * between[1],
@@ -99,7 +99,7 @@ def threshold(source: dict[str, Any], between: tuple[float, float]) -> float:
     }
     with tempfile.TemporaryDirectory() as directory:
         result = sweep(
-            source | {"name": "whirl", "seek": sought}, directory + "/run", executor="serial", show_progress=False
+            source | {"name": "whirl", "seek": seek}, directory + "/run", executor="serial", show_progress=False
         )
     (answer,) = result.answers
     if answer.low is None or answer.high is None or answer.low == answer.high:
@@ -110,35 +110,35 @@ def threshold(source: dict[str, Any], between: tuple[float, float]) -> float:
 def whirl_ratio(source: dict[str, Any], speed: float) -> float:
     """Return the speed of the whirl over that of the shaft, from a run close to the threshold."""
     tried = source | {"drive": {"speed": speed}, "save": {"orbits": "last", "revolutions": 40, "samples": 36}}
-    found = simulate(load_case({key: value for key, value in tried.items() if key != "limits"}))
-    place = found["joints/film/x"] + 1j * found["joints/film/y"]
+    trajectory = simulate(load_case({key: value for key, value in tried.items() if key != "limits"}))
+    place = trajectory["joints/film/x"] + 1j * trajectory["joints/film/y"]
     turned = np.unwrap(np.angle(place - place.mean()))
-    return float((turned[-1] - turned[0]) / (found["crank_angle"][-1] - found["crank_angle"][0]))
+    return float((turned[-1] - turned[0]) / (trajectory["crank_angle"][-1] - trajectory["crank_angle"][0]))
 
 
 def measure(*, quick: bool = False) -> list[Row]:
     """Return the rows of the closed form and of Nicholas' two bearings."""
     table = reference(NAME, "short film")
     speeds = table.values("threshold speed")
-    found = {}
+    values = {}
     for point in list(speeds)[2:3] if quick else speeds:
         there = speeds[point] * math.sqrt(GRAVITY / CLEARANCE)
         film = joint("short", short_film(float(point.split()[-1]), there), SLENDERNESS, RADIUS, CLEARANCE)
         source = grid(film, there, MASS)
         onset = threshold(source, (0.94 * there, 1.06 * there))
-        found[point, "threshold speed"] = onset * math.sqrt(CLEARANCE / GRAVITY)
-        found[point, "whirl over shaft speed"] = whirl_ratio(source, onset)
-    rows = table.rows(found, "short")
+        values[point, "threshold speed"] = onset * math.sqrt(CLEARANCE / GRAVITY)
+        values[point, "whirl over shaft speed"] = whirl_ratio(source, onset)
+    rows = table.rows(values, "short")
     return rows if quick else rows + _plain()
 
 
 def _plain() -> list[Row]:
     """Return the rows of plain bearings like those of Nicholas, Barrett & Leader."""
-    table, found = reference(NAME, "nicholas"), {}
+    table, values = reference(NAME, "nicholas"), {}
     for point, *_ in table.points:
         clearance = 1e-6 * float(point.split()[-2])
         unit = math.sqrt(GRAVITY / clearance)
         film = joint("reynolds", 0.0524, 1.0, 0.0127, clearance)
         source = grid(film, 2.5 * unit, 66.278 / GRAVITY)
-        found[point, "threshold speed"] = threshold(source, (2.0 * unit, 3.2 * unit)) / unit
-    return table.rows(found, "reynolds")
+        values[point, "threshold speed"] = threshold(source, (2.0 * unit, 3.2 * unit)) / unit
+    return table.rows(values, "reynolds")

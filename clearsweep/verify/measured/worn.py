@@ -94,15 +94,15 @@ def in_space(tilt: float) -> dict[str, Any]:
 
 def run(source: dict[str, Any]) -> Trajectory:
     """Return the run of a grid.  Raises RuntimeError where it fails."""
-    found = simulate(load_case(source))
-    if found.status != "ok":
-        raise RuntimeError(f"a worn joint did not run: {found.message}")
-    return found
+    trajectory = simulate(load_case(source))
+    if trajectory.status != "ok":
+        raise RuntimeError(f"a worn joint did not run: {trajectory.message}")
+    return trajectory
 
 
-def deepest(found: Trajectory) -> float:
+def deepest(trajectory: Trajectory) -> float:
     """Return where along the bearing it is worn deepest: 0 in the middle, 1 in the strip at an edge."""
-    depth = found.wear["crank_rod"][0].max(axis=0)
+    depth = trajectory.wear["crank_rod"][0].max(axis=0)
     middle = 0.5 * (len(depth) - 1)
     return float(abs(int(np.argmax(depth)) - middle) / middle)
 

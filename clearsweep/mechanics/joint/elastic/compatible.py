@@ -31,7 +31,7 @@ from ...compiled import calculus
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
 from ..material import line_modulus
-from ..recipe import enter
+from ..recipe import register
 from .contract import NEEDS, NODES, elastic_energy, elastic_force, elastic_form
 from .cylinders import inverse_lambert
 from .power import Power, derived_power
@@ -103,7 +103,7 @@ def _make_compatible(joint: Joint) -> Compatible:
     return Compatible(0.5 * math.pi * line_modulus(joint), joint.clearance)
 
 
-enter(
+register(
     Law(
         "elastic",
         "compatible",
@@ -160,7 +160,7 @@ def fitted(joint: Joint) -> Fitted:
     return Fitted(power, float(np.sqrt(np.mean(error**2))), float(depths[-1]))
 
 
-enter(
+register(
     Law(
         "elastic",
         "compatible-fit",

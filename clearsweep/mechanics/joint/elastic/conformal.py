@@ -15,7 +15,7 @@ from ....language.errors import InputError
 from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..material import line_modulus, plane_strain_modulus
-from ..recipe import enter
+from ..recipe import register
 from .contract import NEEDS, WIDE_ARC, elastic_form
 from .power import Power, derived_power
 
@@ -38,7 +38,7 @@ def _make_liu(joint):
     return Liu(0.5 * math.pi * line_modulus(joint), joint.clearance)
 
 
-enter(
+register(
     Law(
         "elastic",
         "liu",
@@ -55,7 +55,7 @@ enter(
 )
 
 
-enter(
+register(
     Law(
         "elastic",
         "bai-zhao-consistent",
@@ -94,7 +94,7 @@ def _make_literal(joint):
     return LiuTangent(modulus, joint.clearance, joint.contact.values["exponent"])
 
 
-enter(
+register(
     Law(
         "elastic",
         "bai-zhao-literal",
@@ -150,7 +150,7 @@ def foundation_modulus(joint: Joint) -> float:
     return (1.0 - poisson) * young / ((1.0 + poisson) * (1.0 - 2.0 * poisson) * joint.contact.values["thickness"])
 
 
-enter(
+register(
     Law(
         "elastic",
         "winkler",
@@ -219,7 +219,7 @@ def _make_persson(joint):
     return Conformal(2.0 * math.pi * line_modulus(joint) * joint.clearance, joint.clearance)
 
 
-enter(
+register(
     Law(
         "elastic",
         "persson",
@@ -264,7 +264,7 @@ def _make_fit(joint):
     return Power(factor * line_modulus(joint) * joint.clearance ** (1.0 - exponent), exponent)
 
 
-enter(
+register(
     Law(
         "elastic",
         "conformal-fit",

@@ -67,11 +67,11 @@ def elastic_form(form, *, odd: bool):
     `odd` : at small penetration the force is an odd power of the root of the penetration.
     """
 
-    def enter(body):
+    def register(body):
         parity.member(form)(_odd if odd else _even)
         return elastic_force.member(form)(body)
 
-    return enter
+    return register
 
 
 def _odd(elastic):

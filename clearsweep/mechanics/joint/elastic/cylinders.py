@@ -12,7 +12,7 @@ from ....contracts.catalogue import Field, Law, Range
 from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..material import line_modulus
-from ..recipe import enter
+from ..recipe import register
 from .contract import NEEDS, SMALL_ARC, elastic_energy, elastic_force, elastic_form
 from .power import Power, derived_power
 
@@ -78,7 +78,7 @@ _FOLD = (
 def line_law(law: Law, make: Callable) -> None:
     """Enter a law pen = g F ln(S / F), g = 1 / (pi E* L), with its S."""
     law = law._replace(notes=f"{law.notes}  {_FOLD}", trusted=(SMALL_ARC,))
-    enter(law, (Logarithmic,), make, limit=lambda joint: LOGARITHMIC_END * make(joint).depth)
+    register(law, (Logarithmic,), make, limit=lambda joint: LOGARITHMIC_END * make(joint).depth)
 
 
 def _johnson(joint, constant=-1.0):
@@ -200,7 +200,7 @@ def _pereira(joint):
     return Power(stiffness * 1e3**exponent, exponent)
 
 
-enter(
+register(
     Law(
         "elastic",
         "pereira",

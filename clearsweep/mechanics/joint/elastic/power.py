@@ -5,7 +5,7 @@ from typing import NamedTuple
 from ....contracts.catalogue import Field, Law, Range
 from ...compiled import calculus as math
 from ..material import material_stiffness
-from ..recipe import enter
+from ..recipe import register
 from .contract import elastic_energy, elastic_form, energy_stiffness
 
 
@@ -96,7 +96,7 @@ def _given_stiffness(joint):
 
 _BALL = Range("length", 0.0, 0.0, "m", "a stiffness that follows from the material is a ball's, whatever the length")
 
-enter(
+register(
     Law(
         "elastic",
         "power",
@@ -123,7 +123,7 @@ enter(
 )
 
 
-enter(
+register(
     Law(
         "elastic",
         "lankarani-nikravesh-cylindrical",

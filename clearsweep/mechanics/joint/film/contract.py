@@ -20,7 +20,7 @@ class FilmMotion(NamedTuple):
     """How the journal moves in the film."""
 
     ratio: float  # eccentricity over clearance, below 1
-    closing: float  # 1/s, its rate
+    squeeze_rate: float  # 1/s, its rate
     spin: float  # rad/s, effective: of journal and bearing less twice that of the line of centres
 
 
@@ -53,7 +53,7 @@ def _none_known(law, motion):
 
 
 @family
-def shear_couple(shear, motion, turning):
+def shear_couple(shear, motion, rotation):
     """Return the couple C (N m) by which the shear of a film slows the journal and drags the bearing along.
 
     turning : rad/s, spin of the journal less that of the bearing.
@@ -61,7 +61,7 @@ def shear_couple(shear, motion, turning):
 
 
 @family
-def film_couples(shear, motion, turning, moment):
+def film_couples(shear, motion, rotation, moment):
     """Return the couples (N m) of a film on journal and bearing; a law of shear need not be a member.
 
     moment : N m, of the tangential force about the bearing's centre; it and the couples add up to 0.
@@ -69,8 +69,8 @@ def film_couples(shear, motion, turning, moment):
 
 
 @film_couples.member(None)
-def _balanced(shear, motion, turning, moment):
-    couple = shear_couple(shear, motion, turning)
+def _balanced(shear, motion, rotation, moment):
+    couple = shear_couple(shear, motion, rotation)
     return -couple - 0.5 * moment, couple - 0.5 * moment
 
 

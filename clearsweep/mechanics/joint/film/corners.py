@@ -11,7 +11,7 @@ NEAR = 1e-9  # of the clearance: a step that begins as close to a corner has jus
 class Corners(NamedTuple):
     """The part of a joint with a film that lets steps end where the film's force has a corner."""
 
-    held: float  # m, depth from which the film's formula is held
+    clamped: float  # m, depth from which the film's formula is held
     begin: float  # m, depth from which the dry contact bears; inf: never
     end: float  # m, depth from which it bears alone; inf: never
     near: float  # m
@@ -33,8 +33,8 @@ def _both_ways(corners):
 def _passed(corners, start, contact, root):
     was, now, near = start.depth, contact.depth, corners.near
     return (
-        now - corners.held if was < corners.held - near else NEVER,
-        corners.held - now if was > corners.held + near else NEVER,
+        now - corners.clamped if was < corners.clamped - near else NEVER,
+        corners.clamped - now if was > corners.clamped + near else NEVER,
         now - corners.begin if was < corners.begin - near else NEVER,
         corners.begin - now if was > corners.begin + near else NEVER,
         now - corners.end if was < corners.end - near else NEVER,

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from ....contracts.catalogue import Law, Range
 from ...compiled import calculus as math
 from ...compiled.family import kernel
-from ..recipe import enter
+from ..recipe import register
 from .contract import film_force
 
 
@@ -67,10 +67,10 @@ def squeeze_number(law, ratio):
 
 @film_force.member(Finite)
 def _butenschoen(law, motion):
-    ratio, closing, spin = motion.ratio, motion.closing, motion.spin
+    ratio, squeeze_rate, spin = motion.ratio, motion.squeeze_rate, motion.spin
     wedge, sine, cosine = turning_number(law, ratio)
-    squeeze = squeeze_number(law, ratio if closing >= 0.0 else -ratio)
-    radial = -law.force * (wedge * cosine * abs(spin) + squeeze * closing)
+    squeeze = squeeze_number(law, ratio if squeeze_rate >= 0.0 else -ratio)
+    radial = -law.force * (wedge * cosine * abs(spin) + squeeze * squeeze_rate)
     return radial, law.force * wedge * sine * spin
 
 
@@ -80,7 +80,7 @@ def _finite(joint):
     return butenschoen(joint.length * 2.0 * joint.bearing_radius * joint.film.viscosity / (psi * psi), slenderness)
 
 
-enter(
+register(
     Law(
         "film",
         "finite",

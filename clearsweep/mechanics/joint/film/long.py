@@ -7,7 +7,7 @@ from ....contracts.catalogue import Law, Range
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
-from ..recipe import enter
+from ..recipe import register
 from .contract import arc_from, film_force, film_pressure, highest
 
 LENGTHY = Range("length / diameter", 4.0, inf, "1", "the oil is to flow round the pin; a shorter bearing bears less")
@@ -22,8 +22,8 @@ class Long(NamedTuple):
 
 @film_force.member(Long)
 def _half_film(law, motion):
-    ratio, closing, full = motion.ratio, motion.closing, 2.0 + motion.ratio * motion.ratio
-    squeeze, wedge = closing * full, motion.spin * ratio
+    ratio, squeeze_rate, full = motion.ratio, motion.squeeze_rate, 2.0 + motion.ratio * motion.ratio
+    squeeze, wedge = squeeze_rate * full, motion.spin * ratio
     if squeeze == 0.0 and wedge == 0.0:
         still = as_type_of(0.0, squeeze * wedge)
         return still, still
@@ -35,15 +35,15 @@ def _half_film(law, motion):
     radial = share * (2.0 * s * s * ends - 2.0 * inner * c / d)
     tangential = share * (spread - 2.0 * s * inner / d - 2.0 * s * c * ends)
     rest = 2.0 * c + ratio * (1.0 + 2.0 * c * c) - ratio * ratio * inner
-    radial -= 6.0 * law.force * closing * (spread + 2.0 * s * rest / (begin * begin * d)) / slow
-    tangential += 24.0 * law.force * closing * c * c / (d * begin)
+    radial -= 6.0 * law.force * squeeze_rate * (spread + 2.0 * s * rest / (begin * begin * d)) / slow
+    tangential += 24.0 * law.force * squeeze_rate * c * c / (d * begin)
     return radial, tangential
 
 
 @kernel
 def _pressure(law, motion, cosine, sine):
     ratio, full = motion.ratio, 2.0 + motion.ratio * motion.ratio
-    squeeze, wedge = motion.closing * full, motion.spin * ratio
+    squeeze, wedge = motion.squeeze_rate * full, motion.spin * ratio
     length = math.sqrt(squeeze * squeeze + wedge * wedge)
     if length == 0.0:
         return 0.0
@@ -51,13 +51,13 @@ def _pressure(law, motion, cosine, sine):
     begin, here = 1.0 + ratio * c, 1.0 + ratio * cosine
     drawn = sine * (1.0 + here) / (here * here) - s * (1.0 + begin) / (begin * begin)
     pressed = (c - cosine) * (begin + here) / (begin * here) ** 2
-    return law.pressure * (wedge / full * drawn + motion.closing * pressed)
+    return law.pressure * (wedge / full * drawn + motion.squeeze_rate * pressed)
 
 
 @film_pressure.member(Long)
 def _highest_of_long(law, motion):
     full = 2.0 + motion.ratio * motion.ratio
-    return highest(law, motion, _pressure, math.atan2(motion.closing * full, motion.spin * motion.ratio))
+    return highest(law, motion, _pressure, math.atan2(motion.squeeze_rate * full, motion.spin * motion.ratio))
 
 
 def _sizes(joint):
@@ -66,7 +66,7 @@ def _sizes(joint):
     return viscosity * length * radius**3 / squared, 6.0 * viscosity * radius**2 / squared
 
 
-enter(
+register(
     Law(
         "film",
         "long",
@@ -93,24 +93,24 @@ class PinkusSternlicht(NamedTuple):
 
 @film_force.member(PinkusSternlicht)
 def _pinkus_sternlicht(law, motion):
-    ratio, closing, spin = motion.ratio, motion.closing, motion.spin
+    ratio, squeeze_rate, spin = motion.ratio, motion.squeeze_rate, motion.spin
     squared = ratio * ratio
-    slow, full, speed = 1.0 - squared, 2.0 + squared, abs(closing)
+    slow, full, speed = 1.0 - squared, 2.0 + squared, abs(squeeze_rate)
     half_wedge = 0.5 * spin * ratio
-    weight = math.sqrt(slow * (half_wedge * half_wedge + closing * closing))  # eps |eps'| k
+    weight = math.sqrt(slow * (half_wedge * half_wedge + squeeze_rate * squeeze_rate))  # eps |eps'| k
     under = weight + 1.5 * ratio * speed
     if under == 0.0:
         still = as_type_of(0.0, under)
         return still, still
-    share = (weight + 3.0 * ratio * speed if closing > 0.0 else weight) / under
-    sign = 1.0 if closing > 0.0 else -1.0
+    share = (weight + 3.0 * ratio * speed if squeeze_rate > 0.0 else weight) / under
+    sign = 1.0 if squeeze_rate > 0.0 else -1.0
     radial = -6.0 * law.force / (full * slow * math.sqrt(slow))
     radial *= 4.0 * weight * ratio + sign * speed * full * math.pi * share
     tangential = 6.0 * math.pi * law.force * ratio * spin / (full * math.sqrt(slow)) * share
     return radial, tangential
 
 
-enter(
+register(
     Law(
         "film",
         "pinkus-sternlicht",

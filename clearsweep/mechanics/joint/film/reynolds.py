@@ -15,8 +15,8 @@ from ....contracts.catalogue import Law, Range
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
-from ...compiled.held import held, item_of
-from ..recipe import RECIPES, enter
+from ...compiled.array_handle import array_handle, load_item
+from ..recipe import RECIPES, register
 from .contract import film_force, film_pressure
 from .short import Short
 
@@ -67,7 +67,7 @@ def tables(slenderness: float) -> tuple[float, float]:
     at_node = np.flatnonzero(distance == 0.0)
     shares = np.eye(LENGTHS)[at_node[0]] if at_node.size else weights / distance / (weights / distance).sum()
     power, peak = np.tensordot(shares, _file(), 1) @ _powers()
-    return held(power), held(peak)
+    return array_handle(power), array_handle(peak)
 
 
 @kernel
@@ -84,11 +84,11 @@ def expansion(table, ratio, direction):
     before, after = as_type_of(0.0, x), as_type_of(1.0, x)  # their derivatives over k and k + 1
     for pair in range(TERMS // 2):
         first = 2 * pair * POWERS
-        a = as_type_of(item_of(table, first + POWERS - 1), x)
-        b = as_type_of(item_of(table, first + 2 * POWERS - 1), x)
+        a = as_type_of(load_item(table, first + POWERS - 1), x)
+        b = as_type_of(load_item(table, first + 2 * POWERS - 1), x)
         for power in range(POWERS - 2, -1, -1):
-            a = a * x + item_of(table, first + power)
-            b = b * x + item_of(table, first + POWERS + power)
+            a = a * x + load_item(table, first + power)
+            b = b * x + load_item(table, first + POWERS + power)
         b = b * depth
         total = total + a * even + b * odd
         rate = rate + 2.0 * pair * a * before + (2.0 * pair + 1.0) * b * after
@@ -103,7 +103,7 @@ def expansion(table, ratio, direction):
 def _direction(motion):
     """Return sine, cosine and size of the velocity that the expansion goes by, and what it multiplies the wedge by."""
     stretch = math.sqrt(math.sqrt(1.0 - motion.ratio * motion.ratio))
-    squeeze, wedge = 2.0 * motion.closing, motion.spin * motion.ratio * stretch
+    squeeze, wedge = 2.0 * motion.squeeze_rate, motion.spin * motion.ratio * stretch
     size = math.sqrt(squeeze * squeeze + wedge * wedge)
     return squeeze, wedge, size, stretch
 
@@ -136,7 +136,7 @@ def _reynolds(joint):
     return Reynolds(short, *tables(0.5 * joint.length / joint.bearing_radius))
 
 
-enter(
+register(
     Law(
         "film",
         "reynolds",

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from ....contracts.catalogue import Law
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
-from ..recipe import enter
+from ..recipe import register
 from .contract import film_couples, shear_couple
 
 BALANCED = "M_j = -C - e F_t / 2, M_b = C - e F_t / 2, C = "
@@ -22,17 +22,17 @@ class Unsheared(NamedTuple):
 
 
 @shear_couple.member(Unsheared)
-def _none(shear, motion, turning):
+def _none(shear, motion, rotation):
     return as_type_of(0.0, motion.ratio)
 
 
 @film_couples.member(Unsheared)
-def _centres_alone(shear, motion, turning, moment):
+def _centres_alone(shear, motion, rotation, moment):
     nothing = as_type_of(0.0, moment)
     return nothing, nothing
 
 
-enter(
+register(
     Law(
         "film-friction",
         "none",
@@ -54,8 +54,8 @@ class Petroff(NamedTuple):
 
 
 @shear_couple.member(Petroff)
-def _petroff(shear, motion, turning):
-    return as_type_of(shear.drag * turning, motion.ratio)
+def _petroff(shear, motion, rotation):
+    return as_type_of(shear.drag * rotation, motion.ratio)
 
 
 def drag(joint) -> float:
@@ -63,7 +63,7 @@ def drag(joint) -> float:
     return 2.0 * math.pi * joint.film.viscosity * joint.bearing_radius**3 * joint.length / joint.clearance
 
 
-enter(
+register(
     Law(
         "film-friction",
         "petroff",
@@ -84,11 +84,11 @@ class Couette(NamedTuple):
 
 
 @shear_couple.member(Couette)
-def _couette(shear, motion, turning):
-    return shear.drag * turning / math.sqrt(1.0 - motion.ratio * motion.ratio)
+def _couette(shear, motion, rotation):
+    return shear.drag * rotation / math.sqrt(1.0 - motion.ratio * motion.ratio)
 
 
-enter(
+register(
     Law(
         "film-friction",
         "sommerfeld",
@@ -103,7 +103,7 @@ enter(
 )
 
 
-enter(
+register(
     Law(
         "film-friction",
         "butenschoen",

@@ -6,7 +6,7 @@ from ....contracts.catalogue import Law, Range
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
-from ..recipe import enter
+from ..recipe import register
 from .contract import arc_from, film_force, film_pressure, highest
 
 
@@ -19,7 +19,7 @@ class Short(NamedTuple):
 
 @film_force.member(Short)
 def _ocvirk(law, motion):
-    ratio, squeeze, wedge = motion.ratio, 2.0 * motion.closing, motion.spin * motion.ratio
+    ratio, squeeze, wedge = motion.ratio, 2.0 * motion.squeeze_rate, motion.spin * motion.ratio
     if squeeze == 0.0 and wedge == 0.0:
         still = as_type_of(0.0, squeeze * wedge)
         return still, still
@@ -39,12 +39,12 @@ def _ocvirk(law, motion):
 @kernel
 def _pressure(law, motion, cosine, sine):
     thickness = 1.0 + motion.ratio * cosine
-    return law.pressure * (motion.spin * motion.ratio * sine - 2.0 * motion.closing * cosine) / thickness**3
+    return law.pressure * (motion.spin * motion.ratio * sine - 2.0 * motion.squeeze_rate * cosine) / thickness**3
 
 
 @film_pressure.member(Short)
 def _highest_of_short(law, motion):
-    return highest(law, motion, _pressure, math.atan2(2.0 * motion.closing, motion.spin * motion.ratio))
+    return highest(law, motion, _pressure, math.atan2(2.0 * motion.squeeze_rate, motion.spin * motion.ratio))
 
 
 def _short(joint):
@@ -53,7 +53,7 @@ def _short(joint):
     return Short(viscosity * radius * length**3 / squared, 0.75 * viscosity * length**2 / squared)
 
 
-enter(
+register(
     Law(
         "film",
         "short",

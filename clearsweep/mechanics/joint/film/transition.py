@@ -10,7 +10,7 @@ from ...compiled import calculus
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
 from ..material import plane_strain_modulus
-from ..recipe import enter
+from ..recipe import register
 from .contract import asperity_load, dry_share
 
 HIGHEST = 5.0  # standard deviations: what is borne further away is below 3e-8 of the load at contact
@@ -73,10 +73,10 @@ def _greenwood_tripp(transition, depth):
     reach = (
         2.0 * calculus.atan(calculus.sqrt((1.0 - edge) / (1.0 + edge))) if edge > -1.0 else as_type_of(math.pi, depth)
     )
-    total, room = as_type_of(0.0, depth), transition.clearance - transition.mean_height
+    total, distance = as_type_of(0.0, depth), transition.clearance - transition.mean_height
     for node, weight in NODES:
         cosine = calculus.cos(reach * node)
-        total += weight * shared_load((room - eccentricity * cosine) / transition.roughness) * cosine
+        total += weight * shared_load((distance - eccentricity * cosine) / transition.roughness) * cosine
     return 2.0 * transition.load * reach * total
 
 
@@ -92,7 +92,7 @@ def bears_from(transition) -> float:
     return transition.begin
 
 
-enter(
+register(
     Law(
         "transition",
         "ramp",
@@ -116,7 +116,7 @@ def _greenwood(joint) -> GreenwoodTripp:
     )
 
 
-enter(
+register(
     Law(
         "transition",
         "greenwood-tripp",

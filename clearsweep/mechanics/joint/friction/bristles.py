@@ -7,7 +7,7 @@ from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
 from ...compiled.family import family
 from ..contract import InternalState, internal_rates, internal_state
-from ..recipe import enter
+from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values
 from .sliding import stribeck_coefficient
 
@@ -46,7 +46,7 @@ def _dahl_rate(friction, contact):
     return (slip * math.copysign(abs(rest) ** friction.shape, rest),)
 
 
-enter(
+register(
     Law(
         "friction",
         "dahl",
@@ -147,7 +147,7 @@ DAMPED_BRISTLES = (
 )
 
 
-enter(
+register(
     Law(
         "friction",
         "lugre",
@@ -188,11 +188,13 @@ class ElastoPlastic(NamedTuple):
 
 @bend_rate.member(ElastoPlastic)
 def _bend_rate_of_elasto_plastic(friction, slip):
-    along = friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip)  # below 0 while bristles unbend
+    bristle_force = (
+        friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip)
+    )  # below 0 while bristles unbend
     most = stribeck_coefficient(friction, slip)
     elastic = friction.elastic_share * friction.coefficient
-    rise = math.sin(0.5 * math.pi * min(max((along - elastic) / (most - elastic), 0.0), 1.0))
-    return slip * (1.0 - rise * rise * along / most)
+    rise = math.sin(0.5 * math.pi * min(max((bristle_force - elastic) / (most - elastic), 0.0), 1.0))
+    return slip * (1.0 - rise * rise * bristle_force / most)
 
 
 friction_force.member(ElastoPlastic)(_damped_bristles)
@@ -200,7 +202,7 @@ internal_state.member(ElastoPlastic)(_bend_of_sliding)
 internal_rates.member(ElastoPlastic)(_bends)
 
 
-enter(
+register(
     Law(
         "friction",
         "elasto-plastic",

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from ....contracts.catalogue import Field, Law, Order
 from ...compiled import calculus as math
 from ...compiled.family import kernel
-from ..recipe import enter
+from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, VISCOUS, friction_force, from_values
 
 SCALE = Field("velocity_scale", "m/s", "sliding speed at which 76 % of the friction acts")
@@ -23,7 +23,7 @@ def _tanh(friction, normal, slip):
     return -friction.coefficient * normal * math.tanh(slip / friction.velocity_scale)
 
 
-enter(
+register(
     Law(
         "friction",
         "tanh",
@@ -38,7 +38,7 @@ enter(
 )
 
 
-enter(
+register(
     Law(
         "friction",
         "coulomb",
@@ -67,7 +67,7 @@ def _ambrosio(friction, normal, slip):
     return -friction.coefficient * normal * math.copysign(share, slip)
 
 
-enter(
+register(
     Law(
         "friction",
         "ambrosio",
@@ -102,7 +102,7 @@ def _threlfall(friction, normal, slip):
     return -friction.coefficient * normal * math.copysign(share, slip)
 
 
-enter(
+register(
     Law(
         "friction",
         "threlfall",
@@ -152,7 +152,7 @@ def _bengisu_akay(friction, normal, slip):
     return -normal * math.copysign(share, slip)
 
 
-enter(
+register(
     Law(
         "friction",
         "bengisu-akay",
@@ -191,7 +191,7 @@ def _brown_mcphee(friction, normal, slip):
     return -normal * (share + friction.viscous * slip)
 
 
-enter(
+register(
     Law(
         "friction",
         "brown-mcphee",
@@ -238,7 +238,7 @@ def _stribeck(friction, normal, slip):
     return -normal * (share * math.tanh(slip / friction.velocity_scale) + friction.viscous * slip)
 
 
-enter(
+register(
     Law(
         "friction",
         "stribeck",

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from ....contracts.catalogue import Field, Law, Order
 from ..contract import PRESSED, STUCK, Guard, guard_values, guards
-from ..recipe import enter
+from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, static_limit
 from .sliding import stribeck_coefficient
 
@@ -46,7 +46,7 @@ def _within_and_beyond_the_band(friction, start, contact, root):
     return friction.band - slip, abs(slip) - LOOSE * friction.band
 
 
-enter(
+register(
     Law(
         "friction",
         "karnopp",

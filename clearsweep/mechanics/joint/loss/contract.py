@@ -77,12 +77,12 @@ def loss_form(form, *, pulls: bool, times_elastic: bool):
     elastic force times a factor, so that it goes on past the separation with the sign of that, else with its own.
     """
 
-    def enter(body):
+    def register(body):
         lowest_force.member(form)(_unbounded if pulls else _zero)
         sign_beyond.member(form)(_of_elastic if times_elastic else _its_own)
         return contact_force.member(form)(body)
 
-    return enter
+    return register
 
 
 def _zero(law):

@@ -6,7 +6,7 @@ from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
 from ..elastic.contract import elastic_force
 from ..rebound import approach_damping_rebound, damping_ratio
-from ..recipe import enter
+from ..recipe import register
 from .contract import RESTITUTION, loss_form
 
 MASS = Field("mass", "kg", "effective mass of the impact, m1 m2 / (m1 + m2)")
@@ -36,7 +36,7 @@ def _make_tsuji(joint):
     return RootDamper(alpha * math.sqrt(contact["mass"]))
 
 
-enter(
+register(
     Law(
         "law",
         "tsuji",
@@ -77,7 +77,7 @@ def _make_jankowski(joint):
     return ApproachRootDamper(2.0 * jankowski_ratio(contact["restitution"]) * math.sqrt(contact["mass"]))
 
 
-enter(
+register(
     Law(
         "law",
         "jankowski",
@@ -116,7 +116,7 @@ def _make_anagnostopoulos(joint):
     return PullingSpring(2.0 * zeta * math.sqrt(contact["stiffness"] * contact["mass"]))
 
 
-enter(
+register(
     Law(
         "law",
         "anagnostopoulos",
@@ -135,7 +135,7 @@ enter(
 )
 
 
-enter(
+register(
     Law(
         "law",
         "kelvin-voigt-unclipped",
@@ -162,7 +162,7 @@ class ViscousSpring(NamedTuple):
 loss_form(ViscousSpring, pulls=False, times_elastic=False)(_viscous_spring)
 
 
-enter(
+register(
     Law(
         "law",
         "kelvin-voigt",
@@ -180,7 +180,7 @@ enter(
 )
 
 
-enter(
+register(
     Law(
         "law",
         "ristow",
@@ -209,7 +209,7 @@ def _root_viscous(law, elastic, pen, rate, onset_rate):
     return force + law.damping * math.sqrt(pen) * rate, force
 
 
-enter(
+register(
     Law(
         "law",
         "kuwabara-kono",
@@ -239,7 +239,7 @@ def _stepped_damper(law, elastic, pen, rate, onset_rate):
     return force + law.damping * x * x * (3.0 - 2.0 * x) * rate, force
 
 
-enter(
+register(
     Law(
         "law",
         "adams-impact",

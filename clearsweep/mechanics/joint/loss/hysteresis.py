@@ -10,7 +10,7 @@ from ....contracts.catalogue import Law
 from ...compiled import calculus as math
 from ..elastic.contract import elastic_force
 from ..rebound import approach_hysteresis_rebound, exact_factor, hysteresis_rebound
-from ..recipe import enter
+from ..recipe import register
 from .contract import ANY_RESTITUTION, RESTITUTION, keeps_onset, kept_always, loss_form
 
 
@@ -24,7 +24,7 @@ def _lossless(law, elastic, pen, rate, onset_rate):
     return force, force
 
 
-enter(
+register(
     Law(
         "law",
         "hertz",
@@ -56,7 +56,7 @@ FACTOR = "F = F_elastic (1 + chi rate / onset_rate), chi = "
 
 def factor_law(law: Law, chi: Callable[[float], float]) -> None:
     """Enter a law of this form with its chi(restitution)."""
-    enter(
+    register(
         law._replace(uses_onset=True),
         (Hysteresis,),
         lambda joint: Hysteresis(float(chi(joint.contact.values["restitution"]))),
@@ -284,7 +284,7 @@ def approach_only_factor(e: float) -> float:
     return 1.5 * (1.0 - e * e) / (e * e)
 
 
-enter(
+register(
     Law(
         "law",
         "pant-wijeyewickrema",

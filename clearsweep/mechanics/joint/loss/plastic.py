@@ -16,7 +16,7 @@ from ..contract import (
 )
 from ..elastic.contract import elastic_force
 from ..material import plane_strain_modulus, relative_radius
-from ..recipe import enter
+from ..recipe import register
 from .contract import RESTITUTION, keeps_onset, kept_always, loss_form
 
 SHALLOW = 1e-12  # m, the least depth that a contact which yields remembers
@@ -129,7 +129,7 @@ def _deepest(law, event, contact, root):
     return (0.0,)
 
 
-enter(
+register(
     Law(
         "law",
         "lankarani-nikravesh-plastic",
@@ -167,7 +167,7 @@ def yield_depth(joint) -> float:
     return (pressure / (2.0 * plane_strain_modulus(joint.contact.material))) ** 2 * relative_radius(joint)
 
 
-enter(
+register(
     Law(
         "law",
         "kogut-etsion",

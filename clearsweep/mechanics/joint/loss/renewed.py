@@ -46,7 +46,7 @@ class Renewed(NamedTuple):
     elastic: tuple  # of the joint: its energy tells when
     damping: float  # 2 zeta, 1
     mass: float  # kg, that takes part as the bodies stand; told in every state
-    turning: float = 0.0  # J, > 0: energy at which v is 2 v0; < 0: it has passed that, its negative; 0: lasting
+    doubling_energy: float = 0.0  # J, > 0: energy at which v is 2 v0; < 0: it has passed that, its negative; 0: lasting
 
 
 def renewed(impact: tuple, elastic: tuple, restitution: float) -> Renewed:
@@ -56,7 +56,7 @@ def renewed(impact: tuple, elastic: tuple, restitution: float) -> Renewed:
 
 @loss_form(Renewed, pulls=False, times_elastic=True)
 def _renewed(law, elastic, pen, rate, onset_rate):
-    return _by_phase(law.turning > 0.0, (law, elastic, pen, rate, onset_rate))
+    return _by_phase(law.doubling_energy > 0.0, (law, elastic, pen, rate, onset_rate))
 
 
 @kernel
@@ -66,12 +66,12 @@ def _impact(law, elastic, pen, rate, onset_rate):
 
 @kernel
 def _after_impact(law, elastic, pen, rate, onset_rate):
-    return _by_later_phase(law.turning < 0.0, (law, elastic, pen, rate, onset_rate))
+    return _by_later_phase(law.doubling_energy < 0.0, (law, elastic, pen, rate, onset_rate))
 
 
 @kernel
 def _pressed_on(law, elastic, pen, rate, onset_rate):
-    share = elastic_energy(elastic, pen) / -law.turning  # of the energy at which v / 2 was the onset rate
+    share = elastic_energy(elastic, pen) / -law.doubling_energy  # of the energy at which v / 2 was the onset rate
     return contact_force(law.impact, elastic, pen, rate, onset_rate * math.sqrt(share))
 
 
@@ -87,17 +87,17 @@ _by_phase, _by_later_phase = either(_impact, _after_impact), either(_pressed_on,
 
 @with_mass.member(Renewed)
 def _massive(law, mass):
-    return Renewed(law.impact, law.elastic, law.damping, mass, law.turning)
+    return Renewed(law.impact, law.elastic, law.damping, mass, law.doubling_energy)
 
 
 @awaits_mass.member(Renewed)
 def _once_it_lasts(law):
-    return law.turning == 0.0
+    return law.doubling_energy == 0.0
 
 
 @keeps_onset.member(Renewed)
 def _until_pressed_on(law):
-    return law.turning > 0.0
+    return law.doubling_energy > 0.0
 
 
 @guards.member(Renewed)
@@ -107,9 +107,11 @@ def _proves_lasting(law):
 
 @guard_values.member(Renewed)
 def _beyond_an_impact(law, start, contact, root):
-    if law.turning > 0.0:
-        return elastic_energy(law.elastic, root * root) - law.turning, contact.rate if start.rate < 0.0 else NEVER
-    return NEVER, -contact.rate if law.turning < 0.0 else NEVER
+    if law.doubling_energy > 0.0:
+        return elastic_energy(
+            law.elastic, root * root
+        ) - law.doubling_energy, contact.rate if start.rate < 0.0 else NEVER
+    return NEVER, -contact.rate if law.doubling_energy < 0.0 else NEVER
 
 
 @latched.member(Renewed)
@@ -119,4 +121,4 @@ def _phase(law, event, contact, root):
         return (2.0 * law.mass * rate * rate,)
     if event == LEFT:
         return (APART,)
-    return (-law.turning if event == PRESSED_ON else 0.0,)
+    return (-law.doubling_energy if event == PRESSED_ON else 0.0,)

@@ -5,7 +5,7 @@ import math
 from ....contracts.case import Joint
 from ....contracts.catalogue import Field, Law
 from ..material import plane_strain_modulus
-from ..recipe import enter
+from ..recipe import register
 from .profile import DIMENSION, PROFILE, SCALE, derived_texture, texture
 from .spots import Piece, Surface, critical_area
 
@@ -34,7 +34,7 @@ def _make(joint: Joint) -> Surface:
     return yielding(*texture(joint), hardness, plane_strain_modulus(joint.contact.material))
 
 
-enter(
+register(
     Law(
         "roughness",
         "fractal",

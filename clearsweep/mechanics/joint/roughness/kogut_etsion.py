@@ -5,7 +5,7 @@ import math
 from ....contracts.case import Joint
 from ....contracts.catalogue import Law
 from ..material import plane_strain_modulus
-from ..recipe import enter
+from ..recipe import register
 from .fractal import HARDNESS, NEEDED, SERIES
 from .profile import DIMENSION, PROFILE, SCALE, derived_texture, texture
 from .spots import Piece, Surface, critical_area
@@ -39,7 +39,7 @@ def _make(joint: Joint) -> Surface:
     return in_regimes(*texture(joint), hardness, plane_strain_modulus(material), poisson)
 
 
-enter(
+register(
     Law(
         "roughness",
         "kogut-etsion",

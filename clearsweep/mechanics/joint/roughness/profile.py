@@ -123,22 +123,22 @@ def _fitted(distances: np.ndarray, squares: np.ndarray) -> tuple[float, float, f
     """Return s, ln of the factor of t^s, B (m^2) and the rms residual of ln S, S the `squares` (m^2) over lags (m)."""
     from scipy.optimize import least_squares
 
-    along, wanted = np.log(distances / distances[0]), np.log(squares / squares[0])
+    log_distances, wanted = np.log(distances / distances[0]), np.log(squares / squares[0])
 
     def residuals(guess: np.ndarray) -> np.ndarray:
         power, height, hidden = guess
-        return np.log(np.maximum(np.exp(height + power * along) - hidden, 1e-9)) - wanted
+        return np.log(np.maximum(np.exp(height + power * log_distances) - hidden, 1e-9)) - wanted
 
-    start = [min(max(np.polyfit(along, wanted, 1)[0], 0.1), 1.9), 0.0, 0.0]
-    found = least_squares(residuals, start, bounds=([0.0, -50.0, -0.95], [2.0, 50.0, 50.0]))
-    power, height, hidden = map(float, found.x)
+    start = [min(max(np.polyfit(log_distances, wanted, 1)[0], 0.1), 1.9), 0.0, 0.0]
+    fit = least_squares(residuals, start, bounds=([0.0, -50.0, -0.95], [2.0, 50.0, 50.0]))
+    power, height, hidden = map(float, fit.x)
     if not _NEAR < power < 2.0 - _NEAR:
         raise ValueError(
             f"has heights whose differences grow with the power {0.5 * power:.3g} of the distance; between 0 (noise) "
             "and 1 (a smooth line) they would be a fractal's"
         )
     height += math.log(squares[0]) - power * math.log(distances[0])
-    return power, height, hidden * float(squares[0]), float(np.sqrt(np.mean(found.fun**2)))
+    return power, height, hidden * float(squares[0]), float(np.sqrt(np.mean(fit.fun**2)))
 
 
 def _fractal(power: float, height: float) -> tuple[float, float]:

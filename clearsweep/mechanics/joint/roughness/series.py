@@ -18,7 +18,7 @@ from numpy.polynomial.legendre import leggauss
 from ...compiled import calculus
 from ...compiled.dual import as_type_of, plain
 from ...compiled.family import kernel
-from ...compiled.held import Held, held, item_of
+from ...compiled.array_handle import ArrayHandle, array_handle, load_item
 from ..elastic.conformal import load_arc
 from ..elastic.contract import elastic_energy, elastic_force, parity
 from .spots import Surface, approach, contact_area, domain_extension, largest_spot
@@ -37,7 +37,7 @@ class Rough(NamedTuple):
     """An elastic law with rough surfaces in series."""
 
     elastic: tuple  # of the bodies
-    table: Held  # address of (rows, _WIDTH) numbers: polynomials of ln(u / pen), then of the energy over F pen
+    table: ArrayHandle  # address of (rows, _WIDTH) numbers: polynomials of ln(u / pen), then of the energy over F pen
     rows: float
     start: float  # ln pen of the first row
     below: float  # slope of ln(u / pen) before it
@@ -69,14 +69,14 @@ class Series(NamedTuple):
 @kernel
 def _column(rough, x, column):
     """Return what stands in a column of the table at x = ln pen, x at least its start."""
-    along = (x - rough.start) * (1.0 / STEP)
+    position = (x - rough.start) * (1.0 / STEP)
     last = rough.rows - 1.0
-    row = int(min(plain(along), last))
-    t = min(along, rough.rows) - row
+    row = int(min(plain(position), last))
+    t = min(position, rough.rows) - row
     place = _WIDTH * row + _POWERS * column
-    value = item_of(rough.table, place) * t + item_of(rough.table, place + 1)
+    value = load_item(rough.table, place) * t + load_item(rough.table, place + 1)
     for i in range(2, _POWERS):
-        value = value * t + item_of(rough.table, place + i)
+        value = value * t + load_item(rough.table, place + i)
     return value
 
 
@@ -119,7 +119,7 @@ def in_series(elastic: tuple, surface: Surface, arc: Arc) -> Series:
     ]
     term = Rough(
         elastic,
-        held(np.stack(columns, -1)),
+        array_handle(np.stack(columns, -1)),
         float(len(x) - 1),
         float(x[0]),
         float(share(x[0], 1)),
@@ -146,8 +146,8 @@ def pressed(surface: Surface, arc: Arc, force: np.ndarray) -> np.ndarray:
     """Return how deep (m) rough surfaces are pressed together, from the logarithm of the force (N)."""
     psi = _psi(surface)
     largest = largest_spot(surface, force, psi)
-    excess = contact_area(surface, largest, psi) - _room(arc, force)
-    return approach(surface, largest - np.logaddexp(0.0, BLEND * excess) / BLEND)
+    residual = contact_area(surface, largest, psi) - _room(arc, force)
+    return approach(surface, largest - np.logaddexp(0.0, BLEND * residual) / BLEND)
 
 
 def _curve(elastic: tuple, surface: Surface, arc: Arc) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -173,9 +173,9 @@ def _curve(elastic: tuple, surface: Surface, arc: Arc) -> tuple[np.ndarray, np.n
         off = np.flatnonzero(np.abs(pen - x) > ENOUGH)
         if not off.size:
             break
-        now, excess = bulk[off], pen[off] - x[off]
-        low[off], high[off] = np.where(excess < 0.0, now, low[off]), np.where(excess > 0.0, now, high[off])
-        better = now - slope[off] * excess
+        now, residual = bulk[off], pen[off] - x[off]
+        low[off], high[off] = np.where(residual < 0.0, now, low[off]), np.where(residual > 0.0, now, high[off])
+        better = now - slope[off] * residual
         inside = (better > low[off]) & (better < high[off])
         bulk[off] = np.where(inside, better, 0.5 * (low[off] + high[off]))
         pen[off], force[off] = at(bulk[off])

@@ -3,14 +3,14 @@
 from typing import NamedTuple
 
 from ....contracts.catalogue import Law
-from ..recipe import enter
+from ..recipe import register
 
 
 class Smooth(NamedTuple):
     """Surfaces that give nothing."""
 
 
-enter(
+register(
     Law(
         "roughness",
         "smooth",

@@ -39,11 +39,11 @@ def domain_extension(dimension: float) -> float:
 
     share = (2.0 - dimension) / dimension
 
-    def excess(psi: float) -> float:
+    def residual(psi: float) -> float:
         grown = math.expm1(0.5 * (2.0 - dimension) * math.log(psi))
         return grown - math.expm1(-share * math.log1p(psi ** (-0.5 * dimension))) - share
 
-    return float(brentq(excess, 1.0, 10.0, xtol=1e-14))
+    return float(brentq(residual, 1.0, 10.0, xtol=1e-14))
 
 
 def critical_area(dimension: float, scale: float, ratio: float) -> float:

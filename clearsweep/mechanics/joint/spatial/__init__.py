@@ -11,14 +11,14 @@ can touch are contacts of their own:
 Each is one point, where the surfaces come deepest: on a circle its exact maximiser, as else work is lost.  Force and
 moment act on each body at its own surface point; these lie the penetration apart along the normal, and all powers add
 up to normal force times rate of penetration and friction times sliding speed.  The walls share what the joint bears in
-parallel: each has half of the stiffness at its point (`Ends`), or all of it is spread over the length (`Spread`).
+parallel: each has half of the stiffness at its point (`EndContacts`), or all of it is spread over the length (`Spread`).
 
 Behind these contacts stand two that only tell: the sum of the walls' normal forces as vectors, and their difference in
 size, with the sine of the tilt as its depth.
 """
 
 from .forces import CHANNELS, POINT_CHANNELS
-from .form import AtEdges, Ends, Flanged, InBore, Overlapping, SpatialGap, SpatialLoad, Spread, Through
+from .form import AtEdges, EndContacts, Flanged, InBore, Overlapping, SpatialGap, SpatialLoad, Spread, Through
 from .points import ENDS, deepest_of, flange_point, jam_angle, overlap_of, tilt_of, wall_point
 from .spread import bearing_length
 from .strips import spread_over
@@ -28,7 +28,7 @@ __all__ = [
     "ENDS",
     "POINT_CHANNELS",
     "AtEdges",
-    "Ends",
+    "EndContacts",
     "Flanged",
     "InBore",
     "Overlapping",

@@ -7,12 +7,12 @@ from ...compiled import calculus as math
 from ...compiled.attitude import in_fixed
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
-from ...compiled.vector import Vector, along, cross, dot, minus, plus, times
-from ..contract import CLIPPED, FREE, Contact, Place, gap_histories, histories, load, load_histories
+from ...compiled.vector import Vector, plus_scaled, cross, dot, minus, plus, times
+from ..contract import CLIPPED, FREE, Contact, Offsets, gap_histories, histories, load, load_histories
 from ..friction.contract import friction_force
 from ..loss.contract import contact_force, lowest_force, sign_beyond
-from ..places import after_law, as_it_is
-from .form import Ends, Flanged, SpatialGap, SpatialLoad, Spread, SpreadContact, Through, Touch
+from ..places import after_law, with_current_state
+from .form import EndContacts, Flanged, SpatialGap, SpatialLoad, Spread, SpreadContact, Through, Touch
 from .points import flange_point, overlap_of, sine_of_tilt, tilt_of, wall_point
 from .spread import as_spread, spread_walls
 
@@ -44,9 +44,9 @@ class _Now(NamedTuple):
 
 
 @kernel
-def _touch(point, course, laws, now):
+def _touch(point, context, laws, now):
     at, normal, depth = point
-    gap, seen = course.gap, course.moving
+    gap, seen = context.gap, context.moving
     arm = minus(at, gap.middle)
     moving = plus(seen.velocity, cross(seen.spin, arm))  # but for the turning of the bearing over the depth
     rate = dot(moving, normal)
@@ -66,12 +66,12 @@ def _touch(point, course, laws, now):
         force, elastic = sign * force, sign * elastic
     pressing = force if now.mode != CLIPPED else as_type_of(0.0, force)
     rubbing = pressing if lowest == 0.0 else max(pressing, 0.0)
-    sliding = along(along(moving, -rate, normal), depth, cross(gap.on_bearing, normal))
+    sliding = plus_scaled(plus_scaled(moving, -rate, normal), depth, cross(gap.on_bearing, normal))
     square, round_ = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
     slip = math.copysign(math.sqrt(square), round_) if square > 0.0 else as_type_of(0.0, square)
     tangential = as_type_of(friction_force(laws.friction, rubbing, slip), slip)
-    held = tangential / slip if square > 0.0 else as_type_of(0.0, slip)
-    pushed, rubbed = times(-pressing, normal), times(held, sliding)
+    friction_per_slip = tangential / slip if square > 0.0 else as_type_of(0.0, slip)
+    pushed, rubbed = times(-pressing, normal), times(friction_per_slip, sliding)
     whole = plus(pushed, rubbed)
     contact = Contact(
         normal=pressing, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=raw
@@ -85,41 +85,41 @@ class _Course(NamedTuple):
     joint: tuple
     gap: SpatialGap
     moving: _Moving
-    place: Place  # of the joint
+    place: Offsets  # of the joint
     present: tuple  # Present
 
 
 @kernel
-def _now(course, number):
+def _now(context, number):
     """Return what contact `number` does now."""
-    present, c = course.present, course.place.contact + number
+    present, c = context.present, context.place.contact + number
     return _Now(present.mode[c], present.y[present.roots + c], present.latched[c])
 
 
 @kernel
-def _laws_at(course, law, elastic, share, here):
+def _laws_at(context, law, elastic, share, here):
     """Return the laws, which have the Place `here`, with their internal state."""
-    present, friction = course.present, course.joint.friction
+    present, friction = context.present, context.joint.friction
     return _Laws(
-        as_it_is(law, present.y, present.latched, here),
+        with_current_state(law, present.y, present.latched, here),
         elastic,
-        as_it_is(friction, present.y, present.latched, after_law(here, law)),
+        with_current_state(friction, present.y, present.latched, after_law(here, law)),
         share,
     )
 
 
 @kernel
-def _wall(course, number, end, here):
-    joint, gap = course.joint, course.gap
-    laws = _laws_at(course, joint.law, joint.elastic, SHARE, here)
-    return _touch(wall_point(joint.ends, joint, gap, end), course, laws, _now(course, number))
+def _wall(context, number, end, here):
+    joint, gap = context.joint, context.gap
+    laws = _laws_at(context, joint.law, joint.elastic, SHARE, here)
+    return _touch(wall_point(joint.ends, joint, gap, end), context, laws, _now(context, number))
 
 
 @kernel
-def _flange(course, number, end, here):
-    joint, gap = course.joint, course.gap
-    laws = _laws_at(course, joint.axial_law, joint.axial_elastic, 1.0, here)
-    return _touch(flange_point(joint, gap, end), course, laws, _now(course, number))
+def _flange(context, number, end, here):
+    joint, gap = context.joint, context.gap
+    laws = _laws_at(context, joint.axial_law, joint.axial_elastic, 1.0, here)
+    return _touch(flange_point(joint, gap, end), context, laws, _now(context, number))
 
 
 @family
@@ -127,7 +127,7 @@ def _contact_of(walls, contact):
     """Return a Contact in the form of all contacts of a joint with such walls."""
 
 
-@_contact_of.member(Ends)
+@_contact_of.member(EndContacts)
 def _as_it_is(walls, contact):
     return contact
 
@@ -138,18 +138,18 @@ def _with_powers(walls, contact):
 
 
 @family
-def _walls(walls, course, second):
+def _walls(walls, context, second):
     """Return the Touches of both walls; second : the Place of the laws of the second one."""
 
 
-@_walls.member(Ends)
-def _at_the_ends(walls, course, second):
-    return _wall(course, 0, 1.0, course.place), _wall(course, 1, -1.0, second)
+@_walls.member(EndContacts)
+def _at_the_ends(walls, context, second):
+    return _wall(context, 0, 1.0, context.place), _wall(context, 1, -1.0, second)
 
 
 @_walls.member(Spread)
-def _over_the_length(walls, course, second):
-    return spread_walls(course)
+def _over_the_length(walls, context, second):
+    return spread_walls(context)
 
 
 @family
@@ -203,30 +203,30 @@ def _loaded(gap, force, moment, twist, contacts):
 
 @load.member(Through)
 def _load_at_the_walls(joint, gap, place, present):
-    course = _course_of(joint, gap, place, present)
+    context = _course_of(joint, gap, place, present)
     second = after_law(after_law(place, joint.law), joint.friction)
-    a, b = _walls(joint.walls, course, second)
-    told = _telling(joint, gap, a, b)
-    contacts = (a.contact, b.contact, told[0], told[1])
+    a, b = _walls(joint.walls, context, second)
+    auxiliary = _telling(joint, gap, a, b)
+    contacts = (a.contact, b.contact, auxiliary[0], auxiliary[1])
     return _loaded(gap, plus(a.force, b.force), plus(a.moment, b.moment), plus(a.twist, b.twist), contacts)
 
 
 @load.member(Flanged)
 def _load_at_walls_and_flanges(joint, gap, place, present):
-    course = _course_of(joint, gap, place, present)
+    context = _course_of(joint, gap, place, present)
     second = after_law(after_law(place, joint.law), joint.friction)
     third = after_law(after_law(second, joint.law), joint.friction)
     fourth = after_law(after_law(third, joint.axial_law), joint.friction)
-    a, b = _walls(joint.walls, course, second)
-    c, d = _flange(course, 2, 1.0, third), _flange(course, 3, -1.0, fourth)
-    told = _telling(joint, gap, a, b)
+    a, b = _walls(joint.walls, context, second)
+    c, d = _flange(context, 2, 1.0, third), _flange(context, 3, -1.0, fourth)
+    auxiliary = _telling(joint, gap, a, b)
     of_flanges = _contact_of(joint.walls, c.contact), _contact_of(joint.walls, d.contact)
     return _loaded(
         gap,
         plus(plus(a.force, b.force), plus(c.force, d.force)),
         plus(plus(a.moment, b.moment), plus(c.moment, d.moment)),
         plus(plus(a.twist, b.twist), plus(c.twist, d.twist)),
-        (a.contact, b.contact, of_flanges[0], of_flanges[1], told[0], told[1]),
+        (a.contact, b.contact, of_flanges[0], of_flanges[1], auxiliary[0], auxiliary[1]),
     )
 
 

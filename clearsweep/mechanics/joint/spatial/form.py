@@ -33,7 +33,7 @@ class Overlapping(NamedTuple):
     """Without flanges: at each end the journal's end circle bears or, where it is beyond the bore, the bore's edge."""
 
 
-class Ends(NamedTuple):
+class EndContacts(NamedTuple):
     """Each wall contact has half of the stiffness, at its end."""
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
-from ...compiled.vector import Vector, along, cross, dot, minus, times
+from ...compiled.vector import Vector, plus_scaled, cross, dot, minus, times
 from .form import AtEdges, InBore, Overlapping
 from .points import is_beyond
 
@@ -32,7 +32,7 @@ def _leaning(center, off, outward, other, turn):
     inverse = 1.0 / math.sqrt(square) if square > 0.0 else as_type_of(0.0, square)
     unit = times(inverse, off)
     lean = dot(unit, outward)
-    tangent = along(along(outward, -dot(outward, other), other), -lean, unit)
+    tangent = plus_scaled(plus_scaled(outward, -dot(outward, other), other), -lean, unit)
     return Leaning(lean, center, times(inverse, tangent), times(turn, cross(outward, unit)))
 
 
@@ -45,7 +45,7 @@ def leaning_of(ends, joint, gap, end):
 def _of_the_journals_circle(ends, joint, gap, end):
     middle, zero = gap.middle, as_type_of(0.0, gap.middle.z)
     center = Vector(middle.x, middle.y, middle.z + end * joint.half_journal)
-    off = along(center, -dot(center, gap.axis), gap.axis)
+    off = plus_scaled(center, -dot(center, gap.axis), gap.axis)
     return _leaning(center, off, Vector(zero, zero, zero + end), gap.axis, 1.0)
 
 

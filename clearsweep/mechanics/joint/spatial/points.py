@@ -6,7 +6,7 @@ from typing import NamedTuple
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
-from ...compiled.vector import Vector, along, dot, times
+from ...compiled.vector import Vector, plus_scaled, dot, times
 from .form import AtEdges, Flanged, InBore, Overlapping
 
 ENDS = (1.0, -1.0)  # of the journal, along its z
@@ -74,13 +74,13 @@ def searched(px, py, kx, ky, radius):
         long = math.sqrt(vx * vx + vy * vy)
         if long <= 0.0:
             break
-        excess = long - root
-        if excess > 0.0:
+        residual = long - root
+        if residual > 0.0:
             low = root
         else:
             high = root
         fall = 1.0 - pull * product * root * inverse * inverse / long
-        better = root + excess / fall if fall > 0.0 else 0.5 * (low + high)
+        better = root + residual / fall if fall > 0.0 else 0.5 * (low + high)
         if not low <= better <= high:
             better = 0.5 * (low + high)
         step, root = abs(better - root), better
@@ -104,7 +104,7 @@ def wall_point(ends, joint, gap, end):
 def _end_circle_in_bore(ends, joint, gap, end):
     axis, middle, radius = gap.axis, gap.middle, joint.journal_radius
     center = Vector(middle.x, middle.y, middle.z + end * joint.half_journal)
-    across = along(center, -dot(center, axis), axis)
+    across = plus_scaled(center, -dot(center, axis), axis)
     dx, dy = farthest(across.x, across.y, axis.x, axis.y, radius)
     rx, ry = radius * dx, radius * dy
     at = Vector(center.x + rx, center.y + ry, center.z)
@@ -124,13 +124,13 @@ def _edge_of_bore_on_journal(ends, joint, gap, end):
     center = times(end * joint.half_length, axis)
     ox, oy = gap.middle.x - center.x, gap.middle.y - center.y
     dx, dy = farthest(ox * first.x + oy * first.y, ox * second.x + oy * second.y, first.z, second.z, -radius)
-    edge = along(along(center, radius * dx, first), radius * dy, second)
+    edge = plus_scaled(plus_scaled(center, radius * dx, first), radius * dy, second)
     hx, hy = edge.x - gap.middle.x, edge.y - gap.middle.y
     distance = math.sqrt(hx * hx + hy * hy)
     inverse = 1.0 / distance
     normal = Vector(hx * inverse, hy * inverse, as_type_of(0.0, hx))
     depth = joint.journal_radius - distance
-    return Point(along(edge, depth, normal), normal, depth)
+    return Point(plus_scaled(edge, depth, normal), normal, depth)
 
 
 @kernel

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
-from ...compiled.vector import Vector, along, cross, dot, minus, plus, times
+from ...compiled.vector import Vector, plus_scaled, cross, dot, minus, plus, times
 from ..contract import CLIPPED, Contact, touches
 from ..elastic.contract import elastic_energy
 from ..friction.contract import friction_force
@@ -85,10 +85,10 @@ class End(NamedTuple):
 
 
 @kernel
-def end_of(course, number, end):
+def end_of(context, number, end):
     """Return the End at one of the ENDS, contact `number` of the joint of a Course."""
-    joint, gap, seen, present = course.joint, course.gap, course.moving, course.present
-    c = course.place.contact + number
+    joint, gap, seen, present = context.joint, context.gap, context.moving, context.present
+    c = context.place.contact + number
     point = wall_point(joint.ends, joint, gap, end)
     moving = plus(seen.velocity, cross(seen.spin, minus(point.at, gap.middle)))
     rate = dot(moving, point.normal)
@@ -117,10 +117,10 @@ class _Bearing(NamedTuple):
 
 
 @kernel
-def _bearing_of(course, here, end, overlap):
+def _bearing_of(context, here, end, overlap):
     """Return how the strip of an End, one of the ENDS, lies."""
-    gap, seen = course.gap, course.moving
-    leaning = leaning_of(course.joint.ends, course.joint, gap, end)
+    gap, seen = context.gap, context.moving
+    leaning = leaning_of(context.joint.ends, context.joint, gap, end)
     moving = plus(seen.velocity, cross(seen.spin, minus(leaning.center, gap.middle)))
     lean_rate = dot(moving, leaning.across) + dot(seen.spin, leaning.about)
     along_axis = seen.velocity.z + seen.spin.y * gap.middle.x - seen.spin.x * gap.middle.y
@@ -144,9 +144,9 @@ class Borne(NamedTuple):
 
 
 @kernel
-def _borne(course, here, other, bearing):
+def _borne(context, here, other, bearing):
     """Return what the strip of an End bears; the law has the onset rate of that end if it touches, else the other's."""
-    joint, own, strip, overlap = course.joint, touches(here.mode), bearing.strip, bearing.overlap
+    joint, own, strip, overlap = context.joint, touches(here.mode), bearing.strip, bearing.overlap
     zero = as_type_of(0.0, strip.depth)
     if not is_pressed(strip):
         return Borne(zero, zero, zero, zero, zero, zero, zero)
@@ -179,18 +179,18 @@ def _energy_per_length(joint, strip, part, overlap):
 
 
 @kernel
-def _pushed(course, here, bearing, borne):
+def _pushed(context, here, bearing, borne):
     """Return the normal force (N) of a strip on the journal, and its moment (N m) about the journal's middle.
 
     At the end it acts along the normal; the lean has a force and a couple; what is stored draws the bodies apart along
     the axis where that makes the overlap shorter.
     """
-    middle, leaning, lever = course.gap.middle, bearing.leaning, borne.inner * bearing.overlap.half
-    pressing, turning = times(-borne.force, here.point.normal), times(lever, leaning.across)
+    middle, leaning, lever = context.gap.middle, bearing.leaning, borne.inner * bearing.overlap.half
+    pressing, couple = times(-borne.force, here.point.normal), times(lever, leaning.across)
     drawn = (0.5 * borne.inner * leaning.lean - borne.lengthening) * bearing.overlap.growth
-    force = plus(pressing, turning)
-    moment = plus(cross(minus(here.point.at, middle), pressing), cross(minus(leaning.center, middle), turning))
-    moment = along(moment, lever, leaning.about)
+    force = plus(pressing, couple)
+    moment = plus(cross(minus(here.point.at, middle), pressing), cross(minus(leaning.center, middle), couple))
+    moment = plus_scaled(moment, lever, leaning.about)
     return (
         Vector(force.x, force.y, force.z + drawn),
         Vector(moment.x - drawn * middle.y, moment.y + drawn * middle.x, moment.z),
@@ -208,16 +208,16 @@ class _Rubbed(NamedTuple):
 
 
 @kernel
-def _rubbed(course, here, bearing, borne):
+def _rubbed(context, here, bearing, borne):
     """Return the friction of a strip, in the middle of its elastic load."""
-    joint, gap, seen, half = course.joint, course.gap, course.moving, bearing.overlap.half
+    joint, gap, seen, half = context.joint, context.gap, context.moving, bearing.overlap.half
     rubbing = borne.force if lowest_force(joint.law) == 0.0 else max(borne.force, 0.0)
     weight = borne.elastic if borne.elastic > 0.0 else as_type_of(1.0, borne.elastic)
     inwards = min(max(borne.elastic_inner / weight, 0.0), 1.0) * half
     normal, at = here.point.normal, minus(here.point.at, gap.middle)
     arm, depth = Vector(at.x, at.y, at.z - bearing.end * inwards), here.point.depth - inwards * bearing.leaning.lean
-    moving = along(plus(seen.velocity, cross(seen.spin, arm)), depth, cross(gap.on_bearing, normal))
-    sliding = along(moving, -dot(moving, normal), normal)
+    moving = plus_scaled(plus(seen.velocity, cross(seen.spin, arm)), depth, cross(gap.on_bearing, normal))
+    sliding = plus_scaled(moving, -dot(moving, normal), normal)
     square, round_ = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
     slip = math.copysign(math.sqrt(square), round_) if square > 0.0 else as_type_of(0.0, square)
     tangential = as_type_of(friction_force(joint.friction, rubbing, slip), slip)
@@ -231,7 +231,7 @@ def _rubbed(course, here, bearing, borne):
 
 
 @kernel
-def _touch(course, here, bearing, borne, at_end):
+def _touch(context, here, bearing, borne, at_end):
     """Return the Touch of an End, of which is known what its strip has Borne; at_end : N, as of a SpreadContact."""
     strip = bearing.strip
     if not is_pressed(strip):
@@ -240,8 +240,8 @@ def _touch(course, here, bearing, borne, at_end):
     length_rate = bearing.length_rate
     stored = borne.elastic * here.rate - borne.elastic_inner * fall_rate + borne.elastic_lengthening * length_rate
     taken = borne.force * here.rate - borne.inner * fall_rate + borne.lengthening * length_rate
-    pushed, moment = _pushed(course, here, bearing, borne)
-    rubbed = _rubbed(course, here, bearing, borne)
+    pushed, moment = _pushed(context, here, bearing, borne)
+    rubbed = _rubbed(context, here, bearing, borne)
     seen = SpreadContact(
         normal=borne.force,
         tangential=rubbed.tangential,
@@ -259,14 +259,14 @@ def _touch(course, here, bearing, borne, at_end):
 
 
 @kernel
-def spread_walls(course):
+def spread_walls(context):
     """Return the Touches of both walls."""
-    first, second = end_of(course, 0, 1.0), end_of(course, 1, -1.0)
+    first, second = end_of(context, 0, 1.0), end_of(context, 1, -1.0)
     if not (touches(first.mode) or touches(second.mode)):
         zero = as_type_of(0.0, first.rate)
         return _apart(first, zero), _apart(second, zero)
-    overlap = bearing_length(course.joint.ends, course.joint, course.gap)
-    a, b = _bearing_of(course, first, 1.0, overlap), _bearing_of(course, second, -1.0, overlap)
-    of_a, of_b = _borne(course, first, second, a), _borne(course, second, first, b)
+    overlap = bearing_length(context.joint.ends, context.joint, context.gap)
+    a, b = _bearing_of(context, first, 1.0, overlap), _bearing_of(context, second, -1.0, overlap)
+    of_a, of_b = _borne(context, first, second, a), _borne(context, second, first, b)
     at_a, at_b = of_a.force - 0.5 * of_a.inner + 0.5 * of_b.inner, of_b.force - 0.5 * of_b.inner + 0.5 * of_a.inner
-    return _touch(course, first, a, of_a, at_a), _touch(course, second, b, of_b, at_b)
+    return _touch(context, first, a, of_a, at_a), _touch(context, second, b, of_b, at_b)

@@ -20,7 +20,7 @@ from ...compiled.vector import dot
 from ...observe.histogram import FORCE, PARTS
 from ..contract import touches
 from ..elastic.contract import elastic_force
-from ..spatial import AtEdges, Ends, InBore, Overlapping, Spread
+from ..spatial import AtEdges, EndContacts, InBore, Overlapping, Spread
 from ..spatial.points import is_beyond
 from ..spatial.strips import mean_elastic, pressed_between
 
@@ -60,7 +60,7 @@ def depth_at_end(walls, depth):
     """Return the depth (m) at the begin of a strip by that which is seen of its contact."""
 
 
-@depth_at_end.member(Ends)
+@depth_at_end.member(EndContacts)
 def _at_least_zero(walls, depth):
     return max(depth, 0.0)
 
@@ -75,7 +75,7 @@ def load_share(walls, joint, strip, depth, ways):
     """Return the share of a strip's load between two ways (m)."""
 
 
-@load_share.member(Ends)
+@load_share.member(EndContacts)
 def _like_the_depth(walls, joint, strip, depth, ways):
     return share_of(strip, depth, ways[0], ways[1])
 
@@ -110,7 +110,7 @@ def loads_along(walls, joint, strip, depth, load):
     """Return the Loads of a strip that bears a load (N); of no length where it bears none, all of it 0."""
 
 
-@loads_along.member(Ends)
+@loads_along.member(EndContacts)
 def _by_the_depth(walls, joint, strip, depth, load):
     cover, area = pressed_ways(strip, depth)[1], depth_before(strip, depth, strip.reach)
     if area <= 0.0:
@@ -140,7 +140,7 @@ def bears(walls, step, j, wall):
     """Return whether the strip of one of two walls bears in a step.Step, `j` being the contact of the first one."""
 
 
-@bears.member(Ends)
+@bears.member(EndContacts)
 def _where_it_touches(walls, step, j, wall):
     return touches(step.mode[j + wall])
 
@@ -151,7 +151,7 @@ def _where_it_touches_or_is_reached(walls, step, j, wall):
         return True
     most = 0.0
     for i in turns(PARTS + 1):
-        most = max(most, step.course[j + wall, FORCE, i])
+        most = max(most, step.step_values[j + wall, FORCE, i])
     return touches(step.mode[j + 1 - wall]) and most > 0.0
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from ....contracts.case import Joint
 from ....contracts.catalogue import Law
-from ..recipe import compiled_term, enter
+from ..recipe import compiled_term, register
 from .contract import FINEST, wear_rate
 
 
@@ -77,7 +77,7 @@ def _make(form, joint: Joint):
     return RunningIn(form(1.0, 1.0, *rest), bearing, journal, wear.running_in["distance"], *rest)
 
 
-enter(
+register(
     Law(
         "wear",
         "archard",
@@ -92,7 +92,7 @@ enter(
 )
 
 
-enter(
+register(
     Law(
         "wear",
         "energy",

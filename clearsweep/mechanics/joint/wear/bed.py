@@ -43,9 +43,12 @@ def summed_to(joint, arc, psi):
 
 
 @kernel
-def arc_at(joint, room, share):
+def arc_at(joint, workspace, share):
     """Return the Arc at a share of a step."""
-    turned, depth = (-value(room, ON_BEARING, share), -value(room, ON_JOURNAL, share)), value(room, DEEPEST, share)
+    turned, depth = (
+        (-value(workspace, ON_BEARING, share), -value(workspace, ON_JOURNAL, share)),
+        value(workspace, DEEPEST, share),
+    )
     surfaces = surfaces_of(joint)
     h, slope, bend, _ = worn_at(surfaces.bearing, -turned[0])
     other, more, other_bend, _ = worn_at(surfaces.journal, -turned[1])
@@ -54,32 +57,32 @@ def arc_at(joint, room, share):
         return Arc(x, y, turned, 0.0, 0.0, 0.0, 0.0)
     guess = math.sqrt(2.0 * depth / max(x + bend + other_bend, depth + BLUNT * joint.clearance))
     low, high = arc_ends(surfaces, x, y, turned, (0.0, guess))
-    found = Arc(x, y, turned, -low, high, depth, 0.0)
-    total = max(summed_to(joint, found, high) - summed_to(joint, found, -low), 0.0)
+    arc = Arc(x, y, turned, -low, high, depth, 0.0)
+    total = max(summed_to(joint, arc, high) - summed_to(joint, arc, -low), 0.0)
     return Arc(x, y, turned, -low, high, depth, total)
 
 
 @kernel
 def sum_over_force(joint, arc):
     """Return the pressure summed up over an Arc, whatever its direction, over its resultant (Lobatto's rule)."""
-    along, across, reach = 0.0, 0.0, 0.5 * (arc.stop - arc.start)
+    normal_sum, across, reach = 0.0, 0.0, 0.5 * (arc.stop - arc.start)
     for i in turns(POINTS):
         psi = arc.start + reach * (1.0 + PLACES[i])
         f, _, _ = overlap(surfaces_of(joint), arc.x, arc.y, psi, arc.turned)
-        along += WEIGHTS[i] * f * math.cos(psi)
+        normal_sum += WEIGHTS[i] * f * math.cos(psi)
         across += WEIGHTS[i] * f * math.sin(psi)
-    return arc.total / (reach * math.sqrt(along * along + across * across)) if arc.total > 0.0 else 0.0
+    return arc.total / (reach * math.sqrt(normal_sum * normal_sum + across * across)) if arc.total > 0.0 else 0.0
 
 
 @kernel
-def rubbing_on(joint, room, arc, share):
+def rubbing_on(joint, workspace, arc, share):
     """Return the Rubbing on an Arc at a share of a step."""
-    load, slid = max(value(room, FORCE, share), 0.0), room[WAY * POINTS] + room[WAY * POINTS + 1] * share
+    load, slid = max(value(workspace, FORCE, share), 0.0), workspace[WAY * POINTS] + workspace[WAY * POINTS + 1] * share
     return Rubbing(
         line_load=load,
         depth=arc.depth,
-        slip=abs(value(room, SLIP_COURSE, share)),
-        work=max(value(room, RUBBED_COURSE, share), 0.0),
+        slip=abs(value(workspace, SLIP_COURSE, share)),
+        work=max(value(workspace, RUBBED_COURSE, share), 0.0),
         slid=slid,
         pressed=load * sum_over_force(joint, arc),
         clearance=joint.clearance,
@@ -105,29 +108,29 @@ def enter_arc(joint, arc, body, area, bins):
 
 
 @enter_span.member(WornOnBed)
-def _over_the_arc(joint, room, length, span, bins):
+def _over_the_arc(joint, workspace, length, span, bins):
     reach = 0.5 * (span[1] - span[0])
     for i in turns(POINTS):
         share = span[0] + reach * (1.0 + PLACES[i])
-        arc = arc_at(joint, room, share)
+        arc = arc_at(joint, workspace, share)
         if arc.total > 0.0:
-            bearing, journal = wear_rate(joint.wear, rubbing_on(joint, room, arc, share))
-            pace = length * reach * WEIGHTS[i] * max(value(room, KAPPA_COURSE, share), 0.0)
+            bearing, journal = wear_rate(joint.wear, rubbing_on(joint, workspace, arc, share))
+            pace = length * reach * WEIGHTS[i] * max(value(workspace, KAPPA_COURSE, share), 0.0)
             enter_arc(joint, arc, 0, pace * bearing / joint.bearing_radius, bins[0])
             enter_arc(joint, arc, 1, pace * journal / joint.journal_radius, bins[1])
 
 
 @pressure_on.member(WornOnBed)
 def _on_the_bed(joint, step, j, place):
-    arc = arc_at(joint, step.room, place / PARTS)
+    arc = arc_at(joint, step.workspace, place / PARTS)
     if not arc.total > 0.0:
         return 0.0, 0.0
-    load = max(step.course[j, FORCE, place], 0.0) / joint.wear.length
+    load = max(step.step_values[j, FORCE, place], 0.0) / joint.wear.length
     pressed = load * sum_over_force(joint, arc) / joint.bearing_radius
     return pressed / (arc.stop - arc.start), pressed * arc.depth / arc.total
 
 
 @middle_arc.member(WornOnBed)
-def _arc_of_the_bed(joint, room):
-    arc = arc_at(joint, room, 0.5)
-    return arc.stop - arc.start, rubbing_on(joint, room, arc, 0.5)
+def _arc_of_the_bed(joint, workspace):
+    arc = arc_at(joint, workspace, 0.5)
+    return arc.stop - arc.start, rubbing_on(joint, workspace, arc, 0.5)

@@ -62,8 +62,8 @@ def contact_angle(joint, gap):
 
 @contact_angle.member(None)
 def _of_the_eccentricity(joint, gap):
-    turning = (gap.x * gap.vy - gap.y * gap.vx) / (gap.x * gap.x + gap.y * gap.y)
-    return math.atan2(joint.side * gap.y, joint.side * gap.x), turning, 0.0, 0.0
+    rate = (gap.x * gap.vy - gap.y * gap.vx) / (gap.x * gap.x + gap.y * gap.y)
+    return math.atan2(joint.side * gap.y, joint.side * gap.x), rate, 0.0, 0.0
 
 
 @family
@@ -82,12 +82,12 @@ def pressure_on(joint, step, j, place):
 
 
 @family
-def enter_span(joint, room, length, span, bins):
+def enter_span(joint, workspace, length, span, bins):
     """Enter what bearing and journal lose between two shares of a step of this length, in the unit of kappa."""
 
 
 @family
-def middle_arc(joint, room):
+def middle_arc(joint, workspace):
     """Return how wide (rad) the arc is in the middle of a step, and the Rubbing on it."""
 
 

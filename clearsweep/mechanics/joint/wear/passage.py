@@ -71,34 +71,34 @@ WAYS, TIMES, NUMBERS = np.diff(PLACES, prepend=-1.0), np.array([1.0, 2.0, 3.0, 4
 
 
 @inlined
-def value(room, row, x):
+def value(workspace, row, x):
     """Return the polynomial of a row of coefficients at `x`."""
-    total = room[row * POINTS + POINTS - 1]
+    total = workspace[row * POINTS + POINTS - 1]
     for i in range(POINTS - 2, -1, -1):
-        total = total * x + room[row * POINTS + i]
+        total = total * x + workspace[row * POINTS + i]
     return total
 
 
 @inlined
-def summed(room, row):
+def summed(workspace, row):
     """Return the sum of a row, in an order that leaves few additions to wait for each other."""
-    a = room[row * POINTS] + room[row * POINTS + 1]
-    b = room[row * POINTS + 2] + room[row * POINTS + 3]
-    c = room[row * POINTS + 4] + room[row * POINTS + 5]
-    d = room[row * POINTS + 6] + room[row * POINTS + 7]
+    a = workspace[row * POINTS] + workspace[row * POINTS + 1]
+    b = workspace[row * POINTS + 2] + workspace[row * POINTS + 3]
+    c = workspace[row * POINTS + 4] + workspace[row * POINTS + 5]
+    d = workspace[row * POINTS + 6] + workspace[row * POINTS + 7]
     return (a + b) + (c + d)
 
 
 @inlined
-def clearance_at(joint, room, x):
+def clearance_at(joint, workspace, x):
     """Return that difference (m) at the share `x` of the step."""
-    return local_clearance(joint, value(room, ON_BEARING, x), value(room, ON_JOURNAL, x))
+    return local_clearance(joint, value(workspace, ON_BEARING, x), value(workspace, ON_JOURNAL, x))
 
 
 @inlined
-def rubbing_of(joint, course, slid, clearance):
+def rubbing_of(joint, values, slid, clearance):
     """Return the Rubbing of a joint from what its courses, in their order, are at a moment, and as a Rubbing has it."""
-    (load, _, slip, depth, work), pressure = course, joint.wear.pressure
+    (load, _, slip, depth, work), pressure = values, joint.wear.pressure
     load, slip, work = max(load, 0.0), abs(slip), max(work, 0.0)
     rubbing = Rubbing(load, depth, slip, work, slid, 0.0, clearance)
     over = sum_over_load(pressure, half_arc(pressure, joint, joint.bearing_radius, rubbing))
@@ -106,26 +106,26 @@ def rubbing_of(joint, course, slid, clearance):
 
 
 @inlined
-def rubbing_at(joint, room, x):
+def rubbing_at(joint, workspace, x):
     """Return the Rubbing of a joint at the share `x` of the step."""
-    load, depth, slip = value(room, FORCE, x), value(room, DEPTH_COURSE, x), value(room, SLIP_COURSE, x)
-    slid = room[WAY * POINTS] + room[WAY * POINTS + 1] * x
-    course = load, 0.0, slip, depth, value(room, RUBBED_COURSE, x)
-    return rubbing_of(joint, course, slid, clearance_at(joint, room, x))
+    load, depth, slip = value(workspace, FORCE, x), value(workspace, DEPTH_COURSE, x), value(workspace, SLIP_COURSE, x)
+    slid = workspace[WAY * POINTS] + workspace[WAY * POINTS + 1] * x
+    values = load, 0.0, slip, depth, value(workspace, RUBBED_COURSE, x)
+    return rubbing_of(joint, values, slid, clearance_at(joint, workspace, x))
 
 
 @inlined
-def _see_body(room, first, i, area, angle, half):
-    """Put what a body, whose room begins at `first`, sees at a point into `room`."""
+def _see_body(workspace, first, i, area, angle, half):
+    """Put what a body, whose room begins at `first`, sees at a point into `workspace`."""
     half = max(half, FAINT)
-    room[first + AREA * POINTS + i], room[first + MIDDLE * POINTS + i] = area, angle
-    room[first + HALF * POINTS + i], room[first + PER_HALF * POINTS + i] = half, 1.0 / half
-    room[first + START * POINTS + i], room[first + STOP * POINTS + i] = angle - half, angle + half
+    workspace[first + AREA * POINTS + i], workspace[first + MIDDLE * POINTS + i] = area, angle
+    workspace[first + HALF * POINTS + i], workspace[first + PER_HALF * POINTS + i] = half, 1.0 / half
+    workspace[first + START * POINTS + i], workspace[first + STOP * POINTS + i] = angle - half, angle + half
 
 
 @kernel
-def see_points(joint, room, length, low, high):
-    """Put where the arc lies and what it wears off (m rad) at the points between two shares of a step into `room`.
+def see_points(joint, workspace, length, low, high):
+    """Put where the arc lies and what it wears off (m rad) at the points between two shares of a step into `workspace`.
 
     length : of the step, in the unit of kappa.
     """
@@ -133,66 +133,66 @@ def see_points(joint, room, length, low, high):
     on_bearing, on_journal = length * reach / joint.bearing_radius, length * reach / joint.journal_radius
     for i in abreast(POINTS):
         x = middle + reach * PLACES[i]
-        rubbing = rubbing_at(joint, room, x)
+        rubbing = rubbing_at(joint, workspace, x)
         bearing, journal = wear_rate(joint.wear, rubbing)
-        pace = WEIGHTS[i] * max(value(room, KAPPA_COURSE, x), 0.0)
+        pace = WEIGHTS[i] * max(value(workspace, KAPPA_COURSE, x), 0.0)
         half = half_arc(pressure, joint, joint.bearing_radius, rubbing)
-        _see_body(room, FIRST, i, on_bearing * pace * bearing, value(room, ON_BEARING, x), half)
+        _see_body(workspace, FIRST, i, on_bearing * pace * bearing, value(workspace, ON_BEARING, x), half)
         half = half_arc(pressure, joint, joint.journal_radius, rubbing)
-        _see_body(room, FIRST + BODY, i, on_journal * pace * journal, value(room, ON_JOURNAL, x), half)
+        _see_body(workspace, FIRST + BODY, i, on_journal * pace * journal, value(workspace, ON_JOURNAL, x), half)
 
 
 @inlined
-def reach_of(room, row):
+def reach_of(workspace, row):
     """Return the least and the largest of a row, compared in pairs, so that few wait for each other."""
-    low = [min(room[row * POINTS + i], room[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
-    high = [max(room[row * POINTS + i], room[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
+    low = [min(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
+    high = [max(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
     least, largest = min(low[0], low[1]), max(high[0], high[1])
     return min(least, min(low[2], low[3])), max(largest, max(high[2], high[3]))  # noqa: PLW3301 - in pairs
 
 
 @inlined
-def fit(room, row, course, weights):
-    """Put the coefficients over the place of the polynomial through a row over `weights` into the row `course`."""
+def fit(workspace, row, values, weights):
+    """Put the coefficients over the place of the polynomial through a row over `weights` into the row `values`."""
     for i in abreast(POINTS):
         total = 0.0
         for k in range(PAIRS):
-            late = room[row * POINTS + PAIRS + k] * weights[PAIRS + k]
-            early = room[row * POINTS + PAIRS - 1 - k] * weights[PAIRS - 1 - k]
+            late = workspace[row * POINTS + PAIRS + k] * weights[PAIRS + k]
+            early = workspace[row * POINTS + PAIRS - 1 - k] * weights[PAIRS - 1 - k]
             total += EVEN[k, i] * (late + early) + ODD[k, i] * (late - early)
-        room[course * POINTS + i] = total
+        workspace[values * POINTS + i] = total
 
 
 @kernel
-def fit_points(room):
-    """Put the coefficients over the place of what is worn off per place, of the arc's middle and half into `room`."""
-    fit(room, AREA, RATE, PER_WEIGHT)
-    fit(room, MIDDLE, COURSE, EVENLY)
-    fit(room, HALF, HALF_COURSE, EVENLY)
+def fit_points(workspace):
+    """Put the coefficients over the place of what is worn off per place, of the arc's middle and half into `workspace`."""
+    fit(workspace, AREA, RATE, PER_WEIGHT)
+    fit(workspace, MIDDLE, COURSE, EVENLY)
+    fit(workspace, HALF, HALF_COURSE, EVENLY)
 
 
 @kernel
-def within(joint, room, edge, width):
+def within(joint, workspace, edge, width):
     """Put what the arc wears before edges, `width` (rad) apart, that it holds at all points, into WORN."""
     for k in abreast(POINTS):
         angle, total = edge + NUMBERS[k] * width, 0.0
         for i in range(POINTS):
-            x = (angle - room[MIDDLE * POINTS + i]) * room[PER_HALF * POINTS + i]
-            total += room[AREA * POINTS + i] * share_before(joint.wear.pressure, x, room[HALF * POINTS + i])
-        room[WORN * POINTS + k] = total
+            x = (angle - workspace[MIDDLE * POINTS + i]) * workspace[PER_HALF * POINTS + i]
+            total += workspace[AREA * POINTS + i] * share_before(joint.wear.pressure, x, workspace[HALF * POINTS + i])
+        workspace[WORN * POINTS + k] = total
 
 
 @inlined
-def steady(room, row):
+def steady(workspace, row):
     """Return whether a row grows, or falls, throughout."""
     grows = 0
     for i in range(1, POINTS):
-        grows += room[row * POINTS + i] > room[row * POINTS + i - 1]
+        grows += workspace[row * POINTS + i] > workspace[row * POINTS + i - 1]
     return grows in (0, POINTS - 1)
 
 
 @kernel
-def find_passing(room, end, edge, width):
+def find_passing(workspace, end, edge, width):
     """Put the places at which an end (-1, 1) of the arc passes edges, `width` (rad) apart, into PASSING.
 
     That end moves one way only.  Linear between the points, then a step of Newton's method: what is left of the error
@@ -200,57 +200,57 @@ def find_passing(room, end, edge, width):
     """
     row = START if end < 0.0 else STOP
     for i in abreast(POINTS):
-        before = room[row * POINTS + i - 1]  # of the first point what stands before its row, which no one reads
-        way = room[row * POINTS + i] - before
-        room[END * POINTS + i] = before
-        room[PER_WAY * POINTS + i] = where(way != 0.0, WAYS[i] / where(way != 0.0, way, 1.0), 0.0)
-        room[END_COURSE * POINTS + i] = room[COURSE * POINTS + i] + end * room[HALF_COURSE * POINTS + i]
+        before = workspace[row * POINTS + i - 1]  # of the first point what stands before its row, which no one reads
+        way = workspace[row * POINTS + i] - before
+        workspace[END * POINTS + i] = before
+        workspace[PER_WAY * POINTS + i] = where(way != 0.0, WAYS[i] / where(way != 0.0, way, 1.0), 0.0)
+        workspace[END_COURSE * POINTS + i] = workspace[COURSE * POINTS + i] + end * workspace[HALF_COURSE * POINTS + i]
     for i in abreast(POINTS):
-        room[END_SLOPE * POINTS + i] = TIMES[i] * room[END_COURSE * POINTS + i + 1]
-    room[END_SLOPE * POINTS + POINTS - 1] = 0.0  # behind the last coefficient stands anything
+        workspace[END_SLOPE * POINTS + i] = TIMES[i] * workspace[END_COURSE * POINTS + i + 1]
+    workspace[END_SLOPE * POINTS + POINTS - 1] = 0.0  # behind the last coefficient stands anything
     for k in abreast(POINTS):
         angle, x = edge + NUMBERS[k] * width, PLACES[0]
         for i in range(1, POINTS):
-            way = (angle - room[END * POINTS + i]) * room[PER_WAY * POINTS + i]
+            way = (angle - workspace[END * POINTS + i]) * workspace[PER_WAY * POINTS + i]
             x += min(max(way, 0.0), WAYS[i])
-        slope = value(room, END_SLOPE, x)
-        step = (angle - value(room, END_COURSE, x)) * slope / (slope * slope + FAINT)
-        room[PASSING * POINTS + k] = min(max(x + min(max(step, -0.1), 0.1), -1.0), 1.0)
+        slope = value(workspace, END_SLOPE, x)
+        step = (angle - value(workspace, END_COURSE, x)) * slope / (slope * slope + FAINT)
+        workspace[PASSING * POINTS + k] = min(max(x + min(max(step, -0.1), 0.1), -1.0), 1.0)
 
 
 @kernel
-def crossed(joint, room, end, edge, width):
+def crossed(joint, workspace, end, edge, width):
     """Put what the arc wears before edges, `width` (rad) apart, that an end (-1, 1) of it has passed, into WORN.
 
     Their places are in PASSING.  That end moves one way only, and the other does not meet these edges.
     """
     row, pressure = START if end < 0.0 else STOP, joint.wear.pressure
-    rises = room[row * POINTS + POINTS - 1] > room[row * POINTS]
+    rises = workspace[row * POINTS + POINTS - 1] > workspace[row * POINTS]
     far = -1.0 if rises == (end < 0.0) else 1.0  # where the edge lies within the arc, from the passing on
-    all_of_it = summed(room, AREA) if end > 0.0 else 0.0
+    all_of_it = summed(workspace, AREA) if end > 0.0 else 0.0
     for k in abreast(POINTS):
-        passing, angle, total = room[PASSING * POINTS + k], edge + NUMBERS[k] * width, 0.0
+        swept, angle, total = workspace[PASSING * POINTS + k], edge + NUMBERS[k] * width, 0.0
         for j in turns(SOFT_NODES.size):
-            x = passing + (far - passing) * SOFT_NODES[j]
-            offset = angle - value(room, COURSE, x)
-            half = max(value(room, HALF_COURSE, x), FAINT)
+            x = swept + (far - swept) * SOFT_NODES[j]
+            offset = angle - value(workspace, COURSE, x)
+            half = max(value(workspace, HALF_COURSE, x), FAINT)
             share = share_before(pressure, -end * offset / half, half)
-            total += SOFT_WEIGHTS[j] * value(room, RATE, x) * share
-        room[WORN * POINTS + k] = all_of_it - end * abs(far - passing) * total
+            total += SOFT_WEIGHTS[j] * value(workspace, RATE, x) * share
+        workspace[WORN * POINTS + k] = all_of_it - end * abs(far - swept) * total
 
 
 @kernel
-def end_passes(room, edge, end, i):
+def end_passes(workspace, edge, end, i):
     """Return the place at which an end (-1, 1) of the arc is at `edge` (rad), between points `i - 1` and `i`.
 
     An error e of it changes the integral by e^(5/2): one step of regula falsi and a parabola through all three suffice.
     """
     row, low, high = START if end < 0 else STOP, PLACES[i - 1], PLACES[i]
-    a, b = edge - room[row * POINTS + i - 1], edge - room[row * POINTS + i]
+    a, b = edge - workspace[row * POINTS + i - 1], edge - workspace[row * POINTS + i]
     if a == b:
         return low
     x = (low * b - high * a) / (b - a)
-    c = edge - value(room, COURSE, x) - end * value(room, HALF_COURSE, x)
+    c = edge - value(workspace, COURSE, x) - end * value(workspace, HALF_COURSE, x)
     if c in (a, b):
         return x
     x = low * b * c / ((a - b) * (a - c)) + high * a * c / ((b - a) * (b - c)) + x * a * b / ((c - a) * (c - b))
@@ -258,7 +258,7 @@ def end_passes(room, edge, end, i):
 
 
 @kernel
-def piece(joint, room, edge, side, span):
+def piece(joint, workspace, edge, side, span):
     """Return what the arc wears before `edge` between two places, a `span`, in which the edge stays on one side.
 
     side : -1 before the arc, 1 behind it, 0 in it.
@@ -268,32 +268,32 @@ def piece(joint, room, edge, side, span):
         return 0.0
     for i in abreast(POINTS):
         place = low + length * SOFT_NODES[i]
-        half = max(value(room, HALF_COURSE, place), FAINT)
-        share = share_before(joint.wear.pressure, (edge - value(room, COURSE, place)) / half, half)
-        room[TERM * POINTS + i] = SOFT_WEIGHTS[i] * value(room, RATE, place) * where(side == 0, share, 1.0)
-    return length * summed(room, TERM)
+        half = max(value(workspace, HALF_COURSE, place), FAINT)
+        share = share_before(joint.wear.pressure, (edge - value(workspace, COURSE, place)) / half, half)
+        workspace[TERM * POINTS + i] = SOFT_WEIGHTS[i] * value(workspace, RATE, place) * where(side == 0, share, 1.0)
+    return length * summed(workspace, TERM)
 
 
 @inlined
-def side_of(room, edge, i):
+def side_of(workspace, edge, i):
     """Return -1 where an `edge` (rad) lies before the arc of point `i`, 1 behind it, 0 in it."""
-    if edge <= room[START * POINTS + i]:
+    if edge <= workspace[START * POINTS + i]:
         return -1
-    return 1 if edge >= room[STOP * POINTS + i] else 0
+    return 1 if edge >= workspace[STOP * POINTS + i] else 0
 
 
 @kernel
-def passed(joint, room, edge):
+def passed(joint, workspace, edge):
     """Return what the arc wears before an `edge` (rad) that its ends pass, m rad."""
-    total, low, side = 0.0, PLACES[0], side_of(room, edge, 0)
+    total, low, side = 0.0, PLACES[0], side_of(workspace, edge, 0)
     for i in range(1, POINTS):
-        now = side_of(room, edge, i)
+        now = side_of(workspace, edge, i)
         while side != now:
             end = side if side != 0 else now  # the end of the arc that passes the edge
-            x = max(low, end_passes(room, edge, end, i))
-            total += piece(joint, room, edge, side, (low, x))
+            x = max(low, end_passes(workspace, edge, end, i))
+            total += piece(joint, workspace, edge, side, (low, x))
             low, side = x, (0 if side != 0 else now)
-    return total + piece(joint, room, edge, side, (low, PLACES[POINTS - 1]))
+    return total + piece(joint, workspace, edge, side, (low, PLACES[POINTS - 1]))
 
 
 class Edges(NamedTuple):
@@ -306,22 +306,22 @@ class Edges(NamedTuple):
 
 
 @kernel
-def edges_of(pressure, room, width):
+def edges_of(pressure, workspace, width):
     """Return numbers of edges: the last before the arc, Edges, the last that the arc meets; `width` (rad) apart."""
-    (first, start), (stop, last) = reach_of(room, START), reach_of(room, STOP)
+    (first, start), (stop, last) = reach_of(workspace, START), reach_of(workspace, STOP)
     near = 1.0 - smooth_within(pressure)
     for i in abreast(POINTS):
-        margin = near * room[HALF * POINTS + i]
-        room[TERM * POINTS + i] = room[START * POINTS + i] + margin
-        room[(TERM + 1) * POINTS + i] = room[STOP * POINTS + i] - margin
-    near_start, near_stop = reach_of(room, TERM)[1], reach_of(room, TERM + 1)[0]
+        margin = near * workspace[HALF * POINTS + i]
+        workspace[TERM * POINTS + i] = workspace[START * POINTS + i] + margin
+        workspace[(TERM + 1) * POINTS + i] = workspace[STOP * POINTS + i] - margin
+    near_start, near_stop = reach_of(workspace, TERM)[1], reach_of(workspace, TERM + 1)[0]
     passed_by_start, within_until = math.floor(start / width), math.floor(stop / width)
     edges = Edges(passed_by_start, math.floor(near_start / width), math.floor(near_stop / width), within_until)
     return math.floor(first / width), edges, math.floor(last / width)
 
 
 @kernel
-def worn_before(joint, room, edge, edges, last):
+def worn_before(joint, workspace, edge, edges, last):
     """Put what the arc wears before an edge and some that follow, up to the `last`, into WORN; return how many.
 
     edges : Edges and their distance (rad).  Where the ends turn or meet the same edges, each is worked on alone.
@@ -329,37 +329,37 @@ def worn_before(joint, room, edge, edges, last):
     kinds, width = edges
     angle = edge * width
     if kinds.near_start < edge <= kinds.near_stop:
-        within(joint, room, angle, width)
+        within(joint, workspace, angle, width)
         return min(POINTS, kinds.near_stop - edge + 1)
     starting, stopping = edge <= kinds.start, edge > kinds.stop
     count = min(POINTS, (min(kinds.start, kinds.stop) if starting else last) - edge + 1)
     alone = starting == stopping or count < SEVERAL
-    if alone or not steady(room, START if starting else STOP):
-        room[WORN * POINTS] = passed(joint, room, angle)
+    if alone or not steady(workspace, START if starting else STOP):
+        workspace[WORN * POINTS] = passed(joint, workspace, angle)
         return 1
     end = -1.0 if starting else 1.0
-    find_passing(room, end, angle, width)
-    crossed(joint, room, end, angle, width)
+    find_passing(workspace, end, angle, width)
+    crossed(joint, workspace, end, angle, width)
     return count
 
 
 @kernel
-def enter_part(joint, room, bins):
+def enter_part(joint, workspace, bins):
     """Enter what the arc wears off a body, by the room of which the points are known."""
-    total = summed(room, AREA)
+    total = summed(workspace, AREA)
     if total <= 0.0:
         return
     width, per_width, before = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
-    first, edges, last = edges_of(joint.wear.pressure, room, width)
+    first, edges, last = edges_of(joint.wear.pressure, workspace, width)
     if last - first > max(edges.near_stop - edges.near_start, 0):
-        fit_points(room)
+        fit_points(workspace)
     place, known, taken = first % bins.count, 0, 0
     for edge in range(first + 1, last + 2):
         up_to = total
         if edge <= last:
             if taken == known:
-                known, taken = worn_before(joint, room, edge, (edges, width), last), 0
-            up_to = min(max(room[WORN * POINTS + taken], before), total)
+                known, taken = worn_before(joint, workspace, edge, (edges, width), last), 0
+            up_to = min(max(workspace[WORN * POINTS + taken], before), total)
             taken += 1
         bins.depths[bins.first + place] += (up_to - before) * per_width
         before = up_to
@@ -367,14 +367,14 @@ def enter_part(joint, room, bins):
 
 
 @enter_span.member(None)
-def _over_arcs_of_circles(joint, room, length, span, bins):
-    see_points(joint, room, length, span[0], span[1])
+def _over_arcs_of_circles(joint, workspace, length, span, bins):
+    see_points(joint, workspace, length, span[0], span[1])
     for body in range(2):
-        enter_part(joint, room[FIRST + body * BODY : FIRST + (body + 1) * BODY], bins[body])
+        enter_part(joint, workspace[FIRST + body * BODY : FIRST + (body + 1) * BODY], bins[body])
 
 
 @kernel
-def enter_wear(joint, room, course, length, bins):
+def enter_wear(joint, workspace, values, length, bins):
     """Enter what bearing and journal are worn by over a step of this length, in the unit of kappa.
 
     room : (ROOM,) with the coefficients over the share of the step; course : (COURSES, PARTS + 1), of which the sliding
@@ -384,9 +384,9 @@ def enter_wear(joint, room, course, length, bins):
     for i in turns(PARTS + 1):
         high = 1.0
         if i < PARTS:
-            a, b = course[SLIP_COURSE, i], course[SLIP_COURSE, i + 1]
+            a, b = values[SLIP_COURSE, i], values[SLIP_COURSE, i + 1]
             if a * b >= 0.0:
                 continue
             high = (i + a / (a - b)) / PARTS  # where the sliding turns, its speed has a kink
-        enter_span(joint, room, length, (low, high), bins)
+        enter_span(joint, workspace, length, (low, high), bins)
         low = high

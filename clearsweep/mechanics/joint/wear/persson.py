@@ -14,7 +14,7 @@ from numpy.polynomial import Chebyshev, Polynomial, chebyshev
 from ....contracts.case import Joint
 from ....contracts.catalogue import Law
 from ..elastic.conformal import WIDEST, load_arc
-from ..recipe import enter
+from ..recipe import register
 from .contract import half_arc, peak_over_mean, share_before, smooth_within, sum_over_load
 from .pressure import MODULUS, modulus_of
 
@@ -129,7 +129,7 @@ def _make_persson(joint: Joint) -> Persson:
     return Persson(modulus_of(joint))
 
 
-enter(
+register(
     Law(
         "pressure",
         "persson",

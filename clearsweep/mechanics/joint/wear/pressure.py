@@ -12,7 +12,7 @@ from ...compiled.family import inlined
 from ..elastic.conformal import arc_excess
 from ..elastic.contract import SMALL_ARC
 from ..material import plane_strain_modulus, relative_radius
-from ..recipe import enter
+from ..recipe import register
 from .contract import half_arc, peak_over_mean, share_before, smooth_within, sum_over_load
 
 
@@ -81,7 +81,7 @@ def _make_hertz_line(joint: Joint) -> HertzLine:
     return HertzLine(math.sqrt(4.0 * relative_radius(joint) / (math.pi * modulus_of(joint))))
 
 
-enter(
+register(
     Law(
         "pressure",
         "hertz-line",
@@ -151,7 +151,7 @@ def _the_same_everywhere(pressure, half):
     return 1.0
 
 
-enter(
+register(
     Law(
         "pressure",
         "mean",
@@ -175,10 +175,10 @@ LAST = np.array([(-1.0) ** k / math.factorial(2 * k + 3) for k in range(10)])
 def _overlap_before(x, half):
     """Return (sin(x half) - x half cos(half)) / half^3, half of at most pi / 2: its series, without cancellation."""
     square, first, last = half * half, 0.0, 0.0
-    along = square * x * x
+    power = square * x * x
     for k in range(FIRST.size - 1, -1, -1):
         first = first * square + FIRST[k]
-        last = last * along + LAST[k]
+        last = last * power + LAST[k]
     return x * first - x * x * x * last
 
 
@@ -201,7 +201,7 @@ def _deepest_overlap(pressure, half):
     return 2.0 * sine * sine / (half * half * _overlap_before(1.0, half)) if half > 1e-6 else 1.5
 
 
-enter(
+register(
     Law(
         "pressure",
         "winkler",

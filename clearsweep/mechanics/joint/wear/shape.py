@@ -24,7 +24,7 @@ from ...compiled.choosing import bits_of
 from ...compiled.direction import SHIFT
 from ...compiled.dual import chained, plain
 from ...compiled.family import inlined
-from ...compiled.held import held, item_of
+from ...compiled.array_handle import array_handle, load_item
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -88,7 +88,7 @@ def shape_of(spline: "CubicSpline") -> Shape:
     fine = np.linspace(0.0, 2.0 * math.pi, 16 * PLACES, endpoint=False)
     values = spline(fine)
     return Shape(
-        held(table),
+        array_handle(table),
         float(values.min()),
         float(values.max()),
         float(np.abs(spline(fine, 1)).max()),
@@ -112,8 +112,8 @@ def worn_at(table, angle):
     """
     place = plain(angle) * PER_STEP
     x, first = within_piece(place)
-    a, b = item_of(table, first + CONSTANT), item_of(table, first + FIRST)
-    c, d = item_of(table, first + SECOND), item_of(table, first + THIRD)
+    a, b = load_item(table, first + CONSTANT), load_item(table, first + FIRST)
+    c, d = load_item(table, first + SECOND), load_item(table, first + THIRD)
     h = a + x * (b + x * (c + x * d))
     slope = (b + x * (2.0 * c + 3.0 * x * d)) * PER_STEP
     bend = (2.0 * c + 6.0 * x * d) * (PER_STEP * PER_STEP)
@@ -126,8 +126,8 @@ def integral_at(shape, angle):
     """Return the integral of h (m rad) from 0 to an angle (rad) in the frame of the body."""
     place = angle * PER_STEP
     x, first = within_piece(place)
-    a, b = item_of(shape.table, first + CONSTANT), item_of(shape.table, first + FIRST)
-    c, d = item_of(shape.table, first + SECOND), item_of(shape.table, first + THIRD)
+    a, b = load_item(shape.table, first + CONSTANT), load_item(shape.table, first + FIRST)
+    c, d = load_item(shape.table, first + SECOND), load_item(shape.table, first + THIRD)
     turns = math.floor(place * (1.0 / PLACES))
     within = x * (a + x * (0.5 * b + x * (c * (1.0 / 3.0) + x * (0.25 * d)))) * STEP
-    return item_of(shape.table, first + BEFORE) + within + turns * shape.whole
+    return load_item(shape.table, first + BEFORE) + within + turns * shape.whole

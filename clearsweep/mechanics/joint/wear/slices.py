@@ -12,7 +12,7 @@ import numpy as np
 
 from ...compiled.choosing import turns
 from ...compiled.family import family, kernel
-from ...compiled.vector import along, cross, dot
+from ...compiled.vector import plus_scaled, cross, dot
 from ...observe.histogram import BETWEEN, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
 from ..contract import touches
 from ..spatial import ENDS, Flanged, Through, bearing_length, wall_point
@@ -79,13 +79,13 @@ def _see_wall(joint, gap, turned, contact, moment):
     """Note where a contact, at one of the ENDS, is: its number, its end."""
     step, i, (c, end) = moment.step, moment.number, contact
     point = wall_point(joint.ends, joint, gap, end)
-    across = along(point.normal, -dot(point.normal, gap.axis), gap.axis)
+    across = plus_scaled(point.normal, -dot(point.normal, gap.axis), gap.axis)
     step.places[c, 0, i] = math.atan2(dot(across, cross(gap.axis, turned)), dot(across, turned))
     step.places[c, 1, i] = math.atan2(point.normal.y, point.normal.x)
     lies = placed(joint.ends, joint, gap, point, end)
-    step.along[c, LEAN, i], step.along[c, REACH, i] = lies.lean, bearing_length(joint.ends, joint, gap).half
-    step.along[c, BEARING_START, i], step.along[c, JOURNAL_START, i] = lies.on_bearing, lies.on_journal
-    step.along[c, FACING, i] = lies.facing
+    step.axial[c, LEAN, i], step.axial[c, REACH, i] = lies.lean, bearing_length(joint.ends, joint, gap).half
+    step.axial[c, BEARING_START, i], step.axial[c, JOURNAL_START, i] = lies.on_bearing, lies.on_journal
+    step.axial[c, FACING, i] = lies.facing
 
 
 # ---------------------------------------------------------------------------------------------- what is worn
@@ -105,13 +105,15 @@ class Strips(NamedTuple):
 
     reach: float  # m, the largest
     at: np.ndarray  # (STRIP, PARTS + 1)
-    course: np.ndarray  # (COURSES, PARTS + 1) of the contact
+    step_values: np.ndarray  # (COURSES, PARTS + 1) of the contact
 
 
 @kernel
 def _strip_at(joint, strips, i):
     """Return the Slope of a strip and its depth (m) at an even place."""
-    return Slope(strips.at[REACH, i], strips.at[LEAN, i]), depth_at_end(joint.walls, strips.course[DEPTH_COURSE, i])
+    return Slope(strips.at[REACH, i], strips.at[LEAN, i]), depth_at_end(
+        joint.walls, strips.step_values[DEPTH_COURSE, i]
+    )
 
 
 @kernel
@@ -121,11 +123,11 @@ def slice_of(joint, strips, low, high):
     Its depth is compared to the strip's largest one.  That is above 0 while the strip bears; the depth at the strip's
     begin is 0 at every onset and separation of an end.
     """
-    course, work, load = strips.course, 0.0, 0.0
+    step_values, work, load = strips.step_values, 0.0, 0.0
     share = cover = depth = begin = 0.0
     for i in turns(PARTS + 1):
         weight = 0.5 if i in (0, PARTS) else 1.0  # the trapezoidal rule
-        weight *= max(course[KAPPA_COURSE, i] * course[FORCE, i] * abs(course[SLIP_COURSE, i]), 0.0)
+        weight *= max(step_values[KAPPA_COURSE, i] * step_values[FORCE, i] * abs(step_values[SLIP_COURSE, i]), 0.0)
         if weight <= 0.0:
             continue
         strip, deep = _strip_at(joint, strips, i)
@@ -149,10 +151,10 @@ def slice_of(joint, strips, low, high):
 @kernel
 def note_edges(joint, step, strips, account):
     """Enter how hard a wall contact is pressed, and how fast it is rubbed, at even places of the step."""
-    law, course = joint.wear, strips.course
+    law, step_values = joint.wear, strips.step_values
     for i in turns(PARTS + 1):
         strip, deep = _strip_at(joint, strips, i)
-        load, slip = max(course[FORCE, i], 0.0), course[SLIP_COURSE, i]
+        load, slip = max(step_values[FORCE, i], 0.0), step_values[SLIP_COURSE, i]
         loads = loads_along(joint.walls, joint, strip, deep, load)
         if loads.deepest <= 0.0:
             continue
@@ -162,7 +164,7 @@ def note_edges(joint, step, strips, account):
         if min(half, half_most) < LEAST:
             continue
         peak = most.pressed / (2.0 * joint.bearing_radius * half_most) * peak_over_mean(law.pressure, half_most)
-        time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * course[KAPPA_COURSE, i]
+        time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * step_values[KAPPA_COURSE, i]
         account[PRESSURE_TIME] += even.pressed / (2.0 * joint.bearing_radius * half) * time
         account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
         account[PV_MAX] = max(account[PV_MAX], peak * most.slip)
@@ -220,8 +222,8 @@ def _nothing(law, joint, wall, c, shared):
 
 @kernel
 def fit_strip(joint, c, step):
-    """Put the courses of the angles of contact `c` into `step.room`; return its Strips."""
-    seen, at, strips = step.along[c], step.strip, Strips(0.0, step.strip, step.course[c])
+    """Put the courses of the angles of contact `c` into `step.workspace`; return its Strips."""
+    seen, at, strips = step.axial[c], step.strip, Strips(0.0, step.strip, step.step_values[c])
     for body in range(2):
         angles = step.places[c, body]
         without_leaps(angles)
@@ -241,17 +243,17 @@ def fit_strip(joint, c, step):
         longest = max(longest, at[REACH, i])
         strip, deep = _strip_at(joint, strips, i)
         at[MAX_DEPTH, i] = max_depth(strip, deep)
-    return Strips(longest, at, step.course[c])
+    return Strips(longest, at, step.step_values[c])
 
 
 @kernel
-def fit_depth(strips, room, share):
-    """Put the coefficients of the strip's largest depth, times a share of it, into `room`."""
+def fit_depth(strips, workspace, share):
+    """Put the coefficients of the strip's largest depth, times a share of it, into `workspace`."""
     for i in turns(POINTS):
         total = 0.0
         for k in turns(PARTS + 1):
             total += FIT[k, i] * strips.at[MAX_DEPTH, k]
-        room[DEPTH_COURSE * POINTS + i] = share * total
+        workspace[DEPTH_COURSE * POINTS + i] = share * total
 
 
 @kernel
@@ -308,13 +310,13 @@ def group_from(step, begin, slices, largest):
 def enter_group(joint, end, c, shared, strips, group):
     """Enter what contact `c` at one of the ENDS wears off a Group of slices of its Strips."""
     step, worn = shared
-    room, count, rows, whole = step.room, int(joint.wear.bins), int(joint.wear_rows), group.whole
+    workspace, count, rows, whole = step.workspace, int(joint.wear.bins), int(joint.wear_rows), group.whole
     fit_courses(step, c, whole.cover / whole.share)
-    fit_depth(strips, room, whole.depth)
+    fit_depth(strips, workspace, whole.depth)
     scratch = Bins(step.scratch, 0, count), Bins(step.scratch, worn.stride, count)
-    enter_wear(joint, room, step.course[c], step.length, scratch)
+    enter_wear(joint, workspace, step.step_values[c], step.length, scratch)
     note_arc(joint, step, worn.account[c], whole.cover / joint.wear.length)
-    seen, first = step.along[c, :, BETWEEN // 2 + 1], 2 * (c if end == ENDS[0] else c - 1) * worn.stride
+    seen, first = step.axial[c, :, BETWEEN // 2 + 1], 2 * (c if end == ENDS[0] else c - 1) * worn.stride
     long = 2.0 * strips.reach / rows
     for body in range(2):
         half = joint.half_length if body == 0 else joint.half_journal

@@ -18,7 +18,7 @@ from ...observe.histogram import (
     RUBBED_COURSE,
     SLIP_COURSE,
 )
-from ..contract import Place, touches
+from ..contract import Offsets, touches
 from ..places import after_joint
 from .contract import (
     ARCS,
@@ -79,13 +79,13 @@ FROM_ANGLES[:, : DEGREE + 1] = np.linalg.inv(
 class Step(NamedTuple):
     """A step of the motion."""
 
-    course: np.ndarray  # (contacts, COURSES, PARTS + 1) see observe.histogram
+    step_values: np.ndarray  # (contacts, COURSES, PARTS + 1) see observe.histogram
     length: float  # of the step
     mode: np.ndarray  # (contacts,) int64, what each contact is doing
     places: np.ndarray  # (contacts, WHERE + SLOPES, MOMENTS)
-    along: np.ndarray  # (contacts, ALONG, MOMENTS) of joints in space
+    axial: np.ndarray  # (contacts, ALONG, MOMENTS) of joints in space
     strip: np.ndarray  # (STRIP, PARTS + 1) of one of their contacts, at even places
-    room: np.ndarray  # (ROOM,) see passage
+    workspace: np.ndarray  # (ROOM,) see passage
     scratch: np.ndarray  # (3 stride,) bins (m) of both bodies, at 0 between the contacts; slices of one contact
 
 
@@ -131,7 +131,7 @@ class Whose(NamedTuple):
     """Which joint it is."""
 
     number: int
-    place: Place
+    place: Offsets
 
 
 @kernel
@@ -149,14 +149,14 @@ see_each = map_joints(_see, _after)
 
 @kernel
 def fit_courses(step, j, length):
-    """Put the coefficients of the courses of contact `j`, its forces over this length, into `step.room`."""
-    room, course, per_length = step.room, step.course[j], 1.0 / length
+    """Put the coefficients of the courses of contact `j`, its forces over this length, into `step.workspace`."""
+    workspace, step_values, per_length = step.workspace, step.step_values[j], 1.0 / length
     for i in abreast(POINTS):
         for row in range(COURSES):
             total = 0.0
             for k in range(PARTS + 1):
-                total += FIT[k, i] * course[row, k]
-            room[row * POINTS + i] = total * per_length if row in (FORCE, RUBBED_COURSE) else total
+                total += FIT[k, i] * step_values[row, k]
+            workspace[row * POINTS + i] = total * per_length if row in (FORCE, RUBBED_COURSE) else total
 
 
 @kernel
@@ -171,8 +171,8 @@ def without_leaps(angles):
 
 @kernel
 def fit_places(step, j):
-    """Put the coefficients of the courses of where contact `j` is into `step.room`."""
-    room, places = step.room, step.places[j]
+    """Put the coefficients of the courses of where contact `j` is into `step.workspace`."""
+    workspace, places = step.workspace, step.places[j]
     for i in abreast(POINTS):
         for row in range(WHERE):
             total = 0.0
@@ -180,21 +180,21 @@ def fit_places(step, j):
                 total += FROM_ANGLES[k, i] * places[row, k]
             total += FROM_ANGLES[ANGLES - 2, i] * places[SLOPES + row, 0]
             total += FROM_ANGLES[ANGLES - 1, i] * places[SLOPES + row, BETWEEN + 1]
-            room[(ON_BEARING + row) * POINTS + i] = total
+            workspace[(ON_BEARING + row) * POINTS + i] = total
 
 
 @kernel
 def note_way(step, j, account):
-    """Put the way (m) that joint `j` has slid so far into `step.room`, taken as even over the step, and add the step's.
+    """Put the way (m) that joint `j` has slid so far into `step.workspace`, taken as even over the step, and add the step's.
 
     Simpson's rule over the course of the sliding speed.
     """
-    room, course, way = step.room, step.course[j], 0.0
+    workspace, step_values, way = step.workspace, step.step_values[j], 0.0
     for i in turns(PARTS + 1):
         weight = 1.0 if i in (0, PARTS) else 4.0 if i % 2 else 2.0
-        way += weight * course[KAPPA_COURSE, i] * abs(course[SLIP_COURSE, i])
+        way += weight * step_values[KAPPA_COURSE, i] * abs(step_values[SLIP_COURSE, i])
     way *= step.length / (3.0 * PARTS)
-    room[WAY * POINTS], room[WAY * POINTS + 1] = account[SLID], way
+    workspace[WAY * POINTS], workspace[WAY * POINTS + 1] = account[SLID], way
     account[SLID] += way
 
 
@@ -202,16 +202,20 @@ def note_way(step, j, account):
 def put_end_slopes(step, j):
     """Put the slopes of the courses of where contact `j` is at both ends of the step, from the rates there."""
     for end, place in ((0, 0), (BETWEEN + 1, PARTS)):
-        pace = step.length * step.course[j, KAPPA_COURSE, place]
+        pace = step.length * step.step_values[j, KAPPA_COURSE, place]
         for row in range(WHERE):
             step.places[j, SLOPES + row, end] *= pace
 
 
 @pressure_on.member(None)
 def _on_circles(joint, step, j, place):
-    law, course, per_length = joint.wear, step.course[j], 1.0 / joint.wear.length
-    load, depth, slip = course[FORCE, place] * per_length, course[DEPTH_COURSE, place], course[SLIP_COURSE, place]
-    clearance = clearance_at(joint, step.room, place / PARTS)
+    law, step_values, per_length = joint.wear, step.step_values[j], 1.0 / joint.wear.length
+    load, depth, slip = (
+        step_values[FORCE, place] * per_length,
+        step_values[DEPTH_COURSE, place],
+        step_values[SLIP_COURSE, place],
+    )
+    clearance = clearance_at(joint, step.workspace, place / PARTS)
     rubbing = rubbing_of(joint, (load, 0.0, slip, depth, 0.0), 0.0, clearance)
     half = half_arc(law.pressure, joint, joint.bearing_radius, rubbing)
     if half < LEAST:  # at an onset or a separation, where there is no load either
@@ -223,14 +227,19 @@ def _on_circles(joint, step, j, place):
 @kernel
 def note_pressure(joint, step, j, account):
     """Enter how hard the bearing of joint `j` is pressed, and how fast it is rubbed, at even places of the step."""
-    course, room, means, peaks = step.course[j], step.room, FIRST, FIRST + 2 * POINTS  # where bodies have room later
+    step_values, workspace, means, peaks = (
+        step.step_values[j],
+        step.workspace,
+        FIRST,
+        FIRST + 2 * POINTS,
+    )  # where bodies have room later
     for first in range(2):  # the first places, as many as are worked on at once, then the last
         for i in abreast(POINTS):
-            room[means + first + i], room[peaks + first + i] = pressure_on(joint, step, j, first + i)
+            workspace[means + first + i], workspace[peaks + first + i] = pressure_on(joint, step, j, first + i)
     for i in turns(PARTS + 1):
-        mean, peak = room[means + i], room[peaks + i]
-        slip, share = abs(course[SLIP_COURSE, i]), (0.5 if i in (0, PARTS) else 1.0) / PARTS
-        time = share * step.length * course[KAPPA_COURSE, i]
+        mean, peak = workspace[means + i], workspace[peaks + i]
+        slip, share = abs(step_values[SLIP_COURSE, i]), (0.5 if i in (0, PARTS) else 1.0) / PARTS
+        time = share * step.length * step_values[KAPPA_COURSE, i]
         account[PRESSURE_TIME] += mean * time
         account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
         account[PV_MAX] = max(account[PV_MAX], peak * slip)
@@ -239,20 +248,20 @@ def note_pressure(joint, step, j, account):
 
 
 @middle_arc.member(None)
-def _of_a_circle(joint, room):
-    rubbing = rubbing_at(joint, room, 0.5)
+def _of_a_circle(joint, workspace):
+    rubbing = rubbing_at(joint, workspace, 0.5)
     return 2.0 * half_arc(joint.wear.pressure, joint, joint.bearing_radius, rubbing), rubbing
 
 
 @kernel
 def note_arc(joint, step, account, part):
     """Enter into an account how wide the arc is in the middle of a step, and what it wears off `part` of the length."""
-    width, rubbing = middle_arc(joint, step.room)
+    width, rubbing = middle_arc(joint, step.workspace)
     bearing, journal = wear_rate(joint.wear, rubbing)
     account[ARCS] += 1.0
     if width < WIDE * 2.0 * math.pi / joint.wear.bins:
         account[NARROW] += 1.0
-    pace = step.length * value(step.room, KAPPA_COURSE, 0.5)
+    pace = step.length * value(step.workspace, KAPPA_COURSE, 0.5)
     account[FIRST_CLASS + width_class(width)] += part * pace * (bearing + journal)
 
 
@@ -278,7 +287,7 @@ def _both_bodies(law, joint, j, shared):
     note_pressure(joint, step, j, worn.account[j])
     count, first = int(law.bins), 2 * j * worn.stride
     bins = Bins(worn.depths, first, count), Bins(worn.depths, first + worn.stride, count)
-    enter_wear(joint, step.room, step.course[j], step.length, bins)
+    enter_wear(joint, step.workspace, step.step_values[j], step.length, bins)
     note_arc(joint, step, worn.account[j], 1.0)
 
 

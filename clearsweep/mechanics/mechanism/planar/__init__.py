@@ -7,19 +7,19 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contracts.catalogue import Channel
-from ....contracts.machine import GROUND, Aim, At, Course, Guide, Machine, Motor, Slot, Stretch
+from ....contracts.machine import GROUND, Aim, At, Schedule, Guide, Machine, Motor, Slot, Stretch
 from ...joint.contract import Load
 from ..contract import Built, IdealMotion, Open
 from ..contract import Ideal as Closed
 from . import members  # noqa: F401 - enters the equations of motion
-from .anatomy import anatomy, kinds_of
+from .machine_type import machine_type, kinds_of
 from .binding import bound_of
 from .closure import Alike, ClosureError, MobilityError, extent
-from .course import course
+from .cycle import cycle_of
 from .drive import drive_of, driven
 from .equations import function_of
 from .form import AngleAim, Hinge, Planar, PointAim, Slide, Sprung, direction_of, numbered, point_of
-from .hanging import ANGLE, RUN, Coordinate
+from .spanning_tree import ANGLE, RUN, Coordinate
 from .ideal import Ideal, ideal_of, masses_of, start_of
 from .loads import loads_of, stops_of
 from .segments import in_segments
@@ -30,7 +30,7 @@ __all__ = ["Alike", "ClosureError", "MobilityError", "build", "channels", "ideal
 def channels(machine: Machine) -> tuple[Channel, ...]:
     """Return the time histories of a machine, in the order in which its compiled form describes itself."""
     unit = "m" if machine.aim.point else "rad"
-    found = [
+    channels = [
         Channel("crank_angle", "rad", "crank angle, unwrapped"),
         Channel("crank/torque", "N*m", "drive torque on the crank"),
         Channel("output/place", unit, "place of the output"),
@@ -40,7 +40,7 @@ def channels(machine: Machine) -> tuple[Channel, ...]:
     for body in machine.bodies:
         name = body.replace("-", "_")
         if body != GROUND:
-            found += [
+            channels += [
                 Channel(f"{name}/x", "m", f"centre of mass of {body}, x"),
                 Channel(f"{name}/y", "m", f"centre of mass of {body}, y"),
                 Channel(f"{name}/vx", "m/s", f"velocity of the centre of mass of {body}, x"),
@@ -49,8 +49,8 @@ def channels(machine: Machine) -> tuple[Channel, ...]:
                 Channel(f"{name}/rate", "rad/s", "its rate"),
             ]
             if machine.bodies[body].elastic:
-                found.append(Channel(f"{name}/extension", "m", f"by which {body} is longer than unloaded"))
-    return tuple(found)
+                channels.append(Channel(f"{name}/extension", "m", f"by which {body} is longer than unloaded"))
+    return tuple(channels)
 
 
 def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
@@ -96,13 +96,15 @@ class _Opened(NamedTuple):
 def _opened(machine: Machine, names: frozenset[str]) -> _Opened:
     """Return the compiled form of a machine with open joints of these names, and its coordinates."""
     known, value = ideal_of(machine), _value(machine, names)
-    tree = anatomy(kinds_of(value))
-    everything = [known.course_of(item) for item in tree.hang.coordinates]
-    value = value._replace(turn=course([known.aimed(known.turn)], machine.drive.start_angle))
-    bound = bound_of(value, tree, everything) if tree.hang.closing else []
-    columns = [known.aimed(known.turn), *(everything[i] for i in bound)]
-    value = value._replace(bound=tuple(map(numbered, bound)), turn=course([*columns], machine.drive.start_angle))
-    state = anatomy(kinds_of(value)).state
+    tree = machine_type(kinds_of(value))
+    paths = [known.course_of(item) for item in tree.hang.coordinates]
+    value = value._replace(turn=cycle_of([known.aimed(known.turn)], machine.drive.start_angle))
+    dependent = bound_of(value, tree, paths) if tree.hang.loop_joints else []
+    columns = [known.aimed(known.turn), *(paths[i] for i in dependent)]
+    value = value._replace(
+        dependent=tuple(map(numbered, dependent)), turn=cycle_of([*columns], machine.drive.start_angle)
+    )
+    state = machine_type(kinds_of(value)).state
     start = _start(known, state, {})
     lengths = np.array([_length(machine, item) for item in state])
     return _Opened(value, state, lengths, start, _light(machine, value, start))
@@ -113,8 +115,8 @@ def _light(machine: Machine, value: Planar, start: np.ndarray) -> list[str]:
     none = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in value.joints if isinstance(joint.site, Open))
     try:
         with np.errstate(all="ignore"):
-            found = function_of(value, "accelerate")(value, function_of(value, "place")(value, start), none)
-        sound = bool(np.all(np.isfinite([*found.accelerations, found.torque])))
+            accelerations = function_of(value, "accelerate")(value, function_of(value, "place")(value, start), none)
+        sound = bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
     except ZeroDivisionError:
         sound = False
     if sound:
@@ -129,9 +131,9 @@ def _start(known: Ideal, state: list[Coordinate], offsets: Mapping) -> np.ndarra
     there = known.apart(offsets, angle)
     if not np.all(np.isfinite(there.q)):
         raise ClosureError("its joints cannot begin as far apart as asked for", _moving(machine)[0], angle)
-    found = [known.read(item, there) for item in state]
+    values = [known.read(item, there) for item in state]
     speed = crank_speed(machine)
-    places, rates = [float(place) for place, _ in found], [speed * float(slope) for _, slope in found]
+    places, rates = [float(place) for place, _ in values], [speed * float(slope) for _, slope in values]
     for i, item in enumerate(state):
         initial = None if item.kind == RUN else machine.bodies[_moving(machine)[item.of - 1]].initial
         if initial is not None:
@@ -148,10 +150,10 @@ def crank_speed(machine: Machine) -> float:
 
 def stops(machine: Machine) -> list[float]:
     """Return the times (s) at which an acceleration or the slope of a load jumps: where steps had better end."""
-    found = {time for load in machine.loads for time in stops_of(load)}
-    if isinstance(machine.drive, Course):
-        found |= set(map(float, machine.drive.times))
-    return sorted(time for time in found if time > 0.0)
+    times = {time for load in machine.loads for time in stops_of(load)}
+    if isinstance(machine.drive, Schedule):
+        times |= set(map(float, machine.drive.times))
+    return sorted(time for time in times if time > 0.0)
 
 
 def _value(machine: Machine, opened: frozenset[str]) -> Planar:
@@ -163,8 +165,8 @@ def _value(machine: Machine, opened: frozenset[str]) -> Planar:
         ends = (numbers[joint.proximal.body], numbers[joint.distal.body])
         points = (_point(machine, joint.proximal), _point(machine, joint.distal))
         if isinstance(joint, (Guide, Stretch, Slot)):
-            held = isinstance(joint, Stretch)
-            site = Sprung(joint.stiffness, joint.damping) if held else site
+            is_spring = isinstance(joint, Stretch)
+            site = Sprung(joint.stiffness, joint.damping) if is_spring else site
             axis = direction_of(math.cos(joint.axis), math.sin(joint.axis))
             placed.append(Slide(site, *ends, *points, axis))
         else:
@@ -173,7 +175,7 @@ def _value(machine: Machine, opened: frozenset[str]) -> Planar:
     return Planar(
         bodies=tuple(masses_of(machine)),
         joints=tuple(placed),
-        bound=(),
+        dependent=(),
         crank=numbers[crank],
         drive=drive_of(machine.drive),
         gravity=machine.gravity,
@@ -201,8 +203,8 @@ def _point(machine: Machine, at: At) -> tuple:
 def _aim(machine: Machine, aim: Aim, numbers: Mapping) -> tuple:
     if not aim.point:
         return AngleAim(numbers[aim.body])
-    along = direction_of(math.cos(aim.along), math.sin(aim.along))
-    return PointAim(numbers[aim.body], _point(machine, At(aim.body, aim.point)), along)
+    direction = direction_of(math.cos(aim.direction), math.sin(aim.direction))
+    return PointAim(numbers[aim.body], _point(machine, At(aim.body, aim.point)), direction)
 
 
 def _length(machine: Machine, item: Coordinate) -> float:

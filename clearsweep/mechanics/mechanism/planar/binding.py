@@ -5,16 +5,16 @@ import itertools
 import numpy as np
 
 from ..contract import place
-from .anatomy import Anatomy
+from .machine_type import MachineType
 from .drive import Steady
 from .equations import function_of
 from .form import Planar
-from .hanging import ANGLE, RUN, Coordinate
+from .spanning_tree import ANGLE, RUN, Coordinate
 
 LOOKS = 36  # places of a turn that are looked at
 
 
-def bound_of(value: Planar, machine: Anatomy, courses: list) -> list[int]:
+def bound_of(value: Planar, machine: MachineType, courses: list) -> list[int]:
     """Return the numbers of the coordinates that loops determine, those for which they stay farthest from singular.
 
     value : a machine of which nothing is bound so far; courses : of all coordinates in the machine without clearance.
@@ -27,7 +27,7 @@ def bound_of(value: Planar, machine: Anatomy, courses: list) -> list[int]:
     angles = range(0, len(courses[0][0]) - 1, max((len(courses[0][0]) - 1) // LOOKS, 1))
     for k in angles:
         time = 2.0 * np.pi * k / (len(courses[0][0]) - 1)
-        y = np.array([*(course[0][k] for course in courses), *(0.0 for _ in courses), time])
+        y = np.array([*(path[0][k] for path in courses), *(0.0 for _ in courses), time])
         looks.append(np.array(loops(value, place(value, y))))
     rows = np.array(looks)
     never = {Coordinate(ANGLE, machine.hang.crank), *(Coordinate(RUN, j) for j in machine.sprung)}

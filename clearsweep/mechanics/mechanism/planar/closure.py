@@ -63,10 +63,10 @@ class Closure:
         self.index = {name: i for i, name in enumerate(self.names)}
         self.size = math.fsum(extent(body) for body in machine.bodies.values()) or 1.0  # m
         self.crank = self.index[_driven(machine).distal.body]
-        self.held = [joint for joint in machine.joints if isinstance(joint, Stretch)]  # springs at rest
+        self.springs = [joint for joint in machine.joints if isinstance(joint, Stretch)]  # springs at rest
         sizes = [1 if isinstance(joint, Slot) else 2 for joint in machine.joints]
         self.first = np.concatenate([[0], np.cumsum(sizes)])  # row of each joint, and of what comes behind them
-        self.rows = int(self.first[-1]) + 1 + len(self.held)
+        self.rows = int(self.first[-1]) + 1 + len(self.springs)
         if self.rows != 3 * len(self.names):
             free = 3 * len(self.names) - self.rows + 1
             raise MobilityError(
@@ -76,9 +76,9 @@ class Closure:
 
     def apart(self, offsets: Mapping) -> "Closure":
         """Return the constraints with the distal points of some joints `offsets` (2,) m from the proximal ones."""
-        found = copy.copy(self)
-        found.offsets = offsets
-        return found
+        closure = copy.copy(self)
+        closure.offsets = offsets
+        return closure
 
     def end(self, at: At, q: np.ndarray, first: np.ndarray) -> End:
         """Return a point of a body; q, first : (..., 3 bodies)."""
@@ -126,8 +126,10 @@ class Closure:
                 c, s = np.cos(angle + joint.axis), np.sin(angle + joint.axis)
                 values[..., row] = self.angle(joint.distal.body, q) - angle
                 values[..., row + 1] = c * gap_y - s * gap_x
-                along = c * (far.dx - near.dx) + s * (far.dy - near.dy)
-                lacking[..., row + 1] = c * bend_y - s * bend_x - 2.0 * rate * along - rate**2 * (c * gap_y - s * gap_x)
+                sliding_rate = c * (far.dx - near.dx) + s * (far.dy - near.dy)
+                lacking[..., row + 1] = (
+                    c * bend_y - s * bend_x - 2.0 * rate * sliding_rate - rate**2 * (c * gap_y - s * gap_x)
+                )
                 for i, sign, end in ends:
                     jacobian[..., row, i + 2] = sign
                     jacobian[..., row + 1, i], jacobian[..., row + 1, i + 1] = -sign * s, sign * c
@@ -141,7 +143,7 @@ class Closure:
                 for i, sign, end in ends:
                     jacobian[..., row, i] = jacobian[..., row + 1, i + 1] = sign
                     jacobian[..., row, i + 2], jacobian[..., row + 1, i + 2] = sign * end.lever_x, sign * end.lever_y
-        for row, joint in enumerate(self.held, self.first[-1]):
+        for row, joint in enumerate(self.springs, self.first[-1]):
             put_component(self, joint, joint.axis, (q, first), (values, jacobian, lacking), row)
         values[..., -1] = q[..., 3 * self.crank + 2] - angles
         jacobian[..., -1, 3 * self.crank + 2] = 1.0
@@ -198,12 +200,12 @@ class Closure:
     def start(self, angle: float) -> np.ndarray:
         """Return the machine closed at an angle of its crank, near the angles given for that.  Raises ClosureError."""
         rng = np.random.default_rng(0)
-        found: list[tuple[float, np.ndarray]] = []
+        solutions: list[tuple[float, np.ndarray]] = []
         given = np.array([self.machine.start.get(name, 0.0) for name in self.names])
-        told = np.array([name in self.machine.start for name in self.names])
+        is_given = np.array([name in self.machine.start for name in self.names])
         for attempt in range(ATTEMPTS):
             spread = 0.0 if attempt == 0 else 0.1 + 3.0 * attempt / ATTEMPTS
-            angles = given + np.where(told, 0.2 * spread, spread) * rng.uniform(-1.0, 1.0, given.size)
+            angles = given + np.where(is_given, 0.2 * spread, spread) * rng.uniform(-1.0, 1.0, given.size)
             angles[self.crank] = angle
             q = self._relaxed(self._hung(angles), angle)
             if np.all(np.isfinite(q)):
@@ -211,12 +213,12 @@ class Closure:
                 turned[self.crank] = 0.0
                 if attempt == 0 and np.max(np.abs(turned)) < 0.5 * math.pi:
                     return self._near(q, given)
-                found.append((float(np.sum(turned**2 * np.where(told, 100.0, 1.0))), q))
-        if not found:
+                solutions.append((float(np.sum(turned**2 * np.where(is_given, 100.0, 1.0))), q))
+        if not solutions:
             raise ClosureError(
                 "its lengths do not let it close where the crank begins", self._farthest(given, angle), angle
             )
-        return self._near(min(found, key=lambda item: item[0])[1], given)
+        return self._near(min(solutions, key=lambda item: item[0])[1], given)
 
     def _near(self, q, given):
         """Return `q` with its angles, but the crank's, within half a turn of those given."""
@@ -245,11 +247,11 @@ class Closure:
                 if joint is not None:
                     break
             if joint is None:
-                hanging = next(name for name in self.names if name not in placed)
-                raise MobilityError(f"body {hanging!r} hangs nowhere: no joints lead from it to the ground")
+                spanning_tree = next(name for name in self.names if name not in placed)
+                raise MobilityError(f"body {spanning_tree!r} hangs nowhere: no joints lead from it to the ground")
             ends = (joint.proximal, joint.distal)
-            held, free = ends if joint.proximal.body in placed else ends[::-1]
-            there, here = (self.end(at, q, np.zeros_like(q)) for at in (held, free))
+            springs, free = ends if joint.proximal.body in placed else ends[::-1]
+            there, here = (self.end(at, q, np.zeros_like(q)) for at in (springs, free))
             i = 3 * self.index[free.body]
             q[i : i + 2] += there.x - here.x, there.y - here.y
             placed.add(free.body)
@@ -300,9 +302,9 @@ class Closure:
         rough = Turn(angles[::every], coarse, *self.derivatives(coarse, angles[::every]))
         q = self.closed(between(rough, angles).q, angles)
         first, second = self.derivatives(q, angles)
-        found = Turn(angles, q, first, second)
-        self._check_all(found)
-        return found
+        turn = Turn(angles, q, first, second)
+        self._check_all(turn)
+        return turn
 
     def _continued(self, q, before: float, after: float) -> np.ndarray:
         """Return the machine at another angle of its crank, by as many steps as that takes."""
@@ -326,15 +328,15 @@ class Closure:
             q, before = here, angle
         raise ClosureError("its lengths do not let the crank turn on", self._weakest(here, angle)[1], angle)
 
-    def _check_all(self, found: Turn) -> None:
+    def _check_all(self, turn: Turn) -> None:
         """Raise ClosureError where a turn passes a singular position between the stations that were looked at."""
-        _, jacobian, _ = self.evaluate(found.q, found.angles)
+        _, jacobian, _ = self.evaluate(turn.q, turn.angles)
         signs = np.sign(np.linalg.det(self._scaled(jacobian)))
-        steep = np.max(np.abs(found.first[:, 2::3]), axis=1) > 1.0 / NEAR_SINGULAR
-        crossed = np.flatnonzero((signs != signs[0]) | steep | ~np.all(np.isfinite(found.q), axis=1))
+        steep = np.max(np.abs(turn.first[:, 2::3]), axis=1) > 1.0 / NEAR_SINGULAR
+        crossed = np.flatnonzero((signs != signs[0]) | steep | ~np.all(np.isfinite(turn.q), axis=1))
         if crossed.size:
-            angle = float(found.angles[crossed[0]])
-            raise ClosureError(_SINGULAR, self._weakest(found.q[crossed[0] - 1], angle)[1], angle)
+            angle = float(turn.angles[crossed[0]])
+            raise ClosureError(_SINGULAR, self._weakest(turn.q[crossed[0] - 1], angle)[1], angle)
 
     def _check(self, q, angle: float) -> None:
         weak, body = self._weakest(q, angle)

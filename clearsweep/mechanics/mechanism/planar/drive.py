@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import Constant, Course, Motor
+from ....contracts.machine import Constant, Schedule, Motor
 from ...compiled.dual import plain
 from ...compiled.family import family
-from ...compiled.held import held, item_of, row_of
+from ...compiled.array_handle import array_handle, load_item, row_of
 
 _WIDTH = 4  # numbers in a row of a speed table: time, angle, speed, acceleration
 
@@ -47,9 +47,9 @@ def _steady(drive, time):
 @driven.member(Scheduled)
 def _scheduled(drive, time):
     row = row_of(drive.table, _WIDTH, int(drive.rows), plain(time))
-    gone, speed = time - item_of(drive.table, row), item_of(drive.table, row + 2)
-    acceleration = item_of(drive.table, row + 3)
-    angle = item_of(drive.table, row + 1) + gone * (speed + 0.5 * acceleration * gone)
+    gone, speed = time - load_item(drive.table, row), load_item(drive.table, row + 2)
+    acceleration = load_item(drive.table, row + 3)
+    angle = load_item(drive.table, row + 1) + gone * (speed + 0.5 * acceleration * gone)
     return angle, speed + acceleration * gone, acceleration
 
 
@@ -63,19 +63,19 @@ def _falling(drive, rate):
     return drive.torque - drive.slope * rate
 
 
-def drive_of(drive: Constant | Course | Motor) -> tuple:
+def drive_of(drive: Constant | Schedule | Motor) -> tuple:
     """Return the compiled form of a drive."""
     if isinstance(drive, Constant):
         return Steady(drive.speed, drive.start_angle)
-    if isinstance(drive, Course):
+    if isinstance(drive, Schedule):
         rows = schedule(drive)
-        return Scheduled(held(rows), float(len(rows)))
+        return Scheduled(array_handle(rows), float(len(rows)))
     return Free(
         drive.stall_torque, 0.0 if math.isinf(drive.no_load_speed) else drive.stall_torque / drive.no_load_speed
     )
 
 
-def schedule(drive: Course) -> np.ndarray:
+def schedule(drive: Schedule) -> np.ndarray:
     """Return a speed table as (rows, 4): time (s), angle (rad), speed (rad/s), acceleration (rad/s^2) from there on.
 
     The speed is constant before the first row and after the last; the angle is `start_angle` at time 0.
@@ -92,11 +92,11 @@ def schedule(drive: Course) -> np.ndarray:
     return rows
 
 
-def when(drive: Course, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def when(drive: Schedule, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return time (s), speed (rad/s) and acceleration (rad/s^2) at which the crank, turning on, has `angles` (rad)."""
     rows = schedule(drive)
     row = rows[np.clip(np.searchsorted(rows[:, 1], angles, side="right") - 1, 0, len(rows) - 1)]
-    ahead, speed, acceleration = angles - row[:, 1], row[:, 2], row[:, 3]
-    then = np.sqrt(np.maximum(speed**2 + 2.0 * acceleration * ahead, 0.0))
-    gone = np.where(ahead == 0.0, 0.0, 2.0 * ahead / np.where(speed + then == 0.0, 1.0, speed + then))
+    travel, speed, acceleration = angles - row[:, 1], row[:, 2], row[:, 3]
+    then = np.sqrt(np.maximum(speed**2 + 2.0 * acceleration * travel, 0.0))
+    gone = np.where(travel == 0.0, 0.0, 2.0 * travel / np.where(speed + then == 0.0, 1.0, speed + then))
     return row[:, 0] + gone, then, acceleration

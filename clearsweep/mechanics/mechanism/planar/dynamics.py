@@ -5,8 +5,8 @@ coordinates (Kane 1961; Shabana 2010, "Computational Dynamics", 3rd ed., chapter
 its LDL factors, which are written out as well.  Where loops bind coordinates, these derivatives go through them.
 """
 
-from .anatomy import Anatomy, Vector
-from .hanging import ANGLE, RUN, Coordinate
+from .machine_type import MachineType, Vector
+from .spanning_tree import ANGLE, RUN, Coordinate
 from .kinematics import Bodies, Columns
 from .loops import Solver, equations
 from .writer import Lines, number, packed, tupled
@@ -24,42 +24,42 @@ def mass_of(lines: Lines, body: int) -> tuple[str, str]:
 class Dynamics(Bodies):
     """Mass matrix and generalised forces of the coordinates of the state and the crank's angle."""
 
-    def __init__(self, machine: Anatomy, *arguments: str):
+    def __init__(self, machine: MachineType, *arguments: str):
         super().__init__(machine, *arguments)
         self.crank = Coordinate(ANGLE, machine.hang.crank)
         self.unknown = list(machine.state)
         self.every = list(dict.fromkeys([self.crank, *self.unknown]))
-        self.bound: dict[Coordinate, Row] = {}  # derivatives of what is bound by what is not
+        self.dependent: dict[Coordinate, Row] = {}  # derivatives of what is bound by what is not
         self.bound_bias: Row = {}
-        if machine.bound:
+        if machine.dependent:
             self._bind()
         self.ways = {body: self.way(body) for body in range(1, machine.bodies)}
         self.tree = {body: self.columns(way) for body, way in self.ways.items()}
         self.moved: dict[int, Columns] = {body: self.unbound(columns) for body, columns in self.tree.items()}
-        self.turning: dict[int, Row] = {
-            g: self.bound.get(Coordinate(ANGLE, g), {Coordinate(ANGLE, g): "1.0"}) for g in machine.groups
+        self.spins: dict[int, Row] = {
+            g: self.dependent.get(Coordinate(ANGLE, g), {Coordinate(ANGLE, g): "1.0"}) for g in machine.groups
         }
 
     def _bind(self) -> None:
         """Find how what loops bind moves."""
-        found = equations(self)
-        rows = [equation.columns for equation in found]
-        solver = Solver(self.lines, rows, self.machine.bound)
-        self.bound = {item: {} for item in self.machine.bound}
+        loops = equations(self)
+        rows = [equation.columns for equation in loops]
+        solver = Solver(self.lines, rows, self.machine.dependent)
+        self.dependent = {item: {} for item in self.machine.dependent}
         for item in self.every:
             if any(item in row for row in rows):
                 moved = solver.solved([self.lines.minus(row.get(item)) for row in rows])
                 for other, value in moved.items():
-                    self.bound[other][item] = value
-        self.bound_bias = solver.solved([self.lines.minus(equation.bias) for equation in found])
+                    self.dependent[other][item] = value
+        self.bound_bias = solver.solved([self.lines.minus(equation.bias) for equation in loops])
 
     def unbound(self, columns: Columns) -> Columns:
         """Return derivatives by the coordinates that are not bound."""
-        found = {item: vector for item, vector in columns.items() if item not in self.bound}
+        free = {item: vector for item, vector in columns.items() if item not in self.dependent}
         for item in columns:
-            for other, value in self.bound.get(item, {}).items():
-                found[other] = self.sum(found.get(other, (None, None)), self.scaled(value, columns[item]))
-        return found
+            for other, value in self.dependent.get(item, {}).items():
+                free[other] = self.sum(free.get(other, (None, None)), self.scaled(value, columns[item]))
+        return free
 
     def entry(self, first: Coordinate, second: Coordinate) -> str | None:
         """Return an entry of the mass matrix."""
@@ -75,8 +75,8 @@ class Dynamics(Bodies):
                     else:
                         squares = ("1.0",)
                 terms.append(lines.product(mass, lines.total(*squares)))
-            turning = self.turning.get(self.hang.group[body], {})
-            terms.append(lines.product(inertia, turning.get(first), turning.get(second)))
+            spins = self.spins.get(self.hang.group[body], {})
+            terms.append(lines.product(inertia, spins.get(first), spins.get(second)))
         return lines.total(*terms)
 
     def factored(self) -> tuple[Matrix, dict[Coordinate, str]]:
@@ -108,18 +108,18 @@ class Dynamics(Bodies):
         lines = self.lines
         lower, inverse = self.factored()
         left = self.forward(lower, right)
-        found: Row = {}
+        accelerations: Row = {}
         for i in range(len(self.unknown) - 1, -1, -1):
             a = self.unknown[i]
-            used = [lines.minus(lines.product(lower[k, a], found[k])) for k in self.unknown[i + 1 :]]
-            found[a] = lines.total(lines.product(left[a], inverse[a]), *used)
-        return found
+            used = [lines.minus(lines.product(lower[k, a], accelerations[k])) for k in self.unknown[i + 1 :]]
+            accelerations[a] = lines.total(lines.product(left[a], inverse[a]), *used)
+        return accelerations
 
-    def with_bound(self, found: Row) -> Row:
+    def with_bound(self, accelerations: Row) -> Row:
         """Return accelerations together with those of what is bound."""
-        lines, every = self.lines, dict(found)
-        for item, row in self.bound.items():
-            parts = (lines.product(value, found.get(other)) for other, value in row.items())
+        lines, every = self.lines, dict(accelerations)
+        for item, row in self.dependent.items():
+            parts = (lines.product(value, accelerations.get(other)) for other, value in row.items())
             every[item] = lines.total(self.bound_bias[item], *parts)
         return every
 
@@ -160,16 +160,18 @@ class Dynamics(Bodies):
         for body, columns in self.moved.items():
             mass, inertia = mass_of(lines, body)
             tree = self.tree[body]
-            moved = self.sum(self.bias(self.ways[body]), self.along({i: tree[i] for i in tree if i in known}, known))
+            moved = self.sum(
+                self.bias(self.ways[body]), self.combination({i: tree[i] for i in tree if i in known}, known)
+            )
             left = self.sum((None, None), *force[body], self.minus(self.scaled(mass, moved)))
             for item, column in columns.items():
                 terms[item] += lines.dot(column, left)
             group = self.hang.group[body]
             if group != 0:
                 spun = lines.minus(lines.product(inertia, known.get(Coordinate(ANGLE, group))))
-                turning = lines.total(*moment[body], spun)
-                for item, value in self.turning[group].items():
-                    terms[item].append(lines.product(value, turning))
+                spins = lines.total(*moment[body], spun)
+                for item, value in self.spins[group].items():
+                    terms[item].append(lines.product(value, spins))
         for j in self.machine.sprung:
             terms[Coordinate(RUN, j)].append(lines.minus(self.tension(j)))
         return {item: lines.total(*parts) for item, parts in terms.items()}
@@ -184,41 +186,41 @@ class Dynamics(Bodies):
         right = self.generalised(alpha)
         if machine.free:
             torque = lines.let(f"torque_at(mechanism.drive, {self.rate[crank]})")
-            found = self.solved(right | {crank: lines.total(right[crank], torque)})
+            solution = self.solved(right | {crank: lines.total(right[crank], torque)})
         else:
-            found = self.solved(right)
-            pulled = (lines.product(self.entry(crank, item), found[item]) for item in self.unknown)
+            solution = self.solved(right)
+            pulled = (lines.product(self.entry(crank, item), solution[item]) for item in self.unknown)
             torque = lines.total(*pulled, lines.minus(right[crank]))
-        accelerations = packed([found[item] for item in self.unknown])
-        every = self.with_bound(found | ({} if machine.free else {crank: alpha}))
+        accelerations = packed([solution[item] for item in self.unknown])
+        every = self.with_bound(solution | ({} if machine.free else {crank: alpha}))
         return f"Motion({accelerations}, {number(self.output(every))}, {number(torque)})", every
 
-    def output(self, found: Row) -> str | None:
+    def output(self, accelerations: Row) -> str | None:
         """Return the acceleration of the output."""
-        body, point, along = self.machine.aim
+        body, point, direction = self.machine.aim
         if point is None:
-            return found.get(Coordinate(ANGLE, self.hang.group[body]))
+            return accelerations.get(Coordinate(ANGLE, self.hang.group[body]))
         way = self.way(body, point)
-        acceleration = self.sum(self.bias(way), self.along(self.columns(way), found))
-        return self.lines.total(*self.lines.dot(acceleration, along))
+        acceleration = self.sum(self.bias(way), self.combination(self.columns(way), accelerations))
+        return self.lines.total(*self.lines.dot(acceleration, direction))
 
 
-def accelerate(machine: Anatomy) -> str:
+def accelerate(machine: MachineType) -> str:
     """Return the code of the family's member of that name."""
     write = Dynamics(machine, "mechanism", "pose", "loads")
     motion, _ = write.motion()
     return write.lines.function("accelerate", motion)
 
 
-def impact_masses(machine: Anatomy) -> str:
+def impact_masses(machine: MachineType) -> str:
     """Return the code of the family's member of that name.
 
     The mass is 1 / (n^T J M^-1 J^T n), see `contract.impact_masses`; 0 where a gap is closed and has no direction.
     Elastic links count as rigid: the mass at a pin alone would fall without end with the number of segments.
     """
     write = Dynamics(machine, "mechanism", "pose", "relative")
-    held = {Coordinate(RUN, j) for j in machine.sprung}
-    write.unknown = [item for item in write.unknown if item not in held]
+    prescribed = {Coordinate(RUN, j) for j in machine.sprung}
+    write.unknown = [item for item in write.unknown if item not in prescribed]
     lines, masses = write.lines, []
     lower, inverse = write.factored()
     for i, j in enumerate(machine.open):

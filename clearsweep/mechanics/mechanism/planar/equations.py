@@ -17,11 +17,11 @@ from ...joint.friction.contract import friction_force, static_limit
 from ...joint.guide import GuideGap
 from ..contract import Motion
 from . import dynamics, rubbing
-from .anatomy import Anatomy, Vector, anatomy, kinds_of
-from .course import at_angle
+from .machine_type import MachineType, Vector, machine_type, kinds_of
+from .cycle import at_angle
 from .drive import driven, torque_at
 from .dynamics import mass_of
-from .hanging import RUN, Coordinate
+from .spanning_tree import RUN, Coordinate
 from .kinematics import Bodies
 from .loads import by_table
 from .placing import closed, loops, place, step
@@ -50,7 +50,7 @@ def _functions(kinds: tuple) -> dict[str, Callable]:
     text = source(kinds)
     name = f"<planar machine {hash(kinds):x}>"
     linecache.cache[name] = (len(text), None, text.splitlines(keepends=True), name)  # for tracebacks
-    found: dict = {
+    functions: dict = {
         "direction": calculus.direction,
         "driven": driven,
         "torque_at": torque_at,
@@ -69,42 +69,42 @@ def _functions(kinds: tuple) -> dict[str, Callable]:
         "Pose": Pose,
         "Turn": Turn,
     }
-    exec(compile(text, name, "exec"), found)
-    if "under_friction" in found:
-        found["under_friction"] = kernel(found["under_friction"])
-    if "step" in found:
-        found["step"], found["closed"] = inlined(found["step"]), kernel(found["closed"])
-        found["again"] = _again(found["step"])
-    return found
+    exec(compile(text, name, "exec"), functions)
+    if "under_friction" in functions:
+        functions["under_friction"] = kernel(functions["under_friction"])
+    if "step" in functions:
+        functions["step"], functions["closed"] = inlined(functions["step"]), kernel(functions["closed"])
+        functions["again"] = _again(functions["step"])
+    return functions
 
 
 def _again(take: Callable) -> Callable:
     """Return `take`, one step of Newton's method, for numbers differentiated twice; others need no further one."""
 
     @kernel
-    def again(mechanism, known, bound):
-        return take(mechanism, known, bound) if any(isinstance(value(x), Dual) for x in bound) else bound
+    def again(mechanism, known, dependent):
+        return take(mechanism, known, dependent) if any(isinstance(value(x), Dual) for x in dependent) else dependent
 
     return again
 
 
 def source(kinds: tuple) -> str:
     """Return the code of all functions of a type of machine."""
-    machine = anatomy(kinds)
-    closing = (step, closed) if machine.bound else (loops,) if machine.hang.closing else ()
+    machine = machine_type(kinds)
+    solvers = (step, closed) if machine.dependent else (loops,) if machine.hang.loop_joints else ()
     moving = rubbing.accelerate if machine.rubs else dynamics.accelerate
-    return "\n\n".join(write(machine) for write in (*closing, moving, *_WRITERS))
+    return "\n\n".join(write(machine) for write in (*solvers, moving, *_WRITERS))
 
 
 # ---------------------------------------------------------------------------------------------- what is seen
 
 
-def _gaps(machine: Anatomy) -> str:
+def _gaps(machine: MachineType) -> str:
     write = Bodies(machine, "mechanism", "pose")
     gaps = []
     for j in machine.open:
         between, link = write.between(*write.site(j)), machine.sites[j].link
-        place, velocity = write.place(between), write.along(write.columns(between), write.rate)
+        place, velocity = write.place(between), write.combination(write.columns(between), write.rate)
         spins = (write.spin(link.proximal), write.spin(link.distal))
         if link.slides:
             gaps.append(f"GuideGap({', '.join(map(number, _between_walls(write, j, place, velocity)))})")
@@ -116,23 +116,23 @@ def _gaps(machine: Anatomy) -> str:
 def _between_walls(write: Bodies, j: int, place: Vector, velocity: Vector) -> tuple:
     """Return the fields of a GuideGap."""
     lines, link = write.lines, write.machine.sites[j].link
-    along = write.axis(j)
-    left, spin = write.left(along), write.spin(link.proximal)
-    x, y = (lines.total(*lines.dot(axis, place)) for axis in (along, left))
-    vx, vy = (lines.total(*lines.dot(axis, velocity)) for axis in (along, left))  # less the turning of the walls
+    guide_axis = write.axis(j)
+    left, spin = write.left(guide_axis), write.spin(link.proximal)
+    x, y = (lines.total(*lines.dot(axis, place)) for axis in (guide_axis, left))
+    vx, vy = (lines.total(*lines.dot(axis, velocity)) for axis in (guide_axis, left))  # less the turning of the walls
     seen = (lines.total(vx, lines.product(spin, y)), lines.total(vy, lines.minus(lines.product(spin, x))))
     (c, s), (cd, sd) = (write.direction(body) for body in (link.proximal, link.distal))
     cosine = lines.total(lines.product(c, cd), lines.product(s, sd))
     sine = lines.total(lines.product(c, sd), lines.minus(lines.product(s, cd)))
-    return (x, y, *seen, spin, write.spin(link.distal), *along, cosine, sine)
+    return (x, y, *seen, spin, write.spin(link.distal), *guide_axis, cosine, sine)
 
 
-def _energy(machine: Anatomy) -> str:
+def _energy(machine: MachineType) -> str:
     write = Bodies(machine, "mechanism", "pose")
     lines, doubled, falling = write.lines, [], []
     for body in range(1, machine.bodies):
         mass, inertia = mass_of(lines, body)
-        velocity = write.along(write.columns(write.way(body)), write.rate)
+        velocity = write.combination(write.columns(write.way(body)), write.rate)
         doubled += [lines.product(mass, part, part) for part in velocity]
         spin = write.spin(body)
         doubled.append(lines.product(inertia, spin, spin))
@@ -140,14 +140,14 @@ def _energy(machine: Anatomy) -> str:
     kinetic, fall = lines.product("0.5", lines.total(*doubled)), lines.total(*falling)
     power = [lines.minus(lines.product("mechanism.gravity", fall))]
     for body, point, force, torque in write.applied():
-        velocity = write.along(write.columns(write.way(body, point)), write.rate)
+        velocity = write.combination(write.columns(write.way(body, point)), write.rate)
         power += [*lines.dot(force, velocity), lines.product(torque, write.spin(body))]
     for j in machine.sprung:
         power.append(lines.minus(lines.product(write.tension(j), write.rate[Coordinate(RUN, j)])))
     return lines.function("energy", f"({number(kinetic)}, {number(lines.total(*power))})")
 
 
-def _describe(machine: Anatomy) -> str:
+def _describe(machine: MachineType) -> str:
     write = Bodies(machine, "mechanism", "pose", "motion", "out")
     lines, crank = write.lines, machine.groups.index(machine.hang.crank)
     place, velocity = _aim(write)
@@ -167,16 +167,16 @@ def _describe(machine: Anatomy) -> str:
 def _center(write: Bodies, masses: tuple[int, ...]) -> list[str | None]:
     """Return place and velocity of the centre of mass of a body, or of the masses of an elastic link."""
     lines, ways = write.lines, [write.way(body) for body in masses]
-    found = [(*write.place(way), *write.along(write.columns(way), write.rate)) for way in ways]
+    centers = [(*write.place(way), *write.combination(write.columns(way), write.rate)) for way in ways]
     if not masses[1:]:
-        return list(found[0])
+        return list(centers[0])
     weights = [mass_of(lines, body)[0] for body in masses]
     share = lines.let(f"1.0 / {number(lines.total(*weights))}")
-    parts = zip(*found, strict=True)
+    parts = zip(*centers, strict=True)
     return [lines.product(share, lines.total(*map(lines.product, weights, part))) for part in parts]
 
 
-def _body_angles(machine: Anatomy) -> str:
+def _body_angles(machine: MachineType) -> str:
     pairs = []
     for j in machine.open:
         link = machine.sites[j].link
@@ -184,19 +184,19 @@ def _body_angles(machine: Anatomy) -> str:
     return Lines("mechanism", "pose").function("body_angles", tupled(pairs))
 
 
-def _angle(machine: Anatomy, body: int) -> str:
+def _angle(machine: MachineType, body: int) -> str:
     group = machine.hang.group[body]
     return f"pose.turns[{machine.groups.index(group)}].angle" if group else "0.0"
 
 
-def _output_and_crank(machine: Anatomy) -> str:
+def _output_and_crank(machine: MachineType) -> str:
     write = Bodies(machine, "mechanism", "pose")
     crank = f"pose.turns[{machine.groups.index(machine.hang.crank)}]"
-    found = (*map(number, _aim(write)), f"{crank}.angle", f"{crank}.rate")
-    return write.lines.function("output", f"({', '.join(found)})")
+    values = (*map(number, _aim(write)), f"{crank}.angle", f"{crank}.rate")
+    return write.lines.function("output", f"({', '.join(values)})")
 
 
-def _crank_rate(machine: Anatomy) -> str:
+def _crank_rate(machine: MachineType) -> str:
     crank = machine.groups.index(machine.hang.crank)
     return Lines("mechanism", "pose").function("crank_rate", f"pose.turns[{crank}].rate")
 
@@ -204,13 +204,13 @@ def _crank_rate(machine: Anatomy) -> str:
 def _aim(write: Bodies) -> tuple[str | None, str | None]:
     """Return the output's place and its rate."""
     machine, lines = write.machine, write.lines
-    body, point, along = machine.aim
+    body, point, guide_axis = machine.aim
     if point is None:
         group = machine.hang.group[body]
         return (f"pose.turns[{machine.groups.index(group)}].angle", write.spin(body)) if group else (None, None)
     way = write.way(body, point)
-    velocity = write.along(write.columns(way), write.rate)
-    return lines.total(*lines.dot(write.place(way), along)), lines.total(*lines.dot(velocity, along))
+    velocity = write.combination(write.columns(way), write.rate)
+    return lines.total(*lines.dot(write.place(way), guide_axis)), lines.total(*lines.dot(velocity, guide_axis))
 
 
 _WRITERS = (

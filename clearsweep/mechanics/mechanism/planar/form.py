@@ -83,7 +83,7 @@ class PointAim(NamedTuple):
 
     body: tuple
     at: tuple
-    along: tuple  # AlongX or Along
+    direction: tuple  # AlongX or Along
 
 
 class AngleAim(NamedTuple):
@@ -97,7 +97,7 @@ class Planar(NamedTuple):
 
     bodies: tuple  # of Mass and Segment, without the ground
     joints: tuple  # of Hinge and Slide, in the order in which they were written
-    bound: tuple  # numbers of the coordinates that loops determine
+    dependent: tuple  # numbers of the coordinates that loops determine
     crank: tuple  # number of the driven body
     drive: tuple  # of `drive`
     gravity: float  # m/s^2, along -y

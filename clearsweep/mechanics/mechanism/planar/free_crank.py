@@ -22,7 +22,7 @@ def rates_entry(machine, y, rates, _):
     out[0], out[1] = state[1], accelerate(here, place(here, state), ()).accelerations[0]
 
 
-class Course(NamedTuple):
+class FreeMotion(NamedTuple):
     """Angle (rad) and rate (rad/s) of the crank over n steps, between which DOP853's own polynomials stand."""
 
     times: np.ndarray  # (n + 1,) s
@@ -31,11 +31,11 @@ class Course(NamedTuple):
 
     def at(self, step: np.ndarray, share: np.ndarray) -> np.ndarray:
         """Return angle and rate (m, 2) at shares (m,) of steps."""
-        found = np.zeros((len(step), 2))
+        values = np.zeros((len(step), 2))
         for k, power in enumerate(self.powers[::-1]):
-            found += power[step]
-            found *= (share if k % 2 == 0 else 1.0 - share)[:, None]
-        return found + self.states[step]
+            values += power[step]
+            values *= (share if k % 2 == 0 else 1.0 - share)[:, None]
+        return values + self.states[step]
 
 
 class Passage:
@@ -49,15 +49,15 @@ class Passage:
 
     def at(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the times (s) at which the crank first passes angles (n,) rad, and its rates; nan: it never does."""
-        course, found = self._course, np.full((2, len(angles)), math.nan)
+        motion, times = self._course, np.full((2, len(angles)), math.nan)
         step = np.searchsorted(self._reached, angles) - 1
-        begun, passed = step < 0, (step >= 0) & (step < len(course.times) - 1)
-        found[:, begun] = np.array([[course.times[0]], [course.states[0, 1]]])
+        begun, passed = step < 0, (step >= 0) & (step < len(motion.times) - 1)
+        times[:, begun] = np.array([[motion.times[0]], [motion.states[0, 1]]])
         step, wanted = step[passed], angles[passed]
         low, high = np.zeros(len(step)), np.ones(len(step))
-        share, length = 0.5 * (low + high), np.diff(course.times)[step]
+        share, length = 0.5 * (low + high), np.diff(motion.times)[step]
         for _ in range(HALVINGS):
-            angle, rate = course.at(step, share).T
+            angle, rate = motion.at(step, share).T
             low, high = np.where(angle < wanted, share, low), np.where(angle < wanted, high, share)
             with np.errstate(divide="ignore", invalid="ignore"):
                 newton = share - (angle - wanted) / (rate * length)
@@ -65,11 +65,11 @@ class Passage:
             change, share = np.max(np.abs(following - share), initial=0.0), following
             if change < CLOSE:
                 break
-        found[:, passed] = course.times[step] + share * length, course.at(step, share)[:, 1]
-        return found[0], found[1]
+        times[:, passed] = motion.times[step] + share * length, motion.at(step, share)[:, 1]
+        return times[0], times[1]
 
 
-def _integrated(drive: Motor, machine: tuple, rate: float, end: float) -> Course:
+def _integrated(drive: Motor, machine: tuple, rate: float, end: float) -> FreeMotion:
     from scipy.integrate import DOP853
 
     parameters, state, out = flatten(machine), np.zeros(3), np.zeros(2)
@@ -82,8 +82,8 @@ def _integrated(drive: Motor, machine: tuple, rate: float, end: float) -> Course
 
     turns = max((end - drive.start_angle) / (2.0 * math.pi), 1.0)
     begin = [drive.start_angle, drive.initial_speed]
-    bound = LONGEST * turns * 2.0 * math.pi / rate
-    solver = DOP853(rates, 0.0, begin, bound, rtol=RTOL, atol=[ATOL, ATOL * rate])
+    longest = LONGEST * turns * 2.0 * math.pi / rate
+    solver = DOP853(rates, 0.0, begin, longest, rtol=RTOL, atol=[ATOL, ATOL * rate])
     times, states, powers, highest = [0.0], [np.array(begin)], [], begin[0]
     while solver.status == "running" and states[-1][0] < end and len(powers) < STEPS * (turns + 1.0):
         if states[-1][0] < highest - 2.0 * math.pi:
@@ -93,4 +93,4 @@ def _integrated(drive: Motor, machine: tuple, rate: float, end: float) -> Course
         states.append(solver.y.copy())
         powers.append(solver.dense_output().F)
         highest = max(highest, float(solver.y[0]))
-    return Course(np.array(times), np.array(states), np.array(powers).reshape(-1, 7, 2).transpose(1, 0, 2))
+    return FreeMotion(np.array(times), np.array(states), np.array(powers).reshape(-1, 7, 2).transpose(1, 0, 2))

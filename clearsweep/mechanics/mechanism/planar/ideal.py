@@ -13,7 +13,7 @@ from ....contracts.machine import (
     At,
     Braking,
     Constant,
-    Course,
+    Schedule,
     Guide,
     Initial,
     Machine,
@@ -31,7 +31,7 @@ from .closure import Alike, Closure, MobilityError, turn_of
 from .drive import drive_of, torque_at, when
 from .form import Mass, Segment
 from .free_crank import Passage
-from .hanging import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
+from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .loads import by_rows, table_of
 from .turn import Turn, between
 
@@ -65,15 +65,17 @@ class Ideal:
             return q[:, i + 2], first[:, i + 2], second[:, i + 2]
         body = self.machine.bodies[aim.body]
         x, y = np.subtract(body.points[aim.point], body.center)
-        c, s = math.cos(aim.along), math.sin(aim.along)
+        c, s = math.cos(aim.direction), math.sin(aim.direction)
         cosine, sine = np.cos(q[:, i + 2]), np.sin(q[:, i + 2])
-        ahead = c * (x * cosine - y * sine) + s * (x * sine + y * cosine)  # of the arm, along and across the direction
+        forward = c * (x * cosine - y * sine) + s * (
+            x * sine + y * cosine
+        )  # of the arm, along and across the direction
         aside = c * (-x * sine - y * cosine) + s * (x * cosine - y * sine)
         turned, bent = first[:, i + 2], second[:, i + 2]
         return (
-            c * q[:, i] + s * q[:, i + 1] + ahead,
+            c * q[:, i] + s * q[:, i + 1] + forward,
             c * first[:, i] + s * first[:, i + 1] + aside * turned,
-            c * second[:, i] + s * second[:, i + 1] + aside * bent - ahead * turned**2,
+            c * second[:, i] + s * second[:, i + 1] + aside * bent - forward * turned**2,
         )
 
     def apart(self, offsets: Mapping, angle: float) -> Turn:
@@ -129,7 +131,7 @@ class Ideal:
         drive = self.machine.drive
         if isinstance(drive, Constant):
             return (angles - drive.start_angle) / drive.speed, np.full(len(angles), drive.speed)
-        if isinstance(drive, Course):
+        if isinstance(drive, Schedule):
             return when(drive, angles)[:2]
         far = float(np.max(angles))
         if self._passage is None or self._passage.end < far:
@@ -189,12 +191,12 @@ class Ideal:
         drive = self.machine.drive
         if isinstance(drive, Constant):
             return np.zeros(len(rate))
-        if isinstance(drive, Course):
+        if isinstance(drive, Schedule):
             return when(drive, there.angles)[2]
-        turning = torque_at(drive_of(drive), rate)
+        drive_torque = torque_at(drive_of(drive), rate)
         left = force - self.inertia * there.second * (rate**2)[:, None]
         mass = np.sum(self.inertia * there.first**2, -1)
-        return (turning + np.sum(there.first * left, -1)) / mass
+        return (drive_torque + np.sum(there.first * left, -1)) / mass
 
     def _add(self, force, there: Turn, at: At, pull: np.ndarray, torque) -> None:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
@@ -208,15 +210,15 @@ class Ideal:
         first, second = (self.closure.end(at, there.q, there.first) for at in (load.first, load.second))
         x, y = second.x - first.x, second.y - first.y
         length = np.hypot(x, y)
-        along = np.stack([x, y], -1) / length[:, None]
+        direction = np.stack([x, y], -1) / length[:, None]
         opening = (x * (second.dx - first.dx) + y * (second.dy - first.dy)) / length
         pull = load.stiffness * (length - load.free_length) + load.damping * rate * opening
-        self._add(force, there, load.first, pull[:, None] * along, 0.0)
-        self._add(force, there, load.second, -pull[:, None] * along, 0.0)
+        self._add(force, there, load.first, pull[:, None] * direction, 0.0)
+        self._add(force, there, load.second, -pull[:, None] * direction, 0.0)
 
     def _rubbed(self, forces: list, there: Turn, rate, reactions) -> np.ndarray:
         """Return the forces (N, 3 bodies) of friction in joints under their reactions."""
-        found = np.zeros_like(there.q)
+        generalized = np.zeros_like(there.q)
         for load in forces:
             joint = next(joint for joint in self.machine.joints if joint.name == load.joint)
             normal = np.hypot(*reactions[joint.name].T)
@@ -227,19 +229,23 @@ class Ideal:
             if isinstance(joint, Guide):
                 slip = self.read(Coordinate(RUN, self.machine.joints.index(joint)), there)[1] * rate
             rub = np.array([friction_force(load.friction, n, v) for n, v in zip(normal, slip, strict=True)])
-            along = joint.axis + self.closure.angle(joint.proximal.body, there.q) if isinstance(joint, Guide) else 0.0
-            pull = rub[:, None] * np.stack([np.cos(along), np.sin(along)], -1) if isinstance(joint, Guide) else 0.0
+            direction = (
+                joint.axis + self.closure.angle(joint.proximal.body, there.q) if isinstance(joint, Guide) else 0.0
+            )
+            pull = (
+                rub[:, None] * np.stack([np.cos(direction), np.sin(direction)], -1) if isinstance(joint, Guide) else 0.0
+            )
             for at, sign in ((joint.distal, 1.0), (joint.proximal, -1.0)):
                 zero = np.zeros((len(rate), 2))
                 torque = 0.0 if isinstance(joint, Guide) else sign * load.radius * rub
-                self._add(found, there, at, zero + sign * pull, torque)
-        return found
+                self._add(generalized, there, at, zero + sign * pull, torque)
+        return generalized
 
     def _reaction(self, joint, there: Turn, multipliers: np.ndarray) -> np.ndarray:
         """Return the force (N, 2) N on a joint's distal body from the multipliers of its constraints."""
         if isinstance(joint, Guide | Stretch | Slot):
-            along = joint.axis + self.closure.angle(joint.proximal.body, there.q)
-            return -multipliers[:, -1:] * np.stack([-np.sin(along), np.cos(along)], -1)
+            direction = joint.axis + self.closure.angle(joint.proximal.body, there.q)
+            return -multipliers[:, -1:] * np.stack([-np.sin(direction), np.cos(direction)], -1)
         return -multipliers
 
     def rate(self) -> float:
@@ -247,7 +253,7 @@ class Ideal:
         drive, turn = self.machine.drive, self.turn
         if isinstance(drive, Constant):
             return drive.speed
-        if isinstance(drive, Course):
+        if isinstance(drive, Schedule):
             return float(np.max(np.abs(drive.speeds)))
         known = max(abs(drive.initial_speed), abs(drive.no_load_speed) if math.isfinite(drive.no_load_speed) else 0.0)
         if known > 0.0:
@@ -305,9 +311,9 @@ def masses_of(machine: Machine) -> list[Mass | Segment]:
     """Return mass and moment of inertia of every body that moves; a flywheel turns with the crank."""
     crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
     wheel = machine.drive.inertia if isinstance(machine.drive, Motor) else 0.0
-    held = {joint.distal.body for joint in machine.joints if isinstance(joint, Stretch)}
+    elastic = {joint.distal.body for joint in machine.joints if isinstance(joint, Stretch)}
     return [
-        (Segment if name in held else Mass)(body.mass, body.inertia + (wheel if name == crank else 0.0))
+        (Segment if name in elastic else Mass)(body.mass, body.inertia + (wheel if name == crank else 0.0))
         for name, body in machine.bodies.items()
         if name != GROUND
     ]

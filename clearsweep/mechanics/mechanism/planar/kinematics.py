@@ -10,15 +10,15 @@ is -omega_g^2 R_g p_g + 2 omega_g x (velocity of the runs).
 
 from typing import NamedTuple
 
-from .anatomy import Anatomy, LoadKind, Vector
-from .hanging import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
+from .machine_type import MachineType, LoadKind, Vector
+from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .loads import ByAngle, Pushing, Springing
 from .writer import Lines
 
 Columns = dict[Coordinate, Vector]  # derivatives of a place by coordinates
 
 
-class Way(NamedTuple):
+class Path(NamedTuple):
     """The way to a point: what is passed on it, a sign with what may be passed in two directions."""
 
     arms: dict[int, Vector]  # of each group
@@ -29,7 +29,7 @@ class Way(NamedTuple):
 class Kinematics:
     """Places and their derivatives in the lines of one function; subclasses know where angles and rates come from."""
 
-    def __init__(self, machine: Anatomy, lines: Lines):
+    def __init__(self, machine: MachineType, lines: Lines):
         self.machine, self.lines, self.hang = machine, lines, machine.hang
         self.cosine: dict[int, str] = {}
         self.sine: dict[int, str] = {}
@@ -86,7 +86,7 @@ class Kinematics:
 
     # ------------------------------------------------------------------------------------------ ways
 
-    def way(self, body: int, point: Vector = (None, None)) -> Way:
+    def way(self, body: int, point: Vector = (None, None)) -> Path:
         """Return the way to a point of a body, or to its centre of mass."""
         arms: dict[int, Vector] = {}
         runs: dict[int, str] = {}
@@ -98,26 +98,26 @@ class Kinematics:
             parent, j = self.hang.parents[body]
             site = self.machine.sites[j]
             forward = site.link.proximal == parent
-            held, holding = (site.far, site.near) if forward else (site.near, site.far)
-            before = self.way(parent, holding)
+            outer, inner = (site.far, site.near) if forward else (site.near, site.far)
+            before = self.way(parent, inner)
             arms, runs, roots = dict(before.arms), dict(before.runs), dict(before.roots)
-            arms[group] = self.sum(arms.get(group, (None, None)), self.minus(held))
+            arms[group] = self.sum(arms.get(group, (None, None)), self.minus(outer))
             if site.link.slides:
                 runs[j] = "+" if forward else "-"
-                along = self.scaled(self.run[j], site.axis)
-                arms[group] = self.sum(arms[group], self.signed(runs[j], along))
+                unit = self.scaled(self.run[j], site.axis)
+                arms[group] = self.sum(arms[group], self.signed(runs[j], unit))
         arms[group] = self.sum(arms.get(group, (None, None)), point)
-        return Way(arms, runs, roots)
+        return Path(arms, runs, roots)
 
-    def between(self, first: Way, second: Way) -> Way:
+    def between(self, first: Path, second: Path) -> Path:
         """Return the way from one point to another."""
         arms = dict(second.arms)
         for g, arm in first.arms.items():
             there = arms.get(g, (None, None))
             arms[g] = (None, None) if arm == there else self.sum(there, self.minus(arm))
-        return Way(arms, _less(second.runs, first.runs), _less(second.roots, first.roots))
+        return Path(arms, _less(second.runs, first.runs), _less(second.roots, first.roots))
 
-    def site(self, j: int) -> tuple[Way, Way]:
+    def site(self, j: int) -> tuple[Path, Path]:
         """Return the ways to both points of a joint."""
         site = self.machine.sites[j]
         return self.way(site.link.proximal, site.near), self.way(site.link.distal, site.far)
@@ -133,7 +133,7 @@ class Kinematics:
 
     # ------------------------------------------------------------------------------------------ motion
 
-    def place(self, way: Way) -> Vector:
+    def place(self, way: Path) -> Vector:
         """Return the place at the end of a way."""
         shifts = (self.signed(sign, self.shift[body]) for body, sign in way.roots.items())
         return self.sum((None, None), *shifts, *(self.turned(g, arm) for g, arm in way.arms.items()))
@@ -143,21 +143,21 @@ class Kinematics:
         site = self.machine.sites[j]
         return self.turned(self.hang.group[site.link.proximal], site.axis)
 
-    def columns(self, way: Way) -> Columns:
+    def columns(self, way: Path) -> Columns:
         """Return the derivatives of the place at the end of a way."""
-        found = {Coordinate(ANGLE, g): self.left(self.turned(g, arm)) for g, arm in way.arms.items() if g != 0}
+        columns = {Coordinate(ANGLE, g): self.left(self.turned(g, arm)) for g, arm in way.arms.items() if g != 0}
         for j, sign in way.runs.items():
-            found[Coordinate(RUN, j)] = self.signed(sign, self.axis(j))
+            columns[Coordinate(RUN, j)] = self.signed(sign, self.axis(j))
         for body, sign in way.roots.items():
-            found[Coordinate(SHIFT_X, body)] = self.signed(sign, ("1.0", None))
-            found[Coordinate(SHIFT_Y, body)] = self.signed(sign, (None, "1.0"))
-        return {item: vector for item, vector in found.items() if vector != (None, None)}
+            columns[Coordinate(SHIFT_X, body)] = self.signed(sign, ("1.0", None))
+            columns[Coordinate(SHIFT_Y, body)] = self.signed(sign, (None, "1.0"))
+        return {item: vector for item, vector in columns.items() if vector != (None, None)}
 
-    def along(self, columns: Columns, rates: dict) -> Vector:
+    def combination(self, columns: Columns, rates: dict) -> Vector:
         """Return the sum of columns times rates."""
         return self.sum((None, None), *(self.scaled(rates[item], column) for item, column in columns.items()))
 
-    def bias(self, way: Way) -> Vector:
+    def bias(self, way: Path) -> Vector:
         """Return the acceleration at the end of a way that the rates alone give."""
         terms = []
         for g, arm in way.arms.items():
@@ -177,19 +177,19 @@ class Kinematics:
 class Bodies(Kinematics):
     """Places of all bodies in a function of their pose."""
 
-    def __init__(self, machine: Anatomy, *arguments: str):
+    def __init__(self, machine: MachineType, *arguments: str):
         super().__init__(machine, Lines(*arguments))
         self.from_pose()
 
     def applied(self) -> list[tuple[int, Vector, Vector, str | None]]:
         """Return body, point, force and torque of everything that acts from outside, but gravity."""
-        lines, found = self.lines, []
+        lines, terms = self.lines, []
         for i, load in enumerate(self.machine.loads):
             path = f"mechanism.loads[{i}]"
             if load is None:
                 continue
             if load.form is Springing:
-                found += self._springing(path, load)
+                terms += self._springing(path, load)
                 continue
             if load.form is Pushing:
                 parts = tuple(lines.let(f"{path}.{part}") for part in ("fx", "fy", "torque"))
@@ -199,8 +199,8 @@ class Bodies(Kinematics):
                 parts = tuple(f"{part}_{i}" for part in ("fx", "fy", "torque"))
                 lines.once(f"{', '.join(parts)} = by_table({path}.table, {at})")
             ((body, point),) = load.ends
-            found.append((body, point, parts[:2], parts[2]))
-        return found
+            terms.append((body, point, parts[:2], parts[2]))
+        return terms
 
     def tension(self, j: int) -> str:
         """Return the force (N) with which the spring number `j` of an elastic link pulls its ends together."""
@@ -213,13 +213,13 @@ class Bodies(Kinematics):
         lines = self.lines
         (first, near), (second, far) = load.ends
         between = self.between(self.way(first, near), self.way(second, far))
-        reach, velocity = self.place(between), self.along(self.columns(between), self.rate)
+        reach, velocity = self.place(between), self.combination(self.columns(between), self.rate)
         length = lines.let(f"math.sqrt({lines.total(*lines.dot(reach, reach))})")
-        along = self.scaled(lines.let(f"1.0 / {length}"), reach)
-        rate = lines.total(*lines.dot(tuple(map(lines.let, along)), velocity))
+        unit = self.scaled(lines.let(f"1.0 / {length}"), reach)
+        rate = lines.total(*lines.dot(tuple(map(lines.let, unit)), velocity))
         longer = lines.total(length, lines.minus(lines.let(f"{path}.free_length")))
         pull = lines.total(lines.product(f"{path}.stiffness", longer), lines.product(f"{path}.damping", rate))
-        force = tuple(lines.let(part) for part in self.scaled(pull, along))
+        force = tuple(lines.let(part) for part in self.scaled(pull, unit))
         return [(first, near, force, None), (second, far, self.minus(force), None)]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ....contracts.machine import Braking, Push, Rubbing, Spring, Tabled
 from ...compiled.dual import plain
 from ...compiled.family import kernel
-from ...compiled.held import Held, held, item_of, row_of
+from ...compiled.array_handle import ArrayHandle, array_handle, load_item, row_of
 
 _PARTS = 3  # of what a table gives: force x, y, torque
 _POWERS = 4  # of the polynomials between its rows
@@ -29,7 +29,7 @@ class Pushing(NamedTuple):
 class Table(NamedTuple):
     """Force and torque by a table."""
 
-    table: Held  # address of (rows, _WIDTH) numbers
+    table: ArrayHandle  # address of (rows, _WIDTH) numbers
     rows: float
     span: float  # rad, after which it repeats; 0: it holds its ends
 
@@ -83,26 +83,26 @@ class Braked(NamedTuple):
 def by_table(given, at):
     """Return force x, y (N) and torque (N m) of a Table at an angle (rad) or time (s)."""
     rows = int(given.rows)
-    first, last = item_of(given.table, 0), item_of(given.table, _WIDTH * (rows - 1))
+    first, last = load_item(given.table, 0), load_item(given.table, _WIDTH * (rows - 1))
     now = plain(at)
     turned = given.span * math.floor((now - first) / given.span) if given.span > 0.0 else 0.0
     now = min(max(now - turned, first), last)
     row = row_of(given.table, _WIDTH, rows - 1, now)
-    ahead = at - (turned + item_of(given.table, row))
+    remaining = at - (turned + load_item(given.table, row))
     if given.span == 0.0 and (plain(at) < first or plain(at) > last):
-        ahead = 0.0 * ahead + (now - item_of(given.table, row))
+        remaining = 0.0 * remaining + (now - load_item(given.table, row))
     return (
-        _polynomial(given.table, row + 1, ahead),
-        _polynomial(given.table, row + 1 + _POWERS, ahead),
-        _polynomial(given.table, row + 1 + 2 * _POWERS, ahead),
+        _polynomial(given.table, row + 1, remaining),
+        _polynomial(given.table, row + 1 + _POWERS, remaining),
+        _polynomial(given.table, row + 1 + 2 * _POWERS, remaining),
     )
 
 
 @kernel
 def _polynomial(table, place, x):
     """Return the cubic whose coefficients, the highest first, stand from `place` on."""
-    value = item_of(table, place) * x + item_of(table, place + 1)
-    return (value * x + item_of(table, place + 2)) * x + item_of(table, place + 3)
+    value = load_item(table, place) * x + load_item(table, place + 1)
+    return (value * x + load_item(table, place + 2)) * x + load_item(table, place + 3)
 
 
 def table_of(load: Tabled) -> Table:
@@ -117,7 +117,7 @@ def table_of(load: Tabled) -> Table:
     rows[:, 0] = knots
     rows[:-1, 1:] = coefficients.transpose(1, 2, 0).reshape(len(knots) - 1, -1)
     rows[-1, _POWERS::_POWERS] = columns[-1]
-    return Table(held(rows), float(len(knots)), float(knots[-1] - knots[0]) if repeats else 0.0)
+    return Table(array_handle(rows), float(len(knots)), float(knots[-1] - knots[0]) if repeats else 0.0)
 
 
 def _periodic(knots: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -136,8 +136,8 @@ def by_rows(given: Table, at: np.ndarray) -> np.ndarray:
     first, last = rows[0, 0], rows[-1, 0]
     now = first + np.remainder(at - first, given.span) if given.span > 0.0 else np.clip(at, first, last)
     row = rows[np.clip(np.searchsorted(rows[:, 0], now, side="right") - 1, 0, len(rows) - 2)]
-    ahead, parts = (now - row[:, 0])[:, None], row[:, 1:].reshape(-1, _PARTS, _POWERS)
-    return ((parts[..., 0] * ahead + parts[..., 1]) * ahead + parts[..., 2]) * ahead + parts[..., 3]
+    remaining, parts = (now - row[:, 0])[:, None], row[:, 1:].reshape(-1, _PARTS, _POWERS)
+    return ((parts[..., 0] * remaining + parts[..., 1]) * remaining + parts[..., 2]) * remaining + parts[..., 3]
 
 
 def loads_of(loads: tuple, place: Callable, joint: Callable) -> tuple:
@@ -145,21 +145,21 @@ def loads_of(loads: tuple, place: Callable, joint: Callable) -> tuple:
 
     place : gives the body's number and the compiled point of an At; joint : gives the number of a joint by its name.
     """
-    found: list = []
+    compiled_loads: list = []
     for load in loads:
         if isinstance(load, Push):
-            found.append(Pushing(*place(load.at), load.fx, load.fy, load.torque))
+            compiled_loads.append(Pushing(*place(load.at), load.fx, load.fy, load.torque))
         elif isinstance(load, Tabled):
             form = ByAngle if load.over == "angle" else ByTime
-            found.append(form(*place(load.at), table_of(load)))
+            compiled_loads.append(form(*place(load.at), table_of(load)))
         elif isinstance(load, Spring):
             ends = (*place(load.first), *place(load.second))
-            found.append(Springing(*ends, load.stiffness, load.free_length, load.damping))
+            compiled_loads.append(Springing(*ends, load.stiffness, load.free_length, load.damping))
         elif isinstance(load, Rubbing):
-            found.append(Rubbed(joint(load.joint), load.friction, load.radius))
+            compiled_loads.append(Rubbed(joint(load.joint), load.friction, load.radius))
         elif isinstance(load, Braking):
-            found.append(Braked(joint(load.joint), load.friction, load.radius, load.normal))
-    return tuple(found)
+            compiled_loads.append(Braked(joint(load.joint), load.friction, load.radius, load.normal))
+    return tuple(compiled_loads)
 
 
 def stops_of(load: Push | Tabled | Spring) -> list[float]:

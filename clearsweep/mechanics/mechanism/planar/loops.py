@@ -1,6 +1,6 @@
 """Loops of a planar machine that no clearance opens, closed to rounding wherever the machine is looked at.
 
-The joints beside the tree give equations for as many of its coordinates, which are `bound`: no part of the state, but
+The joints beside the tree give equations for as many of its coordinates, which are `dependent`: no part of the state, but
 found from the others by Newton's method, begun where they are in the machine without clearance at the same angle of the
 crank.  Their rates and accelerations follow from the same equations, differentiated.  So nothing drifts, and nothing
 pulls back what would drift.
@@ -9,7 +9,7 @@ pulls back what would drift.
 import itertools
 from typing import NamedTuple
 
-from .hanging import ANGLE, Coordinate
+from .spanning_tree import ANGLE, Coordinate
 from .kinematics import Kinematics
 from .writer import Lines
 
@@ -26,8 +26,8 @@ class Equation(NamedTuple):
 
 def equations(write: Kinematics, *, moving: bool = True) -> list[Equation]:
     """Return the equations of all loops; without their bias where rates are not known."""
-    lines, found = write.lines, []
-    for j in write.hang.closing:
+    lines, closing_rows = write.lines, []
+    for j in write.hang.loop_joints:
         link = write.machine.sites[j].link
         way = write.between(*write.site(j))
         place, columns = write.place(way), write.columns(way)
@@ -35,29 +35,29 @@ def equations(write: Kinematics, *, moving: bool = True) -> list[Equation]:
         if not link.slides:
             for part in range(2):
                 row = {item: column[part] for item, column in columns.items() if column[part] is not None}
-                found.append(Equation(place[part], row, bias[part]))
+                closing_rows.append(Equation(place[part], row, bias[part]))
             continue
-        group, along = write.hang.group[link.proximal], write.axis(j)
-        normal = write.left(along)
+        group, direction = write.hang.group[link.proximal], write.axis(j)
+        normal = write.left(direction)
         row = {item: lines.total(*lines.dot(normal, column)) for item, column in columns.items()}
         terms = [*lines.dot(normal, bias)]
         if group != 0:
-            turning = Coordinate(ANGLE, group)
-            ahead = lines.minus(lines.total(*lines.dot(along, place)))
-            row[turning] = lines.total(row.get(turning), ahead)
+            angle = Coordinate(ANGLE, group)
+            axial = lines.minus(lines.total(*lines.dot(direction, place)))
+            row[angle] = lines.total(row.get(angle), axial)
             if moving:
-                rate = lines.total(*lines.dot(along, write.along(columns, write.rate)))
-                terms.append(lines.minus(lines.product("2.0", write.rate[turning], rate)))
-        found.append(Equation(lines.total(*lines.dot(normal, place)), row, lines.total(*terms)))
-    return found
+                rate = lines.total(*lines.dot(direction, write.combination(columns, write.rate)))
+                terms.append(lines.minus(lines.product("2.0", write.rate[angle], rate)))
+        closing_rows.append(Equation(lines.total(*lines.dot(normal, place)), row, lines.total(*terms)))
+    return closing_rows
 
 
 class Solver:
     """The solution of the linear equations of loops for what is bound: small sets that hang together, one by one."""
 
-    def __init__(self, lines: Lines, rows: list[Row], bound: tuple[Coordinate, ...]):
+    def __init__(self, lines: Lines, rows: list[Row], dependent: tuple[Coordinate, ...]):
         self.lines, self.rows = lines, rows
-        self.blocks = [(block, unknown, self._inverse(block, unknown)) for block, unknown in _blocks(rows, bound)]
+        self.blocks = [(block, unknown, self._inverse(block, unknown)) for block, unknown in _blocks(rows, dependent)]
 
     def _inverse(self, block: tuple[int, ...], unknown: tuple[Coordinate, ...]) -> dict:
         """Return the inverse of the matrix of some equations and unknowns, by minors: entries (unknown, equation)."""
@@ -76,11 +76,11 @@ class Solver:
             return kept[chosen, among]
 
         scale = lines.let(f"1.0 / {minor(block, unknown)}")
-        found = {}
+        inverse = {}
         for (i, row), (k, item) in itertools.product(enumerate(block), enumerate(unknown)):
             part = lines.product(minor(block[:i] + block[i + 1 :], unknown[:k] + unknown[k + 1 :]), scale)
-            found[item, row] = lines.let(part if (i + k) % 2 == 0 else lines.minus(part))
-        return found
+            inverse[item, row] = lines.let(part if (i + k) % 2 == 0 else lines.minus(part))
+        return inverse
 
     def solved(self, right: list[str | None]) -> dict[Coordinate, str | None]:
         """Return the unknowns for right-hand sides, one of each equation."""
@@ -109,15 +109,15 @@ class Solver:
         return [done[row] for row in range(len(self.rows))]
 
 
-def _blocks(rows: list[Row], bound: tuple[Coordinate, ...]) -> list[tuple[tuple[int, ...], tuple[Coordinate, ...]]]:
+def _blocks(rows: list[Row], dependent: tuple[Coordinate, ...]) -> list[tuple[tuple[int, ...], tuple[Coordinate, ...]]]:
     """Return sets of equations, each with as many unknowns that those before have not: the smallest first."""
-    left, known, found = list(range(len(rows))), set(), []
+    left, known, blocks = list(range(len(rows))), set(), []
     while left:
         for chosen in (some for size in range(1, len(left) + 1) for some in itertools.combinations(left, size)):
-            unknown = {item for row in chosen for item in rows[row] if item in bound and item not in known}
+            unknown = {item for row in chosen for item in rows[row] if item in dependent and item not in known}
             if len(unknown) == len(chosen):
                 break
-        found.append((chosen, tuple(item for item in bound if item in unknown)))
+        blocks.append((chosen, tuple(item for item in dependent if item in unknown)))
         known |= unknown
         left = [row for row in left if row not in chosen]
-    return found
+    return blocks

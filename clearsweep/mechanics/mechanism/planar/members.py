@@ -12,7 +12,7 @@ from ..contract import (
     output_error,
     place,
 )
-from .course import at_angle
+from .cycle import at_angle
 from .equations import written
 from .form import Planar
 from .rubbing import rubbed_power

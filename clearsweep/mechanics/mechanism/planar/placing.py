@@ -1,18 +1,18 @@
 """The pose of a planar machine from its state, written out for its type."""
 
-from .anatomy import Anatomy
-from .hanging import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
+from .machine_type import MachineType
+from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .kinematics import Kinematics
 from .loops import Solver, equations
 from .writer import Lines, number, packed, tupled
 
-_CLOSED = """def closed(mechanism, known, bound):
+_CLOSED = """def closed(mechanism, known, dependent):
     for _ in range({attempts}):
-        found = step(mechanism, known, bound)
+        found = step(mechanism, known, dependent)
         change = max({changes}, 0.0)
-        bound = found
+        dependent = found
         if change < {near}:
-            return bound
+            return dependent
     return ({nan},)
 """
 ATTEMPTS = 30
@@ -22,16 +22,16 @@ NEAR = 1e-8  # rad or m, by which the last step of Newton's method but one moves
 class _Placing(Kinematics):
     """A pose in the making."""
 
-    def __init__(self, machine: Anatomy, *arguments: str):
+    def __init__(self, machine: MachineType, *arguments: str):
         super().__init__(machine, Lines(*arguments))
-        bound = machine.bound
-        self.known_groups = [g for g in machine.groups if Coordinate(ANGLE, g) not in bound]
-        self.known_runs = [item.of for item in machine.hang.coordinates if item.kind == RUN and item not in bound]
+        dependent = machine.dependent
+        self.known_groups = [g for g in machine.groups if Coordinate(ANGLE, g) not in dependent]
+        self.known_runs = [item.of for item in machine.hang.coordinates if item.kind == RUN and item not in dependent]
         self.roots = [
             (kind, body)
             for body in machine.hang.roots()
             for kind in (SHIFT_X, SHIFT_Y)
-            if Coordinate(kind, body) not in bound
+            if Coordinate(kind, body) not in dependent
         ]
 
     def name(self, item: Coordinate) -> str:
@@ -54,15 +54,15 @@ class _Placing(Kinematics):
         for body in self.hang.roots():
             self.shift[body] = (f"x{body}", f"y{body}")
 
-    def take_bound(self) -> None:
-        """Give names to what the tuple `bound` holds."""
-        for i, item in enumerate(self.machine.bound):
-            self.lines.text.append(f"{self.name(item)} = bound[{i}]")
+    def take_dependent(self) -> None:
+        """Give names to what the tuple `dependent` holds."""
+        for i, item in enumerate(self.machine.dependent):
+            self.lines.text.append(f"{self.name(item)} = dependent[{i}]")
             if item.kind == ANGLE:
                 self.lines.text.append(f"c{item.of}, s{item.of} = direction({self.name(item)})")
 
 
-def place(machine: Anatomy) -> str:
+def place(machine: MachineType) -> str:
     """Return the code of the family's member of that name."""
     write, state = _Placing(machine, "mechanism", "y"), machine.state
     lines, crank = write.lines, Coordinate(ANGLE, machine.hang.crank)
@@ -76,7 +76,7 @@ def place(machine: Anatomy) -> str:
     for g in write.known_groups:
         lines.text.append(f"c{g}, s{g} = direction({write.name(Coordinate(ANGLE, g))})")
     write.place_all()
-    if machine.bound:
+    if machine.dependent:
         _close(write)
     return lines.function("place", _pose(write))
 
@@ -86,17 +86,17 @@ def _close(write: _Placing) -> None:
     machine, lines, known = write.machine, write.lines, write.known()
     bare = tupled([f"plain({name})" for name in known])
     angle = lines.let(f"plain({write.name(Coordinate(ANGLE, machine.hang.crank))})")
-    guess = tupled([f"at_angle(mechanism.turn, {1 + i}, {angle})[0]" for i in range(len(machine.bound))])
+    guess = tupled([f"at_angle(mechanism.turn, {1 + i}, {angle})[0]" for i in range(len(machine.dependent))])
     lines.text += [
-        f"bound = closed(mechanism, {bare}, {guess})",
-        f"bound = step(mechanism, {tupled(known)}, bound)",
-        f"bound = again(mechanism, {tupled(known)}, bound)",
+        f"dependent = closed(mechanism, {bare}, {guess})",
+        f"dependent = step(mechanism, {tupled(known)}, dependent)",
+        f"dependent = again(mechanism, {tupled(known)}, dependent)",
     ]
-    write.take_bound()
+    write.take_dependent()
     rows = [equation.columns for equation in equations(write, moving=False)]
-    solver, right = Solver(lines, rows, machine.bound), []
+    solver, right = Solver(lines, rows, machine.dependent), []
     for row in rows:
-        moved = (lines.product(value, write.rate[item]) for item, value in row.items() if item not in machine.bound)
+        moved = (lines.product(value, write.rate[item]) for item, value in row.items() if item not in machine.dependent)
         right.append(lines.minus(lines.total(*moved)))
     write.rate |= solver.solved(right)
 
@@ -115,30 +115,30 @@ def _pose(write: _Placing) -> str:
     return f"Pose({tupled(turns)}, {tupled(runs)}, {tupled(roots)}, time)"
 
 
-def step(machine: Anatomy) -> str:
+def step(machine: MachineType) -> str:
     """Return the code of one step of Newton's method towards closed loops."""
-    write = _Placing(machine, "mechanism", "known", "bound")
+    write = _Placing(machine, "mechanism", "known", "dependent")
     lines = write.lines
     for i, name in enumerate(write.known()):
         lines.text.append(f"{name} = known[{i}]")
-    write.take_bound()
+    write.take_dependent()
     write.place_all()
-    found = equations(write, moving=False)
-    solver = Solver(lines, [equation.columns for equation in found], machine.bound)
-    change = solver.solved([equation.value for equation in found])
-    values = [lines.total(write.name(item), lines.minus(change[item])) for item in machine.bound]
+    loops = equations(write, moving=False)
+    solver = Solver(lines, [equation.columns for equation in loops], machine.dependent)
+    change = solver.solved([equation.value for equation in loops])
+    values = [lines.total(write.name(item), lines.minus(change[item])) for item in machine.dependent]
     return lines.function("step", packed(values))
 
 
-def closed(machine: Anatomy) -> str:
+def closed(machine: MachineType) -> str:
     """Return the code that closes loops from where they are nearly closed; nan where that fails."""
-    count = len(machine.bound)
-    changes = ", ".join(f"abs(found[{i}] - bound[{i}])" for i in range(count))
+    count = len(machine.dependent)
+    changes = ", ".join(f"abs(found[{i}] - dependent[{i}])" for i in range(count))
     nan = ", ".join(["math.nan"] * count)
     return _CLOSED.format(attempts=ATTEMPTS, changes=changes, near=NEAR, nan=nan)
 
 
-def loops(machine: Anatomy) -> str:
+def loops(machine: MachineType) -> str:
     """Return the code of the derivatives of all equations of loops by the coordinates, all of which a pose has."""
     write = Kinematics(machine, Lines("mechanism", "pose"))
     write.from_pose()

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from ...compiled.family import family
 from ..contract import Motion
-from .anatomy import Anatomy, Rub, Vector
+from .machine_type import MachineType, Rub, Vector
 from .dynamics import Dynamics, Row, mass_of
-from .hanging import ANGLE, Coordinate
+from .spanning_tree import ANGLE, Coordinate
 from .kinematics import Bodies
 from .loops import Solver, equations
 from .writer import number, tupled
@@ -109,7 +109,7 @@ class Reacting(Dynamics):
                 moment[body].append(self.moment(body, point, pull))
         return force, moment
 
-    def normals(self, found: Row) -> list[str | None]:
+    def normals(self, accelerations: Row) -> list[str | None]:
         """Return the size of the reaction in each joint that rubs, for the accelerations of all coordinates.
 
         It is 0 where the friction has a size of its own.
@@ -117,9 +117,9 @@ class Reacting(Dynamics):
         lines, machine = self.lines, self.machine
         if all(rub.given for rub in machine.rubs):
             return ["0.0"] * len(machine.rubs)
-        missing, turning = self._missing(found)
-        closing = self._multipliers(missing, turning)
-        for j, pull in closing.items():
+        missing, couples = self._missing(accelerations)
+        reactions = self._multipliers(missing, couples)
+        for j, pull in reactions.items():
             link = machine.sites[j].link
             missing[link.distal] = self.sum(missing[link.distal], self.minus(pull))
             missing[link.proximal] = self.sum(missing[link.proximal], pull)
@@ -128,7 +128,7 @@ class Reacting(Dynamics):
             if rub.given:
                 sizes.append("0.0")
                 continue
-            reaction = closing.get(rub.joint) or self._through(rub.joint, missing)
+            reaction = reactions.get(rub.joint) or self._through(rub.joint, missing)
             if machine.sites[rub.joint].link.slides:
                 across = lines.total(*lines.dot(self.left(self.axis(rub.joint)), reaction))
                 sizes.append(f"abs({across})")
@@ -136,55 +136,60 @@ class Reacting(Dynamics):
                 sizes.append(f"math.sqrt({lines.total(*lines.dot(reaction, reaction))})")
         return [size if size == "0.0" else lines.let(size) for size in sizes]
 
-    def pace(self, rub: Rub, found: Row) -> str | None:
+    def pace(self, rub: Rub, accelerations: Row) -> str | None:
         """Return how the slip of a joint changes (rad/s^2 or m/s^2), for the accelerations of all coordinates."""
         lines, link = self.lines, self.machine.sites[rub.joint].link
         if not link.slides:
-            turned = (found.get(Coordinate(ANGLE, self.hang.group[body])) for body in (link.distal, link.proximal))
+            turned = (
+                accelerations.get(Coordinate(ANGLE, self.hang.group[body])) for body in (link.distal, link.proximal)
+            )
             distal, proximal = turned
             return lines.total(distal, lines.minus(proximal))
         way, axis = self.between(*self.site(rub.joint)), self.axis(rub.joint)
         columns = self.columns(way)
-        moved = self.sum(self.bias(way), self.along({item: columns[item] for item in columns if item in found}, found))
-        across = lines.total(*lines.dot(self.left(axis), self.along(columns, self.rate)))
+        moved = self.sum(
+            self.bias(way),
+            self.combination({item: columns[item] for item in columns if item in accelerations}, accelerations),
+        )
+        across = lines.total(*lines.dot(self.left(axis), self.combination(columns, self.rate)))
         return lines.total(*lines.dot(axis, moved), lines.product(self.spin(link.proximal), across))
 
-    def _missing(self, found: Row) -> tuple[dict[int, Vector], dict[int, str | None]]:
+    def _missing(self, accelerations: Row) -> tuple[dict[int, Vector], dict[int, str | None]]:
         """Return force and moment on each body that its joints give it."""
         lines = self.lines
         force, moment = self.forces()
         missing: dict[int, Vector] = {0: (None, None)}
-        turning: dict[int, str | None] = {0: None}
+        couples: dict[int, str | None] = {0: None}
         for body, way in self.ways.items():
             mass, inertia = mass_of(lines, body)
-            moved = self.sum(self.bias(way), self.along(self.tree[body], found))
+            moved = self.sum(self.bias(way), self.combination(self.tree[body], accelerations))
             there = [tuple(map(lines.minus, pull)) for pull in force[body]]
             missing[body] = self.sum(self.scaled(mass, moved), *there)
-            spun = lines.product(inertia, found.get(Coordinate(ANGLE, self.hang.group[body])))
-            turning[body] = lines.total(spun, *map(lines.minus, moment[body]))
-        return missing, turning
+            spun = lines.product(inertia, accelerations.get(Coordinate(ANGLE, self.hang.group[body])))
+            couples[body] = lines.total(spun, *map(lines.minus, moment[body]))
+        return missing, couples
 
-    def _multipliers(self, missing: dict, turning: dict) -> dict[int, Vector]:
+    def _multipliers(self, missing: dict, couples: dict) -> dict[int, Vector]:
         """Return the force on the distal body of each joint that closes a loop."""
         lines, machine, right = self.lines, self.machine, {}
-        if not machine.bound:
+        if not machine.dependent:
             return {}
-        for item in machine.bound:
+        for item in machine.dependent:
             terms = [part for body in self.ways for part in self._work(item, body, missing)]
             if item.kind == ANGLE:
-                terms += [turning[body] for body in self.ways if self.hang.group[body] == item.of]
+                terms += [couples[body] for body in self.ways if self.hang.group[body] == item.of]
             right[item] = lines.total(*terms)
         rows = [equation.columns for equation in equations(self, moving=False)]
-        multipliers = Solver(lines, rows, machine.bound).transposed(right)
-        found, row = {}, 0
-        for j in self.hang.closing:
+        multipliers = Solver(lines, rows, machine.dependent).transposed(right)
+        results, row = {}, 0
+        for j in self.hang.loop_joints:
             if machine.sites[j].link.slides:
-                found[j] = self.scaled(multipliers[row], self.left(self.axis(j)))
+                results[j] = self.scaled(multipliers[row], self.left(self.axis(j)))
                 row += 1
             else:
-                found[j] = (multipliers[row], multipliers[row + 1])
+                results[j] = (multipliers[row], multipliers[row + 1])
                 row += 2
-        return found
+        return results
 
     def _work(self, item: Coordinate, body: int, missing: dict) -> tuple:
         column = self.tree[body].get(item)
@@ -203,11 +208,11 @@ class Reacting(Dynamics):
         return False
 
 
-def accelerate(machine: Anatomy) -> str:
+def accelerate(machine: MachineType) -> str:
     """Return the code of the family's member of that name, for machines with friction in joints without clearance."""
     write = Reacting(machine, "mechanism", "pose", "loads", "rub")
-    motion, found = write.motion()
-    sizes, paces = write.normals(found), [write.pace(rub, found) for rub in machine.rubs if rub.sticks]
+    motion, accelerations = write.motion()
+    sizes, paces = write.normals(accelerations), [write.pace(rub, accelerations) for rub in machine.rubs if rub.sticks]
     returned = (motion, tupled(sizes), tupled([number(pace) for pace in paces])) if paces else (motion, tupled(sizes))
     first = write.lines.function("under_friction", tupled(list(returned)))
     seen, friction, power = Bodies(machine, "mechanism", "pose"), [], []
@@ -238,19 +243,19 @@ def accelerate(machine: Anatomy) -> str:
     return f"{first}\n\n{head}\n{slips}{text}"
 
 
-def _sticking(machine: Anatomy, seen: Bodies, friction: list[str], power: list[str]) -> str:
+def _sticking(machine: MachineType, seen: Bodies, friction: list[str], power: list[str]) -> str:
     """Return the code of `accelerate` for a machine in which joints stick."""
-    held = [i for i, rub in enumerate(machine.rubs) if rub.sticks]
-    paths = {i: f"mechanism.loads[{machine.rubs[i].load}]" for i in held}
-    slips = {i: _slip(seen, machine.rubs[i]) for i in held}
-    reach = {i: "1.0" if machine.sites[machine.rubs[i].joint].link.slides else f"{paths[i]}.radius" for i in held}
+    sticking = [i for i, rub in enumerate(machine.rubs) if rub.sticks]
+    paths = {i: f"mechanism.loads[{machine.rubs[i].load}]" for i in sticking}
+    slips = {i: _slip(seen, machine.rubs[i]) for i in sticking}
+    reach = {i: "1.0" if machine.sites[machine.rubs[i].joint].link.slides else f"{paths[i]}.radius" for i in sticking}
     rate = f"abs(pose.turns[{machine.groups.index(machine.hang.crank)}].rate)"
 
     def with_one(i: int, value: str, name: str = "rub") -> str:
         return tupled([value if j == i else f"{name}[{j}]" for j in range(len(friction))])
 
     yields, stuck, limits, turns = [], [], [], []
-    for k, i in enumerate(held):
+    for k, i in enumerate(sticking):
         pushed = with_one(i, f"rub[{i}] + 1.0")
         yields.append(f"under_friction(mechanism, pose, loads, {pushed})[2][{k}] - pace[{k}]")
         stuck.append(f"abs({reach[i]} * {slips[i]}) < {paths[i]}.friction.band")
@@ -269,7 +274,7 @@ def _sticking(machine: Anatomy, seen: Bodies, friction: list[str], power: list[s
         yields=tupled(yields),
         stuck=tupled(stuck),
         limits=tupled(limits),
-        slips=tupled([slips[i] for i in held]),
+        slips=tupled([slips[i] for i in sticking]),
         sweeps=SWEEPS,
         turns="\n".join(f"        {turn}" for turn in turns),
         count=len(friction),
@@ -284,7 +289,7 @@ def _slip(write: Bodies, rub: Rub) -> str:
     """Return the rate at which the distal body turns or slides on the proximal one."""
     lines, link = write.lines, write.machine.sites[rub.joint].link
     if not link.slides:
-        turning = lines.total(write.spin(link.distal), lines.minus(write.spin(link.proximal)))
-        return number(lines.let(turning))
-    velocity = write.along(write.columns(write.between(*write.site(rub.joint))), write.rate)
+        couples = lines.total(write.spin(link.distal), lines.minus(write.spin(link.proximal)))
+        return number(lines.let(couples))
+    velocity = write.combination(write.columns(write.between(*write.site(rub.joint))), write.rate)
     return number(lines.total(*lines.dot(write.axis(rub.joint), velocity)))

@@ -19,9 +19,9 @@ def between(turn: Turn, angles: np.ndarray) -> Turn:
     """Return a machine at angles (N,) of its crank as its Turn has it, by quintics between stations."""
     step = 2.0 * math.pi / (len(turn.angles) - 1)
     whole = np.floor((angles - turn.angles[0]) / (2.0 * math.pi))
-    along = (angles - turn.angles[0] - 2.0 * math.pi * whole) / step
-    k = np.minimum(along.astype(int), len(turn.angles) - 2)
-    t = (along - k)[:, None]
+    position = (angles - turn.angles[0] - 2.0 * math.pi * whole) / step
+    k = np.minimum(position.astype(int), len(turn.angles) - 2)
+    t = (position - k)[:, None]
     f0, d0, s0, f1, d1, s1 = (part[k + i] for i in (0, 1) for part in (turn.q, turn.first, turn.second))
     d0, d1, s0, s1 = step * d0, step * d1, step * step * s0, step * step * s1
     rise, tilt, bend = f1 - f0 - d0 - 0.5 * s0, d1 - d0 - s0, s1 - s0

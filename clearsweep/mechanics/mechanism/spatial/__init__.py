@@ -6,6 +6,6 @@ the length of quaternions.
 """
 
 from .build import build, seats
-from .hanging import UntiedError, hanging
+from .spanning_tree import UntiedError, spanning_tree
 
-__all__ = ["UntiedError", "build", "hanging", "seats"]
+__all__ = ["UntiedError", "build", "spanning_tree", "seats"]

@@ -11,12 +11,12 @@ from ...compiled.vector import Vector
 from ...joint.spatial import SpatialLoad, deepest_of, overlap_of
 from ..contract import Built, accelerate, gaps, place
 from ..planar.closure import MobilityError, extent
-from ..planar.course import course
+from ..planar.cycle import cycle_of
 from ..planar.form import numbered
 from ..planar.ideal import ideal_of
 from . import members  # noqa: F401 - enters the equations of motion
 from .form import AngleAim, Ball, Driven, Hinge, Loose, Opening, Part, PointAim, Sleeve, Slide, Tree
-from .hanging import CYLINDRICAL, SPHERICAL, Hang, hanging
+from .spanning_tree import CYLINDRICAL, SPHERICAL, Hang, spanning_tree
 
 STILL = Vector(0.0, 0.0, 0.0)
 
@@ -58,22 +58,22 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
     MobilityError, UntiedError.
     """
     machine, known = assembly.machine, ideal_of(assembly.machine)
-    hangs = hanging(machine, joints, assembly.ideal)
+    hangs = spanning_tree(machine, joints, assembly.ideal)
     numbers = {GROUND: ()} | {hang.body: numbered(i + 1) for i, hang in enumerate(hangs)}
-    told = tuple(numbers[name] for name in machine.bodies if name != GROUND)
+    reported = tuple(numbers[name] for name in machine.bodies if name != GROUND)
     speed = machine.drive.speed
     value = Tree(
         parts=tuple(_part(assembly.solids[hang.body]) for hang in hangs),
         hangs=tuple(_hung(assembly, hang, numbers) for hang in hangs),
         openings=tuple(_opening(assembly, name, joint, numbers) for name, joint in joints.items()),
-        told=told,
+        reported=reported,
         aim=_aim(assembly, numbers),
         speed=speed,
         gravity=Vector(*assembly.gravity),
-        turn=course([known.aimed(known.turn)], 0.0),
+        turn=cycle_of([known.aimed(known.turn)], 0.0),
     )
-    stands = _stands(assembly)
-    values = [_coordinates(assembly, hang, stands, joints) for hang in hangs]
+    body_poses = _stands(assembly)
+    values = [_coordinates(assembly, hang, body_poses, joints) for hang in hangs]
     start = np.array([*(q for qs, _ in values for q in qs), *(rate for _, rates in values for rate in rates), 0.0])
     lengths = np.array([length for hang in hangs for length in _lengths(assembly, hang)])
     _check_masses(value, start)
@@ -151,8 +151,8 @@ def _aim(assembly: Assembly, numbers: Mapping) -> tuple:
     aim = assembly.machine.aim
     if not aim.point:
         return AngleAim(numbers[aim.body])
-    along = Vector(math.cos(aim.along), math.sin(aim.along), 0.0)
-    return PointAim(numbers[aim.body], _point(assembly, At(aim.body, aim.point)), along)
+    aim_direction = Vector(math.cos(aim.direction), math.sin(aim.direction), 0.0)
+    return PointAim(numbers[aim.body], _point(assembly, At(aim.body, aim.point)), aim_direction)
 
 
 # ---------------------------------------------------------------------------------------------- the start
@@ -162,29 +162,29 @@ def _stands(assembly: Assembly) -> dict[str, Stand]:
     """Return where the bodies are."""
     machine, known = assembly.machine, ideal_of(assembly.machine)
     there, speed = known.at(np.array([0.0])), machine.drive.speed
-    found = {GROUND: Stand(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
+    poses = {GROUND: Stand(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
     for name, i in known.closure.index.items():
         q, first = (values[0, 3 * i : 3 * i + 3] for values in (there.q, there.first))
-        found[name] = Stand(*map(float, q), *(float(speed * slope) for slope in first))
-    return found
+        poses[name] = Stand(*map(float, q), *(float(speed * slope) for slope in first))
+    return poses
 
 
-def _coordinates(assembly: Assembly, hang: Hang, stands: Mapping, joints: Mapping) -> tuple[list, list]:
+def _coordinates(assembly: Assembly, hang: Hang, body_poses: Mapping, joints: Mapping) -> tuple[list, list]:
     """Return the coordinates of a body and their rates."""
-    here = stands[hang.body]
+    here = body_poses[hang.body]
     if hang.joint == assembly.machine.driven:
         return [], []
     if not hang.joint:
-        turned, turning = _quaternion(here)
-        return [*turned, here.x, here.y, _height(assembly, hang.body, joints)], [*turning, here.vx, here.vy, 0.0]
+        turned, angular_rates = _quaternion(here)
+        return [*turned, here.x, here.y, _height(assembly, hang.body, joints)], [*angular_rates, here.vx, here.vy, 0.0]
     kind = assembly.ideal.get(hang.joint, "")
     if isinstance(_joint(assembly, hang.joint), Guide):
-        return _along(assembly, hang, stands)
+        return _along(assembly, hang, body_poses)
     if kind == SPHERICAL:
         return _quaternion(here)
-    above = stands[hang.parent]
-    turned, turning = [here.angle - above.angle], [here.spin - above.spin]
-    return ([0.0, *turned], [0.0, *turning]) if kind == CYLINDRICAL else (turned, turning)
+    above = body_poses[hang.parent]
+    turned, angular_rates = [here.angle - above.angle], [here.spin - above.spin]
+    return ([0.0, *turned], [0.0, *angular_rates]) if kind == CYLINDRICAL else (turned, angular_rates)
 
 
 def _quaternion(here: Stand) -> tuple[list, list]:
@@ -192,19 +192,19 @@ def _quaternion(here: Stand) -> tuple[list, list]:
     return [c, 0.0, 0.0, s], [-half * s, 0.0, 0.0, half * c]
 
 
-def _along(assembly: Assembly, hang: Hang, stands: Mapping) -> tuple[list, list]:
+def _along(assembly: Assembly, hang: Hang, body_poses: Mapping) -> tuple[list, list]:
     """Return how far a body has slid and how fast."""
-    axis = stands[hang.parent].angle + _joint(assembly, hang.joint).axis
+    axis = body_poses[hang.parent].angle + _joint(assembly, hang.joint).axis
     direction = np.array([math.cos(axis), math.sin(axis)])
-    (near, moving), (far, following) = (_seen(assembly, at, stands) for at in _ends(assembly, hang))
-    spin = stands[hang.parent].spin
+    (near, moving), (far, following) = (_seen(assembly, at, body_poses) for at in _ends(assembly, hang))
+    spin = body_poses[hang.parent].spin
     turned = spin * np.array([-direction[1], direction[0]])
     return [float(direction @ (far - near))], [float(direction @ (following - moving) + turned @ (far - near))]
 
 
-def _seen(assembly: Assembly, at: At, stands: Mapping) -> tuple[np.ndarray, np.ndarray]:
+def _seen(assembly: Assembly, at: At, body_poses: Mapping) -> tuple[np.ndarray, np.ndarray]:
     """Return where a point is in the plane, and its velocity."""
-    here, solid = stands[at.body], assembly.solids[at.body]
+    here, solid = body_poses[at.body], assembly.solids[at.body]
     x, y = np.subtract(solid.points[at.point], solid.center)[:2]
     c, s = math.cos(here.angle), math.sin(here.angle)
     arm = np.array([c * x - s * y, s * x + c * y])
@@ -227,7 +227,7 @@ def _raised(assembly: Assembly, at: At, joints: Mapping) -> float:
     height = _point(assembly, at).z
     if at.body == GROUND:
         return height
-    hang = next(hang for hang in hanging(assembly.machine, joints, assembly.ideal) if hang.body == at.body)
+    hang = next(hang for hang in spanning_tree(assembly.machine, joints, assembly.ideal) if hang.body == at.body)
     if not hang.joint:
         return height
     near, far = _ends(assembly, hang)
@@ -256,8 +256,8 @@ def _check_masses(value: Tree, start: np.ndarray) -> None:
     none = tuple(SpatialLoad(STILL, STILL, STILL, ()) for _ in value.openings)
     try:
         with np.errstate(all="ignore"):
-            found = accelerate(value, place(value, start), none)
-        sound = bool(np.all(np.isfinite([*found.accelerations, found.torque])))
+            accelerations = accelerate(value, place(value, start), none)
+        sound = bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
     except ZeroDivisionError:
         sound = False
     if not sound:

@@ -11,7 +11,7 @@ from ....contracts.outline import ANY, JointOutline, Outline
 from .. import described
 from ..contract import Built
 from .build import Assembly, Solid, build
-from .hanging import UntiedError, hanging
+from .spanning_tree import UntiedError, spanning_tree
 
 AXES = ("x", "y", "z")
 _CENTRE = "its centre of mass"  # a point of every body, beside those that the grid names
@@ -114,7 +114,7 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     if unsound:
         return unsound
     try:
-        hanging(assembly.machine, [joint.name for joint in case.joints], assembly.ideal)
+        spanning_tree(assembly.machine, [joint.name for joint in case.joints], assembly.ideal)
     except UntiedError as error:
         return f"joints.{error.joint}", str(error)
     return None

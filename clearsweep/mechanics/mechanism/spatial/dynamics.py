@@ -9,7 +9,7 @@ own frame, where its inertia is, too.
 from typing import Any
 
 from ..planar.writer import number, tupled
-from .anatomy import SPEEDS, Anatomy
+from .machine_type import SPEEDS, MachineType
 from .form import AngleAim, Ball, Driven, Hinge, Loose, Sleeve, Slide
 from .writer import AXES, UP, ZERO, Posed
 
@@ -24,10 +24,10 @@ class Unit:
 class Dynamics(Posed):
     """The equations of motion; the last speed is that of the crank, which the drive keeps."""
 
-    def __init__(self, tree: Anatomy):
+    def __init__(self, tree: MachineType):
         super().__init__(tree, "mechanism", "pose", "loads")
         self.known = tree.speeds  # the crank's speed
-        self.turning: list[dict[int, Any]] = [{}]  # of each body: speed -> angular velocity in its own frame
+        self.angular: list[dict[int, Any]] = [{}]  # of each body: speed -> angular velocity in its own frame
         self.spinning: list[dict[int, str]] = [{}]  # the same in the fixed frame
         self.moving: list[dict[int, str]] = [{}]  # velocity of its centre of mass
         self.alpha: list[str | None] = [None]  # without the accelerations of the speeds
@@ -45,7 +45,7 @@ class Dynamics(Posed):
         if part.form is Loose:
             axes = {first + i: self.let(f"axis_{AXES[i]}({self.frame(body)})") for i in range(3)}
             self.spinning.append(axes)
-            self.turning.append({first + i: Unit(i) for i in range(3)})
+            self.angular.append({first + i: Unit(i) for i in range(3)})
             fixed = {
                 first + 3 + i: f"Vector({', '.join('1.0' if i == k else '0.0' for k in range(3))})" for i in range(3)
             }
@@ -67,7 +67,7 @@ class Dynamics(Posed):
         rising = self.shift(body, f"pose.rates[{part.coordinate}]")
         if rising is not None and p:
             at_hinge = self.all_of(at_hinge, self.let(f"times(2.0, {self.cross(self.spin(p), rising)})"))
-        turning = self._own_speeds(body, moving, spinning)
+        angular = self._own_speeds(body, moving, spinning)
         if part.form in (Hinge, Sleeve) and p and not self.tree.up(p):
             at = part.coordinate + (part.form is Sleeve)
             turned = self.let(f"times(pose.rates[{at}], {self.z_of(p)})")
@@ -76,19 +76,19 @@ class Dynamics(Posed):
             moving[u] = self.all_of(moving.get(u), self.cross(spin, own))
         self.spinning.append(spinning)
         self.moving.append({u: v for u, v in moving.items() if v is not None})
-        self.turning.append({u: turning.get(u) or self._in_own(body, u, spin) for u, spin in spinning.items()})
+        self.angular.append({u: angular.get(u) or self._in_own(body, u, spin) for u, spin in spinning.items()})
         self.alpha.append(alpha)
         spun = None if part.form is Slide and not p else self.spin(body)
         if spun is None:
             self.bias.append(at_hinge)
         else:
-            self.bias.append(self.let(f"carried({at_hinge or ZERO}, {alpha or ZERO}, {spun}, {own})"))
+            self.bias.append(self.let(f"transported({at_hinge or ZERO}, {alpha or ZERO}, {spun}, {own})"))
 
     def _carried(self, body: int, arm: str | None) -> str | None:
         """Return the acceleration of a point of a body, without those of the speeds."""
         if not body or self.spin_free(body):
             return self.bias[body]
-        return self.let(f"carried({self.bias[body] or ZERO}, {self.alpha[body] or ZERO}, {self.spin(body)}, {arm})")
+        return self.let(f"transported({self.bias[body] or ZERO}, {self.alpha[body] or ZERO}, {self.spin(body)}, {arm})")
 
     def spin_free(self, body: int) -> bool:
         """Return whether a body does not turn."""
@@ -114,7 +114,7 @@ class Dynamics(Posed):
             turn = first + (part.form is Sleeve)
             spinning[turn], axes[turn] = self.z_of(p), Unit(2)
         if not part.turns_freely:  # it shares its z axis with what it hangs on
-            axes |= {u: seen for u, seen in self.turning[p].items() if isinstance(seen, Unit) and seen.axis == 2}
+            axes |= {u: seen for u, seen in self.angular[p].items() if isinstance(seen, Unit) and seen.axis == 2}
         return axes
 
     def _in_own(self, body: int, u: int, spin: str) -> str | None:
@@ -155,11 +155,11 @@ class Dynamics(Posed):
         terms = []
         for body in range(1, len(self.tree.parts) + 1):
             part = f"mechanism.parts[{body - 1}]"
-            moving, turning = self.moving[body], self.turning[body]
+            moving, angular = self.moving[body], self.angular[body]
             if a in moving and b in moving:
                 terms.append(f"{part}.mass * dot({moving[a]}, {moving[b]})")
-            if a in turning and b in turning:
-                terms.append(self._turned(turning[a], turning[b], f"{part}.inertia"))
+            if a in angular and b in angular:
+                terms.append(self._turned(angular[a], angular[b], f"{part}.inertia"))
         return self.lines.total(*terms)
 
     def _turned(self, a: Any, b: Any, inertia: str) -> str | None:
@@ -178,8 +178,8 @@ class Dynamics(Posed):
             force, moment = self.all_of(*self.force[body]), self.all_of(*self.moment[body])
             if a in self.moving[body]:
                 terms.append(f"dot({self.moving[body][a]}, {force})")
-            if a in self.turning[body] and moment is not None:
-                seen = self.turning[body][a]
+            if a in self.angular[body] and moment is not None:
+                seen = self.angular[body][a]
                 terms.append(f"{moment}.{AXES[seen.axis]}" if isinstance(seen, Unit) else f"dot({seen}, {moment})")
         return self.lines.total(*terms)
 
@@ -200,17 +200,17 @@ class Dynamics(Posed):
         for a in range(count):
             used = [lines.minus(lines.product(lower[a, k], left[k])) for k in range(a)]
             left.append(lines.total(self.right(a), *used))
-        found: list[str | None] = [None] * count
+        accelerations: list[str | None] = [None] * count
         for a in range(count - 1, -1, -1):
-            used = [lines.minus(lines.product(lower[k, a], found[k])) for k in range(a + 1, count)]
-            found[a] = lines.total(lines.product(left[a], inverse[a]), *used)
-        return found
+            used = [lines.minus(lines.product(lower[k, a], accelerations[k])) for k in range(a + 1, count)]
+            accelerations[a] = lines.total(lines.product(left[a], inverse[a]), *used)
+        return accelerations
 
-    def coordinates(self, found: list[str | None]) -> list[str]:
+    def coordinates(self, accelerations: list[str | None]) -> list[str]:
         """Return the accelerations of the coordinates."""
         values = []
         for i, part in enumerate(self.tree.parts):
-            own = [number(found[part.speed + k]) for k in range(SPEEDS[part.form])]
+            own = [number(accelerations[part.speed + k]) for k in range(SPEEDS[part.form])]
             if part.turns_freely:
                 body, alpha = i + 1, f"Vector({', '.join(own[:3])})"
                 spin = self.let(f"in_body({self.frame(body)}, {self.spin(body)})")
@@ -220,28 +220,28 @@ class Dynamics(Posed):
             values += own
         return values
 
-    def output(self, found: list[str | None]) -> str | None:
+    def output(self, accelerations: list[str | None]) -> str | None:
         """Return the acceleration of the output."""
         tree, lines, body = self.tree, self.lines, self.tree.aimed
         if tree.aim is AngleAim:
-            return lines.total(*(lines.product(found[u]) for u in self.spinning[body] if u != self.known))
+            return lines.total(*(lines.product(accelerations[u]) for u in self.spinning[body] if u != self.known))
         arm = self.arm(body, "mechanism.aim.at")
         terms = []
         still = self._carried(body, arm)
         if still is not None:
-            terms.append(f"dot(mechanism.aim.along, {still})")
+            terms.append(f"dot(mechanism.aim.direction, {still})")
         for u in {**self.moving[body], **self.spinning[body]}:
             if u != self.known:
                 moved = self.all_of(self.moving[body].get(u), self.cross(self.spinning[body].get(u), arm))
-                terms.append(f"{number(found[u])} * dot(mechanism.aim.along, {moved})")
+                terms.append(f"{number(accelerations[u])} * dot(mechanism.aim.direction, {moved})")
         return lines.total(*terms)
 
 
-def accelerate(tree: Anatomy) -> str:
+def accelerate(tree: MachineType) -> str:
     """Return the code of the family's member of that name."""
     write = Dynamics(tree)
-    lines, found = write.lines, write.solved()
-    pulled = (lines.product(write.entry(write.known, u), found[u]) for u in range(tree.speeds))
+    lines, solution = write.lines, write.solved()
+    pulled = (lines.product(write.entry(write.known, u), solution[u]) for u in range(tree.speeds))
     torque = lines.total(*pulled, lines.minus(write.right(write.known)))
-    accelerations = tupled(write.coordinates(found))
-    return lines.function("accelerate", f"Motion({accelerations}, {number(write.output(found))}, {number(torque)})")
+    accelerations = tupled(write.coordinates(solution))
+    return lines.function("accelerate", f"Motion({accelerations}, {number(write.output(solution))}, {number(torque)})")

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from ...compiled import attitude, calculus, vector
 from ...joint.spatial import SpatialGap
 from ..contract import Motion
-from ..planar.anatomy import kinds_of
+from ..planar.machine_type import kinds_of
 from . import pose
-from .anatomy import Anatomy
+from .machine_type import MachineType
 from .dynamics import accelerate
 from .places import across, describe, energy, gaps, output, place
 
@@ -29,7 +29,7 @@ def written(name: str) -> Callable:
 
 def source(kinds: tuple) -> str:
     """Return the code of all functions of a type of tree."""
-    tree = Anatomy(kinds)
+    tree = MachineType(kinds)
     return "\n\n".join(write(tree) for write in (place, gaps, across, energy, describe, output, accelerate))
 
 
@@ -39,12 +39,12 @@ def _functions(kinds: tuple) -> dict[str, Callable]:
     text = source(kinds)
     name = f"<machine in space {hash(kinds):x}>"
     linecache.cache[name] = (len(text), None, text.splitlines(keepends=True), name)  # for tracebacks
-    found: dict = {
+    functions: dict = {
         "direction": calculus.direction,
         "SpatialGap": SpatialGap,
         "Motion": Motion,
     }
     for module in (vector, attitude, pose):
-        found |= {each: value for each, value in vars(module).items() if not each.startswith("_")}
-    exec(compile(text, name, "exec"), found)
-    return found
+        functions |= {each: value for each, value in vars(module).items() if not each.startswith("_")}
+    exec(compile(text, name, "exec"), functions)
+    return functions

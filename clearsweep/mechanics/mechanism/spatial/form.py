@@ -77,7 +77,7 @@ class PointAim(NamedTuple):
 
     body: tuple
     at: Vector  # m
-    along: Vector  # unit vector
+    direction: Vector  # unit vector
 
 
 class AngleAim(NamedTuple):
@@ -92,7 +92,7 @@ class Tree(NamedTuple):
     parts: tuple  # of Part
     hangs: tuple  # how each of them hangs
     openings: tuple  # of Opening, in the order of the joints with clearance
-    told: tuple  # numbers of the bodies in the order of the channels
+    reported: tuple  # numbers of the bodies in the order of the channels
     aim: tuple  # PointAim or AngleAim
     speed: float  # rad/s, of the crank
     gravity: Vector  # m/s^2

@@ -1,7 +1,7 @@
 """The tree's members of the families of `contract`: what is written for its type is called."""
 
 from ..contract import accelerate, body_angles, describe, energy, gaps, output_error, place
-from ..planar.course import at_angle
+from ..planar.cycle import at_angle
 from .equations import written
 from .form import Tree
 

@@ -1,18 +1,18 @@
 """Where the bodies of a tree are, how they move and what is seen of them, written out for its type."""
 
 from ..planar.writer import number, tupled
-from .anatomy import Anatomy
+from .machine_type import MachineType
 from .form import AngleAim, Driven, Loose, Sleeve, Slide
 from .writer import AXES, ZERO, Posed, Writer
 
 
-def place(tree: Anatomy) -> str:
+def place(tree: MachineType) -> str:
     """Return the code of the family's member of that name."""
     write, n = Writer(tree, "mechanism", "y"), tree.coordinates
     lines = write.lines
     for i, part in enumerate(tree.parts):
         body, k, p = i + 1, part.coordinate, part.parent
-        turning = "()"
+        orientation = "()"
         if part.form is Driven:
             lines.text.append(f"angle = mechanism.speed * y[{2 * n}]")
             lines.text.append("c1, s1 = direction(angle)")
@@ -20,8 +20,8 @@ def place(tree: Anatomy) -> str:
             lines.text.append(f"w{body} = Vector(0.0, 0.0, mechanism.speed)")
         elif part.turns_freely:
             values = [f"y[{k + j}]" for j in range(4)] + [f"y[{n + k + j}]" for j in range(4)]
-            turning = f"Turning({', '.join(values)})"
-            lines.text.append(f"t{body} = {turning}")
+            orientation = f"Turning({', '.join(values)})"
+            lines.text.append(f"t{body} = {orientation}")
             lines.text.append(f"f{body} = frame_of({', '.join(values[:4])})")
             lines.text.append(f"w{body} = in_fixed(f{body}, spin_of(t{body}))")
         elif part.form is Slide:
@@ -61,9 +61,9 @@ def _put_center(write: Writer, body: int) -> None:
     lines.text.append(f"v{body} = {velocity}")
 
 
-def gaps(tree: Anatomy) -> str:
+def gaps(tree: MachineType) -> str:
     """Return the code of the family's member of that name."""
-    write, found = Posed(tree, "mechanism", "pose"), []
+    write, written = Posed(tree, "mechanism", "pose"), []
     for j, (bearing, journal) in enumerate(tree.openings):
         site, frame = f"mechanism.openings[{j}]", write.frame(journal)
         middles = [write.arm(body, f"{site}.{at}") for body, at in ((bearing, "at_bearing"), (journal, "at_journal"))]
@@ -81,21 +81,21 @@ def gaps(tree: Anatomy) -> str:
             write.fixed(bearing, f"{site}.axis"),
             *(write.spin(b) or ZERO for b in (bearing, journal)),
         )
-        found.append(f"SpatialGap({', '.join(f'in_body({frame}, {each})' for each in seen)}, {frame})")
-    return write.lines.function("gaps", tupled(found))
+        written.append(f"SpatialGap({', '.join(f'in_body({frame}, {each})' for each in seen)}, {frame})")
+    return write.lines.function("gaps", tupled(written))
 
 
-def across(tree: Anatomy) -> str:
+def across(tree: MachineType) -> str:
     """Return the code of a function of a pose: the bearings' own x axes in the frames of the journals."""
     write = Posed(tree, "mechanism", "pose")
-    found = [
+    speeds = [
         f"in_body({write.frame(journal)}, {write.fixed(bearing, f'mechanism.openings[{j}].across')})"
         for j, (bearing, journal) in enumerate(tree.openings)
     ]
-    return write.lines.function("across", tupled(found))
+    return write.lines.function("across", tupled(speeds))
 
 
-def energy(tree: Anatomy) -> str:
+def energy(tree: MachineType) -> str:
     """Return the code of the family's member of that name."""
     write, doubled, falling = Posed(tree, "mechanism", "pose"), [], []
     for body in range(1, len(tree.parts) + 1):
@@ -106,12 +106,12 @@ def energy(tree: Anatomy) -> str:
     return write.lines.function("energy", f"0.5 * ({' + '.join(doubled)}), {' + '.join(falling)}")
 
 
-def describe(tree: Anatomy) -> str:
+def describe(tree: MachineType) -> str:
     """Return the code of the family's member of that name."""
     write = Posed(tree, "mechanism", "y", "pose", "motion", "out")
     here, rate = aim(write)
     values = [f"y[{2 * tree.coordinates}]", "pose.angle", "motion.torque", here, rate, "motion.output"]
-    for body in tree.told:
+    for body in tree.reported:
         at, moving, spin = write.at(body), write.velocity(body), write.spin(body)
         values += [f"{part}.{axis}" for part in (at, moving) for axis in AXES]
         values += [f"{write.let(_quaternion(write, body))}[{k}]" for k in range(4)]
@@ -151,10 +151,10 @@ def aim(write: Posed) -> tuple[str | None, str | None]:
     arm = write.arm(body, "mechanism.aim.at")
     here = write.all_of(write.at(body), arm)
     moving = write.all_of(write.velocity(body), write.cross(write.spin(body), arm))
-    return write.let(f"dot(mechanism.aim.along, {here})"), write.let(f"dot(mechanism.aim.along, {moving})")
+    return write.let(f"dot(mechanism.aim.direction, {here})"), write.let(f"dot(mechanism.aim.direction, {moving})")
 
 
-def output(tree: Anatomy) -> str:
+def output(tree: MachineType) -> str:
     """Return the code of a function of a pose: place and rate of the output."""
     write = Posed(tree, "mechanism", "pose")
     return write.lines.function("output", ", ".join(map(number, aim(write))))

@@ -24,8 +24,8 @@ class Pose(NamedTuple):
 @inlined
 def on_ground(c, s):
     """Return the Frame of a body that is turned about z by the angle of this cosine and sine."""
-    zero, one = 0.0 * c, 0.0 * c + 1.0
-    return Frame(Vector(c, -s, zero), Vector(s, c, zero), Vector(zero, zero, one))
+    zero, unit = 0.0 * c, 0.0 * c + 1.0
+    return Frame(Vector(c, -s, zero), Vector(s, c, zero), Vector(zero, zero, unit))
 
 
 @inlined
@@ -64,7 +64,7 @@ def by_axes(a, b):
 
 
 @inlined
-def carried(acceleration, alpha, spin, arm):
+def transported(acceleration, alpha, spin, arm):
     """Return the acceleration of a point `arm` (m) from one that has `acceleration`, of a body that turns."""
     wx, wy, wz = spin.y * arm.z - spin.z * arm.y, spin.z * arm.x - spin.x * arm.z, spin.x * arm.y - spin.y * arm.x
     return Vector(
@@ -75,9 +75,9 @@ def carried(acceleration, alpha, spin, arm):
 
 
 @inlined
-def quaternion_of(turning):
+def quaternion_of(orientation):
     """Return the quaternion of a Turning, w x y z, of length 1."""
-    w, x, y, z = turning.w, turning.x, turning.y, turning.z
+    w, x, y, z = orientation.w, orientation.x, orientation.y, orientation.z
     inverse = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
     return w * inverse, x * inverse, y * inverse, z * inverse
 

@@ -4,7 +4,7 @@ A vector is the name of one, or None where it is zero; what it is at a body is i
 """
 
 from ..planar.writer import Lines
-from .anatomy import Anatomy
+from .machine_type import MachineType
 from .form import Sleeve, Slide
 
 ZERO = "Vector(0.0, 0.0, 0.0)"
@@ -15,7 +15,7 @@ AXES = "xyz"
 class Writer:
     """Lines of a function of a tree."""
 
-    def __init__(self, tree: Anatomy, *arguments: str):
+    def __init__(self, tree: MachineType, *arguments: str):
         self.tree, self.lines = tree, Lines(*arguments)
 
     def let(self, expression: str | None) -> str | None:

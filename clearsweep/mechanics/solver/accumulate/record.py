@@ -14,23 +14,23 @@ class Record(NamedTuple):
 
     times: np.ndarray  # (samples,) s, or rad of a free crank, increasing
     samples: np.ndarray  # (samples, channels)
-    along: int  # place in the state of what `times` are of
+    independent: int  # place in the state of what `times` are of
 
 
 @kernel
-def share_at(at, along, moment):
-    """Return the share of the step at which the state's number at `along` is `moment`, which the step contains."""
+def share_at(at, independent, moment):
+    """Return the share of the step at which the state's number at `independent` is `moment`, which the step contains."""
     work = at[0]
     a, b = 0.0, 1.0
-    x = (moment - work.y[along]) / (work.end[along] - work.y[along])
+    x = (moment - work.y[independent]) / (work.end[independent] - work.y[independent])
     for _ in range(60):
-        miss = dense_component(x, along, work.y, work.f) - moment
+        miss = dense_component(x, independent, work.y, work.f) - moment
         if miss > 0.0:
             b = x
         else:
             a = x
         step = 1e-7  # the slope by a difference is good enough: only the root matters
-        slope = (dense_component(x + step, along, work.y, work.f) - miss - moment) / step
+        slope = (dense_component(x + step, independent, work.y, work.f) - miss - moment) / step
         new = x - miss / slope if slope > 0.0 else 0.5 * (a + b)
         if not a <= new <= b:
             new = 0.5 * (a + b)
@@ -52,11 +52,11 @@ def write_samples(at):
     """Write the samples that fall into the step just taken, from its dense output."""
     work = at[0]
     record = work.record
-    along = record.along
+    independent = record.independent
     i = work.counts[SAMPLES]
-    while i < record.times.size and record.times[i] <= work.end[along]:
-        dense_state(share_at(at, along, record.times[i]), work.y, work.f, work.z)
-        work.z[along] = record.times[i]
+    while i < record.times.size and record.times[i] <= work.end[independent]:
+        dense_state(share_at(at, independent, record.times[i]), work.y, work.f, work.z)
+        work.z[independent] = record.times[i]
         write_sample(at, work.z, record.samples[i])
         i += 1
     work.counts[SAMPLES] = i

@@ -31,7 +31,7 @@ def take_start(at):
     """Take the state at a mark where the run begins."""
     work = at[0]
     turns, i = work.turns, work.turns.passed[0]
-    if i < turns.marks.size and turns.marks[i] <= work.y[work.along]:
+    if i < turns.marks.size and turns.marks[i] <= work.y[work.independent]:
         for c in range(turns.states.shape[1]):
             turns.states[i, c] = work.y[c]
         turns.passed[0] = i + 1
@@ -65,11 +65,11 @@ def note_turns(at, h, dense):
     work = at[0]
     turns = work.turns
     i = turns.passed[0]
-    while i < turns.marks.size and turns.marks[i] <= work.end[work.along]:
+    while i < turns.marks.size and turns.marks[i] <= work.end[work.independent]:
         x = 1.0
-        if turns.marks[i] < work.end[work.along]:
+        if turns.marks[i] < work.end[work.independent]:
             dense = with_dense(at, h, dense)
-            x = share_at(at, work.along, turns.marks[i])
+            x = share_at(at, work.independent, turns.marks[i])
         take_peaks(at, i, x)
         if x < 1.0:
             dense_state(x, work.y, work.f, work.z)

@@ -19,7 +19,7 @@ _DOUBLE = struct.Struct("<d")
 _WHOLE = struct.Struct("<q")
 
 
-class Kept:
+class Pinned:
     """A value and its address; it lives as long as this, and so does all that it refers to."""
 
     __slots__ = ("address", "numbers", "value")
@@ -27,8 +27,8 @@ class Kept:
     def __init__(self, value: Any):
         words: list[int] = []
         _words(value, words)
-        room = np.array(words, dtype=np.int64)
-        self.value, self.numbers, self.address = value, room.view(np.float64), room.ctypes.data
+        buffer = np.array(words, dtype=np.int64)
+        self.value, self.numbers, self.address = value, buffer.view(np.float64), buffer.ctypes.data
         if is_plain():
             _PLAIN[self.address] = value
 
@@ -56,7 +56,7 @@ def _words(value: Any, words: list[int]) -> None:
             words.append(int(part))
 
 
-class Form:
+class TypeKey:
     """What a NamedTuple looks like in memory."""
 
     def __init__(self, value: Any):
@@ -64,7 +64,7 @@ class Form:
         for name, part in zip(type(value)._fields, value, strict=True):
             self.places[name] = place
             if isinstance(part, tuple):
-                self.parts[name] = Form(part)
+                self.parts[name] = TypeKey(part)
                 place += self.parts[name].size
             elif isinstance(part, np.ndarray):
                 self.parts[name] = _array(name, part)
@@ -84,17 +84,17 @@ def _array(name: str, array: np.ndarray) -> tuple[str, int, int]:
     return array.dtype.kind, array.ndim, max(array.strides[-1] // 8, 1)  # where it is empty, numpy says anything
 
 
-_FORMS: dict[type, Form] = {}  # every Kept of a type is of one form
+_FORMS: dict[type, TypeKey] = {}  # every Kept of a type is of one form
 
 
-def form_of(value: Any) -> Form:
+def form_of(value: Any) -> TypeKey:
     """Return the Form of values of this type."""
     if type(value) not in _FORMS:
-        _FORMS[type(value)] = Form(value)
+        _FORMS[type(value)] = TypeKey(value)
     return _FORMS[type(value)]
 
 
-def found(model: Kept, address: int) -> tuple[Any]:
+def pinned_at(model: Pinned, address: int) -> tuple[Any]:
     """Return what gives, by `[0]`, the value at an address, which is of the form of the Kept `model`."""
     return (_PLAIN[address],)
 
@@ -102,7 +102,7 @@ def found(model: Kept, address: int) -> tuple[Any]:
 class Found:
     """A value at an address that is known when the program runs; what is in it is loaded where it is asked for."""
 
-    def __init__(self, form: Form, address: symbols.Whole, place: int = 0):
+    def __init__(self, form: TypeKey, address: symbols.Whole, place: int = 0):
         self._form, self._address, self._place = form, address, place
 
     @property
@@ -122,7 +122,7 @@ class Found:
         if name not in self._form.parts:
             raise AttributeError(name)
         form, place = self._form.parts[name], self._place + self._form.places[name]
-        if isinstance(form, Form):
+        if isinstance(form, TypeKey):
             return Found(form, self._address, place)
         if form in (float, int):
             return word_at(self._address, place, symbols.Number if form is float else symbols.Whole)
@@ -139,6 +139,6 @@ class Found:
         return self._form.type(*self)
 
 
-@primitive(found)
-def _found(model: Kept, address: symbols.Whole) -> tuple[Found]:
+@primitive(pinned_at)
+def _found(model: Pinned, address: symbols.Whole) -> tuple[Found]:
     return (Found(form_of(model.value), address),)

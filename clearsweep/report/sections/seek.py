@@ -6,8 +6,8 @@ import pandas as pd
 
 from ...language import wording
 from ..case_table import axis_columns
-from ..dotted import all_sought, sought
-from ..draw import sought as draw
+from ..dotted import all_sought, seek_text
+from ..draw import seek as draw
 from ..picture import Picture, capital
 from ..section import Block, Gallery, Section, Sentences, filled
 from ..study import Axis, Study
@@ -82,7 +82,7 @@ def _because(answers: _Answers, row: dict[str, Any]) -> str:
 
 
 def _answers(study: Study) -> _Answers | None:
-    path, frame = sought(study.run.grid), study.run.seek
+    path, frame = seek_text(study.run.grid), study.run.seek
     if not path or frame is None or frame.empty:
         return None
     by_path = {axis.path: axis for axis in study.axes}

@@ -12,11 +12,11 @@ from ..contracts.layout import Column
 from ..judging.verdict import EXCEEDED
 from . import durable
 from .assemble import OrbitFiles, summary_groups
-from .batch import Form, datasets, field_of, summary_schema, values_of, with_verdict
+from .batch import ResultSchema, datasets, field_of, summary_schema, values_of, with_verdict
 from .directory import IDENTIFY_FILE, OPTIMISE_FILE, SEEK_FILE, RunDirectory
 
 
-class Judged(NamedTuple):
+class CaseResults(NamedTuple):
     """How some cases stand to their limits."""
 
     status: list[str]
@@ -26,7 +26,7 @@ class Judged(NamedTuple):
     histories: tuple[dict[str, np.ndarray], ...] = ()  # channels that were asked for, of each case; empty: it failed
 
 
-def judge(run: RunDirectory, form: Form, rows: np.ndarray, names: Sequence[str] = ()) -> Judged:
+def read_results(run: RunDirectory, form: ResultSchema, rows: np.ndarray, names: Sequence[str] = ()) -> CaseResults:
     """Return how committed cases (ROWS) stand to the limits of their grid, and the columns with these names."""
     status: list[str] = []
     exceeded: list[str] = []
@@ -48,10 +48,12 @@ def judge(run: RunDirectory, form: Form, rows: np.ndarray, names: Sequence[str] 
         for name, values in here.items():
             margins[name].append(values)
     joined = [{name: np.concatenate([[], *parts]) for name, parts in each.items()} for each in (margins, asked)]
-    return Judged(status, exceeded, joined[0], joined[1])
+    return CaseResults(status, exceeded, joined[0], joined[1])
 
 
-def histories(run: RunDirectory, form: Form, rows: np.ndarray, names: Sequence[str]) -> list[dict[str, np.ndarray]]:
+def histories(
+    run: RunDirectory, form: ResultSchema, rows: np.ndarray, names: Sequence[str]
+) -> list[dict[str, np.ndarray]]:
     """Return these channels of committed cases (ROWS), case by case."""
     found: list[dict[str, np.ndarray]] = [{} for _ in rows]
     with OrbitFiles(run, form) as orbits:
@@ -64,7 +66,9 @@ def histories(run: RunDirectory, form: Form, rows: np.ndarray, names: Sequence[s
     return found
 
 
-def write_answers(run: RunDirectory, form: Form, paths: Sequence[str], answers: Sequence[Any]) -> dict[str, str]:
+def write_answers(
+    run: RunDirectory, form: ResultSchema, paths: Sequence[str], answers: Sequence[Any]
+) -> dict[str, str]:
     """Write seek.parquet, a row for each answer (`sweeping.seeking.Answer`) on `paths`; remove it where there is none.
 
     Return the checksums of the answer files, by name, as run.json holds them.
@@ -78,7 +82,7 @@ def write_answers(run: RunDirectory, form: Form, paths: Sequence[str], answers: 
         return {file.name: durable.checksum(file)}
 
 
-def write_best(run: RunDirectory, form: Form, objectives: Sequence[str], best: Sequence[Any]) -> dict[str, str]:
+def write_best(run: RunDirectory, form: ResultSchema, objectives: Sequence[str], best: Sequence[Any]) -> dict[str, str]:
     """Write optimise.parquet, a row for each of the best cases; remove it where there is none.
 
     Each has the fields of `sweeping.optimising.Best`.  Return its checksum by name, as run.json holds it.
@@ -105,7 +109,7 @@ def write_best(run: RunDirectory, form: Form, objectives: Sequence[str], best: S
         return {file.name: durable.checksum(file)}
 
 
-def write_sample(run: RunDirectory, form: Form, sample: Mapping[str, np.ndarray]) -> dict[str, str]:
+def write_sample(run: RunDirectory, form: ResultSchema, sample: Mapping[str, np.ndarray]) -> dict[str, str]:
     """Write identify.parquet, a weighted sample of what swept keys may be; remove it where there is none.
 
     Return its checksum by name, as run.json holds it.
@@ -122,7 +126,7 @@ def write_sample(run: RunDirectory, form: Form, sample: Mapping[str, np.ndarray]
         return {file.name: durable.checksum(file)}
 
 
-def _answers_bytes(form: Form, paths: Sequence[str], answers: Sequence[Any]) -> bytes:
+def _answers_bytes(form: ResultSchema, paths: Sequence[str], answers: Sequence[Any]) -> bytes:
     """Return seek.parquet; the columns' metadata hold `unit` and `description`."""
     unit = next(axis.unit for axis in form.axes if axis.path == paths[0])
     columns = [

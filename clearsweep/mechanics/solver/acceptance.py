@@ -7,16 +7,40 @@ Free flight is short enough to be searched: a journal may travel so far in a ste
 
 import numpy as np
 
-from ..compiled.choosing import nowhere, where
+from ..compiled.choosing import none_of, where
 from ..compiled.family import inlined
 from ..joint.contract import meets, touches
 from ..observe.observables import DEPTH, KAPPA, NODES, RATE, SHARES, SLIP, column_of
-from .accumulate.along import CALM, ERROR, FASTEST, GOES_ON, LENGTH, RISE, RUN, SEEKS, STANDS, STIFF, sum_of
+from .accumulate.step_sums import (
+    ON_FAST_PATH,
+    ERROR,
+    FASTEST,
+    CONTINUES,
+    LENGTH,
+    RISE,
+    RUN,
+    NEEDS_PEAK_SEARCH,
+    ACCEPTED,
+    STIFF,
+    sum_of,
+)
 from .choice import FAST
 from .dop853 import END
 from .event import FARTHEST, MARGIN
 from .guarding import highest_seen, is_looked_at
-from .plan import ALONE, CALM_STEPS, DUE, EXPECTED, GROWTH, LONGEST, MOST_CALM, NEXT, STOP_AT, TRIES, UNASKED
+from .run_control import (
+    ALONE,
+    FAST_STEPS,
+    DUE,
+    EXPECTED,
+    GROWTH,
+    LONGEST,
+    MOST_FAST_STEPS,
+    NEXT,
+    STOP_AT,
+    TRIES,
+    UNASKED,
+)
 from .span import deepest_between
 from .step_control import GROW, change_of_length, eighth_power
 
@@ -24,50 +48,57 @@ STRAY = 2.0  # on how far depths at the stages are above a cubic: bounds how far
 
 
 @inlined
-def judge(ledger, guards, along, time):
+def assess_step(accumulators, guards, independent, time):
     """Note of the steps that were tried whether they stand as they are, and of good ones how long the next may be.
 
-    guards : Guards, of the one case or, but for their values, of all; `along`, `time` : places in the state.  Those
+    guards : Guards, of the one case or, but for their values, of all; `independent`, `time` : places in the state.  Those
     of cases that go ALONE do not stand yet.
     """
-    step, ahead = ledger.step, ledger.ahead
+    step, stepper = accumulators.step, accumulators.stepper
     h = step[LENGTH]
-    error = max(step[ERROR], eighth_power(travel_ratio(ledger)))  # the step control takes the eighth root
-    good = (error < 1.0) & (ahead[ALONE] == 0.0)
-    step[ERROR] = where(ahead[ALONE] == 0.0, error, step[ERROR])
+    error = max(step[ERROR], eighth_power(travel_ratio(accumulators)))  # the step control takes the eighth root
+    good = (error < 1.0) & (stepper[ALONE] == 0.0)
+    step[ERROR] = where(stepper[ALONE] == 0.0, error, step[ERROR])
     stiff = where(good & (h * h * step[RISE] > FAST * FAST * step[RUN]), 1.0, 0.0)
-    step[STIFF] = where(ahead[ALONE] == 0.0, stiff, step[STIFF])  # a step to an event is as the longer one was
-    step[STANDS] = where(good & holds_no_event(ledger, guards, along, time), 1.0, 0.0)
-    change = min(ahead[GROWTH], change_of_length(error, ahead[EXPECTED]))
-    ahead[NEXT] = where(good, h * change, ahead[NEXT])
-    ahead[EXPECTED] = where(good, error * eighth_power(change), ahead[EXPECTED])
-    ahead[GROWTH], ahead[TRIES] = where(good, GROW, ahead[GROWTH]), where(good, 0.0, ahead[TRIES])
+    step[STIFF] = where(stepper[ALONE] == 0.0, stiff, step[STIFF])  # a step to an event is as the longer one was
+    step[ACCEPTED] = where(good & holds_no_event(accumulators, guards, independent, time), 1.0, 0.0)
+    change = min(stepper[GROWTH], change_of_length(error, stepper[EXPECTED]))
+    stepper[NEXT] = where(good, h * change, stepper[NEXT])
+    stepper[EXPECTED] = where(good, error * eighth_power(change), stepper[EXPECTED])
+    stepper[GROWTH], stepper[TRIES] = where(good, GROW, stepper[GROWTH]), where(good, 0.0, stepper[TRIES])
 
 
 @inlined
-def note_calm(ledger, along):
+def note_fast_path(accumulators, independent):
     """Note which of the steps that were entered are calm, and how long the next is after these.
 
     Of such a step nothing is wanted but its entry into the histogram, and nothing is due before the next.
     """
-    step, ahead = ledger.step, ledger.ahead
-    settled = (step[STANDS] != 0.0) & (step[SEEKS] == 0.0)
-    settled = settled & ((step[STIFF] == 0.0) | (ahead[CALM_STEPS] < ahead[UNASKED]))
-    calm = settled & (ledger.end[along] < ahead[DUE]) & (ahead[CALM_STEPS] < ahead[MOST_CALM])
-    step[CALM] = step[GOES_ON] = where(calm, 1.0, 0.0)
-    ahead[CALM_STEPS] = ahead[CALM_STEPS] + step[CALM]
-    ahead[NEXT] = where(calm, min(ahead[NEXT], ahead[LONGEST] / ledger.o[END, KAPPA]), ahead[NEXT])
-    step[LENGTH] = where(calm, ahead[NEXT], step[LENGTH])
+    step, stepper = accumulators.step, accumulators.stepper
+    settled = (step[ACCEPTED] != 0.0) & (step[NEEDS_PEAK_SEARCH] == 0.0)
+    settled = settled & ((step[STIFF] == 0.0) | (stepper[FAST_STEPS] < stepper[UNASKED]))
+    fast = settled & (accumulators.end[independent] < stepper[DUE]) & (stepper[FAST_STEPS] < stepper[MOST_FAST_STEPS])
+    step[ON_FAST_PATH] = step[CONTINUES] = where(fast, 1.0, 0.0)
+    stepper[FAST_STEPS] = stepper[FAST_STEPS] + step[ON_FAST_PATH]
+    stepper[NEXT] = where(fast, min(stepper[NEXT], stepper[LONGEST] / accumulators.o[END, KAPPA]), stepper[NEXT])
+    step[LENGTH] = where(fast, stepper[NEXT], step[LENGTH])
 
 
 @inlined
-def holds_no_event(ledger, guards, along, time):
+def holds_no_event(accumulators, guards, independent, time):
     """Return whether a step holds no event for certain; guards whose values laws give are left out."""
-    y, end, k, o, mode, h = ledger.y, ledger.end, ledger.k, ledger.o, ledger.mode, ledger.step[LENGTH]
-    none = end[along] < ledger.ahead[STOP_AT]
+    y, end, k, o, mode, h = (
+        accumulators.y,
+        accumulators.end,
+        accumulators.k,
+        accumulators.o,
+        accumulators.mode,
+        accumulators.step[LENGTH],
+    )
+    none = end[independent] < accumulators.stepper[STOP_AT]
     for j in range(mode.size):
-        if not nowhere(meets(mode[j])):
-            none = none & (where(meets(mode[j]), least_bound(ledger, j), -1.0) < 0.0)
+        if not none_of(meets(mode[j])):
+            none = none & (where(meets(mode[j]), least_bound(accumulators, j), -1.0) < 0.0)
         # a root of penetration that falls and rises dips by at most a quarter of what either slope makes of it
         root = time + 1 + j
         lowest, fall, rise = min(y[root], end[root]), k[0, root], k[END, root]
@@ -81,10 +112,10 @@ def holds_no_event(ledger, guards, along, time):
 
 
 @inlined
-def least_bound(ledger, j):
+def least_bound(accumulators, j):
     """Return the least depth (m) that is known to be above all depths of contact `j`, in free flight, on its way."""
-    o, h, there = ledger.o, ledger.step[LENGTH], column_of(j, DEPTH)
-    fastest = max(ledger.step[sum_of(j, FASTEST)], o[END, column_of(j, SLIP)] * o[END, KAPPA])
+    o, h, there = accumulators.o, accumulators.step[LENGTH], column_of(j, DEPTH)
+    fastest = max(accumulators.step[sum_of(j, FASTEST)], o[END, column_of(j, SLIP)] * o[END, KAPPA])
     return min(deepest_between(o[0, there], o[END, there], MARGIN * h * fastest), highest_control(o, j, h))
 
 
@@ -120,11 +151,11 @@ BUMP = np.array([0.0, *(1.0 / (SHARES * (1.0 - SHARES))[1:-1] ** 2), 0.0])  # ov
 
 
 @inlined
-def travel_ratio(ledger):
+def travel_ratio(accumulators):
     """Return how far journals in free flight go in the step, over what they may."""
-    step, mode = ledger.step, ledger.mode
+    step, mode = accumulators.step, accumulators.mode
     farthest = 0.0 * step[LENGTH]
     for j in range(mode.size):
-        ratio = step[LENGTH] * step[sum_of(j, FASTEST)] / (FARTHEST * ledger.clearance[j])
+        ratio = step[LENGTH] * step[sum_of(j, FASTEST)] / (FARTHEST * accumulators.clearance[j])
         farthest = max(farthest, where(meets(mode[j]), ratio, 0.0))
     return farthest

@@ -3,12 +3,12 @@
 from typing import Any
 
 from .document import WrittenValue
-from .draft import Draft
+from .reader import Reader
 
 ADDED = "added"  # in a section that adds cases: dotted path -> the values of the added cases
 
 
-def find(draft: Draft, root: WrittenValue, sections: tuple[str, ...]) -> None:
+def find(reader: Reader, root: WrittenValue, sections: tuple[str, ...]) -> None:
     """Note what is written of added cases in one of these sections."""
     for name in sections:
         section = root.value.get(name) if isinstance(root.value, dict) else None
@@ -16,18 +16,18 @@ def find(draft: Draft, root: WrittenValue, sections: tuple[str, ...]) -> None:
         if written is None:
             continue
         if isinstance(written.value, dict):
-            draft.added_in, draft.added_written = f"{name}.{ADDED}", dict(written.value)
+            reader.added_in, reader.added_written = f"{name}.{ADDED}", dict(written.value)
         else:
-            draft.problems.add(written, f"{name}.{ADDED}", "run.json keeps here what a run added; leave the key out")
+            reader.problems.add(written, f"{name}.{ADDED}", "run.json keeps here what a run added; leave the key out")
 
 
-def rows(draft: Draft) -> tuple[tuple[Any, ...], ...]:
+def rows(reader: Reader) -> tuple[tuple[Any, ...], ...]:
     """Return the values of every added case, in the order of the axes."""
-    if not draft.added_written:
+    if not reader.added_written:
         return ()
-    values = [draft.added.get(path, []) for path in draft.axes]
-    if set(draft.added_written) != set(draft.axes) or len(set(map(len, values))) > 1:
-        place = next(iter(draft.added_written.values()))
-        draft.problems.add(place, draft.added_in, "has not a value of every swept path for every case; leave it out")
+    values = [reader.added_cases.get(path, []) for path in reader.axes]
+    if set(reader.added_written) != set(reader.axes) or len(set(map(len, values))) > 1:
+        place = next(iter(reader.added_written.values()))
+        reader.problems.add(place, reader.added_in, "has not a value of every swept path for every case; leave it out")
         return ()
     return tuple(zip(*values, strict=True))

@@ -7,24 +7,24 @@ from ..trace.primitives import primitive
 from .family import kernel
 
 
-class Held(float):
+class ArrayHandle(float):
     """The address of an array, which lives as long as this; below 2^53, so exact as a float."""
 
     array: np.ndarray
 
     def __reduce__(self):
-        return held, (self.array,)
+        return array_handle, (self.array,)
 
 
-def held(values: np.ndarray) -> Held:
+def array_handle(values: np.ndarray) -> ArrayHandle:
     """Return what compiled code finds a copy of `values` by, whatever their shape, in their order in memory."""
     array = np.array(values, dtype=np.float64).ravel()
-    number = Held(array.ctypes.data)
+    number = ArrayHandle(array.ctypes.data)
     number.array = array
     return number
 
 
-def item_of(address, place):
+def load_item(address, place):
     """Return number `place` of what is held at an address."""
     return float(address.array[place])
 
@@ -38,11 +38,11 @@ def row_of(address, width, rows, now):
     low, high = 0, rows
     while high - low > 1:
         middle = (low + high) // 2
-        if item_of(address, width * middle) <= now:
+        if load_item(address, width * middle) <= now:
             low = middle
         else:
             high = middle
     return width * low
 
 
-primitive(item_of)(at_address)
+primitive(load_item)(at_address)

@@ -9,7 +9,7 @@ bits.
 
 from ..compiled.family import WIDTH, Entry, entry, in_lane, inlined
 from ..joint.places import observed_columns
-from ..solver.accumulate.along import LENGTH, WHOLE, Attempt, keep_last_stage, step_width
+from ..solver.accumulate.step_sums import LENGTH, WHOLE, TrialStep, keep_last_stage, step_width
 from ..solver.dop853 import END, ROWS, stage_state
 from .rates import rates, size_of
 
@@ -31,11 +31,11 @@ def _take(scene, tried, only):
         rates(scene, tried.end, tried.mode, tried.latched, tried.k, tried.o, row)
 
 
-def attempt_entry(scene, y, mode, latched, weight, k, o, end, step, row):
+def trial_step_entry(scene, y, mode, latched, weight, k, o, end, step, row):
     """Take a step, or fill a `row`, with parameters and arrays from bare pointers; `scene` points at the Scene."""
     here = scene[0]
     contacts, n, latching = size_of(here)
-    tried = Attempt(
+    tried = TrialStep(
         in_lane(y, (n,)),
         in_lane(mode, (contacts,)),
         in_lane(latched, (latching,)),
@@ -50,7 +50,7 @@ def attempt_entry(scene, y, mode, latched, weight, k, o, end, step, row):
 
 def attempt_of(scene, parameters) -> Entry:
     """Return the Entry that evaluates and takes steps of `scene`, whose parameters are in a lane."""
-    return entry(attempt_entry, scene, ARRAYS, parameters, in_lanes=True)
+    return entry(trial_step_entry, scene, ARRAYS, parameters, in_lanes=True)
 
 
 def together_of(scene, parameters) -> Entry:
@@ -58,4 +58,4 @@ def together_of(scene, parameters) -> Entry:
 
     NO_ENTRY where a formula of theirs takes a decision on numbers, which lanes cannot: these cases go one by one.
     """
-    return entry(attempt_entry, scene, ARRAYS, parameters, in_lanes=True, width=WIDTH)
+    return entry(trial_step_entry, scene, ARRAYS, parameters, in_lanes=True, width=WIDTH)

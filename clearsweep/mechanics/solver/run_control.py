@@ -33,6 +33,6 @@ NEXT, GROWTH, EXPECTED, TRIES, SPENT, REST, WINDOWED, LOGGED, BEGUN, STOP_AT, FA
 # then whether a step is being taken again to end at an event; the share of the longer step, what event, of which
 # contact, and evaluations before it; whether the step is judged by itself, not beside others
 LANDING, SHARE, KIND, CONTACT, BEFORE, ALONE = range(13, 19)
-# then how long (s) a step may be; whether a step can be calm, see `prospect.note_calm`; up to where along the run, how
+# then how long (s) a step may be; whether a step can be calm, see `acceptance.note_fast_path`; up to where along the run, how
 # many in a row, of how many nobody asks whether they are short for what is stiff, and how many are not counted yet
-LONGEST, CAN_BE_CALM, DUE, MOST_CALM, UNASKED, CALM_STEPS, AHEAD = range(19, 26)
+LONGEST, CAN_TAKE_FAST_PATH, DUE, MOST_FAST_STEPS, UNASKED, FAST_STEPS, AHEAD = range(19, 26)

@@ -8,7 +8,7 @@ from ..joint.places import extent
 
 
 @kernel
-def clock(scene, y, mode):
+def time_scale(scene, y, mode):
     """Return kappa = dt/dtau at the state `y`, s.  A contact that does not touch has no share in 1/kappa."""
     first, contacts = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact
     if contacts == 1:
@@ -81,7 +81,7 @@ def _clock_of_several(scene, y, mode):
 
 
 @kernel
-def haste(scene, y, mode, kappa, contact):
+def kappa_over_root(scene, y, mode, kappa, contact):
     """Return kappa over the root of penetration of a contact that touches, one of several, s/m^0.5."""
     corners = extent(scene.joints).contact > len(scene.joints)
     return (_haste_of_corners if corners else _haste_of_joints)(scene, y, mode, kappa, contact)

@@ -5,18 +5,18 @@ from typing import Any
 
 from ..language.quantity import WrittenUnit, is_bare, written_unit
 from .document import WrittenValue
-from .draft import Draft
+from .reader import Reader
 from .key_units import unit
 from .keys import Number
 
 
-def assumed(draft: Draft) -> tuple[str, ...]:
+def assumed_units(reader: Reader) -> tuple[str, ...]:
     """Return the paths of quantities with a unit, and of axes of such, that are written without."""
-    numbers = (path for path, node in draft.shape.items() if isinstance(node, Number) and _has_unit(draft, node))
-    return tuple(path for path in numbers if _bare(draft.swept.get(path) or draft.written.get(path)))
+    numbers = (path for path, node in reader.shape.items() if isinstance(node, Number) and _has_unit(reader, node))
+    return tuple(path for path in numbers if _bare(reader.swept.get(path) or reader.written.get(path)))
 
 
-def _has_unit(source: Draft, node: Number) -> bool:
+def _has_unit(source: Reader, node: Number) -> bool:
     fields = node.fields(source.names)
     return bool(fields) and fields[0].unit != "1"
 
@@ -36,7 +36,7 @@ def _bare(written: WrittenValue | None) -> bool:
     return is_bare(value)
 
 
-def written_units(source: Draft) -> dict[str, WrittenUnit]:
+def written_units(source: Reader) -> dict[str, WrittenUnit]:
     """Return path of a quantity -> the unit that it is written in; of an axis that of its first value with a unit.
 
     Left out is what is written without a unit, as an expression, or as a fit.

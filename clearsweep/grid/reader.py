@@ -17,7 +17,7 @@ from .sampling import Distribution, Sample
 
 
 @dataclass
-class Draft:
+class Reader:
     """What a document says, path by path."""
 
     problems: Problems
@@ -41,14 +41,14 @@ class Draft:
     figures: dict[str, str] = field(default_factory=dict)  # of merit, that the cases will have -> unit
     limits: dict[str, Any] = field(default_factory=dict)  # as a resolved grid holds them, see `verdict`
     among: tuple[Fit, ...] = ()  # the fits among which is sought, in order of their largest clearances
-    seek: Any = None  # `sought.Seek`
+    seek: Any = None  # `seek.Seek`
     choices: dict[str, str] = field(default_factory=dict)  # path under `optimise` -> kind of its values
     optimise: Any = None  # `optimised.Optimise`
     identify: Any = None  # `identified.Identify`
-    refine: Any = None  # `refined.Refine`
+    refine: Any = None  # `refine.Refine`
     added_in: str = ""  # the key under which cases stand that a run added
     added_written: dict[str, WrittenValue] = field(default_factory=dict)  # their values, by path
-    added: dict[str, list[Any]] = field(default_factory=dict)  # the same, SI
+    added_cases: dict[str, list[Any]] = field(default_factory=dict)  # the same, SI
     uncertain: dict[str, dict[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
     own_figures: dict[str, str] = field(default_factory=dict)  # name -> expression of columns
     defined: Definitions = NOTHING

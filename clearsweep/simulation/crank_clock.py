@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..contracts.machine import Course, Machine, Motor
+from ..contracts.machine import Schedule, Machine, Motor
 from ..mechanics.mechanism import planar
 
 PATIENCE = 100.0  # turns at the nominal speed during which a crank that is free may hardly move
@@ -70,18 +70,18 @@ class Free(NamedTuple):
 
 def turning_of(machine: Machine | None, turn: float) -> Steady | Followed | Free:
     """Return what runs of a machine are measured along; `turn` (s): a revolution at its nominal speed."""
-    if machine is None or not isinstance(machine.drive, (Course, Motor)):
+    if machine is None or not isinstance(machine.drive, (Schedule, Motor)):
         return Steady(turn)
     if isinstance(machine.drive, Motor):
         return Free(machine.drive.start_angle)
     return followed(machine.drive)
 
 
-def followed(course: Course) -> Followed:
+def followed(schedule: Schedule) -> Followed:
     """Return the course of a table from t = 0 on, constant before its first row."""
-    later = course.times > 0.0
-    times = np.concatenate([[0.0], course.times[later]])
-    speeds = np.concatenate([[np.interp(0.0, course.times, course.speeds)], course.speeds[later]])
+    later = schedule.times > 0.0
+    times = np.concatenate([[0.0], schedule.times[later]])
+    speeds = np.concatenate([[np.interp(0.0, schedule.times, schedule.speeds)], schedule.speeds[later]])
     angles = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times))])
     return Followed(times, speeds, angles)
 

@@ -13,7 +13,7 @@ from ..language import wording
 from . import identified
 from .lives import Lives, life_lines
 from .pace import Pace, pace_lines
-from .searched import optimise_lines, optimised, refine_lines, seek_lines, sought
+from .searched import optimise_lines, optimised, refine_lines, seek_lines, seek_facts
 from .settings import friendly, given_text, joint_count, setting_text, value_text
 from .sweep import RunResult
 from .worst_cases import WorstCases
@@ -30,12 +30,12 @@ def of_run(result: RunResult) -> dict[str, Any]:
     failures: list[dict[str, Any]] = []
     statuses: Counter[str] = Counter()
     remarks = validity.Remarks(joints)
-    judged = validity.columns(joints, {column.name for column in run.layout.columns})
+    validity_columns = validity.columns(joints, {column.name for column in run.layout.columns})
     kept = _Kept(run.grid)
     lives, pace = Lives(run.layout), Pace(run.grid, run.layout)
     lead = order.lead_of(run.layout, kept.verdict.limits, run.grid)
     worst = WorstCases(lead, joints, kept.verdict.limits)
-    columns = ["status", *swept, *worst.columns, *judged, *kept.columns, *lives.columns, *pace.columns]
+    columns = ["status", *swept, *worst.columns, *validity_columns, *kept.columns, *lives.columns, *pace.columns]
     columns = list(dict.fromkeys(columns))
     for block in run.blocks(columns):
         good = block["status"] == "ok"
@@ -73,7 +73,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "limits": kept.facts(),
         "life": lives.facts(),
         "slowest": pace.slowest,
-        "seek": sought(result, run.grid.get("units", {}), kept.verdict.limits, kept.units),
+        "seek": seek_facts(result, run.grid.get("units", {}), kept.verdict.limits, kept.units),
         "optimised": optimised(result, kept.units),
         "identified": result.identified and identified.of_run(result.identified),
         "refined": result.refined and result.refined._asdict(),

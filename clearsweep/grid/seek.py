@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 from ..language import quantity
 from ..language.errors import InputError, nearest, shown
-from .added import ADDED
+from .added_cases import ADDED
 from .document import WrittenValue
-from .draft import Draft
+from .reader import Reader
 from .fits import fits_among
 from .iso286 import Fit
 from .keys import Number, Word, value_key
@@ -76,7 +76,7 @@ class Seek(NamedTuple):
 
 
 def range_of(
-    draft: Draft, root: WrittenValue, values_of: Callable[[str], tuple[float, ...]]
+    reader: Reader, root: WrittenValue, values_of: Callable[[str], tuple[float, ...]]
 ) -> tuple[list[WrittenValue], WrittenValue] | None:
     """Return the paths that are sought and their values as written; None where there is none to vary.
 
@@ -86,135 +86,135 @@ def range_of(
     if section is None:
         return None
     if not isinstance(section.value, dict):
-        draft.problems.add(section, SEEK, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
+        reader.problems.add(section, SEEK, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
         return None
     for key in section.value:
         if key not in (*KEYS, ADDED):
             sentence = f"unknown key '{key}'{nearest(key, KEYS)} (allowed: {', '.join(KEYS)})"
-            draft.problems.add(section.key_place(key), f"{SEEK}.{key}", sentence)
+            reader.problems.add(section.key_place(key), f"{SEEK}.{key}", sentence)
     ends = [end for end in ENDS if end in section.value]
     between = section.value.get("between")
     if len(ends) != 1:
-        told = "has both largest and smallest; write one of them" if ends else "is missing; write the path to vary"
-        draft.problems.add(section, f"{SEEK}.{ENDS[0]}", f"{told}, such as {_EXAMPLE}")
+        problem = "has both largest and smallest; write one of them" if ends else "is missing; write the path to vary"
+        reader.problems.add(section, f"{SEEK}.{ENDS[0]}", f"{problem}, such as {_EXAMPLE}")
         return None
-    paths = _paths(draft, section.value[ends[0]], f"{SEEK}.{ends[0]}")
+    paths = _paths(reader, section.value[ends[0]], f"{SEEK}.{ends[0]}")
     if paths is None:
         return None
     among = section.value.get("among")
     if among is not None:
-        return _among(draft, section, paths, values_of)
+        return _among(reader, section, paths, values_of)
     if between is None or not isinstance(between.value, list) or len(between.value) != 2:
         found = "is missing" if between is None else f"found {shown(between.value)}"
-        draft.problems.add(between or section, f"{SEEK}.between", f"{found}; write the range, such as [5 um, 200 um]")
+        reader.problems.add(between or section, f"{SEEK}.between", f"{found}; write the range, such as [5 um, 200 um]")
         return None
     return paths, between
 
 
-def _paths(draft: Draft, written: WrittenValue, where: str) -> list[WrittenValue] | None:
+def _paths(reader: Reader, written: WrittenValue, where: str) -> list[WrittenValue] | None:
     """Return the dotted paths that take the same value, each once; None where they cannot be read."""
     paths = written.value if isinstance(written.value, list) else [written]
     wrong = [path for path in paths if not isinstance(path.value, str)]
     if wrong or not paths:
         place = wrong[0] if wrong else written
-        draft.problems.add(place, where, f"found {shown(place.value)}; expected a dotted path, or a list of such")
+        reader.problems.add(place, where, f"found {shown(place.value)}; expected a dotted path, or a list of such")
         return None
     names = [path.value for path in paths]
     twice = [path for k, path in enumerate(paths) if path.value in names[:k]]
     for path in twice:
-        draft.problems.add(path, where, f"{path.value} is there twice; write it once")
+        reader.problems.add(path, where, f"{path.value} is there twice; write it once")
     return None if twice else list(paths)
 
 
 def _among(
-    draft: Draft, section: WrittenValue, paths: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
+    reader: Reader, section: WrittenValue, paths: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
 ) -> tuple[list[WrittenValue], WrittenValue] | None:
     """Return the paths, and the largest clearances of the fits among which is sought, ascending."""
     among = section.value["among"]
     for key in ("between", "within"):
         if key in section.value:
             sentence = "conflicts with `among`, which lists the values to try; remove one of the two"
-            draft.problems.add(section.value[key], f"{SEEK}.{key}", sentence)
+            reader.problems.add(section.value[key], f"{SEEK}.{key}", sentence)
             return None
     content = among.value
     if not isinstance(content, dict) or [*content] != ["fits"] or not isinstance(content["fits"].value, list):
-        draft.problems.add(among, f"{SEEK}.among", f"found {shown(content)}; expected {_AMONG}")
+        reader.problems.add(among, f"{SEEK}.among", f"found {shown(content)}; expected {_AMONG}")
         return None
-    found = fits_among(draft, [path.value for path in paths], content["fits"].value, values_of)
+    found = fits_among(reader, [path.value for path in paths], content["fits"].value, values_of)
     if found is None:
         return None
-    draft.among = tuple(sorted(found, key=lambda fit: fit.high))
-    values = [WrittenValue(f"{fit.high!r} m", among.origin, among.line, among.column) for fit in draft.among]
+    reader.among = tuple(sorted(found, key=lambda fit: fit.high))
+    values = [WrittenValue(f"{fit.high!r} m", among.origin, among.line, among.column) for fit in reader.among]
     return paths, WrittenValue(values, among.origin, among.line, among.column)
 
 
-def read(draft: Draft, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | None:
+def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | None:
     """Return what is sought, its axis being known; None where nothing is or something is wrong."""
     section = root.value.get(SEEK) if isinstance(root.value, dict) else None
-    paths = tuple(path for path, way in draft.way.items() if way == SEEK)
-    if section is None or not paths or not set(paths) <= draft.axes.keys():
+    paths = tuple(path for path, way in reader.way.items() if way == SEEK)
+    if section is None or not paths or not set(paths) <= reader.axes.keys():
         return None
     path = paths[0]
-    given, noted = section.value, len(draft.problems)
+    given, noted = section.value, len(reader.problems)
     (end,) = [end for end in ENDS if end in given]
-    low, high = draft.axes[path][0], draft.axes[path][-1]
+    low, high = reader.axes[path][0], reader.axes[path][-1]
     for other in paths[1:]:
-        if _unit(draft, other) != _unit(draft, path):
-            units = f"in {_unit(draft, other)}, {path} in {_unit(draft, path)}"
-            draft.problems.add(given[end], f"{SEEK}.{end}", f"{other} is {units}; paths in step have one unit")
-    if low >= high and not draft.among:
-        draft.problems.add(given["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
+        if _unit(reader, other) != _unit(reader, path):
+            units = f"in {_unit(reader, other)}, {path} in {_unit(reader, path)}"
+            reader.problems.add(given[end], f"{SEEK}.{end}", f"{other} is {units}; paths in step have one unit")
+    if low >= high and not reader.among:
+        reader.problems.add(given["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
     if not limits:
-        draft.problems.add(section, SEEK, "there are no limits to meet; write the section 'limits'")
+        reader.problems.add(section, SEEK, "there are no limits to meet; write the section 'limits'")
     for key, allowed in (("meeting", ("limits",)), ("for", FOR)):
         if key in given and given[key].value not in allowed:
             sentence = f"found {shown(given[key].value)}; expected {' or '.join(allowed)}"
-            draft.problems.add(given[key], f"{SEEK}.{key}", sentence)
-    for other in draft.axes:
-        always_used(draft, given[end], SEEK, other)
+            reader.problems.add(given[key], f"{SEEK}.{key}", sentence)
+    for other in reader.axes:
+        always_used(reader, given[end], SEEK, other)
     each = "for" not in given or given["for"].value == FOR[0]
-    if draft.among:
-        fits = Seek(end, paths, (low, high), 0.0, each, draft.among)
-        return fits if len(draft.problems) == noted else None
-    within = _within(draft, section, path)
-    if within is None or len(draft.problems) > noted:
+    if reader.among:
+        fits = Seek(end, paths, (low, high), 0.0, each, reader.among)
+        return fits if len(reader.problems) == noted else None
+    within = _within(reader, section, path)
+    if within is None or len(reader.problems) > noted:
         return None
     if not (high - low) / 2.0**FINEST < within <= (high - low) / FIRST_STRETCHES:
-        least, most = (quantity.said(size, _unit(draft, path)) for size in ((high - low) / 1e12, (high - low) / 4.0))
+        least, most = (quantity.said(size, _unit(reader, path)) for size in ((high - low) / 1e12, (high - low) / 4.0))
         sentence = f"found {given['within'].value}; allowed: {least} to {most}, a quarter of the range"
-        draft.problems.add(given["within"], f"{SEEK}.within", sentence)
+        reader.problems.add(given["within"], f"{SEEK}.within", sentence)
         return None
     return Seek(end, paths, (low, high), within, each)
 
 
-def _within(draft: Draft, section: WrittenValue, path: str) -> float | None:
+def _within(reader: Reader, section: WrittenValue, path: str) -> float | None:
     """Return the width of the answer that is good enough (SI), None where it is missing or wrong."""
     written = section.value.get("within")
     if written is None:
-        draft.problems.add(section, f"{SEEK}.within", "is missing; write how close the answer has to be, such as 1 um")
+        reader.problems.add(section, f"{SEEK}.within", "is missing; write how close the answer has to be, such as 1 um")
         return None
     try:
-        return quantity.read(written.value, _unit(draft, path))
+        return quantity.read(written.value, _unit(reader, path))
     except InputError as error:
-        draft.problems.add(written, f"{SEEK}.within", str(error))
+        reader.problems.add(written, f"{SEEK}.within", str(error))
         return None
 
 
-def _unit(draft: Draft, path: str) -> str:
-    node = draft.shape[path]
+def _unit(reader: Reader, path: str) -> str:
+    node = reader.shape[path]
     assert isinstance(node, Number)  # others cannot be sought
-    exponents = draft.reached(f"{path.rpartition('.')[0]}.exponent")
-    return quantity.exponent_of(node.fields(draft.names)[0].unit, exponents[0] if exponents else 1.5)
+    exponents = reader.reached(f"{path.rpartition('.')[0]}.exponent")
+    return quantity.exponent_of(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
 
 
-def always_used(draft: Draft, place: WrittenValue, section: str, path: str) -> None:
+def always_used(reader: Reader, place: WrittenValue, section: str, path: str) -> None:
     """Note a swept key that some of the swept laws do not use: cases are added one by one, and each has every value."""
-    node = value_key(draft.shape, path)
+    node = value_key(reader.shape, path)
     if isinstance(node, Word):
         return
     for chooser in node.choosers():
-        for law in draft.axes.get(chooser, ()):
-            if not node.used(draft.names | {chooser: frozenset({law})}):
+        for law in reader.axes.get(chooser, ()):
+            if not node.used(reader.names | {chooser: frozenset({law})}):
                 sentence = f"{path} is not used by {law}; with `{section}` every law that is tried has to use every key"
-                draft.problems.add(place, section, f"{sentence} that is swept")
+                reader.problems.add(place, section, f"{sentence} that is swept")
                 return

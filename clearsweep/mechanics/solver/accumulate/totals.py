@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import nowhere, where
+from ...compiled.choosing import none_of, where
 from ...compiled.dual import as_type_of
 from ...compiled.family import inlined
 from ...joint.contract import acts, touches
@@ -27,8 +27,8 @@ from ...observe.observables import (
     put_load,
 )
 from ..dop853 import END
-from ..plan import WINDOWED
-from .along import (
+from ..run_control import WINDOWED
+from .step_sums import (
     HIGHEST_ACCELERATION,
     HIGHEST_DEPTH,
     HIGHEST_ERROR,
@@ -37,8 +37,8 @@ from .along import (
     HIGHEST_TORQUE,
     LENGTH,
     NO_PEAK,
-    SEEKS,
-    STANDS,
+    NEEDS_PEAK_SEARCH,
+    ACCEPTED,
     SUM_ACCELERATION,
     SUM_DRIVE,
     SUM_FORCE,
@@ -92,19 +92,19 @@ HIGHEST_BIN = PARTS + 1  # in Tally.bins: the highest that was entered
 BELOW = 2 * (PARTS + 1)  # in Tally.spent: s, for how long a film pulls
 
 
-class Tally(NamedTuple):
+class Totals(NamedTuple):
     """Sums and maxima of one integration."""
 
     whole: np.ndarray  # (WHOLE,) of the mechanism
     joint: np.ndarray  # (contacts, JOINT)
     histogram: np.ndarray  # (contacts, BINS, 2) s, at a force within each bin; s/N, by how much more in each one above
     dry: np.ndarray  # the same of the dry share of the force, above zero; (0, BINS, 2) where no joint has a film
-    course: np.ndarray  # (contacts, COURSES, PARTS + 1) see histogram, at even places of the step
+    step_values: np.ndarray  # (contacts, COURSES, PARTS + 1) see histogram, at even places of the step
     bins: np.ndarray  # (contacts, HIGHEST_BIN + 1) int64, those of the force between the parts of the step
     spent: np.ndarray  # (contacts, BELOW + 1) what each adds to the two columns of the histogram
     length: np.ndarray  # (1,) its length
     between: np.ndarray  # (2 coordinates + 1, MOMENTS) the state within the step, where there is wear
-    room: np.ndarray  # for the wear of a step, see joint.wear.step
+    workspace: np.ndarray  # for the wear of a step, see joint.wear.step
     wear: np.ndarray  # (2 contacts bins,) m, wear depth of bearing and journal of every joint
     account: np.ndarray  # (contacts, ACCOUNT) see joint.wear.contract
 
@@ -112,7 +112,7 @@ class Tally(NamedTuple):
 IN_LANES = "whole", "joint", "bins", "spent"  # of its fields
 
 
-class Ledger(NamedTuple):
+class Accumulators(NamedTuple):
     """What a step is judged by and entered in, see `event.Work`, Tally and Turns: arrays, or rows of cases."""
 
     y: tuple
@@ -121,7 +121,7 @@ class Ledger(NamedTuple):
     o: tuple
     end: tuple
     step: tuple
-    ahead: tuple
+    stepper: tuple
     clearance: tuple
     film: tuple
     rubs: tuple
@@ -134,20 +134,20 @@ class Ledger(NamedTuple):
 
 
 @inlined
-def enter(ledger, time):
-    """Enter the steps that stand, see `prospect.judge`; `time` is its place in the state.
+def accumulate_step(accumulators, time):
+    """Enter the steps that stand, see `acceptance.assess_step`; `time` is its place in the state.
 
     Maxima are those at the ends of the step.  Where a larger one may lie between, SEEKS of its `step` is set, and what
     is to be sought keeps its HIGHEST; of all else that becomes NO_PEAK.
     """
-    step, ahead = ledger.step, ledger.ahead
-    stands = step[STANDS] != 0.0
-    counted = stands & (ahead[WINDOWED] != 0.0)
-    step[SEEKS] = as_type_of(0.0, step[LENGTH])
-    enter_powers(ledger, stands, counted)
-    for j in range(ledger.mode.size):
-        enter_contact(ledger, j, stands, counted, ledger.end[time] - ledger.y[time])
-    enter_motion(ledger, counted)
+    step, stepper = accumulators.step, accumulators.stepper
+    accepted = step[ACCEPTED] != 0.0
+    counted = accepted & (stepper[WINDOWED] != 0.0)
+    step[NEEDS_PEAK_SEARCH] = as_type_of(0.0, step[LENGTH])
+    enter_powers(accumulators, accepted, counted)
+    for j in range(accumulators.mode.size):
+        enter_contact(accumulators, j, accepted, counted, accumulators.end[time] - accumulators.y[time])
+    enter_motion(accumulators, counted)
 
 
 @inlined
@@ -165,55 +165,65 @@ def raise_to(maxima, place, some, value):
 @inlined
 def seek_above(step, place, some, least):
     """Note that a maximum at `place` is to be sought between the stages where it is above the `least` of account."""
-    sought = some & (step[place] > least)
-    step[place] = where(step[STANDS] != 0.0, where(sought, step[place], NO_PEAK), step[place])
-    step[SEEKS] = where(sought, 1.0, step[SEEKS])
+    peak_possible = some & (step[place] > least)
+    step[place] = where(step[ACCEPTED] != 0.0, where(peak_possible, step[place], NO_PEAK), step[place])
+    step[NEEDS_PEAK_SEARCH] = where(peak_possible, 1.0, step[NEEDS_PEAK_SEARCH])
 
 
 @inlined
-def enter_powers(ledger, stands, counted):
+def enter_powers(accumulators, accepted, counted):
     """Integrate powers and squares by the weights of the method, whose order it has."""
-    o, whole, joint, step, h = ledger.o, ledger.whole, ledger.joint, ledger.step, ledger.step[LENGTH]
-    add(whole, WORK_DRIVE, stands, h * step[SUM_DRIVE])
-    add(whole, WORK_GRAVITY, stands, h * step[SUM_GRAVITY])
+    o, whole, joint, step, h = (
+        accumulators.o,
+        accumulators.whole,
+        accumulators.joint,
+        accumulators.step,
+        accumulators.step[LENGTH],
+    )
+    add(whole, WORK_DRIVE, accepted, h * step[SUM_DRIVE])
+    add(whole, WORK_GRAVITY, accepted, h * step[SUM_GRAVITY])
     add(whole, ACCELERATION_SQUARE, counted, h * step[SUM_ACCELERATION])
-    for j in range(ledger.mode.size):
-        acting = acts(ledger.mode[j])
-        add(whole, ENERGY_STORED, stands & acting, h * step[sum_of(j, SUM_STORED)])
-        add(whole, ENERGY_LOST, stands & acting, h * step[sum_of(j, SUM_LOST)])
-        add(whole, ENERGY_RUBBED, stands & acting, h * step[sum_of(j, SUM_RUBBED)])
+    for j in range(accumulators.mode.size):
+        acting = acts(accumulators.mode[j])
+        add(whole, ENERGY_STORED, accepted & acting, h * step[sum_of(j, SUM_STORED)])
+        add(whole, ENERGY_LOST, accepted & acting, h * step[sum_of(j, SUM_LOST)])
+        add(whole, ENERGY_RUBBED, accepted & acting, h * step[sum_of(j, SUM_RUBBED)])
         add(joint, (j, FORCE_SQUARE), counted & acting, h * step[sum_of(j, SUM_FORCE_SQUARE)])
         add(joint, (j, FORCE_TIME), counted & acting, h * step[sum_of(j, SUM_FORCE)])
-        dry = (ledger.rubs[j] != 0) & (ledger.film[j, 1] == math.inf)  # the shear of a film is in its tangential force
+        dry = (accumulators.rubs[j] != 0) & (
+            accumulators.film[j, 1] == math.inf
+        )  # the shear of a film is in its tangential force
         add(joint, (j, FRICTION_ENERGY), counted & acting & dry, h * step[sum_of(j, SUM_RUBBED)])
     kinetic = o[END, KINETIC]
     gain = kinetic - whole[KINETIC_START] + whole[ENERGY_STORED] + whole[ENERGY_LOST] + whole[ENERGY_RUBBED]
-    raise_to(whole, RESIDUAL, stands, abs(whole[WORK_DRIVE] + whole[WORK_GRAVITY] - gain))
-    raise_to(whole, KINETIC_MAX, stands, kinetic)
+    raise_to(whole, RESIDUAL, accepted, abs(whole[WORK_DRIVE] + whole[WORK_GRAVITY] - gain))
+    raise_to(whole, KINETIC_MAX, accepted, kinetic)
 
 
 @inlined
-def enter_contact(ledger, j, stands, counted, duration):
+def enter_contact(accumulators, j, accepted, counted, duration):
     """Enter the largest force and depth of contact `j`, and how long it lasts."""
-    o, joint, step, rubs = ledger.o, ledger.joint, ledger.step, ledger.rubs[j] != 0
-    acting = acts(ledger.mode[j])
+    o, joint, step, rubs = accumulators.o, accumulators.joint, accumulators.step, accumulators.rubs[j] != 0
+    acting = acts(accumulators.mode[j])
     force, depth, load = column_of(j, NORMAL), column_of(j, DEPTH), column_of(j, LOAD)
-    ledger.since[j] = max(ledger.since[j], ledger.highest[j])  # of the step before
-    seek_above(step, sum_of(j, HIGHEST_FORCE), stands & acting, 0.9 * min(joint[j, PEAK], ledger.since[j]))
+    accumulators.since[j] = max(accumulators.since[j], accumulators.highest[j])  # of the step before
+    seek_above(step, sum_of(j, HIGHEST_FORCE), accepted & acting, 0.9 * min(joint[j, PEAK], accumulators.since[j]))
     best = max(o[0, force], o[END, force])
-    raise_to(joint, (j, PEAK), stands & acting, best)
+    raise_to(joint, (j, PEAK), accepted & acting, best)
     raise_to(joint, (j, FORCE_MAX), counted & acting, best)
-    ledger.highest[j] = where(stands, where(acting, best, 0.0), ledger.highest[j])
-    add(joint, (j, CONTACT_TIME), counted & touches(ledger.mode[j]), duration)
+    accumulators.highest[j] = where(accepted, where(acting, best, 0.0), accumulators.highest[j])
+    add(joint, (j, CONTACT_TIME), counted & touches(accumulators.mode[j]), duration)
     # of the eccentricity where there is a film, as its least distance from the bearing is wanted, too
-    least = 0.98 * joint[j, DEPTH_MAX] - where(ledger.film[j, 1] < math.inf, 0.02 * ledger.clearance[j], 0.0)
+    least = 0.98 * joint[j, DEPTH_MAX] - where(
+        accumulators.film[j, 1] < math.inf, 0.02 * accumulators.clearance[j], 0.0
+    )
     seek_above(step, sum_of(j, HIGHEST_DEPTH), counted & acting, least)
     raise_to(joint, (j, DEPTH_MAX), counted, max(where(acting, o[0, depth], o[END, depth]), o[END, depth]))
     step[sum_of(j, HIGHEST_LOAD)] = as_type_of(NO_PEAK, duration)
-    if nowhere(counted & acting):
+    if none_of(counted & acting):
         return
-    enter_course(ledger, j, duration)
-    if nowhere(rubs):
+    enter_course(accumulators, j, duration)
+    if none_of(rubs):
         return
     for row in range(END + 1):
         put_load(o, row, j)
@@ -223,37 +233,37 @@ def enter_contact(ledger, j, stands, counted, duration):
 
 
 @inlined
-def enter_course(ledger, j, duration):
+def enter_course(accumulators, j, duration):
     """Divide the step's time among bins by the course of contact `j`'s force."""
-    step, contacts, spent = ledger.step, ledger.mode.size, ledger.spent
-    force, kappa, film = course_of(contacts, j), course_of(contacts, -1), ledger.film[j, 1] < math.inf
+    step, contacts, spent = accumulators.step, accumulators.mode.size, accumulators.spent
+    force, kappa, film = course_of(contacts, j), course_of(contacts, -1), accumulators.film[j, 1] < math.inf
     total = below = as_type_of(0.0, duration)
     for i in range(PARTS):
         total = total + (max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0))
     ended = density = total * 0.0
     here = force_bin(max(step[force], 0.0))
-    highest = max(ledger.bins[j, HIGHEST_BIN], here)
+    highest = max(accumulators.bins[j, HIGHEST_BIN], here)
     for i in range(PARTS):
         begin, end = step[force + i], step[force + i + 1]
         lasting = (max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)) * (duration / total)
         pushing = lasting
-        if not nowhere(film):  # whose force is negative for a part of the time; that of a contact merely close to 0
+        if not none_of(film):  # whose force is negative for a part of the time; that of a contact merely close to 0
             pulls = film & (begin * end < 0.0)
             pushing = lasting * where(pulls, max(begin, end) / where(pulls, abs(end - begin), 1.0), 1.0)
             below = below + (lasting - pushing)
         there = force_bin(max(end, 0.0))
         part = ramp_of((max(begin, 0.0), max(end, 0.0)), (here, there), pushing)
-        ledger.bins[j, i] = here
+        accumulators.bins[j, i] = here
         spent[j, 2 * i], spent[j, 2 * i + 1] = ended + part.begun, part.density - density
         ended, density, here, highest = part.ended, part.density, there, max(highest, there)
-    ledger.bins[j, PARTS], ledger.bins[j, HIGHEST_BIN] = here, highest
+    accumulators.bins[j, PARTS], accumulators.bins[j, HIGHEST_BIN] = here, highest
     spent[j, 2 * PARTS], spent[j, 2 * PARTS + 1], spent[j, BELOW] = ended, -density, below
 
 
 @inlined
-def enter_motion(ledger, counted):
+def enter_motion(accumulators, counted):
     """Enter the largest slider acceleration, torque and slider error."""
-    o, whole, step = ledger.o, ledger.whole, ledger.step
+    o, whole, step = accumulators.o, accumulators.whole, accumulators.step
     for column, place, within in (
         (ACCELERATION, ACCELERATION_MAX, HIGHEST_ACCELERATION),
         (TORQUE, TORQUE_MAX, HIGHEST_TORQUE),

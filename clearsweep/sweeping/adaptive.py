@@ -12,13 +12,13 @@ from ..grid import Grid
 
 Point = dict[str, Any]  # dotted path -> value
 #: Runs what is missing of a grid and judges its cases from an index on; None where it was stopped.
-Look = Callable[[Grid, int], store.Judged | None]
+Look = Callable[[Grid, int], store.CaseResults | None]
 
 
 class Search(Protocol):
     """What decides which cases come next."""
 
-    def learn(self, grid: Grid, first: int, judged: store.Judged) -> None:
+    def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Take in how the cases of a grid from the index `first` on stand to its limits."""
 
     def wanted(self) -> Sequence[Point]:
@@ -28,8 +28,8 @@ class Search(Protocol):
 def run(grid: Grid, search: Search, look: Look) -> tuple[Grid, bool]:
     """Run a grid and what a search adds to it by `look`; return the grid with that, and whether it came to its end."""
     grid, first = grid.without_added(), 0
-    while judged := look(grid, first):
-        search.learn(grid, first, judged)
+    while results := look(grid, first):
+        search.learn(grid, first, results)
         first = len(grid)
         points = search.wanted()
         if not points:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import nowhere, where
+from ...compiled.choosing import none_of, where
 from ...compiled.dual import as_type_of
 from ...compiled.family import inlined
 from ...joint.contract import acts, meets
@@ -40,11 +40,11 @@ WHOLE = -1  # in place of a row: all of them, a whole step
     ERROR,
     RISE,
     RUN,
-    STANDS,  # not zero where the step is good and holds no event
+    ACCEPTED,  # not zero where the step is good and holds no event
     STIFF,  # not zero where it may be short for what is stiff
-    SEEKS,  # not zero where a maximum may lie between its stages that is above what it is at their ends
-    GOES_ON,  # not zero where the next step begins at its end with nothing changed
-    CALM,  # not zero where it does and nothing is due, so that its length stands here already
+    NEEDS_PEAK_SEARCH,  # not zero where a maximum may lie between its stages that is above what it is at their ends
+    CONTINUES,  # not zero where the next step begins at its end with nothing changed
+    ON_FAST_PATH,  # not zero where it does and nothing is due, so that its length stands here already
     SUM_DRIVE,
     SUM_GRAVITY,
     SUM_ACCELERATION,
@@ -68,7 +68,7 @@ WHOLE = -1  # in place of a row: all of them, a whole step
 NO_PEAK = -math.inf  # HIGHEST of an observable that has no maximum between the ends of the step
 
 
-class Attempt(NamedTuple):
+class TrialStep(NamedTuple):
     """What a step is made from and what it makes, see `event.Work`: arrays, or rows of one case or several."""
 
     y: tuple
@@ -111,7 +111,7 @@ def sum_along(tried, weights):
             square = square + share * (o[row, ACCELERATION] * o[row, ACCELERATION])
     step[SUM_DRIVE], step[SUM_GRAVITY], step[SUM_ACCELERATION] = drive, gravity, square
     for c in range(tried.mode.size):
-        if nowhere(acts(tried.mode[c])):
+        if none_of(acts(tried.mode[c])):
             continue
         block, first = CONTACTS + CONTACT_WIDTH * c, SUMS + SUMS_OF_CONTACT * c
         stored = lost = rubbed = total = square = as_type_of(0.0, o[0, KAPPA])
@@ -158,7 +158,7 @@ def follow_along(tried):
     contacts = tried.mode.size
     follow_column(tried, KAPPA, course_of(contacts, -1))
     for c in range(contacts):
-        if not nowhere(acts(tried.mode[c])):
+        if not none_of(acts(tried.mode[c])):
             follow_column(tried, column_of(c, NORMAL), course_of(contacts, c))
 
 
@@ -201,7 +201,7 @@ def look_for_speeds(tried):
     """Put into `step` how fast the journals in free flight are at the stages but the last."""
     o, step = tried.o, tried.step
     for c in range(tried.mode.size):
-        if nowhere(meets(tried.mode[c])):
+        if none_of(meets(tried.mode[c])):
             continue
         fastest = as_type_of(0.0, step[LENGTH])
         for row in range(END):
@@ -216,7 +216,7 @@ def look_for_peaks(tried):
     step[HIGHEST_ACCELERATION] = highest_inside(o, ACCELERATION, math.copysign(1.0, o[END, ACCELERATION]))
     step[HIGHEST_TORQUE] = highest_inside(o, TORQUE, math.copysign(1.0, o[END, TORQUE]))
     for c in range(tried.mode.size):
-        if nowhere(acts(tried.mode[c])):
+        if none_of(acts(tried.mode[c])):
             continue
         upwards = as_type_of(1.0, step[LENGTH])
         step[sum_of(c, HIGHEST_FORCE)] = highest_inside(o, column_of(c, NORMAL), upwards)
@@ -257,7 +257,7 @@ FINISH = _slope((0.6512820512820513, 0.8571428571428571, 1.0), 1.1)
 @inlined
 def advance(tried):
     """Make the end of a step the start of the next where the motion goes on."""
-    y, k, o, goes_on = tried.y, tried.k, tried.o, tried.step[GOES_ON] != 0.0
+    y, k, o, goes_on = tried.y, tried.k, tried.o, tried.step[CONTINUES] != 0.0
     for i in range(y.size):
         y[i], k[0, i] = where(goes_on, tried.end[i], y[i]), where(goes_on, k[END, i], k[0, i])
     for column in range(o.shape[1]):

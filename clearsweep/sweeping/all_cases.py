@@ -8,14 +8,14 @@ from pathlib import Path
 from .. import grid as grids
 from .. import store
 from ..language import phases
-from .crew import Crew, Options
+from .worker_pool import WorkerPool, Options
 from .simulator import SIMULATION
 from .sweep import conclude, facts
 from .worker import Simulator
 
 
 @contextlib.contextmanager
-def everything(directory: str | Path, simulator: Simulator = SIMULATION) -> Iterator[store.StoredRun]:
+def complete_run(directory: str | Path, simulator: Simulator = SIMULATION) -> Iterator[store.StoredRun]:
     """Yield the run that would have left every case that is committed in `directory`.
 
     It is put together in a passing directory, which takes as much room as those cases; `directory` stays as it is.
@@ -26,13 +26,13 @@ def everything(directory: str | Path, simulator: Simulator = SIMULATION) -> Iter
     source = store.RunDirectory(directory)
     with phases.phase("reading what the directory holds"):
         source.look()
-    with tempfile.TemporaryDirectory(prefix="clearsweep-") as passing:
+    with tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         grid = grids.load(store.keys_of_all(record, source), simulator.catalogue())
         store.check_version(Path(directory), record, grid)
-        target = store.RunDirectory(Path(passing) / "run")
-        with target.open_for(grid), Crew(target, Options(), simulator) as crew:
+        target = store.RunDirectory(Path(folder) / "run")
+        with target.open_for(grid), WorkerPool(target, Options(), simulator) as worker_pool:
             target.take(source)
             derived, warnings = facts(grid, simulator)
             known = {"source": record.get("source"), "derived": derived, "warnings": warnings}
-            conclude(crew, grid, target.rows()["id"], start=record.get("start"), **known)
+            conclude(worker_pool, grid, target.rows()["id"], start=record.get("start"), **known)
         yield store.open(target.path)

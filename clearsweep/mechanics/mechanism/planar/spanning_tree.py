@@ -28,13 +28,13 @@ class Coordinate(NamedTuple):
     of: int  # number of the group, of the joint, or of the body
 
 
-class Hanging(NamedTuple):
+class SpanningTree(NamedTuple):
     """How everything hangs."""
 
     group: tuple  # of each body, the ground's being 0; a group is numbered by its first body
     parents: tuple  # of each body: (body, joint) it hangs on; None for the ground and what floats
     order: tuple  # bodies, each after the one it hangs on, without the ground
-    closing: tuple  # joints that close loops
+    loop_joints: tuple  # joints that close loops
     crank: int  # group that the drive turns
     coordinates: tuple  # in the order of the state; the crank's angle, where it is one, first
 
@@ -43,14 +43,14 @@ class Hanging(NamedTuple):
         return tuple(body for body in self.order if self.parents[body] is None)
 
 
-def hanging(count: int, links: tuple, crank: int, *, free: bool) -> Hanging:
+def spanning_tree(count: int, links: tuple, crank: int, *, free: bool) -> SpanningTree:
     """Return how `count` bodies, the ground among them, hang on each other by `links`.
 
     free : the crank's angle is one of the coordinates.
     """
     group = _groups(count, links)
     parents, order, used = _tree(count, links)
-    closing = tuple(j for j, link in enumerate(links) if not link.open and j not in used)
+    loop_joints = tuple(j for j, link in enumerate(links) if not link.open and j not in used)
     angles = [g for g in dict.fromkeys(group) if g not in (0, group[crank])]
     coordinates = [Coordinate(ANGLE, group[crank])] if free else []
     coordinates += [Coordinate(ANGLE, g) for g in angles]
@@ -58,7 +58,7 @@ def hanging(count: int, links: tuple, crank: int, *, free: bool) -> Hanging:
     for body in order:
         if parents[body] is None:
             coordinates += [Coordinate(SHIFT_X, body), Coordinate(SHIFT_Y, body)]
-    return Hanging(group, parents, order, closing, group[crank], tuple(coordinates))
+    return SpanningTree(group, parents, order, loop_joints, group[crank], tuple(coordinates))
 
 
 def _groups(count: int, links: tuple) -> tuple:
@@ -103,9 +103,9 @@ def _following(links: tuple, layer: list, placed: list, parents: list, used: set
 def _chained(links: tuple, body: int, placed: list, parents: list, used: set) -> list:
     """Return the masses of the elastic link that `body` is one of, hung on each other: no spring closes a loop."""
     found: list[int] = []
-    held = [body]
-    while held:
-        near = held.pop()
+    pending = [body]
+    while pending:
+        near = pending.pop()
         for j, link in enumerate(links):
             if not link.sprung or near not in (link.proximal, link.distal):
                 continue
@@ -114,5 +114,5 @@ def _chained(links: tuple, body: int, placed: list, parents: list, used: set) ->
                 parents[far] = (near, j)
                 used.add(j)
                 found.append(far)
-                held.append(far)
+                pending.append(far)
     return found

@@ -6,10 +6,10 @@ from typing import NamedTuple
 from ..compiled.family import kernel
 from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR, touches
 from ..observe.observables import observed
-from .accumulate.tally import APPROACH, CLIPS, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
+from .accumulate.totals import APPROACH, CLIPS, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
 from .dop853 import END
 from .event import EVENTS, GUARD, NOTHING, ONSET, SEPARATION, SEPARATIONS
-from .plan import EVENT_BUDGET, GOING, KEEP_EVENTS, LEFT_BEARING, LOGGED, MOST_EVENTS, OK, PARTINGS
+from .run_control import EVENT_BUDGET, GOING, KEEP_EVENTS, LEFT_BEARING, LOGGED, MOST_EVENTS, OK, PARTINGS
 from .step import go_through, latch
 
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
@@ -19,17 +19,17 @@ SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is neve
 def begin_contact(at, j, windowed):
     """Latch the onset rate of contact `j` at `work.end` and start its root of penetration."""
     work = at[0]
-    tally, seen = work.tally, observed(at, END, j)
+    totals, seen = work.totals, observed(at, END, j)
     rate = max(seen.rate, 0.0)
     work.mode[j] = work.pressed[j]
     work.latched[j] = max(rate, ONSET_FLOOR)
     depth = max(seen.depth, 0.0)
     work.end[work.time + 1 + j] = max(math.sqrt(depth), SEED * work.sigma)
     latch(at, work.end, j, ENTERED, END)
-    tally.joint[j, PEAK], tally.joint[j, APPROACH] = 0.0, rate
+    totals.joint[j, PEAK], totals.joint[j, APPROACH] = 0.0, rate
     if windowed:
-        tally.joint[j, ONSETS] += 1.0
-        tally.joint[j, ONSET_MAX] = max(tally.joint[j, ONSET_MAX], rate)
+        totals.joint[j, ONSETS] += 1.0
+        totals.joint[j, ONSET_MAX] = max(totals.joint[j, ONSET_MAX], rate)
     return rate
 
 
@@ -37,7 +37,7 @@ def begin_contact(at, j, windowed):
 def end_contact(at, j):
     """Release contact `j` at `work.end`, its laws forgetting; return the rate of its gap, m/s, closing positive."""
     work = at[0]
-    tally = work.tally
+    totals = work.totals
     rate = observed(at, END, j).rate
     work.mode[j] = work.apart[j]
     latch(at, work.end, j, LEFT, END)
@@ -46,9 +46,9 @@ def end_contact(at, j):
         if work.ended_by[i] == j:
             work.end[work.time + 1 + work.mode.size + i] = work.began[i]
     work.counts[SEPARATIONS] += 1
-    if tally.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws work with the floor and give back something else
-        tally.joint[j, RESTITUTION] -= rate / tally.joint[j, APPROACH]
-        tally.joint[j, REBOUNDS] += 1.0
+    if totals.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws work with the floor and give back something else
+        totals.joint[j, RESTITUTION] -= rate / totals.joint[j, APPROACH]
+        totals.joint[j, REBOUNDS] += 1.0
     return rate
 
 
@@ -68,21 +68,21 @@ def log_event(at, event):
     work = at[0]
     if event.kind >= GUARD or work.control[KEEP_EVENTS] == 0.0:
         return
-    row = int(work.ahead[LOGGED])
+    row = int(work.stepper[LOGGED])
     work.log[row, 0], work.log[row, 1], work.log[row, 2] = event.time, event.contact, event.kind
     work.log[row, 3], work.log[row, 4] = event.rate, event.force_peak
-    work.ahead[LOGGED] += 1.0
+    work.stepper[LOGGED] += 1.0
 
 
 @kernel
 def apply_event(at, kind, j, windowed):
     """Change what an event at contact `j` changes at `work.end`; return the Event."""
     work = at[0]
-    moment, peak = work.end[work.time], work.tally.joint[j, PEAK]
+    moment, peak = work.end[work.time], work.totals.joint[j, PEAK]
     if kind >= GUARD:
         g = kind - GUARD
         if windowed and work.guards.counted[g]:
-            work.tally.joint[j, CLIPS] += 1.0
+            work.totals.joint[j, CLIPS] += 1.0
         go_through(at, g, work.end, END)
         return Event(moment, j, kind, 0.0, 0.0)
     work.counts[EVENTS] += 1

@@ -18,7 +18,7 @@ class Limb:
         return self.form in (Ball, Loose)
 
 
-class Anatomy:
+class MachineType:
     """What the type of a Tree says."""
 
     def __init__(self, kinds: tuple):
@@ -32,7 +32,7 @@ class Anatomy:
             coordinate, speed = coordinate + COORDINATES[kind[0]], speed + SPEEDS[kind[0]]
         self.coordinates, self.speeds = coordinate, speed
         self.openings = [(_number(kind, "bearing"), _number(kind, "journal")) for kind in field["openings"][1:]]
-        self.told = [len(kind) - 1 for kind in field["told"][1:]]
+        self.reported = [len(kind) - 1 for kind in field["reported"][1:]]
         self.aim, self.aimed = field["aim"][0], _number(field["aim"], "body")
         self.crank = 1 + next(i for i, part in enumerate(self.parts) if part.form is Driven)
 

@@ -6,7 +6,7 @@ from ..judging.verdict import EXCEEDED, KINDS, MARGIN
 from ..language import expression, quantity
 from ..language.errors import InputError, nearest, shown
 from .document import WrittenValue
-from .draft import Draft
+from .reader import Reader
 
 SECTIONS = ("figures", "limits")  # of a grid file
 _TIMES = "times"
@@ -14,29 +14,29 @@ _LIMIT = "rod_slider_force_peak: 5 kN"
 _FIGURE = 'headroom: "1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)"'
 
 
-def read_into(draft: Draft, root: WrittenValue) -> None:
+def read_into(reader: Reader, root: WrittenValue) -> None:
     """Read both sections into the draft, whose columns are known."""
-    units = dict(draft.figures)
-    for name, written in _entries(draft, root, "figures", _FIGURE).items():
-        taken = _taken(draft, name)
+    units = dict(reader.figures)
+    for name, written in _entries(reader, root, "figures", _FIGURE).items():
+        taken = _taken(reader, name)
         if problem := taken or _unreadable(written.value, units):
             place = root.value["figures"].key_place(name) if taken else written
-            draft.problems.add(place, f"figures.{name}", problem)
+            reader.problems.add(place, f"figures.{name}", problem)
             continue
         units[name] = expression.unit_of(written.value, units)
-        draft.own_figures[name] = written.value
-    for column, written in _entries(draft, root, "limits", _LIMIT).items():
+        reader.own_figures[name] = written.value
+    for column, written in _entries(reader, root, "limits", _LIMIT).items():
         if column not in units:
             place = root.value["limits"].key_place(column)
-            draft.problems.add(place, f"limits.{column}", _unknown(column, units))
+            reader.problems.add(place, f"limits.{column}", _unknown(column, units))
         elif isinstance(written.value, dict):
-            _bounds(draft, column, written, units)
+            _bounds(reader, column, written, units)
         else:
-            bound = _quantity(draft, written, f"limits.{column}", units[column])
-            draft.limits |= {} if bound is None else {column: bound}
+            limit = _quantity(reader, written, f"limits.{column}", units[column])
+            reader.limits |= {} if limit is None else {column: limit}
 
 
-def _entries(draft: Draft, root: WrittenValue, name: str, example: str) -> dict[str, WrittenValue]:
+def _entries(reader: Reader, root: WrittenValue, name: str, example: str) -> dict[str, WrittenValue]:
     """Return what a section holds, {} where there is none."""
     section = root.value.get(name) if isinstance(root.value, dict) else None
     if section is None:
@@ -44,7 +44,7 @@ def _entries(draft: Draft, root: WrittenValue, name: str, example: str) -> dict[
     if not isinstance(section.value, dict) or not section.value:
         noun = name.removesuffix("s")
         sentence = f"contains no {noun}; for example: `{example}`, or leave the key '{name}' out"
-        draft.problems.add(section, name, sentence)
+        reader.problems.add(section, name, sentence)
         return {}
     entries: dict[str, WrittenValue] = section.value
     return entries
@@ -55,9 +55,9 @@ def _unknown(name: str, units: dict[str, str]) -> str:
     return f"is no figure of this grid{nearest(name, units) or known}"
 
 
-def _taken(draft: Draft, name: str) -> str:
+def _taken(reader: Reader, name: str) -> str:
     """Return why a figure of a grid's own cannot have this name, '' if it can."""
-    if name in draft.figures:
+    if name in reader.figures:
         return "is a column already; give the figure another name"
     if name in (EXCEEDED, MARGIN, "case_id", "status", "message", *expression.FUNCTIONS):
         return "is a name with a meaning of its own; give the figure another one"
@@ -75,31 +75,31 @@ def _unreadable(text: Any, units: dict[str, str]) -> str:
     return ""
 
 
-def _bounds(draft: Draft, column: str, written: WrittenValue, units: dict[str, str]) -> None:
+def _bounds(reader: Reader, column: str, written: WrittenValue, units: dict[str, str]) -> None:
     """Read a limit that is written as a section: at_most, at_least, times."""
     path, entries = f"limits.{column}", written.value
     known = (*KINDS, _TIMES)
     for key in entries:
         if key not in known:
             sentence = f"unknown key{nearest(key, known)} (known: {', '.join(known)})"
-            draft.problems.add(written.key_place(key), f"{path}.{key}", sentence)
+            reader.problems.add(written.key_place(key), f"{path}.{key}", sentence)
     if not any(kind in entries for kind in KINDS) and all(key in known for key in entries):
-        draft.problems.add(written, path, f"contains no limit; write {' or '.join(KINDS)}, such as {{at_most: 5 kN}}")
+        reader.problems.add(written, path, f"contains no limit; write {' or '.join(KINDS)}, such as {{at_most: 5 kN}}")
         return
     unit, bounds = units[column], dict[str, Any]()
     if _TIMES in entries:
         times = entries[_TIMES].value
         if not isinstance(times, str) or times not in units:
-            draft.problems.add(entries[_TIMES], f"{path}.{_TIMES}", f"{shown(times)} {_unknown(str(times), units)}")
+            reader.problems.add(entries[_TIMES], f"{path}.{_TIMES}", f"{shown(times)} {_unknown(str(times), units)}")
             return
         unit = quotient(unit, units[times])
         bounds[_TIMES] = times
     for kind in KINDS:
         if kind in entries:
-            bound = _quantity(draft, entries[kind], f"{path}.{kind}", unit)
-            bounds |= {} if bound is None else {kind: bound}
+            limit = _quantity(reader, entries[kind], f"{path}.{kind}", unit)
+            bounds |= {} if limit is None else {kind: limit}
     if any(kind in bounds for kind in KINDS):
-        draft.limits[column] = bounds
+        reader.limits[column] = bounds
 
 
 def quotient(unit: str, by: str) -> str:
@@ -109,9 +109,9 @@ def quotient(unit: str, by: str) -> str:
     return expression.unit_of("a / b", {"a": unit, "b": by})
 
 
-def _quantity(draft: Draft, written: WrittenValue, path: str, unit: str) -> float | None:
+def _quantity(reader: Reader, written: WrittenValue, path: str, unit: str) -> float | None:
     try:
         return quantity.read(written.value, unit)
     except InputError as error:
-        draft.problems.add(written, path, str(error))
+        reader.problems.add(written, path, str(error))
         return None

@@ -1,4 +1,4 @@
-"""What is taken from a step of a case beyond what `tally.enter` adds up: it costs a search, or only some cases ask."""
+"""What is taken from a step of a case beyond what `totals.accumulate_step` adds up: it costs a search, or only some cases ask."""
 
 import math
 
@@ -38,10 +38,10 @@ from ...observe.observables import (
 )
 from ..dop853 import END, WEIGHTS
 from ..event import IMPLICIT, SAMPLES, STEPS
-from ..plan import WINDOWED
+from ..run_control import WINDOWED
 from ..radau import STAGE_WEIGHTS
 from ..step import with_dense
-from .along import (
+from .step_sums import (
     HIGHEST_ACCELERATION,
     HIGHEST_DEPTH,
     HIGHEST_ERROR,
@@ -49,7 +49,7 @@ from .along import (
     HIGHEST_LOAD,
     HIGHEST_TORQUE,
     NO_PEAK,
-    SEEKS,
+    NEEDS_PEAK_SEARCH,
     SUM_LOST,
     SUM_RUBBED,
     course_of,
@@ -62,7 +62,7 @@ from .along import (
 from .between import look_between
 from .peaks import highest_between, refined_peak
 from .record import write_samples
-from .tally import (
+from .totals import (
     ACCELERATION_MAX,
     BELOW,
     BEYOND_TIME,
@@ -95,12 +95,12 @@ from .turns import note_turns
 def add_courses(at):
     """Enter the courses of all contacts that act over a step into their histograms, wear and film."""
     work = at[0]
-    tally, worn = work.tally, work.wear.code != 0
+    totals, worn = work.totals, work.wear.code != 0
     for j in range(work.mode.size):
         if acts(work.mode[j]):
-            fill(tally.histogram, j, tally.bins, tally.spent)
-            if tally.spent[j, BELOW] != 0.0:
-                tally.histogram[j, 0, 0] += tally.spent[j, BELOW]
+            fill(totals.histogram, j, totals.bins, totals.spent)
+            if totals.spent[j, BELOW] != 0.0:
+                totals.histogram[j, 0, 0] += totals.spent[j, BELOW]
             if worn or work.limit_depth[j] < math.inf or work.film[j, 1] < math.inf:
                 follow_contact(at, j, work.end[work.time] - work.y[work.time])
 
@@ -109,28 +109,33 @@ def add_courses(at):
 def follow_contact(at, j, duration):
     """Follow contact `j` over a step that lasts `duration` (s): its wear, its film, the limit of its law."""
     work = at[0]
-    tally = work.tally
-    course, step, force, kappa = tally.course[j], work.step, course_of(work.mode.size, j), course_of(work.mode.size, -1)
+    totals = work.totals
+    step_values, step, force, kappa = (
+        totals.step_values[j],
+        work.step,
+        course_of(work.mode.size, j),
+        course_of(work.mode.size, -1),
+    )
     limited, worn, film = work.limit_depth[j] < math.inf, work.wear.code != 0, work.film[j, 1] < math.inf
     for i in range(PARTS + 1):
-        course[FORCE, i], course[KAPPA_COURSE, i] = step[force + i], max(step[kappa + i], 0.0)
-    follow(work.o, column_of(j, DEPTH), course, DEPTH_COURSE)
+        step_values[FORCE, i], step_values[KAPPA_COURSE, i] = step[force + i], max(step[kappa + i], 0.0)
+    follow(work.o, column_of(j, DEPTH), step_values, DEPTH_COURSE)
     if worn:
-        follow(work.o, column_of(j, SLIP), course, SLIP_COURSE)
+        follow(work.o, column_of(j, SLIP), step_values, SLIP_COURSE)
         for m in range(NODES.size):
             put_rubbed(work.o, NODES[m], j)
-        follow(work.o, column_of(j, RUBBED), course, RUBBED_COURSE)
+        follow(work.o, column_of(j, RUBBED), step_values, RUBBED_COURSE)
     if limited:
-        tally.joint[j, BEYOND_TIME] += share_beyond(course, work.limit_depth[j]) * duration
+        totals.joint[j, BEYOND_TIME] += share_beyond(step_values, work.limit_depth[j]) * duration
     if film:
-        tally.joint[j, HELD_TIME] += share_beyond(course, work.film[j, 1]) * duration
-        bears = share_beyond(course, work.film[j, 0]) > 0.0
+        totals.joint[j, HELD_TIME] += share_beyond(step_values, work.film[j, 1]) * duration
+        bears = share_beyond(step_values, work.film[j, 0]) > 0.0
         if bears or worn:
-            follow(work.o, film_column(work.mode.size, j, DRY), course, FORCE)  # the film wears nothing off
+            follow(work.o, film_column(work.mode.size, j, DRY), step_values, FORCE)  # the film wears nothing off
         if bears:
-            add_course(tally.dry, j, course, duration)
+            add_course(totals.dry, j, step_values, duration)
         if worn:
-            follow(work.o, film_column(work.mode.size, j, DRY_RUBBED), course, RUBBED_COURSE)
+            follow(work.o, film_column(work.mode.size, j, DRY_RUBBED), step_values, RUBBED_COURSE)
 
 
 @kernel
@@ -140,7 +145,7 @@ def note_film(at, h, j, dense):
     Return whether the dense output is made now.
     """
     work = at[0]
-    o, step, row, contacts = work.o, work.step, work.tally.joint[j], work.mode.size
+    o, step, row, contacts = work.o, work.step, work.totals.joint[j], work.mode.size
     weights = STAGE_WEIGHTS if work.method[0] == IMPLICIT else WEIGHTS
     row[HEAT] += h * (step[sum_of(j, SUM_LOST)] + step[sum_of(j, SUM_RUBBED)])
     row[DRAINED_ENERGY] += h * integral_of(o, film_column(contacts, j, DRAINED), weights)
@@ -166,11 +171,11 @@ def note_film(at, h, j, dense):
 
 @kernel
 def seek_maxima(at):
-    """Raise the maxima that may lie between the stages, see `tally.enter`, to what they are on the dense output."""
+    """Raise the maxima that may lie between the stages, see `totals.accumulate_step`, to what they are on the dense output."""
     work = at[0]
-    whole, step, turns, counted = work.tally.whole, work.step, work.turns, work.ahead[WINDOWED] != 0.0
+    whole, step, turns, counted = work.totals.whole, work.step, work.turns, work.stepper[WINDOWED] != 0.0
     for j in range(work.mode.size):
-        row = work.tally.joint[j]
+        row = work.totals.joint[j]
         if step[sum_of(j, HIGHEST_FORCE)] > NO_PEAK:
             best = highest_between(at, column_of(j, NORMAL), 1.0)
             row[PEAK], turns.highest[j] = max(row[PEAK], best), max(turns.highest[j], best)
@@ -196,7 +201,7 @@ def seek_maxima(at):
 def note_speed(at, h):
     """Update the least and the largest speed of a free crank: of the cubic through the ends of the step."""
     work = at[0]
-    whole, place = work.tally.whole, work.along + work.time // 2
+    whole, place = work.totals.whole, work.independent + work.time // 2
     begin, end = work.y[place], work.end[place]
     first, last = h * work.k[0, place], h * work.k[END, place]
     lean, bend = 3.0 * (end - begin) - 2.0 * first - last, first + last - 2.0 * (end - begin)
@@ -215,15 +220,15 @@ def note_speed(at, h):
 def note_wear(at, h):
     """Enter the wear of the step of length `h`."""
     work = at[0]
-    tally = work.tally
-    tally.length[0] = h
-    look_between(at, h, tally.between)
-    step = (tally.between, work.mode, tally.course, tally.length, tally.room)
+    totals = work.totals
+    totals.length[0] = h
+    look_between(at, h, totals.between)
+    step = (totals.between, work.mode, totals.step_values, totals.length, totals.workspace)
     invoke(
         work.wear.code,
         work.wear.parameters,
-        (*step, tally.wear, tally.account),
-        tally.wear.size // (2 * work.mode.size),
+        (*step, totals.wear, totals.account),
+        totals.wear.size // (2 * work.mode.size),
     )
 
 
@@ -231,9 +236,9 @@ def note_wear(at, h):
 def note_step(at, h, dense):
     """Take all that is wanted beyond from a step of length `h` that was entered; `dense`: its dense output is made."""
     work = at[0]
-    record, time, counted = work.record, work.time, work.ahead[WINDOWED] != 0.0
+    record, time, counted = work.record, work.time, work.stepper[WINDOWED] != 0.0
     work.counts[STEPS] += 1
-    if work.step[SEEKS] != 0.0:
+    if work.step[NEEDS_PEAK_SEARCH] != 0.0:
         dense = with_dense(at, h, dense)
         seek_maxima(at)
     if counted:
@@ -243,13 +248,13 @@ def note_step(at, h, dense):
             if acts(work.mode[j]) and work.film[j, 1] < math.inf:
                 dense = note_film(at, h, j, dense)
         add_courses(at)
-        if work.along != time:
+        if work.independent != time:
             note_speed(at, h)
         if work.wear.code != 0 and touching:
             note_wear(at, h)
     dense = note_turns(at, h, dense)
     i = work.counts[SAMPLES]
-    if i < record.times.size and record.times[i] <= work.end[record.along]:
+    if i < record.times.size and record.times[i] <= work.end[record.independent]:
         with_dense(at, h, dense)
         write_samples(at)
 
@@ -257,12 +262,12 @@ def note_step(at, h, dense):
 @kernel
 def open_window(at):
     """Begin the figures anew; energies and the present contacts go on."""
-    tally = at[0].tally
+    totals = at[0].totals
     for column in range(RESIDUAL + 1, WHOLE):
-        tally.whole[column] = 0.0
-    for j in range(tally.joint.shape[0]):
+        totals.whole[column] = 0.0
+    for j in range(totals.joint.shape[0]):
         for column in range(PEAK):
-            tally.joint[j, column] = 0.0
-        tally.joint[j, DEPTH_MAX] = -math.inf
-    tally.whole[OPENED] = at[0].end[at[0].time] if at[0].counts[STEPS] else at[0].y[at[0].time]
-    tally.whole[SPEED_MIN], tally.whole[SPEED_MAX] = math.inf, -math.inf
+            totals.joint[j, column] = 0.0
+        totals.joint[j, DEPTH_MAX] = -math.inf
+    totals.whole[OPENED] = at[0].end[at[0].time] if at[0].counts[STEPS] else at[0].y[at[0].time]
+    totals.whole[SPEED_MIN], totals.whole[SPEED_MAX] = math.inf, -math.inf

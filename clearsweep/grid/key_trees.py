@@ -11,11 +11,11 @@ from .keys import Shape
 
 def full_shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     """Return every dotted path that any grid of this mechanism may contain, NAME standing for what it names."""
-    everything = mechanism.outlined(EVERYTHING)._replace(free=True) if mechanism.outlined else mechanism
-    return shape(everything, catalogue)
+    complete = mechanism.outlined(EVERYTHING)._replace(free=True) if mechanism.outlined else mechanism
+    return shape(complete, catalogue)
 
 
-class Form(NamedTuple):
+class KeyTree(NamedTuple):
     """All that a grid of a mechanism may contain, in the plane or in space."""
 
     mechanism: str  # its name
@@ -23,10 +23,10 @@ class Form(NamedTuple):
     spatial: bool = False
 
 
-def forms(catalogue: Catalogue) -> Iterator[Form]:
+def key_trees(catalogue: Catalogue) -> Iterator[KeyTree]:
     """Yield the forms of all mechanisms, NAME standing for what a grid names."""
     for mechanism in catalogue.mechanisms:
-        yield Form(mechanism.name, keys=full_shape(mechanism, catalogue))
+        yield KeyTree(mechanism.name, keys=full_shape(mechanism, catalogue))
         found = mechanism.outlined(IN_SPACE) if mechanism.outlined else mechanism
         if found.spatial:
-            yield Form(mechanism.name, keys=shape(found, catalogue), spatial=True)
+            yield KeyTree(mechanism.name, keys=shape(found, catalogue), spatial=True)

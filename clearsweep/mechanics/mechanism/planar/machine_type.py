@@ -6,7 +6,7 @@ from ...joint.friction.stick import Karnopp
 from ..contract import Open
 from .drive import Free, Steady
 from .form import AlongX, Centre, OnAxis, Planar, PointAim, Segment, Slide, Sprung
-from .hanging import Coordinate, Hanging, Link, hanging
+from .spanning_tree import Coordinate, SpanningTree, Link, spanning_tree
 from .loads import Braked, Rubbed, Springing
 
 Vector = tuple[str | None, str | None]
@@ -37,15 +37,15 @@ class Rub(NamedTuple):
     sticks: bool = False  # below a rate its law holds the bodies
 
 
-class Anatomy(NamedTuple):
+class MachineType(NamedTuple):
     """A type of machine in words."""
 
     sites: tuple[Site, ...]
-    hang: Hanging
+    hang: SpanningTree
     crank: int  # number of the driven body
     free: bool  # the drive leaves the crank's angle to the motion
     steady: bool  # the crank's speed is constant
-    bound: tuple[Coordinate, ...]  # what loops determine
+    dependent: tuple[Coordinate, ...]  # what loops determine
     loads: tuple[LoadKind | None, ...]  # None where it is friction
     rubs: tuple[Rub, ...]
     aim: tuple  # (number of the body, point or None, direction)
@@ -59,7 +59,7 @@ class Anatomy(NamedTuple):
     @property
     def state(self) -> list[Coordinate]:
         """Return the coordinates in the order of the state."""
-        return [item for item in self.hang.coordinates if item not in self.bound]
+        return [item for item in self.hang.coordinates if item not in self.dependent]
 
     @property
     def groups(self) -> list[int]:
@@ -97,11 +97,11 @@ def kinds_of(value: Any) -> Any:
     return (type(value), *map(kinds_of, value)) if isinstance(value, tuple) else float
 
 
-def anatomy(kinds: tuple) -> Anatomy:
+def machine_type(kinds: tuple) -> MachineType:
     """Return the Anatomy of what `kinds_of` gives of a Planar."""
     sites = tuple(_site(kind, f"mechanism.joints[{j}]") for j, kind in enumerate(_of(kinds, "joints")[1:]))
     crank, drive = _number(_of(kinds, "crank")), _of(kinds, "drive")[0]
-    hang = hanging(len(_of(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free)
+    hang = spanning_tree(len(_of(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free)
     rubs = tuple(
         Rub(i, _number(_of(kind, "joint")), kind[0] is Braked, _of(kind, "friction")[0] is Karnopp)
         for i, kind in enumerate(_of(kinds, "loads")[1:])
@@ -111,18 +111,18 @@ def anatomy(kinds: tuple) -> Anatomy:
     aim, path = _of(kinds, "aim"), "mechanism.aim"
     assert kinds[0] is Planar
     point = _vector(_of(aim, "at"), f"{path}.at") if aim[0] is PointAim else None
-    along = _vector(_of(aim, "along"), f"{path}.along") if aim[0] is PointAim else None
-    bound = tuple(hang.coordinates[_number(kind)] for kind in _of(kinds, "bound")[1:])
-    return Anatomy(
+    direction = _vector(_of(aim, "direction"), f"{path}.direction") if aim[0] is PointAim else None
+    dependent = tuple(hang.coordinates[_number(kind)] for kind in _of(kinds, "dependent")[1:])
+    return MachineType(
         sites,
         hang,
         crank,
         drive is Free,
         drive is Steady,
-        bound,
+        dependent,
         loads,
         rubs,
-        (_number(_of(aim, "body")), point, along),
+        (_number(_of(aim, "body")), point, direction),
         tuple(i for i, kind in enumerate(_of(kinds, "bodies")[1:], start=1) if kind[0] is Segment),
     )
 

@@ -36,7 +36,7 @@ class Options(NamedTuple):
     show_progress: bool = True
 
 
-class Crew:
+class WorkerPool:
     """The workers of a run, which are started when the first case is missing and do the cases of one grid or several.
 
     `ran`, `case_seconds` : number of cases and s of work in all; `ready` : when the first case could begin, None: none.
@@ -83,7 +83,7 @@ class Crew:
         self.tried.append(np.sort(ids[pending]))
         return done
 
-    def look(self, grid: grids.Grid, first: int) -> store.Judged | None:
+    def look(self, grid: grids.Grid, first: int) -> store.CaseResults | None:
         """Run the cases of a grid that are missing; return how those from the index `first` on stand to their limits.
 
         None where some were left.
@@ -94,12 +94,12 @@ class Crew:
         rows = self.directory.rows()
         names = [column for column, _ in grid.optimise.objectives] if grid.optimise else []
         places = np.searchsorted(rows["id"], ids[first:])
-        judged = store.judge(self.directory, store.Form.of(grid), rows[places], names)
+        new_results = store.read_results(self.directory, store.ResultSchema.of(grid), rows[places], names)
         if grid.identify is None:
-            return judged
+            return new_results
         channels = ["t", "crank_angle", *(signal.channel for signal in grid.identify.signals)]
-        histories = store.histories(self.directory, store.Form.of(grid), rows[places], channels)
-        return judged._replace(histories=tuple(histories))
+        histories = store.histories(self.directory, store.ResultSchema.of(grid), rows[places], channels)
+        return new_results._replace(histories=tuple(histories))
 
     def peaks(self, grid: grids.Grid, worst: Sequence[store.Worst]) -> list[Peak | None]:
         """Return the revolution of the largest peak of cases that have run, None where it is not found again."""
@@ -240,8 +240,8 @@ def warm(
         failures = [error]
     if any(isinstance(failure, BrokenExecutor) for failure in failures):
         workers.restart()
-    elif told := next(filter(None, failures), None):
-        progress.say(f"compiling ahead failed ({brief(told)}); the cases themselves will tell")
+    elif compile_failure := next(filter(None, failures), None):
+        progress.say(f"compiling ahead failed ({brief(compile_failure)}); the cases themselves will tell")
 
 
 def _failure(future: Future) -> Exception | None:

@@ -25,7 +25,7 @@ class UntiedError(ValueError):
         self.joint = joint
 
 
-def hanging(machine: Machine, opened: Collection[str], ideal: Mapping[str, str]) -> list[Hang]:
+def spanning_tree(machine: Machine, opened: Collection[str], ideal: Mapping[str, str]) -> list[Hang]:
     """Return how the moving bodies hang, each behind the one it hangs on, the crank first.
 
     opened : joints with clearance; ideal : what each other pin allows.  Raises UntiedError.
