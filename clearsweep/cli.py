@@ -166,7 +166,7 @@ def run(  # noqa: PLR0913 - one argument per option
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, in SI units.")
 def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool) -> int:
     """Merge runs of one grid, for example its shards, into OUT, as if the grid had run there."""
-    from .sweeping import run_summary, merge
+    from .sweeping import merge, run_summary
 
     result = merge.merge(directories, out, partial=partial)
     facts = run_summary.of_run(result)

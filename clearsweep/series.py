@@ -63,7 +63,7 @@ class Worn(NamedTuple):
 def coefficient_of(written: str, hardness: str | None) -> tuple[float, float | None]:
     """Return the wear coefficient k (m^2/N) that is written, and the dimensionless one where a hardness is given.
 
-    written : '2e-14 m^2/N', or beside a `hardness` the bare number k hardness.  Raises InputError.
+    written : '2e-14 m^2/N', or with a `hardness` the bare number k hardness.  Raises InputError.
     """
     if hardness is None:
         value = _read("--coefficient", written, "m^2/N")

@@ -1,6 +1,6 @@
-"""An impact on the end of an elastic bar whose other end is held: the continuous bar, and what a machine makes of it.
+"""An impact on the end of an elastic bar whose other end is fixed: the continuous bar, and what a machine makes of it.
 
-The end of a uniform bar moves by the forces that act on it and by what comes back from the other end, which is held
+The end of a uniform bar moves by the forces that act on it and by what comes back from the other end, which is fixed
 (d'Alembert): Z v(t) = F(t) + 2 sum over j of (-1)^j F(t - 2 j T), with Z = sqrt(k m) and T = sqrt(m / k).
 """
 

@@ -1,6 +1,6 @@
 """Spoils lines that decide numbers, one at a time in a copy, and sees that the tests named for each notice.
 
-`python tests/mutate.py [WORD ...]` runs the mutations whose file or text holds one of the words, by default all; it
+`python tests/mutate.py [WORD ...]` runs the mutations whose file or text contains one of the words, by default all; it
 ends with 1 where one survives or no longer applies.  The tests run with the compiler off: a changed kernel would else
 be compiled anew each time.
 """
@@ -20,7 +20,7 @@ SLOWEST = 300.0  # s for the tests of one mutation; more is taken for a loop wit
 
 
 class Mutation(NamedTuple):
-    """A text that stands once in a file of the package, what replaces it, and tests of which one must then fail."""
+    """A text that is once in a file of the package, what replaces it, and tests of which one must then fail."""
 
     file: str
     old: str
@@ -36,13 +36,13 @@ IMPACT = "tests/test_plain.py -k give"
 FLIGHT = "tests/test_plain.py -k flight"
 LIMIT = "tests/test_law_limit.py"
 BLOCKS, MEANS = "simulation/batch_means.py", "tests/test_batch_means.py"
-EVENTS, PROSPECT, SPAN = (f"mechanics/solver/{name}.py" for name in ("event", "prospect", "span"))
+EVENTS, ACCEPTANCE, SPAN = (f"mechanics/solver/{name}.py" for name in ("event", "acceptance", "span"))
 SEEN, SEARCH = "tests/test_plain.py -k unseen", "tests/test_event_search.py"
 ENDS = "tests/test_plain.py -k at_its_bearing"
 STICKS = "tests/test_plain.py -k stick"
 SCENES = "tests/test_plain.py"
-TALLY, RAMPS = "mechanics/solver/accumulate/totals.py", "tests/test_tally.py"
-ON_FAST_PATH, BESIDE = "mechanics/solver/fast_path.py", "tests/test_side_by_side.py -k calm"
+TOTALS, RAMPS = "mechanics/solver/accumulate/totals.py", "tests/test_tally.py"
+FAST_PATH, BESIDE = "mechanics/solver/fast_path.py", "tests/test_side_by_side.py -k 'fast_path or fast'"
 HISTOGRAM, ALONG = "mechanics/observe/histogram.py", "mechanics/solver/accumulate/step_sums.py"
 STORE, SHARDS = "tests/test_store.py", "tests/test_shards.py"
 STRANGERS = "tests/test_strangers.py -k 'not report'"
@@ -56,14 +56,14 @@ PATTERN, IDENTITY = "grid/pattern.py", "tests/test_grid.py -k 'id or demo or fra
 
 MUTATIONS = (
     # figures of merit
-    Mutation(OUTCOME, "return end - scene.turning.at(scene.case.simulate.discard)", "return end", WINDOW),
+    Mutation(OUTCOME, "return end - scene.crank_clock.at(scene.case.simulate.discard)", "return end", WINDOW),
     Mutation(OUTCOME, "settings.revolutions - settings.discard if scene", "settings.revolutions if scene", WINDOW),
     Mutation("simulation/window.py", "RARELY = 0.01", "RARELY = 0.02", WINDOW),
-    Mutation(FIGURES, "sums=RootMean(tallies.FORCE_SQUARE)", "sums=Mean(tallies.FORCE_SQUARE)", WINDOW),
+    Mutation(FIGURES, "sums=RootMean(total_columns.FORCE_SQUARE)", "sums=Mean(total_columns.FORCE_SQUARE)", WINDOW),
     Mutation(FIGURES, "clearance + depth(window, place)", "clearance", WINDOW),
     Mutation(FIGURES, "max(depth(window, place), 0.0)", "depth(window, place)", FLIGHT),
-    Mutation(FIGURES, "[place, tallies.DEPTH_MAX], -window", "[place, tallies.DEPTH_MAX], 0.0 * window", FLIGHT),
-    Mutation(FIGURES, "joint[tallies.RESTITUTION] / joint", "1.0 / joint", IMPACT),
+    Mutation(FIGURES, "total_columns.DEPTH_MAX], -window", "total_columns.DEPTH_MAX], 0.0 * window", FLIGHT),
+    Mutation(FIGURES, "joint[total_columns.RESTITUTION] / joint", "1.0 / joint", IMPACT),
     Mutation(WORN, "joint.journal_radius * journal.sum()", "joint.bearing_radius * journal.sum()", WEAR),
     Mutation(WORN, "2.0 * math.pi / len(bearing) * law.length", "2.0 * math.pi / len(bearing)", WEAR),
     Mutation(WORN, "max(map(np.max, worn", "min(map(np.max, worn", WEAR),
@@ -71,19 +71,19 @@ MUTATIONS = (
     # what figures follow from, and their intervals
     Mutation(
         SUMS,
-        'the mean over the window."""\n        return self.take(window.tally, place) / window.duration',
-        'the mean."""\n        return self.take(window.tally, place)',
+        'the mean over the window."""\n        return self.take(window.totals, place) / window.duration',
+        'the mean."""\n        return self.take(window.totals, place)',
         WINDOW,
     ),
     Mutation(
         SUMS,
-        "math.sqrt(self.take(window.tally, place) / window.duration)",
-        "math.sqrt(self.take(window.tally, place))",
+        "math.sqrt(self.take(window.totals, place) / window.duration)",
+        "math.sqrt(self.take(window.totals, place))",
         WINDOW,
     ),
-    Mutation(SUMS, "self.take(window.tally, place) / window.turns", "self.take(window.tally, place)", WINDOW),
+    Mutation(SUMS, "self.take(window.totals, place) / window.turns", "self.take(window.totals, place)", WINDOW),
     Mutation(
-        SUMS, "self.take(window.tally, place).max() / window.duration", "self.take(window.tally, place).max()", WEAR
+        SUMS, "self.take(window.totals, place).max() / window.duration", "self.take(window.totals, place).max()", WEAR
     ),
     Mutation(OUTCOME, "RARELY * duration", "0.5 * RARELY * duration", WINDOW),
     Mutation(SPREAD, "CONFIDENCE = 0.95", "CONFIDENCE = 0.9", MEANS),
@@ -95,15 +95,15 @@ MUTATIONS = (
     Mutation(SUMS, "0.5 * width / value if value", "width / value if value", MEANS),
     Mutation(SUMS, "(revolutions * (len(sums) - 1))", "(revolutions * len(sums))", MEANS),
     Mutation(SUMS, "np.argmax(depths[-1] - depths[0])", "np.argmin(depths[-1] - depths[0])", MEANS),
-    Mutation(SUMS, "reshape(len(tally.joint), -1)[place]", "reshape(len(tally.joint), -1)[0]", MEANS),
+    Mutation(SUMS, "reshape(len(totals.joint), -1)[place]", "reshape(len(totals.joint), -1)[0]", MEANS),
     Mutation(SUMS, "0.5 * (force(RARELY - width)", "1.0 * (force(RARELY - width)", MEANS),
     Mutation(HISTOGRAM, "spent[place] * (high - force)", "spent[place] * (force - low)", MEANS),
     Mutation(SUMS, "least = LEAST_DRY * (", "least = 0.1 * (", SHARES),
     Mutation(SUMS, "half_width(part - ratio * whole)", "half_width(part)", SHARES),
     Mutation("simulation/largest.py", "slope[of, at] > STEEP * usual", "slope[of, at] < 0.0", IDEALS),
     Mutation("simulation/ideal.py", "np.union1d(even, knots)", "even", IDEALS),
-    Mutation("simulation/heat.py", "stands = run > 0 and ", "stands = ", HEAT),
-    Mutation("simulation/heat.py", "np.minimum(width, UNSURE * (found - ambient))", "width", HEAT),
+    Mutation("simulation/heat.py", "converged = run > 0 and ", "converged = ", HEAT),
+    Mutation("simulation/heat.py", "np.minimum(width, UNSURE * (rises - ambient))", "width", HEAT),
     Mutation(BLOCKS, "LEAST, MOST = 8, 32", "LEAST, MOST = 7, 32", MEANS),
     Mutation(BLOCKS, "LEAST, MOST = 8, 32", "LEAST, MOST = 8, 64", MEANS),
     Mutation(BLOCKS, "relative * abs(self.value)", "relative * self.value", MEANS),
@@ -117,9 +117,9 @@ MUTATIONS = (
     Mutation(EVENTS, "peaks = da < 0.0 and db < 0.0 and sa > 0.0 > sb", "peaks = False", SEARCH),
     Mutation(EVENTS, "/ (sb - sa) >= 0.0:", "/ (sb - sa) >= 1e9:", SEARCH),
     Mutation(SPAN, "0.5 * (depth_begin + depth_end + reach)", "0.5 * (depth_begin + depth_end)", SEARCH),
-    Mutation(PROSPECT, "middle = 0.5 * (second + third) +", "middle = 0.5 * (second + third) -", SEARCH),
+    Mutation(ACCEPTANCE, "middle = 0.5 * (second + third) +", "middle = 0.5 * (second + third) -", SEARCH),
     Mutation(EVENTS, "return crossing(at, (SEPARATION, j, 0.0), xa, xb)", "return xb", ENDS),
-    Mutation(PROSPECT, "lowest - dip, 1.0) > 0.0", "lowest - dip, 1.0) > -1.0", SCENES),
+    Mutation(ACCEPTANCE, "lowest - dip, 1.0) > 0.0", "lowest - dip, 1.0) > -1.0", SCENES),
     Mutation(
         EVENTS,
         "if x < best:\n            best, kind, contact = x, what",
@@ -127,12 +127,12 @@ MUTATIONS = (
         SCENES,
     ),
     # steps that are not looked at
-    Mutation(ON_FAST_PATH, "ahead[SPENT] = work.counts[EVALUATIONS]", "ahead[SPENT] += END * calm", BESIDE),
-    Mutation(ON_FAST_PATH, "choice[LEFT] -= ahead[CALM_STEPS]", "choice[LEFT] -= 0.0", BESIDE),
-    Mutation(ON_FAST_PATH, "due = min(due, turns.marks[mark])", "due = due", BESIDE),
-    Mutation(ON_FAST_PATH, "due = min(due, record.times[sample])", "due = due", BESIDE),
-    Mutation(PROSPECT, "(ahead[CALM_STEPS] < ahead[UNASKED])", "(ahead[CALM_STEPS] >= 0.0)", BESIDE),
-    Mutation(PROSPECT, "calm = settled & (", "calm = (step[STANDS] < 0.0) & (", BESIDE),
+    Mutation(FAST_PATH, "stepper[SPENT] = work.counts[EVALUATIONS]", "stepper[SPENT] += END * fast", BESIDE),
+    Mutation(FAST_PATH, "choice[LEFT] -= stepper[FAST_STEPS]", "choice[LEFT] -= 0.0", BESIDE),
+    Mutation(FAST_PATH, "due = min(due, turns.marks[mark])", "due = due", BESIDE),
+    Mutation(FAST_PATH, "due = min(due, record.times[sample])", "due = due", BESIDE),
+    Mutation(ACCEPTANCE, "(stepper[FAST_STEPS] < stepper[UNASKED])", "(stepper[FAST_STEPS] >= 0.0)", BESIDE),
+    Mutation(ACCEPTANCE, "fast = settled & (", "fast = (step[ACCEPTED] < 0.0) & (", BESIDE),
     # the histogram and the sums
     Mutation(HISTOGRAM, "BIN_BITS = 8", "BIN_BITS = 4", RAMPS),
     Mutation(HISTOGRAM, "density * (bin_edge(first + 1) - low)", "density * (high - bin_edge(first + 1))", RAMPS),
@@ -140,25 +140,25 @@ MUTATIONS = (
     Mutation(HISTOGRAM, "histogram[j, place, 1] +=", "histogram[j, place + 1, 1] +=", RAMPS),
     Mutation(HISTOGRAM, "first == last, last > first + 1,", "first == last, last > first + 2,", RAMPS),
     Mutation(HISTOGRAM, "Ramp(where(rises, lower, upper),", "Ramp(where(rises, upper, lower),", RAMPS),
-    Mutation(TALLY, "part.density - density", "part.density", RAMPS),
+    Mutation(TOTALS, "part.density - density", "part.density", RAMPS),
     Mutation(
         HISTOGRAM,
-        "rest = float(totals[1 + found[0]]) - duration",
-        "rest = float(totals[1 + found[0]]) + duration",
+        "rest = float(totals[1 + bins[0]]) - duration",
+        "rest = float(totals[1 + bins[0]]) + duration",
         RAMPS,
     ),
     Mutation(HISTOGRAM, "(totals[1:] >= duration) &", "(totals[1:] >= 2.0 * duration) &", RAMPS),
     Mutation(ALONG, "square + share * (force * force)", "square + share * force", WINDOW),
     Mutation(
-        TALLY,
+        TOTALS,
         "begin, end = step[force + i], step[force + i + 1]",
         "begin, end = step[force + i], step[force + i]",
         RAMPS,
     ),
     Mutation(
         HISTOGRAM,
-        "if course[DEPTH_COURSE, i] > limit:",
-        "if course[DEPTH_COURSE, i] < limit:",
+        "if step_values[DEPTH_COURSE, i] > limit:",
+        "if step_values[DEPTH_COURSE, i] < limit:",
         LIMIT,
     ),
     Mutation(HISTOGRAM, "return beyond / total", "return beyond", LIMIT),
@@ -170,9 +170,7 @@ MUTATIONS = (
     Mutation(PRESSURE, "return 4.0 * half * half", "return 12.0 * half * half", BINS),
     Mutation(PERSSON, "+ SUM[i]\n    return total", "+ SUM[i]\n    return 3.0 * total", BINS),
     Mutation(PRESSURE, "return 4.0 / math.pi", "return 12.0 / math.pi", BINS),
-    Mutation(
-        PRESSURE, "(pressure, half):\n    return 1.0\n\n\nenter(", "(pressure, half):\n    return 3.0\n\n\nenter(", BINS
-    ),
+    Mutation(PRESSURE, "half):\n    return 1.0\n\n\nregister(", "half):\n    return 3.0\n\n\nregister(", BINS),
     Mutation(PRESSURE, "return 2.0 * sine * sine / (half", "return 6.0 * sine * sine / (half", BINS),
     Mutation(PERSSON, "+ PEAK[i]\n    return total", "+ PEAK[i]\n    return 3.0 * total", BINS),
     Mutation(PRESSURE, "min(pressure.spread *", "min(3.0 * pressure.spread *", BINS),
@@ -213,7 +211,7 @@ MUTATIONS = (
     Mutation("store/directory.py", "not in (None, batch.frame)", "in ()", STRANGERS),
     Mutation("store/durable.py", "if kind != stat.S_IFREG:", "if False:", STRANGERS),
     Mutation("store/durable.py", "if _PASSING.fullmatch(name):", "if True:", STRANGERS),
-    Mutation("store/read.py", "if found != wanted:", "if False:", STRANGERS),
+    Mutation("store/read.py", "if actual != wanted:", "if False:", STRANGERS),
     Mutation("store/record.py", 'if record.get("checksum") != checksum:', "if False:", STRANGERS),
     Mutation("store/assemble.py", "return second << 16 | first", "return first << 16 | second", STRANGERS),
     Mutation("store/directory.py", "if present.get(path) != wanted.get(path)]", "if path not in present]", STORE),
@@ -242,7 +240,7 @@ MUTATIONS = (
     ),
     Mutation(
         "store/assemble.py",
-        "if found == known:",
+        "if merged == known:",
         "if True:",
         "tests/test_sweep.py -k merged_file",
     ),
@@ -279,7 +277,7 @@ MUTATIONS = (
     # films
     Mutation(f"{FILMS}/contract.py", "return -couple - 0.5 * moment, couple", "return -couple, couple", BALANCE),
     Mutation(f"{FILMS}/contract.py", "couple - 0.5 * moment\n", "couple\n", BALANCE),
-    Mutation(f"{FILMS}/shear.py", "as_type_of(shear.drag * turning,", "as_type_of(-shear.drag * turning,", BALANCE),
+    Mutation(f"{FILMS}/shear.py", "as_type_of(shear.drag * rotation,", "as_type_of(-shear.drag * rotation,", BALANCE),
     Mutation(f"{FILMS}/shear.py", "math.sqrt(1.0 - motion.ratio * motion.ratio)", "1.0", BALANCE),
     Mutation(OIL, "spin=journal + bearing - 2.0 * across", "spin=journal - bearing - 2.0 * across", BALANCE),
     Mutation(OIL, "pumped=0.5 * eccentricity", "pumped=eccentricity", BALANCE),
@@ -327,7 +325,7 @@ def spoiled(place: Path, mutation: Mutation) -> str:
 
 
 def main() -> int:
-    """Run the mutations that are asked for, and tell what became of them."""
+    """Run the mutations that are asked for, and report what became of them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("words", nargs="*")
     words = parser.parse_args().words

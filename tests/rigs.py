@@ -26,7 +26,7 @@ TRUE = {  # of configs/rig.csv, SI
     **dict(zip(KEYS, (87e-6, 0.6, 6.61e10, 0.02), strict=True)),
     "noise": 0.02,  # rms over that of the signal
     "gain": 1.03,
-    "angle": 40.0,  # deg, by which the encoder is ahead
+    "angle": 40.0,  # deg, by which the encoder is off
 }
 
 

@@ -1,4 +1,4 @@
-"""Measures what a sweep costs beside its cases, up to a million of them, with stand-ins and with real mechanics.
+"""Measures what a sweep costs next to its cases, up to a million of them, with stand-ins and with real mechanics.
 
 `python tests/scale.py [--made-up N,N,...] [--real N,N,...] [--write]` (`make scale`) runs grids of so many cases, each
 step in a process of its own; with `--write` the tables go into results/speed.md.
@@ -27,7 +27,7 @@ from scale_cases import COUNTS
 
 import clearsweep
 from clearsweep import report, store
-from clearsweep.sweeping import run_summary, estimate, sweep
+from clearsweep.sweeping import estimate, run_summary, sweep
 from clearsweep.sweeping.simulator import SIMULATION
 
 ROOT = Path(__file__).parent.parent

@@ -6,7 +6,7 @@ import pandas as pd
 class OfFrame:
     """The reading side of a store whose summary is the frame `summary`, its units in `attrs`."""
 
-    seek = optimise = identify = None  # nothing is sought, optimised or identified
+    seek = optimise = identify = None  # nothing is searched for, optimised or identified
     worst = ()  # no revolution of a peak is saved
 
     @property

@@ -1,4 +1,4 @@
-"""`clearsweep list --for GRID`: what laws say of where they hold, held against a joint."""
+"""`clearsweep list --for GRID`: what laws say of where they hold, compared against a joint."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Values from the command line stand in the grid as if its file had them, and their mistakes name the option."""
+"""Values from the command line are put in the grid as if its file had them, and their mistakes name the option."""
 
 import pytest
 from grid_fake import TEXT, load

@@ -58,7 +58,7 @@ def test_a_change_works(name, tmp_path):
     assert SAID[name] <= set(re.findall(r"[\w-]+", said))
 
 
-#: What has to stand in what the commands say.
+#: What has to be in what the commands say.
 SAID = {
     "law": {"arctan", "tanh", "passed"},
     "mechanism": {"falling-mass", "slot", "html", "passed"},

@@ -60,7 +60,7 @@ class Unreliable(executors.Serial):
         return Future()
 
     def leaves_early(self, job, batch):
-        """Commit the first case alone, as a worker does that is told to go."""
+        """Commit the first case alone, as a worker does that is asked to go."""
         return super().submit(run_batch, job, batch._replace(cases=batch.cases[:1]))
 
 

@@ -115,7 +115,7 @@ def test_the_jacobian_of_every_mechanism_is_exact(names):
 
 @pytest.mark.parametrize("names", everyday(), ids="+".join)
 def test_the_jacobian_of_surfaces_that_stick_is_exact(names):
-    """The force that holds follows from accelerations of the gaps, which are slopes themselves: Duals of Duals."""
+    """The force that applies follows from accelerations of the gaps, which are slopes themselves: Duals of Duals."""
     strong = {"coefficient": 0.1, "static_coefficient": 10.0, "stribeck_velocity": 1e-2, "band": 1e-3}
     assert jacobian_error(names, {"law": "karnopp", **strong}, STUCK) < 1e-7
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, NODES, RATE, SHARES, SLIP, column_of, columns
-from clearsweep.mechanics.solver import event, acceptance
+from clearsweep.mechanics.solver import acceptance, event
 from clearsweep.mechanics.solver.accumulate.step_sums import FASTEST, step_width, sum_of
 from clearsweep.mechanics.solver.dop853 import END, ROWS, SCRATCH
 from clearsweep.mechanics.solver.span import deepest_between
@@ -115,7 +115,7 @@ def test_an_event_is_located_from_behind_whatever_its_function(monkeypatch, func
         looks.append(x)
         return function(x)
 
-    monkeypatch.setattr(event, "excess", look)
+    monkeypatch.setattr(event, "event_function", look)
     x = event.crossing(None, (event.SEPARATION, 0, 0.0), 0.0, 1.0)
     assert function(x) >= 0.0
     assert x == pytest.approx(0.3, abs=2.0 * event.FINE, rel=0.0)

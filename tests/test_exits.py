@@ -22,7 +22,7 @@ import pyarrow as pa, pyarrow.parquet as pq
 from fake_physics import GOOD, grid
 from fake_sweeps import merge, sweep
 from clearsweep import store
-from clearsweep.sweeping.all_cases import everything
+from clearsweep.sweeping.all_cases import complete_run
 place = Path(sys.argv[1])
 pq.write_table(pa.table({"mechanism.slider.mass": [1.0, 2.0, 3.0]}), place / "cases.parquet")
 source = grid(1, (GOOD,), wear=True)

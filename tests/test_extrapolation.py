@@ -13,7 +13,7 @@ SCALE, RATE = 0.3, 1e-6  # m, over which the made-up rates change; m per revolut
 
 
 class BlockRecord:
-    """What a made-up block told."""
+    """What a made-up block found."""
 
     def __init__(self, rate, share=0.0, turns=1.0):
         """Take the rates, the half-width of their interval over themselves, and the revolutions of the block."""
@@ -104,7 +104,7 @@ def test_a_rate_that_nothing_changes_takes_one_block_and_has_the_interval_of_the
 
 
 class Depth(Deepest):
-    """What is worn, beside the way slid."""
+    """What is worn, compared with the way slid."""
 
     def value(self, state):
         """Return the depth."""

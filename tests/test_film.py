@@ -71,7 +71,7 @@ def test_a_long_film_that_is_squeezed_has_the_closed_form(ratio, closes, opens):
 
 
 @pytest.mark.parametrize(
-    ("ratio", "closing", "approximate", "exact"),
+    ("ratio", "squeeze_rate", "approximate", "exact"),
     [
         (0.5, 0.1, (-5.52306, 6.01389), (-5.28136, 5.55313)),
         (0.5, 1.0, (-49.60082, 7.04514), (-46.6979, 6.41713)),
@@ -86,7 +86,7 @@ def test_long_films_that_turn_and_are_squeezed_have_their_checked_values(ratio, 
 
 
 @pytest.mark.parametrize(
-    ("ratio", "closing", "spin", "force"),
+    ("ratio", "squeeze_rate", "spin", "force"),
     [
         (0.5, 0.0, 1.0, (-0.4444444, 0.6045998)),
         (0.5, 1.0, 0.0, (-9.1157311, 0.0)),

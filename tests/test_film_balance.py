@@ -1,4 +1,4 @@
-"""Every couple beside every law of a film: moments that balance, and a loss that is the flow's and the shear's."""
+"""Every couple with every law of a film: moments that balance, and a loss that is the flow's and the shear's."""
 
 import itertools
 import math

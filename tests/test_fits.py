@@ -1,4 +1,4 @@
-"""Fits of ISO 286: limits as published, a grid that is written with them, and what a mistake is told."""
+"""Fits of ISO 286: limits as published, a grid that is written with them, and what a mistake is answered."""
 
 import copy
 import dataclasses

@@ -1,4 +1,4 @@
-"""Claims about what a mistake in a grid is told: its place, its key, what was found and what is allowed."""
+"""Claims about what a mistake in a grid is answered: its place, its key, what was found and what is allowed."""
 
 import os
 import time

@@ -1,4 +1,4 @@
-"""Claims about cases in step (`zip`, `cases`), drawn (`sample`) and bounded (`limits`), and what a mistake is told."""
+"""Claims about cases in step (`zip`, `cases`), drawn (`sample`) and bounded (`limits`), and messages on mistakes."""
 
 import json
 from pathlib import Path

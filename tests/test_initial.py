@@ -18,7 +18,7 @@ BALL = {"x": 2e-3, "y": -1e-3, "angle": 0.3, "vx": 1.0, "vy": 0.5, "rate": 20.0}
 
 
 def grid(gravity=0.0, **initial):
-    """Return a ball in a ring of 50 mm, beside a wheel that is driven."""
+    """Return a ball in a ring of 50 mm, next to a wheel that is driven."""
     return {
         "mechanism": {
             "type": "planar",

@@ -1,4 +1,4 @@
-"""Surfaces that stick: the force that holds them, in every mechanism, and where it begins and ends."""
+"""Surfaces that stick: the force that keeps them, in every mechanism, and where it begins and ends."""
 
 import math
 
@@ -40,7 +40,7 @@ def moving(*joints, seed=1, **changes):
 
 
 def looked_at(scene, y, state):
-    """Return pose, Gaps, Loads before anything is held."""
+    """Return pose, Gaps, Loads before anything is kept."""
     pose, first = place(scene.mechanism, y), 2 * len(scene.coordinates) + 1
     relative = gaps(scene.mechanism, pose)
     latched = np.array([1.0] * len(state) + [began for _, began in every_latched(scene.joints)])

@@ -108,7 +108,7 @@ def prose(markdown):
     return "\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
 
 
-PAGES = ["README.md"]
+PAGES = ["README.md", "CONTRIBUTING.md", *(f"docs/{page.name}" for page in sorted((ROOT / "docs").glob("*.md")))]
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -1,4 +1,4 @@
-"""A case wears until its limit, block by block, tells how it went on, and goes on where it was killed."""
+"""A case wears until its limit, block by block, records how it went on, and goes on where it was killed."""
 
 import copy
 import math

@@ -1,4 +1,4 @@
-"""How lives are told: intervals of the numerics whose ends differ, and what uncertain coefficients make of them."""
+"""How lives are reported: intervals of the numerics whose ends differ, and what uncertain coefficients make of them."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Limits and own figures: what they say of cases, that they are no part of one, and what a mistake is told."""
+"""Limits and own figures: what they say of cases, that they are no part of one, and what a mistake is answered."""
 
 import math
 

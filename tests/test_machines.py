@@ -1,4 +1,4 @@
-"""Claims about mechanisms, drives and loads as a grid describes them: what is read, what a mistake is told."""
+"""Claims about mechanisms, drives and loads as a grid describes them: what is read, what a mistake is answered."""
 
 import copy
 import json
@@ -8,14 +8,14 @@ import re
 import pytest
 
 from clearsweep import grid, simulation
-from clearsweep.contracts.machine import Schedule, Motor, Push, Spring, Tabled
+from clearsweep.contracts.machine import Motor, Push, Schedule, Spring, Tabled
 from clearsweep.contracts.outline import LoadOutline
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.mechanism.loads import keys
 from clearsweep.mechanics.mechanism.planar.form import Planar
 from clearsweep.report import mechanism as pictures
-from clearsweep.simulation.ideal import ideal_peaks, mechanism_of
 from clearsweep.simulation.crank_clock import followed
+from clearsweep.simulation.ideal import ideal_peaks, mechanism_of
 
 CATALOGUE = simulation.catalogue()
 CONTACT = {"law": "hertz", "stiffness": "1e9 N/m^1.5"}

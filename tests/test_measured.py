@@ -1,4 +1,4 @@
-"""clearsweep beside measurements and published solutions: the claims of results/measured.md, and its own form."""
+"""clearsweep against measurements and published solutions: the claims of results/measured.md, and its form."""
 
 import json
 from collections.abc import Iterable

@@ -28,7 +28,7 @@ from typing import NamedTuple
 from clearsweep.contracts.catalogue import Field, Law
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.loss.contract import loss_form
-from clearsweep.mechanics.joint.recipe import enter
+from clearsweep.mechanics.joint.recipe import register
 
 class Sticky(NamedTuple):
     damping: float
@@ -38,7 +38,7 @@ def _sticky(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     return force * (1.0 + law.damping * rate / onset_rate), force
 
-enter(
+register(
     Law("law", "sticky", "made up for a test", "F = F_elastic (1 + b u)", "nobody", (Field("loss", "1", "b"),)),
     (Sticky,),
     lambda joint: Sticky(joint.contact.values["loss"]),

@@ -210,7 +210,7 @@ def test_the_start_is_forgotten_unless_the_first_touch_counts():
 
 
 def steps(run, control):
-    """Yield the law's phase before and after every step of a run, which stands behind that step."""
+    """Yield the law's phase before and after every step of a run, which is behind that step."""
     status, work = run_control.PAUSED, run.work
     while status == run_control.PAUSED:
         before = work.latched[-1]

@@ -1,19 +1,22 @@
 """Claims about `optimise`: the best of ordinary cases, the same however often it was interrupted."""
 
+import dataclasses
+
 import pyarrow.parquet as pq
 import pytest
-from fake_physics import FAILS, GOOD, Fake, grid
+from fake_physics import CATALOGUE, FAILS, GOOD, Fake, grid
 from fake_sweeps import sweep
 from grid_fake import JOINT, TEXT
 from grid_fake import load as grid_load
 
 import clearsweep
 from clearsweep import grid as grids
+from clearsweep.contracts.catalogue import Figure
 from clearsweep.grid.optimised import Choice
 from clearsweep.language.errors import InputError
 from clearsweep.report import study
 from clearsweep.report.sections.optimised import sections
-from clearsweep.sweeping import run_summary
+from clearsweep.sweeping.run_summary import of_run, run_text
 
 MASS, ROD, GRAVITY = "mechanism.slider.mass", "mechanism.rod.mass", "mechanism.gravity"
 
@@ -41,7 +44,7 @@ def test_the_best_case_is_found_among_ordinary_cases(tmp_path):
     assert row[MASS] == pytest.approx(0.4, abs=0.02)
     summary = clearsweep.open(tmp_path / "run").summary
     assert row["miss"] == summary["miss"].min()
-    assert "Optimised over 40 cases" in run_summary.run_text(run_summary.of_run(result))
+    assert "Optimised over 40 cases" in run_text(of_run(result))
     assert clearsweep.open(tmp_path / "run").optimise["case_id"][0] == row["case_id"]
 
 
@@ -66,7 +69,7 @@ def test_limits_are_constraints(tmp_path):
     (row,) = best(tmp_path / "run")
     assert row["margin"] < 0.0
     assert row["limiting"] == "rod_slider_force_peak"
-    assert "none keeps to the limits" in run_summary.run_text(run_summary.of_run(none))
+    assert "none keeps to the limits" in run_text(of_run(none))
 
 
 def test_of_two_objectives_the_front_is_given(tmp_path):
@@ -93,6 +96,39 @@ def test_the_case_that_is_written_is_looked_at_first(tmp_path):
     own = grids.load(source, Fake.catalogue())
     assert result.optimised.start.point[MASS] == own.optimise.start[MASS]
     assert own.point(0)[MASS] == own.optimise.start[MASS]
+
+
+class Turns(Fake):
+    """Mechanics whose quantile of force peaks has an interval of 0.05 N to either side."""
+
+    @staticmethod
+    def catalogue():
+        ends = [Figure(f"force_peak_p95{end}", "N", "made up", of="joint") for end in ("", "_low", "_high")]
+        return CATALOGUE._replace(figures=(*CATALOGUE.figures, *ends))
+
+    @staticmethod
+    def solve(case, log=None):
+        motion, mass = Fake.solve(case, log), case.mechanism.values["slider.mass"]
+        ends = {"": mass, "_low": mass - 0.05, "_high": mass + 0.05}
+        figures = motion.summary | {f"rod_slider_force_peak_p95{end}": value for end, value in ends.items()}
+        return dataclasses.replace(motion, summary=figures)
+
+
+def test_an_objective_with_an_interval_is_given_with_it(tmp_path):
+    out = tmp_path / "run"
+    source = asked(minimise="rod_slider_force_peak_p95") | {"limits": {"rod_slider_force_peak_p95": {"at_least": 0.2}}}
+    result = quiet(source, out, simulator=Turns)
+    best, peaks = result.optimised.best[0], clearsweep.open(out).summary["rod_slider_force_peak_p95"]
+    (peak,) = best.values.values()
+    assert best.intervals == {"rod_slider_force_peak_p95": (peak - 0.05, peak + 0.05)}
+    assert result.optimised.alike == ((peaks > peak) & (peaks <= peak + 0.1)).sum() > 1
+    text = run_text(of_run(result))
+    ends = (f"{peak + off:.4g} N" for off in (-0.05, 0.05))
+    assert f"(95 %: {' to '.join(ends)})" in text
+    said = f"{result.optimised.alike} other cases within the limits cannot be distinguished from it"
+    assert said in text
+    (section,) = sections(study.prepare(clearsweep.open(out)))
+    assert said in " ".join(section.blocks[0].texts)
 
 
 def test_failed_cases_are_infeasible(tmp_path):

@@ -1,4 +1,4 @@
-"""What a run tells of the case that took longest for the time that its machine takes."""
+"""What a run reports of the case that took longest for the time that its machine takes."""
 
 import math
 

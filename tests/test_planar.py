@@ -26,16 +26,16 @@ from clearsweep.contracts.machine import (
     At,
     Body,
     Constant,
-    Schedule,
     Machine,
     Motor,
     Pin,
     Push,
     Rubbing,
+    Schedule,
     Spring,
     Tabled,
 )
-from clearsweep.mechanics.joint.contract import FREE, PRESSED, Load, JointState, load
+from clearsweep.mechanics.joint.contract import FREE, PRESSED, JointState, Load, load
 from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
 from clearsweep.mechanics.joint.friction.sliding import Tanh
 from clearsweep.mechanics.joint.guide import Guide
@@ -54,7 +54,7 @@ RNG_SEED = 5
 
 
 def openings(machine):
-    """Return every joint alone, the first one beside each other, and none."""
+    """Return every joint alone, the first one with each other, and none."""
     names = [joint.name for joint in machine.joints]
     return [*((name,) for name in names), *((names[0], name) for name in names[1:]), ()]
 

@@ -24,7 +24,7 @@ from clearsweep.report.partial import gathered
 from clearsweep.simulation import outcome
 from clearsweep.simulation.progress import Life, LifeLimits
 from clearsweep.store import StoredRun
-from clearsweep.sweeping import run_summary, estimate, progress
+from clearsweep.sweeping import estimate, progress, run_summary
 from clearsweep.sweeping.simulator import SIMULATION
 from clearsweep.sweeping.worker import time_case
 
@@ -32,7 +32,7 @@ heavy = pytest.mark.heavy
 
 
 class Clock:
-    """A clock that goes on when it is told to."""
+    """A clock that goes on when it is asked to."""
 
     def __init__(self, monkeypatch):
         self.now = 0.0

@@ -1,4 +1,4 @@
-"""Claims about reading quantities: what parses to what, exactly, and what a mistake is told."""
+"""Claims about reading quantities: what parses to what, exactly, and what a mistake is answered."""
 
 import contextlib
 import math

@@ -1,4 +1,4 @@
-"""The report says what a run holds, in units, in one file that needs nothing else."""
+"""The report says what a run contains, in units, in one file that needs nothing else."""
 
 import csv
 import html.parser

@@ -15,8 +15,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fake_physics import grid
+from fake_sweeps import sweep
 from report_fake import RPM, Run
 
+import clearsweep
 from clearsweep import report
 from clearsweep.language import wording
 
@@ -241,6 +244,49 @@ def test_cases_are_sorted_filtered_brushed_and_followed(pages, browse):
     assert result["chosen"][0] in set(run["case_id"])
     assert result["chosen"][1] == 1
     assert "force peak" in result["tip"]
+
+
+BRUSHED = """
+  const lines = all("#explore .lines canvas")[0], box = lines.getBoundingClientRect();
+  const names = all("#explore .filters input").map(field => field.getAttribute("aria-label").slice(7));
+  const said = () => all("#explore .tools .note")[0].textContent;
+  const colours = () => {
+    const context = lines.getContext("2d"), there = context.getImageData(0, 0, lines.width, lines.height).data;
+    let marked = 0;
+    for (let k = 0; k < there.length; k += 4) marked += there[k] > there[k + 2] + 60 && there[k + 3] > 200;
+    return marked;
+  };
+  const place = names.findIndex(name => name.startsWith("miss"));
+  const drag = (type, share) => lines.dispatchEvent(new PointerEvent(type, {pointerId: 1, bubbles: true,
+    clientX: box.left + (place + 0.5) * box.width / names.length, clientY: box.top + 44 + share * (box.height - 64)}));
+  lines.setPointerCapture = () => {};
+  const found = {names, before: said(), marked: colours(),
+    chosen: [...all("#explore label > select")].map(each => each.selectedOptions[0].textContent)};
+  drag("pointerdown", 0.5); drag("pointermove", 0.2); drag("pointerup", 0);
+  return {...found, after: said(), range: all("#explore .filters input")[place].value, left: colours()};
+"""
+
+
+def test_cases_of_an_optimisation_are_brushed_and_the_best_are_marked(tmp_path, browse):
+    over = {f"mechanism.{body}.mass": ["0.1 kg", "0.9 kg"] for body in ("slider", "rod")}
+    aims = {"figures": {"miss": "abs(rod_slider_force_peak - '0.4 N')"}}
+    section = {"over": over, "minimise": ["miss", "rod_slider_force_peak"], "cases": 32}
+    source = {key: part for key, part in grid(1, orbits="none").items() if key != "sweep"} | aims
+    sweep(source | {"optimise": section}, tmp_path / "run", executor="serial", show_progress=False)
+    run = clearsweep.open(tmp_path / "run")
+    result = browse(report.write(run, tmp_path / "page.html").read_text(encoding="utf-8"), BRUSHED)
+    assert result["errors"] == result["fetched"] == []
+    assert [name.split(" [")[0] for name in result["names"]] == [
+        *("slider mass", "rod mass", "miss", "rod_slider_force_peak")
+    ]
+    assert [name.split(" [")[0] for name in result["chosen"]] == ["miss", "rod_slider_force_peak", "slider mass"]
+    assert result["before"] == "32 cases."
+    low, high = map(float, result["range"].split(".."))
+    miss, best = run.summary.set_index("case_id")["miss"], run.optimise["miss"]
+    kept, left = ((values >= low) & (values <= high) for values in (miss, best))
+    assert result["after"] == f"{kept.sum()} of 32 cases. {left.sum()} of {len(best)} marked."
+    assert 0 < left.sum() < len(best)
+    assert 0 < result["left"] < result["marked"]
 
 
 FOLLOWED = """

@@ -1,4 +1,4 @@
-"""Sentences of the report: one unit for what is compared, peaks beside p99, every joint's own elastic range."""
+"""Sentences of the report: one unit for what is compared, peaks compared with p99, every joint's own elastic range."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Wear in the report: what is drawn is what was stored, and trends are told as the cases have them."""
+"""Wear in the report: what is drawn is what was stored, and trends are reported as the cases have them."""
 
 import base64
 

@@ -63,7 +63,7 @@ def test_a_peak_belongs_to_the_revolution_of_its_contact():
     straddling = np.zeros(9)
     np.maximum.at(straddling, last[first != last].astype(int), ended["force_peak"][first != last])
     np.maximum.at(straddling, first[first != last].astype(int), ended["force_peak"][first != last])
-    assert np.all(straddling[1:] < peaks[1:])  # so that the events tell the peak of every revolution
+    assert np.all(straddling[1:] < peaks[1:])  # so that the events have the peak of every revolution
     result = path.summary["rod_slider_force_peak_median"]
     assert result == pytest.approx(np.median(peaks[1:]), rel=1e-12)
     assert path.summary["rod_slider_force_peak_median_low"] == pytest.approx(np.sort(peaks[1:])[0], rel=1e-12)

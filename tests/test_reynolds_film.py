@@ -41,7 +41,7 @@ def told(law, ratio, squeeze, wedge):
 
 
 def moving(ratio, turn):
-    """Return squeeze and wedge in a direction of motion in which neither is lost beside the other."""
+    """Return squeeze and wedge in a direction of motion in which neither is lost without the other."""
     return math.sin(turn), math.cos(turn) / (1.0 - ratio * ratio) ** 0.25
 
 

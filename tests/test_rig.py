@@ -1,4 +1,4 @@
-"""The tutorial on a measured rig: its grid is the one that stands ready, and its steps find the clearance."""
+"""The tutorial on a measured rig: its grid is the one that is ready, and its steps find the clearance."""
 
 import re
 import runpy

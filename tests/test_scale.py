@@ -15,8 +15,8 @@ from clearsweep.contracts.results import Trajectory
 from clearsweep.language import wording
 from clearsweep.report import case_table, rows, study
 from clearsweep.report.draw import comparison
-from clearsweep.sweeping.worker_pool import within
 from clearsweep.sweeping.shard import each_once
+from clearsweep.sweeping.worker_pool import within
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Motions and figures beside a second program: absolute coordinates with multipliers, scipy, none of the package.
+"""Motions and figures against a second program: absolute coordinates with multipliers, scipy, none of the package.
 
 See `absolute_crank`.  Motion with clearance is chaotic, so horizons are short.
 """

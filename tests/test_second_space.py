@@ -1,4 +1,4 @@
-"""Machines in space beside a second program: absolute coordinates, quaternions and multipliers, scipy alone.
+"""Machines in space compared with a second program: absolute coordinates, quaternions and multipliers, scipy alone.
 
 The clearance is so wide that nothing touches within the horizon: what is compared is how the bodies of a tree move.
 """

@@ -1,4 +1,4 @@
-"""Wear in a mechanism beside a second program: its motion, the documented pressure, and its own sums over both."""
+"""Wear in a mechanism against a second program: its motion, the documented pressure, and its own sums over both."""
 
 import functools
 import math

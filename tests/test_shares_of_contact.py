@@ -1,4 +1,4 @@
-"""What dry contact bears beside a film, and what friction heats: against time histories of the same motion."""
+"""What dry contact bears next to a film, and what friction heats: against time histories of the same motion."""
 
 from types import SimpleNamespace
 

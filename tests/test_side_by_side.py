@@ -1,4 +1,4 @@
-"""Cases that are integrated side by side: each comes to what it comes to alone, whatever goes beside it."""
+"""Cases that are integrated side by side: each comes to what it comes to alone, whatever goes with it."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.mechanics.compiled.family import NO_ENTRY, empty_entries
-from clearsweep.mechanics.compiled.pinned import TypeKey, Pinned
+from clearsweep.mechanics.compiled.pinned import Pinned, TypeKey
 from clearsweep.mechanics.observe.histogram import BINS
 from clearsweep.mechanics.solver import loop
 from clearsweep.mechanics.solver.choice import COST
@@ -352,7 +352,7 @@ def test_a_calm_step_comes_to_what_one_does_that_is_looked_at():
 
 
 def test_most_steps_are_calm():
-    """What a case in another lane has not counted yet, when one ends, are its calm steps."""
+    """What a case in another lane has not counted yet, when one ends, are its fast steps."""
     scenes = [simulation.build(case) for case in cases(count=2, **{"save.orbits": "none"})]
     board = run.board_of(scenes[0])
     runs = [run.Run(start_of(scene, NOWHERE), lane=run.lane_of(board, lane)) for lane, scene in enumerate(scenes)]

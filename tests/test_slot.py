@@ -11,7 +11,7 @@ import clearsweep
 from clearsweep.contracts.machine import Aim, At, Body, Constant, Machine, Slot
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint import dry
-from clearsweep.mechanics.joint.contract import PRESSED, Offsets, JointState, load
+from clearsweep.mechanics.joint.contract import PRESSED, JointState, Offsets, load
 from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
 from clearsweep.mechanics.joint.friction.sliding import Tanh
 from clearsweep.mechanics.joint.guide import GuideGap

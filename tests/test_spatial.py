@@ -22,8 +22,8 @@ from clearsweep.mechanics.joint.contract import (
     ACTS,
     FREE,
     PRESSED,
-    Offsets,
     JointState,
+    Offsets,
     contact_modes,
     load,
     power_lost,
@@ -103,7 +103,7 @@ def points(joint, gap):
 
 
 def loads_of(scene, present):
-    """Return pose and loads of a scene whose joints stand one behind the other in the state."""
+    """Return pose and loads of a scene whose joints are one behind the other in the state."""
     pose, first, result = place(scene.value.mechanism, present.y), 0, []
     for joint, gap in zip(scene.value.joints, gaps(scene.value.mechanism, pose), strict=True):
         result.append(load(joint, gap, Offsets(first, 0, 0, 0), present))

@@ -23,8 +23,8 @@ from clearsweep.mechanics.joint.contract import (
     CLIPPED,
     FREE,
     PRESSED,
-    Offsets,
     JointState,
+    Offsets,
     contact_modes,
     load,
     power_lost,
@@ -42,7 +42,7 @@ STILL = Vector(0.0, 0.0, 0.0)
 
 
 def joint_of(**keys):
-    """Return the compiled form of a joint whose walls are spread, without loss unless told otherwise."""
+    """Return the compiled form of a joint whose walls are spread, without loss unless asked otherwise."""
     (joint,) = clearsweep.load_case(spatial(**{"walls": "spread", "contact": HERTZ} | keys)).value.joints
     return joint
 

@@ -1,4 +1,4 @@
-"""What is committed survives, what is damaged is found, and the merged files hold what the batches held."""
+"""What is committed survives, what is damaged is found, and the merged files hold what the batches kept."""
 
 import dataclasses
 import json

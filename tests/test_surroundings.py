@@ -87,7 +87,7 @@ def test_a_program_without_stderr_sees_no_progress_in_its_stdout(monkeypatch, ca
 def test_a_hang_up_of_the_terminal_ends_a_run_like_a_termination(tmp_path):
     process = program(tmp_path / "run", grid(100, (GOOD + 0.05,)), jobs=2, show_progress=False, session=True)
     wait_for(lambda: parts(tmp_path / "run") >= 1)
-    os.killpg(process.pid, signal.SIGHUP)  # a terminal tells all, the workers, too
+    os.killpg(process.pid, signal.SIGHUP)  # a terminal reaches all, the workers, too
     _, err = process.communicate(timeout=20)
     assert process.returncode == 129
     assert int(err.split("stopped: ")[1].split(" of")[0]) > 0

@@ -20,9 +20,9 @@ from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, REFUSED, Fake,
 from fake_sweeps import sweep
 
 from clearsweep.language import errors, phases
-from clearsweep.sweeping import run_summary, estimate, executors
-from clearsweep.sweeping.driver import Batches
+from clearsweep.sweeping import estimate, executors, run_summary
 from clearsweep.sweeping.all_cases import complete_run
+from clearsweep.sweeping.driver import Batches
 from clearsweep.sweeping.worker import Manifest
 
 pytestmark = pytest.mark.heavy
@@ -436,4 +436,4 @@ def test_the_time_that_a_first_case_compiles_is_no_part_of_the_estimate(tmp_path
 def test_the_loop_and_a_scene_compile_at_once_in_two_workers(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     assert quiet(grid(), tmp_path / "run", simulator=fake_physics.Together, jobs=2).ok == 3
-    assert "compiling ahead failed" not in capfd.readouterr().err
+    assert "compiling in advance failed" not in capfd.readouterr().err

@@ -11,7 +11,7 @@ import reliability
 import torture_attempts
 import torture_flips
 import torture_grids
-from torture_attempts import TrialStep, Result
+from torture_attempts import Result, TrialStep
 from torture_grids import Ended, drawn
 
 from clearsweep import grid, simulation

@@ -1,4 +1,4 @@
-"""The tutorial: its grids are those that stand ready, and its steps lead to the decision that it takes."""
+"""The tutorial: its grids are those that are ready, and its steps lead to the decision that it takes."""
 
 import re
 import shutil

@@ -1,4 +1,4 @@
-"""Two runs are compared by the values that either varies, and what differs is told in numbers."""
+"""Two runs are compared by the values that either varies, and what differs is given in numbers."""
 
 import csv
 

@@ -120,7 +120,7 @@ def ageing(case, log=None):
 
 
 def evolving(log=None, scale=2e-5):
-    """Return a case that evolves, its own block told, and what runs the blocks of its further lives."""
+    """Return a case that evolves, its own block found, and what runs the blocks of its further lives."""
     wear = WORN["joints.rod-slider.wear"] | {"evolve": True}
     made = loaded(FACTOR, **{"joints.rod-slider.wear": wear, "life": LIFE | {"tolerance": 0.02, "blocks": 1000}})
     block, aged = Block(1e6, scale), ageing(made.case(0), log)
@@ -151,7 +151,7 @@ def test_further_lives_are_phases_of_their_own_whose_time_is_foretold():
 
     aged, block = evolving()
     assert aged.progress.limits.further == 2
-    assert ageing(loaded(FACTOR).case(0)).progress.limits.further == 0  # one block tells all
+    assert ageing(loaded(FACTOR).case(0)).progress.limits.further == 0  # one block gives all
     listener = Listener()
     phases._listeners.append(listener)
     try:

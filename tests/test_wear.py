@@ -120,7 +120,7 @@ def test_a_mean_pressure_bears_the_load_over_the_geometric_arc_and_wears_it_even
 
 
 def test_an_arc_that_travels_and_grows_within_a_step_leaves_the_exact_means():
-    """Against ten thousand arcs that stand still, of a force that rises as in an impact."""
+    """Against ten thousand arcs that rest still, of a force that rises as in an impact."""
     joint, count = worn_joint(1e-14, 1e-14), 10000
     polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((COURSES, PARTS + 1))
     polynomials[FORCE, :3] = 2.5e5, 3e5, -5e4  # N/m

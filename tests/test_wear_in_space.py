@@ -134,8 +134,8 @@ def test_a_step_loses_nothing_however_the_journal_leans(walls, pressure, rows, l
         step.places[wall, 0, : BETWEEN + 2] = 0.3 + 0.02 * quarters + 3.0 * wall
         step.places[wall, 1, : BETWEEN + 2] = -3.0 - 0.3 * quarters
         end = 1.0 - 2.0 * wall
-        step.independent[wall, LEAN, : BETWEEN + 2] = lean * (1.0 + 0.1 * quarters)
-        step.independent[wall, BEARING_START], step.independent[wall, JOURNAL_START] = end * 0.01 + 1e-4, end * 0.01
+        step.axial[wall, LEAN, : BETWEEN + 2] = lean * (1.0 + 0.1 * quarters)
+        step.axial[wall, BEARING_START], step.axial[wall, JOURNAL_START] = end * 0.01 + 1e-4, end * 0.01
         expected += share * step.length * (800.0 * 0.8 + (300.0 * 0.8 + 800.0 * 0.1) / 2.0 + 300.0 * 0.1 / 3.0)
     wear_joint(joint, 0, (step, worn))
     (bearing, journal), depths = volumes(joint, worn)
@@ -157,7 +157,7 @@ def test_a_leaning_journal_wears_at_its_edge_and_a_parallel_one_evenly():
         step, worn = empty(joint)
         step.step_values[0, FORCE], step.step_values[0, SLIP_COURSE] = 1000.0, 1.0
         step.step_values[0, KAPPA_COURSE], step.step_values[0, DEPTH_COURSE] = 1.0, 8e-6
-        step.independent[0, LEAN], step.independent[0, BEARING_START], step.independent[0, JOURNAL_START] = (
+        step.axial[0, LEAN], step.axial[0, BEARING_START], step.axial[0, JOURNAL_START] = (
             lean,
             0.01,
             0.01,
@@ -185,9 +185,9 @@ def test_strips_begin_where_the_surfaces_are_deepest_and_lean_as_they_do(keys):
         size = "half_journal" if not keys else "half_length"
         shorter = joint._replace(**{size: getattr(joint, size) - 1e-5})
         lean = (point.depth - wall_point(joint.ends, shorter, gap, end).depth) / 1e-5
-        assert step.independent[wall, LEAN, 0] == pytest.approx(lean, rel=1e-2, abs=1e-7)
-        assert step.independent[wall, BEARING_START, 0] == pytest.approx(np.dot(point.at, axis), rel=1e-3, abs=1e-5)
-        assert step.independent[wall, JOURNAL_START, 0] == pytest.approx(point.at.z - 2e-4, rel=1e-9, abs=0.0)
+        assert step.axial[wall, LEAN, 0] == pytest.approx(lean, rel=1e-2, abs=1e-7)
+        assert step.axial[wall, BEARING_START, 0] == pytest.approx(np.dot(point.at, axis), rel=1e-3, abs=1e-5)
+        assert step.axial[wall, JOURNAL_START, 0] == pytest.approx(point.at.z - 2e-4, rel=1e-9, abs=0.0)
         assert step.places[wall, 1, 0] == pytest.approx(math.atan2(point.normal.y, point.normal.x), rel=1e-12)
         assert step.places[wall, 0, 0] == pytest.approx(step.places[wall, 1, 0], rel=0.0, abs=1e-4)  # no turn between
 
@@ -235,9 +235,9 @@ def test_the_strip_of_an_end_that_is_apart_wears_where_what_is_pressed_reaches_i
         step.step_values[:2, SLIP_COURSE], step.step_values[:2, KAPPA_COURSE] = 1.0, 1.0
         step.step_values[0, FORCE], step.step_values[1, FORCE] = 1000.0, force
         step.step_values[0, DEPTH_COURSE], step.step_values[1, DEPTH_COURSE] = 1.1e-5, -9e-6  # 1 um deep in the middle
-        step.independent[0, LEAN], step.independent[1, LEAN] = 1e-3, -1e-3
-        step.independent[0, BEARING_START], step.independent[0, JOURNAL_START] = 0.01, 0.01
-        step.independent[1, BEARING_START], step.independent[1, JOURNAL_START] = -0.01, -0.01
+        step.axial[0, LEAN], step.axial[1, LEAN] = 1e-3, -1e-3
+        step.axial[0, BEARING_START], step.axial[0, JOURNAL_START] = 0.01, 0.01
+        step.axial[1, BEARING_START], step.axial[1, JOURNAL_START] = -0.01, -0.01
         wear_joint(joint, 0, (step, worn))
         (bearing, _), depths = volumes(joint, worn)
         assert bearing == pytest.approx(2e-13 * (1000.0 + force) * 1e-5, rel=2e-2, abs=0.0)
@@ -300,8 +300,8 @@ def test_a_step_from_an_onset_or_to_a_separation_wears_like_its_moments(before, 
     )
     step.step_values[0, FORCE] = [1e9 * float(np.mean(np.maximum(d - lean * places, 0.0) ** 1.5)) for d in along]
     step.mode[0] = PRESSED if max(before, after) > 1e-15 else APART
-    step.places[0, 0, : BETWEEN + 2], step.independent[0, LEAN] = 1.0, lean
-    step.independent[0, BEARING_START], step.independent[0, JOURNAL_START] = half, half
+    step.places[0, 0, : BETWEEN + 2], step.axial[0, LEAN] = 1.0, lean
+    step.axial[0, BEARING_START], step.axial[0, JOURNAL_START] = half, half
     wear_joint(joint, 0, (step, worn))
     _, depths = volumes(joint, worn)
     result, times = depths[0] / depths[0].sum(), (np.arange(100) + 0.5) / 100

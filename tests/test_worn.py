@@ -236,7 +236,7 @@ def test_where_nothing_is_worn_springs_press_as_the_closed_form_of_circles_has_i
 
 
 def room_at(on_bearing, on_journal, depth):
-    """Return what a step knows of a contact that stands still."""
+    """Return what a step knows of a contact that rests still."""
     workspace = np.zeros(ROOM)
     workspace[[ON_BEARING * POINTS, ON_JOURNAL * POINTS, DEEPEST * POINTS]] = on_bearing, on_journal, depth
     return workspace

@@ -1,6 +1,7 @@
 """What a grid gives in a unit is shown in that unit: on axes, in tables and CSV files, in closing lines."""
 
 import csv
+import dataclasses
 import io
 
 import pytest
@@ -87,7 +88,7 @@ def test_a_grid_read_from_its_record_keeps_fits_and_units():
         "fits": {path: [fit._asdict() for fit in fits] for path, fits in first.fits.items()},
         "written_units": {path: known._asdict() for path, known in first.written_units.items()},
     }
-    second = grid.load(record, simulation.catalogue()).as_noted(record | notes)
+    second = dataclasses.replace(grid.load(record, simulation.catalogue()), **grid.as_written(record | notes))
     assert (second.fits, second.written_units) == (first.fits, first.written_units)
     assert CLEARANCE not in first.written_units
 

@@ -11,13 +11,13 @@ from pathlib import Path
 import torture_attempts
 
 HERE = Path(__file__).parent
-SECONDS = 300.0  # that one program may take, beside others
+SECONDS = 300.0  # that one program may take, with others
 SERIES = "time [s],force [N],speed [m/s]\n0,100,0.1\n1,120,0.2\n2,110,0.1\n"
 FROM_PYTHON = (
     "import sys, clearsweep as c; a = sys.argv; c.sweep(a[1], a[2], jobs=1, show_progress=False); "
     "run = c.open(a[2]); len(run.summary), run.column('status'); c.open('ok').summary"
 )
-#: A Parquet file that is read ahead through a Python file: this aborts where threads end late.
+#: A Parquet file that is read in advance through a Python file: this aborts where threads end late.
 READS_AHEAD = (
     "import sys, pyarrow.parquet as q; q.ParquetFile(open(sys.argv[1], 'rb'), pre_buffer=True).read(['status'])"
 )

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearsweep.mechanics.compiled.family import WIDTH, form_number, numbers_of
-from clearsweep.mechanics.coupling import trial_step, rates
+from clearsweep.mechanics.coupling import rates, trial_step
 from clearsweep.mechanics.joint.places import observed_columns
 from clearsweep.mechanics.solver.accumulate.step_sums import step_width
 from clearsweep.mechanics.solver.dop853 import ROWS

@@ -148,7 +148,7 @@ class Film(NamedTuple):
     law: str
     friction: str  # the law of its shear
     viscosity: float  # Pa s
-    limit: float  # eccentricity ratio up to which its formula holds
+    limit: float  # eccentricity ratio up to which its formula is valid
     density: float = 870.0  # kg/m^3, of the oil
     transition: str = "ramp"  # the law by which the dry contact takes over
     begin: float = 0.0  # m, eccentricity less clearance at which the dry contact begins to bear
@@ -188,7 +188,7 @@ class Joint(NamedTuple):
     height: float | None = None  # m, of a guide's block
     roughness: Roughness | None = None
     film: Film | None = None
-    flange: bool | None = None  # of a spatial joint: its journal is held between flanges; None: it is none
+    flange: bool | None = None  # of a spatial joint: its journal is kept between flanges; None: it is none
     axial_clearance: float | None = None  # m, at each flange
     journal_length: float | None = None  # m
     tilt: tuple[float, ...] = ()  # rad, rotation vector of the bearing, about x and y of its body

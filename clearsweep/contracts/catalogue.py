@@ -18,7 +18,7 @@ class Field(NamedTuple):
     """One number a user writes."""
 
     name: str
-    unit: str  # SI unit of the value, '1' for none; 'N/m^exponent' depends on the key `exponent` beside it
+    unit: str  # SI unit of the value, '1' for none; 'N/m^exponent' depends on the key `exponent` next to it
     text: str = ""  # one line: what it is
     low: float = 0.0
     high: float = inf
@@ -27,7 +27,7 @@ class Field(NamedTuple):
     default: float | None = None  # None: required, unless `optional`
     optional: bool = False  # may be left out without a default, or with one that follows from other values
     whole: bool = False
-    fit: bool = False  # a clearance that may be written as a fit of ISO 286, by the `bearing_radius` beside it
+    fit: bool = False  # a clearance that may be written as a fit of ISO 286, by the `bearing_radius` next to it
 
     def allowed(self, value: float = 0.0) -> str:
         """Return the range in words: 'above 0 and at most 1'; with the bounds of any quantity if `value` is beyond."""
@@ -77,7 +77,7 @@ class Range(NamedTuple):
 class Order(NamedTuple):
     """Two values of which one has to be below the other."""
 
-    low: str  # dotted path; of a law's order the key beside the law's name
+    low: str  # dotted path; of a law's order the key next to the law's name
     high: str
     reason: str
     equal: bool = False  # they may be equal
@@ -104,7 +104,7 @@ class Law(NamedTuple):
     uses_onset: bool = False  # family 'law': depends on the rate at which a contact began as long as it lasts
     orders: tuple[Order, ...] = ()
     remembers: bool = False  # family 'friction': depends on more than the present sliding
-    sticks: bool = False  # family 'friction': holds surfaces that do not slide
+    sticks: bool = False  # family 'friction': can hold surfaces that do not slide
     tables: tuple["Columns", ...] = ()  # that may be given with it, each instead of `fields` that are optional
 
 
@@ -125,7 +125,7 @@ class JointSite(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """A key that holds one of a few words."""
+    """A key that contains one of a few words."""
 
     name: str
     options: tuple[str, ...]
@@ -134,7 +134,7 @@ class Choice(NamedTuple):
 
 
 class Columns(NamedTuple):
-    """A key that holds a table, or the name of a file that does."""
+    """A key that contains a table, or the name of a file that does."""
 
     name: str
     text: str
@@ -250,7 +250,7 @@ class Shown(NamedTuple):
     """Where the report shows a figure."""
 
     table: str  # 'forces', 'output', 'wear', 'certainty', 'sample', 'case', 'effects'
-    heading: str  # '{output}' stands for the output, '{per_rev}' and '{per_revolution}' for that, where anything turns
+    heading: str  # '{output}' represents the output, '{per_rev}' and '{per_revolution}' for that, where anything turns
     order: int = 50  # the smaller the earlier; those of equal order as in the summary
     if_any: bool = False  # only where it is above zero in some case
 
@@ -258,7 +258,7 @@ class Shown(NamedTuple):
 class Figure(NamedTuple):
     """A figure of merit of a case: a column of the summary, and whatever becomes of it.
 
-    unit, text : `{output}` stands for the unit of the output's place, or for its name; `{until}` for those of the
+    unit, text : `{output}` represents the unit of the output's place, or for its name; `{until}` for those of the
     figure that `simulate.until` judges.
     """
 
@@ -272,7 +272,7 @@ class Figure(NamedTuple):
     value: Callable | None = None  # (simulation.window.Window, place of the joint) -> value; None: see `sums`
     sums: Any = None  # the sums it is made of, such as simulation.sums.Mean: it settles, `simulate.until` may judge it
     kind: str = "float"  # or 'int'
-    differs: bool = True  # `simulate.error_check` tells how far it is from a run at a tenth of the tolerance
+    differs: bool = True  # `simulate.error_check` gives how far it is from a run at a tenth of the tolerance
     shown: tuple[Shown, ...] = ()
     null: str = ""  # what a null of a case that finished means to a limit: NOTHING, ENDLESS; '': it is not known
 
@@ -295,7 +295,7 @@ class Catalogue(NamedTuple):
     joint_channels: tuple[Channel, ...] = ()
     film_channels: tuple[Channel, ...] = ()  # of joints with a film, behind those
     spatial_channels: tuple[Channel, ...] = ()  # the same of a joint in space, those of its contact points behind them
-    point_channels: tuple[Channel, ...] = ()  # of each of these; '{}' stands for its number
+    point_channels: tuple[Channel, ...] = ()  # of each of these; '{}' represents its number
 
     def mechanism(self, name: str) -> Mechanism | None:
         """Return the mechanism called `name`, or None."""

@@ -23,7 +23,7 @@ class Column(NamedTuple):
     unit: str  # SI
     description: str
     kind: str = "float"  # 'float', 'int' or 'text'
-    figure: str = ""  # name of the catalogue.Figure it holds; '' where it holds none
+    figure: str = ""  # name of the catalogue.Figure it contains; '' where it contains none
     joint: str = ""  # of that figure; '' where it is no joint's
     null: str = ""  # what a null of a case that finished means: NOTHING, ENDLESS; '': the value is not known
 
@@ -35,7 +35,7 @@ class JointLayout(NamedTuple):
     wear_bins: int = 0  # angular bins of each body; 0 where no wear is computed
     film: bool = False  # oil between its surfaces
     corners: int = 0  # points that touch by themselves, of a guide's block or a spatial joint; 0: it is one contact
-    auxiliary: int = 0  # contacts behind these that only tell, of a spatial joint
+    auxiliary: int = 0  # contacts behind these that only report, of a spatial joint
     wear_rows: int = 1  # bins of wear along each body's length
     friction: bool = False  # between its surfaces
     strength: bool = False  # of its weaker body is known
@@ -99,7 +99,7 @@ def parts_of(case: Case) -> Parts:
 
 
 def _points(joint: Joint) -> tuple[int, int]:
-    """Return how many points of a joint touch by themselves, and how many contacts only tell."""
+    """Return how many points of a joint touch by themselves, and how many contacts only report."""
     if joint.is_spatial:
         return (WALLS + FLANGES if joint.flange else WALLS), AUXILIARY
     return (CORNERS if joint.is_guide else 0), 0
@@ -165,7 +165,7 @@ class Layout(NamedTuple):
         return {each.name: each.unit for each in (*self.columns, *self.channels)}
 
     def written(self) -> dict[str, Any]:
-        """Return the layout as run.json holds it."""
+        """Return the layout as run.json contains it."""
         listed = {name: [each._asdict() for each in getattr(self, name)] for name in _LISTED}
         return self._asdict() | listed
 
@@ -179,7 +179,7 @@ class Layout(NamedTuple):
 _LISTED = {"joints": JointLayout, "columns": Column, "channels": Column}
 
 
-#: What a grid may ask of a case beside its joints, as figures need it.
+#: What a grid may ask of a case besides its joints, as figures need it.
 ASKED = ("horizon", "error_check", "until", "life", "uncertain")
 
 
@@ -221,7 +221,7 @@ def _column(figure: Figure, joint: str, mechanism: Mechanism, until: str = "", w
 
 
 def _difference(column: Column) -> Column:
-    """Return the column in which the error check of a figure stands."""
+    """Return the column in which the error check of a figure is."""
     text = (
         f"absolute difference of {column.name} from a run at a tenth of the tolerance; in chaotic motion, beyond its "
         "horizon, that of two samples and no check of convergence"

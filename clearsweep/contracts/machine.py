@@ -42,7 +42,7 @@ class Body(NamedTuple):
     center: tuple[float, float]  # m, centre of mass in its own frame
     points: Mapping[str, tuple[float, float]]  # m, by name, in its own frame
     elastic: Elastic | None = None
-    initial: Initial | None = None  # of a body that no ideal joint holds; None: it starts as in the ideal machine
+    initial: Initial | None = None  # of a body that no ideal joint determines; None: it starts as in the ideal machine
 
 
 class At(NamedTuple):
@@ -125,7 +125,7 @@ class Push(NamedTuple):
 
 
 class Tabled(NamedTuple):
-    """A Push that depends on the crank angle, repeating over the span of its table, or on time, held beyond it."""
+    """A Push that depends on the crank angle, repeating over the span of its table, or on time, constant beyond it."""
 
     name: str
     at: At

@@ -6,7 +6,7 @@ None of it is a number and none can be swept: all cases of a grid have one outli
 from typing import NamedTuple
 
 GROUND = "ground"
-ANY = "NAME"  # stands for a name that a user chooses, where keys are listed
+ANY = "NAME"  # represents a name that a user chooses, where keys are listed
 
 
 class BodyOutline(NamedTuple):

@@ -1,6 +1,7 @@
-"""What the user wrote, checked and in SI, and the cases it stands for.  Imports neither llvmlite nor numpy."""
+"""What the user wrote, checked and in SI, and the cases it applies for.  Imports neither llvmlite nor numpy."""
 
 from ..contracts.catalogue import Catalogue, Field, Law
+from .assumed_units import as_written
 from .changes import SET, SWEEP, Changed, read_options
 from .defined import NOTHING, Definitions
 from .defined import of_resolved as defined_by
@@ -11,11 +12,11 @@ from .identified import Identify, Turned, turns_of
 from .iso286 import Fit
 from .json_schema import schema
 from .key_units import key_units
+from .memory import check_disk, check_memory, history_bytes, largest_history, usual_history
 from .optimised import Optimise
 from .reference import markdown
 from .refine import Refine
 from .resolve import leaves
-from .memory import check_disk, check_memory, history_bytes, largest_history, usual_history
 from .seek import Seek
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Seek",
     "Turned",
     "Words",
+    "as_written",
     "check_disk",
     "check_memory",
     "defined_by",

@@ -5,9 +5,10 @@ from typing import Any
 
 from ..language.quantity import WrittenUnit, is_bare, written_unit
 from .document import WrittenValue
-from .reader import Reader
+from .fits import noted
 from .key_units import unit
 from .keys import Number
+from .reader import Reader
 
 
 def assumed_units(reader: Reader) -> tuple[str, ...]:
@@ -16,8 +17,8 @@ def assumed_units(reader: Reader) -> tuple[str, ...]:
     return tuple(path for path in numbers if _bare(reader.swept.get(path) or reader.written.get(path)))
 
 
-def _has_unit(source: Reader, node: Number) -> bool:
-    fields = node.fields(source.names)
+def _has_unit(reader: Reader, node: Number) -> bool:
+    fields = node.fields(reader.names)
     return bool(fields) and fields[0].unit != "1"
 
 
@@ -36,18 +37,18 @@ def _bare(written: WrittenValue | None) -> bool:
     return is_bare(value)
 
 
-def written_units(source: Reader) -> dict[str, WrittenUnit]:
+def written_units(reader: Reader) -> dict[str, WrittenUnit]:
     """Return path of a quantity -> the unit that it is written in; of an axis that of its first value with a unit.
 
     Left out is what is written without a unit, as an expression, or as a fit.
     """
     units = {}
-    for path, node in source.shape.items():
-        written = source.swept.get(path) or source.written.get(path)
-        if not isinstance(node, Number) or not node.fields(source.names) or written is None or path in source.fits:
+    for path, node in reader.shape.items():
+        written = reader.swept.get(path) or reader.written.get(path)
+        if not isinstance(node, Number) or not node.fields(reader.names) or written is None or path in reader.fits:
             continue
-        exponent = source.values.get(f"{path.rpartition('.')[0]}.exponent")
-        known = unit(node, source.names, exponent)
+        exponent = reader.values.get(f"{path.rpartition('.')[0]}.exponent")
+        known = unit(node, reader.names, exponent)
         readings = (written_unit(each, known) for each in _texts(written.value))
         first = next((each for each in readings if each), None)
         if first:
@@ -55,9 +56,10 @@ def written_units(source: Reader) -> dict[str, WrittenUnit]:
     return units
 
 
-def noted_units(record: Mapping[str, Any]) -> dict[str, WrittenUnit]:
-    """Return path of a quantity -> the unit that it was written in, by the run.json of a run."""
-    return {path: WrittenUnit(**known) for path, known in record.get("written_units", {}).items()}
+def as_written(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a grid that is read from its `record` in SI lacks: fits and units as they were written."""
+    units = {path: WrittenUnit(**known) for path, known in record.get("written_units", {}).items()}
+    return {"fits": noted(record), "written_units": units}
 
 
 def _texts(value: Any) -> Iterator[Any]:

@@ -17,8 +17,8 @@ TableRow = tuple[int, list[Any]]  # number and cells
 def read(problems: Problems, written: WrittenValue) -> WrittenValue | None:
     """Return the table in the file that `written` names as columns, path -> list of values, None where it is wrong.
 
-    The file is looked for beside the grid.  Every value knows its file, row (1: the head; a Parquet file has no row for
-    it, its first case is row 1) and column.
+    The file is next to the grid.  Every value knows its file, row (1: the head; a Parquet file has no row for it, its
+    first case is row 1) and column.
     """
     file = Path(written.origin).parent / written.value if written.line else Path(written.value)
     readers = {".csv": rows_of_csv, ".parquet": _parquet}

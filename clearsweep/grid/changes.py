@@ -72,7 +72,7 @@ def _sweep(root: WrittenValue, path: str, values: WrittenValue) -> WrittenValue:
     """Return a document in whose section `sweep` a path has these values."""
     section = root.value.get("sweep", WrittenValue({}, values.origin))
     if not isinstance(section.value, dict):
-        return root  # its problem is told elsewhere
+        return root  # its problem is reported elsewhere
     keys = {key: place for key, place in section.keys.items() if key != path}
     inside = WrittenValue(section.value | {path: values}, section.origin, section.line, section.column, keys)
     return WrittenValue(root.value | {"sweep": inside}, root.origin, root.line, root.column, root.keys)

@@ -6,10 +6,10 @@ from ..contracts.case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
 from ..contracts.catalogue import Catalogue, Law, sized
 from ..language.errors import nearest
 from . import film_checks, life_keys, machine_checks
-from .reader import Reader
 from .joint_keys import moduli
 from .key_table import DIMENSIONLESS
 from .keys import Number, Section, value_key, word_key
+from .reader import Reader
 from .values import exponent_values
 from .wear_unit import COEFFICIENTS
 
@@ -48,7 +48,7 @@ def check(reader: Reader, catalogue: Catalogue) -> None:
 
 
 def _thermal(reader: Reader, joint: str) -> None:
-    """Check that a heat balance stands in a dry joint with friction."""
+    """Check that a heat balance exists in a dry joint with friction."""
     thermal = f"{joint}.thermal"
     if f"{joint}.film" in reader.shape:
         sentence = "is the balance of a dry joint, but this one has a film; write film.thermal"
@@ -278,7 +278,7 @@ def _wear_numbers(reader: Reader, wear: str) -> None:
 
 
 def _evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
-    """Check that nothing stands beside a shape that acts that is not known with it."""
+    """Check that nothing is next to a shape that acts that is not known with it."""
     evolve = f"{joint}.wear.evolve"
     if f"{joint}.film" in reader.shape:
         sentence = "is not available with a film, whose formula assumes circles; remove one of the two"
@@ -297,6 +297,6 @@ def _pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     if needing and not any(map(reader.there, moduli(joint))):
         sentence = (
             f"is missing; the pressure '{needing[0].name}' of wear needs material: {{young: 207 GPa, poisson: 0.3}} or "
-            "pressure_modulus beside it: it does not follow from a stiffness; without either write pressure: mean"
+            "pressure_modulus next to it: it does not follow from a stiffness; without either write pressure: mean"
         )
         reader.problems.add(reader.place(path), f"{contact}.material", sentence)

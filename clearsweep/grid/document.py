@@ -49,13 +49,13 @@ class WrittenValue:
         return f"{self.origin}:{self.line}:{self.column}: " if self.line else f"{self.origin}: " if self.origin else ""
 
     def key_place(self, key: str) -> "WrittenValue":
-        """Return where a key of this section stands; its value stands for it where that is not known."""
+        """Return where a key of this section is; its value represents it where that is not known."""
         place = self.keys.get(key)
         return self.value[key] if place is None else place
 
 
 class Problems:
-    """The mistakes found so far; each is told once, in the order of the file."""
+    """The mistakes found so far; each is reported once, in the order of the file."""
 
     def __init__(self) -> None:
         self._places: dict[str, tuple[int, int]] = {}

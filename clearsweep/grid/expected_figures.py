@@ -4,8 +4,8 @@ from ..contracts.case import column_name
 from ..contracts.catalogue import Catalogue, Mechanism
 from ..contracts.layout import columns_of
 from . import life_keys
-from .reader import Reader
 from .keys import Section
+from .reader import Reader
 
 
 def figures(reader: Reader, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:

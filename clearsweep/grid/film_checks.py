@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from ..contracts.catalogue import Catalogue, Law
-from .reader import Reader
 from .keys import Section
+from .reader import Reader
 
 
 def check(reader: Reader, catalogue: Catalogue) -> None:
@@ -45,7 +45,7 @@ def _extremes(lengths: Sequence[float], radii: Sequence[float]) -> list[tuple[fl
 
 
 def _slenderness(reader: Reader, joint: str, law: Law, reached: list[float]) -> None:
-    """Check that a law holds for lengths over the diameter."""
+    """Check that a law is valid for lengths over the diameter."""
     limits = ((limit, value) for limit in law.ranges for value in reached if not limit.contains(value))
     limit, value = next(limits, (None, 0.0))
     if limit:
@@ -113,7 +113,7 @@ def _written(reader: Reader, joint: str) -> bool:
 
 
 def _beside_films(reader: Reader, joint: str, catalogue: Catalogue) -> None:
-    """Check that nothing stands beside a film that is not known there."""
+    """Check that nothing is next to a film that is not known there."""
     sticking = {law.name for law in catalogue.of("friction") if law.sticks}
     for path in (path for path in reader.names if path.endswith(".friction.law")):
         for law in sorted(reader.names[path] & sticking):

@@ -7,7 +7,7 @@ FILM = (
     Field(
         "limit",
         "1",
-        "eccentricity ratio up to which the film's formula holds; beyond, it is evaluated there",
+        "eccentricity ratio up to which the film's formula is valid; beyond, it is evaluated there",
         0.0,
         0.999,
         high_open=False,

@@ -10,9 +10,9 @@ from typing import Any
 
 from ..language.errors import InputError, nearest, shown
 from .document import WrittenValue
-from .reader import Reader
 from .iso286 import Fit, fit
 from .keys import Number
+from .reader import Reader
 
 #: How clearance spreads over a fit: what is written of it in a grid, from its fit.
 SPREADS = {
@@ -30,7 +30,7 @@ FORM = "{fit: H7/f7}, or {fit: H7/f7, distribution: normal}"
 
 
 def put_numbers(grid_reader: Reader, values_of: Callable[[str], tuple[float, ...]]) -> None:
-    """Put radial clearances in place of the fits of a draft; `values_of` a path gives its values as far as known."""
+    """Put radial clearances in place of the fits of a reader; `values_of` a path gives its values as far as known."""
     for path, node in list(grid_reader.shape.items()):
         if not isinstance(node, Number) or not node.uses[0].field.fit:
             continue
@@ -47,10 +47,10 @@ def put_numbers(grid_reader: Reader, values_of: Callable[[str], tuple[float, ...
                     grid_reader.shape,
                     grid_reader.swept,
                     grid_reader.written,
-                ):  # it is told already what is wrong with it
+                ):  # it is reported already what is wrong with it
                     known.pop(path, None)
             if there is grid_reader.written and path in grid_reader.swept:
-                grid_reader.fits.pop(path, None)  # what is written beside an axis has no case
+                grid_reader.fits.pop(path, None)  # what is written next to an axis has no case
 
 
 def fits_among(
@@ -81,7 +81,7 @@ def fits_among(
 
 
 class _WrongFitError(Exception):
-    """What is wrong with a fit, and where; no sentence where it is told of another value."""
+    """What is wrong with a fit, and where; no sentence where it is reported of another value."""
 
     def __init__(self, written: WrittenValue, sentence: str):
         super().__init__(sentence)
@@ -181,5 +181,5 @@ def _placed(value: Any, written: WrittenValue) -> Any:
 
 
 def _metres(length: float) -> str:
-    """Return a length as a user would write it: bare numbers do not stand beside quantities with a unit."""
+    """Return a length as a user would write it: bare numbers do not appear next to quantities with a unit."""
     return f"{length!r} m"

@@ -5,8 +5,8 @@ import math
 from ..contracts.catalogue import Field
 from .defined import DEFINE, START, TEXT, Definitions
 from .document import WrittenValue
-from .reader import Reader
 from .keys import Number, Section, Shape, Use
+from .reader import Reader
 
 
 def shape_of(definitions: Definitions) -> Shape:

@@ -19,13 +19,11 @@ from ..language.errors import InputError, shown
 from . import checks, identified, variations
 from .added_cases import ADDED
 from .added_cases import rows as added_rows
-from .assumed_units import WrittenUnit, assumed_units, noted_units, written_units
+from .assumed_units import WrittenUnit, assumed_units, written_units
 from .changes import Changed, put
 from .defined import NOTHING, START, Definitions
 from .document import Problems, name_of_run, override, read
-from .reader import Reader
 from .enumeration import Block, Factor, Step, Words, combined, words_at
-from .fits import noted
 from .identified import IDENTIFY, Identify
 from .iso286 import Fit
 from .key_units import unit
@@ -33,6 +31,7 @@ from .keys import Flag, Name, Number, Section, Shape, Table, Word, value_key
 from .naming import Taken
 from .optimised import OPTIMISE, Optimise
 from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, name_of, nested, number_of
+from .reader import Reader
 from .refine import REFINE, Refine
 from .resolve import case_of
 from .seek import SEEK, Seek
@@ -52,7 +51,7 @@ def load(
     """Return the checked grid in `source`, a path or a dict of the same shape, or one of them that options change.
 
     `overrides` maps dotted paths to values that replace what is written; None takes a key away, and a swept path that
-    is overridden is swept no longer.  An InputError tells every mistake.
+    is overridden is swept no longer.  An InputError reports every mistake.
     """
     problems = Problems()
     changed = source if isinstance(source, Changed) else Changed(source)
@@ -151,10 +150,10 @@ class Grid:
     _outline: Outline
     fits: dict[str, tuple[Fit, ...]]  # path of a clearance -> the fits of ISO 286 that it is written as
     assumed_units: tuple[str, ...] = ()  # paths of what is written without the unit that it has: SI is assumed
-    seek: Seek | None = None  # what is sought; its axis has the values that are tried first
+    seek: Seek | None = None  # what is searched for; its axis has the values that are tried first
     refine: Refine | None = None  # where further cases are put
     uncertain: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
-    added_cases: tuple[tuple[Any, ...], ...] = ()  # cases beside the product: their values, in the order of `axes`
+    added_cases: tuple[tuple[Any, ...], ...] = ()  # cases besides the product: their values, in the order of `axes`
     taken: tuple[Taken, ...] = ()  # the numbers that libraries gave
     defined: Definitions = NOTHING  # quantities of its own, and the numbers that follow from those that vary
     optimise: Optimise | None = None  # what is to be made small or large
@@ -219,10 +218,6 @@ class Grid:
     def case_id(self, index: int) -> str:
         """Return the 16 hexadecimal characters that name a case: a hash of its values and of the model's version."""
         return identity(self.written_case(index))
-
-    def as_noted(self, record: Mapping[str, Any]) -> "Grid":
-        """Return the grid, read from a `record` of it in SI, with fits and units as they were written."""
-        return replace(self, fits=noted(record), written_units=noted_units(record))
 
     def without_added(self) -> "Grid":
         """Return the grid without the cases that a run added."""

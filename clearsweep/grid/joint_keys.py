@@ -81,7 +81,7 @@ def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "
 
 
 def enter_material_name(tree: Shape, path: str, whose: str) -> None:
-    """Enter the key that names a material; the name may also stand in place of the section."""
+    """Enter the key that names a material; the name may also be in place of the section."""
     text = f"the name {whose}' material" if whose.endswith("s") else f"the name of the material {whose}"
     tree[f"{path}.{MATERIAL}"] = Name(
         tuple(MATERIALS), f"{text}, from `clearsweep list materials`; numbers next to it override its own"

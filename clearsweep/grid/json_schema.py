@@ -10,8 +10,8 @@ from .added_cases import ADDED
 from .defined import DEFINE
 from .defined import TEXT as TEXT_OF_DEFINE
 from .fits import SPREADS
-from .key_trees import key_trees
 from .identified import FEATURES, IDENTIFY
+from .key_trees import key_trees
 from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
 from .naming import MATERIAL
 from .optimised import AMONG, SENSES, WHOLE
@@ -155,7 +155,7 @@ def _seek() -> dict[str, Any]:
             **{
                 end: {
                     "anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}],
-                    "description": f"dotted path, or several in step: the {end} value is sought",
+                    "description": f"dotted path, or several in step: the {end} value is to be found",
                 }
                 for end in ENDS
             },
@@ -287,7 +287,7 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
         if isinstance(node, Section) and node.need == "required" and key != ANY:
             required += [] if node.unless else [key]
             either += [[key, node.unless]] if node.unless else []
-    others = {ANY: False} | properties  # whatever a user names is like what stands for it
+    others = {ANY: False} | properties  # whatever a user names is like what represents it
     whole = {"type": "object", "additionalProperties": others.pop(ANY), "properties": others}
     whole |= {"required": required} if required else {}
     for pair in either:
@@ -308,7 +308,7 @@ def _section(tree: Shape, path: str, node: Section) -> dict[str, Any]:
 
 
 def _items(tree: Shape, path: str, node: Section) -> dict[str, Any]:
-    """Return the schema of a list of quantities or names, or of a single quantity where one may stand for it."""
+    """Return the schema of a list of quantities or names, or of a single quantity where one may be for it."""
     first, count = tree[f"{path}.0"], node.items
     number = ITEMS[count]
     size = {"type": "array", "minItems": count, "maxItems": count}

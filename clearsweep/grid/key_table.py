@@ -50,7 +50,7 @@ _HARDNESS = Field(
 _PV_LIMIT = Field(
     "pv_limit",
     "W/m^2",
-    "pressure times sliding speed that the bearing stands; time beyond is counted",
+    "pressure times sliding speed that the bearing is; time beyond is counted",
     optional=True,
 )
 _BINS = Field(
@@ -136,7 +136,7 @@ _UNTIL = (
     ),
 )
 _NO_INTERVAL = "maxima, minima and totals have no interval that narrows as a run goes on, so they cannot be judged"
-_HORIZON = Flag("find the Lyapunov exponent and how far ahead the motion can be predicted, by a second run")
+_HORIZON = Flag("find the Lyapunov exponent and how far into the future the motion can be predicted, by a second run")
 _ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store how far every figure differs")
 _IMPACTS = Field(
     "impacts", "1", "impacts after which the run ends", 1, 1e9, low_open=False, high_open=False, default=10, whole=True
@@ -322,7 +322,7 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
 
 
 def _coefficients(tree: Shape, path: str, fields: tuple[Field, ...]) -> None:
-    """Enter wear coefficients, which have a unit, or are dimensionless beside a hardness."""
+    """Enter wear coefficients, which have a unit, or are dimensionless next to a hardness."""
     unit = f"{path.removesuffix('.running_in')}.coefficient_unit"
     for field in fields:
         number = field._replace(unit="1", low_open=False)

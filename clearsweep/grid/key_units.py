@@ -43,7 +43,7 @@ def _varied(resolved: Mapping) -> dict:
 def unit(node: Number, names: Mapping[str, frozenset[str]], exponent: float | None) -> str:
     """Return the SI unit of a number with the law names in play, 'A or B' where they differ; '' if none is in use.
 
-    `exponent` is the value of the key `exponent` beside it, None where there is none or it varies.
+    `exponent` is the value of the key `exponent` next to it, None where there is none or it varies.
     """
     written = [field.unit for field in node.fields(names)]
     exact = written if exponent is None else [quantity.exponent_of(name, exponent) for name in written]

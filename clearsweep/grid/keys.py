@@ -17,7 +17,7 @@ class Use(NamedTuple):
 
 
 class Number(NamedTuple):
-    """A key that holds a quantity."""
+    """A key that contains a quantity."""
 
     uses: tuple[Use, ...]
     sweep: bool = True
@@ -36,7 +36,7 @@ class Number(NamedTuple):
 
 
 class Rather(NamedTuple):
-    """Another default of a Word, and where it holds; paths are written or swept."""
+    """Another default of a Word, and where it applies; paths are written or swept."""
 
     word: str
     one_of: tuple[str, ...] = ()  # one of these paths is there, if any are named
@@ -45,14 +45,14 @@ class Rather(NamedTuple):
     unless: Condition = ("", frozenset())  # and none of these law names is in play
 
     def contains(self, there: Callable[[str], bool], names: Names) -> bool:
-        """Return whether it holds, `there` telling of a path whether it is written or swept."""
+        """Return whether it applies, `there` saying of a path whether it is written or swept."""
         present = all(map(there, self.all_of)) and (not self.one_of or any(map(there, self.one_of)))
         path, refused = self.unless
         return present and not any(map(there, self.none_of)) and refused.isdisjoint(names.get(path, ()))
 
 
 class Word(NamedTuple):
-    """A key that holds one of a few words."""
+    """A key that contains one of a few words."""
 
     options: tuple[str, ...]
     text: str
@@ -74,7 +74,7 @@ class Word(NamedTuple):
 
 
 class Name(NamedTuple):
-    """A key that holds the name of an entry of a library; numbers are put in its place before anything is read."""
+    """A key that contains the name of an entry of a library; numbers are put in its place before anything is read."""
 
     options: tuple[str, ...]
     text: str
@@ -102,7 +102,7 @@ class Flag(NamedTuple):
 
 
 class Table(NamedTuple):
-    """A key that holds a table, or the name of its file."""
+    """A key that contains a table, or the name of its file."""
 
     columns: Columns
     when: tuple[Condition, ...] = ()
@@ -128,14 +128,14 @@ def _met(when: tuple[Condition, ...], names: Names) -> bool:
 
 
 class Section(NamedTuple):
-    """A key that holds further keys."""
+    """A key that contains further keys."""
 
     text: str
     need: str = "required"  # 'required', 'optional', or 'implied': there even if it is not written
     items: int = 0  # of the list in which it is written; 0: it is no list
     alone: tuple[int, ...] = ()  # of a list: by what a single quantity in its place is multiplied for each item
-    unless: str = ""  # a section beside it that does in its place
-    needs: str = ""  # a section beside the one it stands in, without which it is not there
+    unless: str = ""  # a section next to it that does in its place
+    needs: str = ""  # a section next to the one it is in, without which it is not there
 
 
 ITEMS = {2: "two", 3: "three"}  # of a list, in words
@@ -143,21 +143,21 @@ Shape = dict[str, Section | Word | Number | Flag | Table | Name]
 
 
 def value_key(shape: Shape, path: str) -> Word | Number:
-    """Return the key at `path`, which holds a word or a quantity; anything else is a mistake of the caller."""
+    """Return the key at `path`, which contains a word or a quantity; anything else is a mistake of the caller."""
     node = shape[path]
     assert isinstance(node, (Word, Number)), path
     return node
 
 
 def word_key(shape: Shape, path: str) -> Word:
-    """Return the key at `path`, which holds a word; anything else is a mistake of the caller."""
+    """Return the key at `path`, which contains a word; anything else is a mistake of the caller."""
     node = shape[path]
     assert isinstance(node, Word), path
     return node
 
 
 def section_key(shape: Shape, path: str) -> Section:
-    """Return the key at `path`, which holds further keys; anything else is a mistake of the caller."""
+    """Return the key at `path`, which contains further keys; anything else is a mistake of the caller."""
     node = shape[path]
     assert isinstance(node, Section), path
     return node

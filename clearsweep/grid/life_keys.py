@@ -1,8 +1,8 @@
 """The keys of `life`: how long a case is to wear, how closely that is extrapolated, and what it asks of other keys."""
 
 from ..contracts.catalogue import Field
-from .reader import Reader
 from .keys import Number, Section, Shape, Use, Word
+from .reader import Reader
 
 LIFE = "life"
 OF = ("wear_depth_max", "clearance_growth")
@@ -88,8 +88,8 @@ def check(reader: Reader) -> None:
         _joint(reader, str(joint))
     for path, reason in (
         ("simulate.until", "a life makes its blocks as long as the wear rate needs"),
-        ("simulate.error_check", "a life tells its own error, in the interval of its revolutions"),
-        ("save.worst", "the largest peak of a life is that of one of many blocks, and its history tells of all"),
+        ("simulate.error_check", "a life gives its own error, in the interval of its revolutions"),
+        ("save.worst", "the largest peak of a life is that of one of many blocks, and its history gives of all"),
     ):
         if path in reader.sections or path in reader.values:
             reader.problems.add(reader.place(path), path, f"has no effect with `life`: {reason}; leave it out")

@@ -15,7 +15,7 @@ _FIGURE = 'headroom: "1 - rod_slider_load_peak / (2 * rod_slider_force_peak_idea
 
 
 def read_into(reader: Reader, root: WrittenValue) -> None:
-    """Read both sections into the draft, whose columns are known."""
+    """Read both sections into the reader, whose columns are known."""
     units = dict(reader.figures)
     for name, written in _entries(reader, root, "figures", _FIGURE).items():
         taken = _taken(reader, name)
@@ -37,7 +37,7 @@ def read_into(reader: Reader, root: WrittenValue) -> None:
 
 
 def _entries(reader: Reader, root: WrittenValue, name: str, example: str) -> dict[str, WrittenValue]:
-    """Return what a section holds, {} where there is none."""
+    """Return what a section contains, {} where there is none."""
     section = root.value.get(name) if isinstance(root.value, dict) else None
     if section is None:
         return {}

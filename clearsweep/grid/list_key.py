@@ -3,8 +3,8 @@
 from ..language.errors import shown
 from .axes import half_bare
 from .document import WrittenValue
-from .reader import Reader
 from .keys import ITEMS, Number, Section, Shape, Word
+from .reader import Reader
 
 
 def items(reader: Reader, written: WrittenValue, path: str, whole: Shape) -> dict[str, WrittenValue] | None:

@@ -2,8 +2,8 @@
 
 from ..contracts.catalogue import Catalogue
 from ..contracts.outline import GROUND, JointOutline
-from .reader import Reader
 from .keys import Section
+from .reader import Reader
 
 _REACHES = "no chain of joints leads from the ground to it; join it to a body that does hang, or leave it out"
 
@@ -34,7 +34,7 @@ def check(reader: Reader, catalogue: Catalogue) -> None:
 
 
 def _ends(reader: Reader, joint: JointOutline) -> tuple[str, str] | None:
-    """Return the bodies that a joint joins, None where these could not be read; its own problem is told already."""
+    """Return the bodies that a joint joins, None where these could not be read; its own problem is reported already."""
     known = {body.name for body in reader.outline.bodies}
     return joint.bodies if known.issuperset(joint.bodies) else None
 
@@ -87,7 +87,7 @@ def _driven(reader: Reader) -> None:
 
 
 def _initial(reader: Reader) -> None:
-    """Check that a body whose start is written is held by no ideal joint, and that nothing else determines it."""
+    """Check that a body whose start is written is fixed by no ideal joint, and that nothing else determines it."""
     for body in reader.outline.bodies:
         path = f"mechanism.bodies.{body.name}.initial"
         if not reader.there(path):
@@ -161,7 +161,7 @@ def _elastic(reader: Reader, body: str) -> None:
 
 
 def _sticking(reader: Reader, path: str, sticking: set[str]) -> None:
-    """Check that nothing sticks in a joint with clearance beside friction of a given size that sticks."""
+    """Check that nothing sticks in a joint with clearance next to friction of a given size that sticks."""
     others = (other for other in reader.names if other.startswith("joints.") and other.endswith(".friction.law"))
     if reader.names.get(path, frozenset()) & sticking and any(reader.names[other] & sticking for other in others):
         sentence = "sticks, which is not available with a joint with clearance that also sticks; choose another law"
@@ -182,7 +182,7 @@ def _flanges(reader: Reader, joint: str) -> None:
 
 
 def _guides(reader: Reader, sticking: set[str]) -> None:
-    """Check that what moves in an open guide can turn, and that nothing stands beside it that is not known there."""
+    """Check that what moves in an open guide can turn, and that nothing is next to it that is not known there."""
     for site in reader.mechanism.joints:
         path = f"joints.{site.name}"
         if site.kind not in ("guide", "slot") or not isinstance(reader.shape.get(path), Section):

@@ -21,7 +21,7 @@ LEAST_ROWS = 16
 
 
 class Measured(NamedTuple):
-    """What a file of measured signals holds, SI."""
+    """What a file of measured signals contains, SI."""
 
     file: str
     over: str  # a key of OVER

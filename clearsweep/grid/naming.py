@@ -1,4 +1,4 @@
-"""Puts numbers in place of the names of materials, oils and wear pairs; numbers that are written beside stay."""
+"""Puts numbers in place of the names of materials, oils and wear pairs; numbers next to a name stay."""
 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
@@ -120,7 +120,7 @@ class _Named:
 
 
 def put_numbers(root: WrittenValue, problems: Problems) -> tuple[WrittenValue, list[Taken]]:
-    """Return a document in which numbers stand for names of the libraries, and what was taken."""
+    """Return a document in which numbers represent names of the libraries, and what was taken."""
     named = _Named(problems)
 
     def joints(path: str, section: WrittenValue) -> WrittenValue:

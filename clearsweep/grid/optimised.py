@@ -1,16 +1,15 @@
 """Reads `optimise`: the values to vary, the columns to make small or large, how many cases that may take."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 from ..language import quantity
-from ..language.errors import InputError, nearest, shown
-from .added_cases import ADDED
+from ..language.errors import nearest, shown
+from .added_cases import always_used, count, over_of, section_in, section_of
 from .document import WrittenValue
-from .reader import Reader
 from .keys import Number, Word
-from .seek import always_used
+from .reader import Reader
 
 OPTIMISE = "optimise"
 SENSES = ("minimise", "maximise")
@@ -73,6 +72,11 @@ class Optimise(NamedTuple):
         own = [tuple(self.start.values())] if self.start else []
         return list(dict.fromkeys([*own, *points]))[:count]
 
+    def columns(self, there: Collection[str]) -> list[str]:
+        """Return the columns that cases are compared by: objectives, and the ends of their intervals, if `there`."""
+        names = [name for name, _ in self.objectives]
+        return [*names, *(end for name in names for end in ends(name) if end in there)]
+
     def written(self) -> dict[str, Any]:
         """Return the section as a grid may have it, in SI."""
         senses = {
@@ -82,27 +86,17 @@ class Optimise(NamedTuple):
         return head | {key: names for key, names in senses.items() if names} | {"cases": self.cases, "seed": self.seed}
 
 
+def ends(column: str) -> tuple[str, str]:
+    """Return the names of the columns with the ends of the 95 % interval of a column, which few columns have."""
+    return f"{column}_low", f"{column}_high"
+
+
 def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
     """Return path -> its place and its values as an axis has them, of what is to vary; note the kinds of choices."""
-    section = root.value.get(OPTIMISE) if isinstance(root.value, dict) else None
-    if section is None:
-        return {}
-    if not isinstance(section.value, dict):
-        reader.problems.add(section, OPTIMISE, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
-        return {}
-    for key in section.value:
-        if key not in (*KEYS, ADDED):
-            sentence = f"unknown key '{key}'{nearest(key, KEYS)} (allowed: {', '.join(KEYS)})"
-            reader.problems.add(section.key_place(key), f"{OPTIMISE}.{key}", sentence)
-    for other in ("sweep", "zip", "cases", "sample", "seek", "refine"):
-        if other in root.value:
-            sentence = f"conflicts with `{other}`; `optimise` chooses all cases itself; remove one of the two"
-            reader.problems.add(section, OPTIMISE, sentence)
-            return {}
-    over = section.value.get("over")
-    if over is None or not isinstance(over.value, dict) or not over.value:
-        place = over or section
-        reader.problems.add(place, f"{OPTIMISE}.over", f"names nothing to vary; for example: {_EXAMPLE}")
+    section = section_of(reader, root, OPTIMISE, KEYS, _EXAMPLE)
+    others = ("sweep", "zip", "cases", "sample", "seek", "refine")
+    over = over_of(reader, root, section, OPTIMISE, others, _EXAMPLE) if section else None
+    if over is None:
         return {}
     variables = {}
     for path, written in over.value.items():
@@ -138,7 +132,7 @@ def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | 
 
 def read(reader: Reader, root: WrittenValue) -> Optimise | None:
     """Return what is to be optimised, the axes being known; None where nothing is or something is wrong."""
-    section = root.value.get(OPTIMISE) if isinstance(root.value, dict) else None
+    section = section_in(root, OPTIMISE)
     paths = [path for path, way in reader.way.items() if way == OPTIMISE]
     if section is None or not isinstance(section.value, dict) or not paths or not set(paths) <= reader.axes.keys():
         return None
@@ -185,27 +179,6 @@ def _objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool]
         sentence = "is missing; write the column to make small, or maximise: the one to make large"
         reader.problems.add(section, f"{OPTIMISE}.{SENSES[0]}", sentence)
     return tuple(objectives)
-
-
-def count(
-    reader: Reader, section: WrittenValue, key: tuple[str, str], allowed: tuple[int, int], default: int | None
-) -> int | None:
-    """Return a whole number of a section, `key` its name and the key in it; None where it is missing or wrong."""
-    written, where = section.value.get(key[1]), ".".join(key)
-    if written is None:
-        if default is None:
-            reader.problems.add(section, where, "is missing; write how many cases there may be")
-        return default
-    try:
-        value = quantity.read(written.value, "1")
-    except InputError as error:
-        reader.problems.add(written, where, str(error))
-        return None
-    if value != int(value) or not allowed[0] <= value <= allowed[1]:
-        sentence = f"found {written.value}; allowed: a whole number from {allowed[0]} to {allowed[1]:,}"
-        reader.problems.add(written, where, sentence)
-        return None
-    return int(value)
 
 
 def start_of(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from .resolve import Shared
 
 Value = Any  # of a key: a number in SI, a word, True for a flag
 
-#: The sections that decide what a case is, beside `simulate`.
+#: The sections that decide what a case is, next to `simulate`.
 _IDENTITY = ("mechanism", "drive", "loads", "life", "uncertain", "joints")
 PATIENCE = "time_budget"  # of `simulate`: how long to wait for a case is no part of what it is
 #: Of both bodies, what a user writes, no key of a case -> the keys that follow from it: below `wear`.
@@ -21,7 +21,7 @@ _OF_BOTH = {
     "running_in.initial": ("running_in.bearing_initial", "running_in.journal_initial"),
 }
 _WEAR = ".wear."
-_SHOWN = "\0{}\0"  # stands for a value that varies; no value that is written has such characters
+_SHOWN = "\0{}\0"  # represents a value that varies; no value that is written has such characters
 
 
 class Slot(NamedTuple):
@@ -75,7 +75,7 @@ def derived(flat: Mapping[str, Value]) -> dict[str, Value]:
 
 
 def nested(flat: Mapping[str, Any], pairs: Collection[str]) -> dict[str, Any]:
-    """Return a dict of dicts from dotted paths; what stands at the paths `pairs` is a list, as in a grid file."""
+    """Return a dict of dicts from dotted paths; what is at the paths `pairs` is a list, as in a grid file."""
     return _listed(_tree(flat), pairs)
 
 
@@ -122,7 +122,7 @@ def number_of(text: str) -> int:
 
 
 class Texts:
-    """The values that vary as they stand in the text of an identity."""
+    """The values that vary as they appear in the text of an identity."""
 
     def __init__(self, paths: Collection[str], varied: Collection[str]):
         """Take the `paths` of all keys and those that are `varied`."""
@@ -193,7 +193,7 @@ def _shared(tree: dict[str, Any]) -> Shared:
 
 
 def _sections_above(paths: Iterable[str]) -> list[list[str]]:
-    """Return the sections in which something stands at one of the paths, outer ones first."""
+    """Return the sections in which something is at one of the paths, outer ones first."""
     parts = [path.split(".") for path in paths]
     above = dict.fromkeys(tuple(each[:depth]) for each in parts for depth in range(1, len(each)))
     return sorted(map(list, above), key=len)

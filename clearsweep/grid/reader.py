@@ -39,14 +39,14 @@ class Reader:
     fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> the fits it is written as
     taken: dict[str, Taken] = field(default_factory=dict)  # path of a number -> what a library gave for it
     figures: dict[str, str] = field(default_factory=dict)  # of merit, that the cases will have -> unit
-    limits: dict[str, Any] = field(default_factory=dict)  # as a resolved grid holds them, see `verdict`
-    among: tuple[Fit, ...] = ()  # the fits among which is sought, in order of their largest clearances
+    limits: dict[str, Any] = field(default_factory=dict)  # as a resolved grid contains them, see `verdict`
+    among: tuple[Fit, ...] = ()  # the fits among which is searched for, in order of their largest clearances
     seek: Any = None  # `seek.Seek`
     choices: dict[str, str] = field(default_factory=dict)  # path under `optimise` -> kind of its values
     optimise: Any = None  # `optimised.Optimise`
     identify: Any = None  # `identified.Identify`
     refine: Any = None  # `refine.Refine`
-    added_in: str = ""  # the key under which cases stand that a run added
+    added_in: str = ""  # the key under which cases are that a run added
     added_written: dict[str, WrittenValue] = field(default_factory=dict)  # their values, by path
     added_cases: dict[str, list[Any]] = field(default_factory=dict)  # the same, SI
     uncertain: dict[str, dict[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI

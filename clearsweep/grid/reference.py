@@ -1,16 +1,16 @@
 """The keys of grid files as a page to read, made of the keys there are."""
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
 
 from ..contracts.catalogue import Catalogue, Field
 from ..contracts.outline import ANY
 from .axes import FORMS
 from .fits import FORM
-from .key_trees import key_trees
 from .json_schema import schema
-from .limit_keys import SECTIONS
+from .key_trees import KeyTree, key_trees
 from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
+from .limit_keys import SECTIONS
 from .sampling import DISTRIBUTIONS, METHODS
 from .uncertain import UNCERTAIN
 
@@ -21,10 +21,10 @@ _HEAD = """\
 
 <!-- written by `clearsweep schema --markdown`; a test compares -->
 
-A grid file is YAML 1.2. Its keys depend on `mechanism.type`; `NAME` stands for a name that the grid chooses. A quantity
+A grid file is YAML 1.2. Its keys depend on `mechanism.type`; `NAME` represents a name that the grid chooses. A quantity
 is text with a unit (`0.5 mm`, `5000 rpm`) or a bare number in the SI unit given here; any unit of the same dimension
-will do. *Required* stands where a key has no default; a dash, where it may be left out. Every key can be swept, unless
-it says that it cannot; of words, only the names of laws can. `clearsweep list NAME` says what a law does with its keys.
+will do. *Required* means that a key has no default, a dash that it may be left out. Every key can be swept, unless it
+says that it cannot; of words, only the names of laws can. `clearsweep list NAME` says what a law does with its keys.
 The same as a JSON Schema, for editors: `clearsweep schema`.
 """
 _TABLE = "| key | unit | allowed | default | meaning |\n| --- | --- | --- | --- | --- |"
@@ -38,25 +38,144 @@ class _Row(NamedTuple):
     allowed: str
     default: str
     text: str
+    laws: tuple[str, ...] = ()  # those for which the key has this meaning; none: whatever the law
+    options: tuple[str, ...] = ()  # words that are allowed
 
     def __str__(self) -> str:
-        cells = (f"`{self.key}`", self.unit, self.allowed, self.default, self.text)
+        cells = (f"`{self.key}`", self.unit, self.allowed or _quoted(self.options), self.default, self.text)
         return f"| {' | '.join(cell.replace('|', '&#124;').replace('<', '&lt;') for cell in cells)} |"
 
 
+def _quoted(words: Iterable[str]) -> str:
+    """Return words one after the other, as code."""
+    return ", ".join(f"`{word}`" for word in words)
+
+
+class _Where(NamedTuple):
+    """Whose grids have a section: a mechanism, in the plane or in space; of joints also which of them."""
+
+    mechanism: str
+    spatial: bool
+    joints: tuple[str, ...] = ()
+
+    def name(self) -> str:
+        """Return the title of the mechanism."""
+        return f"{self.mechanism} in space" if self.spatial else self.mechanism
+
+
+_Places = dict[_Where, tuple[Section, tuple[_Row, ...]]]
+
+
 def markdown(catalogue: Catalogue) -> str:
-    """Return every key of a grid file with unit, range, default and meaning, as a page in Markdown."""
-    parts = [_HEAD]
-    written: dict[tuple[_Row, ...], tuple[str, str]] = {}
-    for form in key_trees(catalogue):
-        name = f"{form.mechanism}, spatial" if form.spatial else form.mechanism
-        parts.append(f"## {name}\n")
-        for title, section, rows in _blocks(form.keys):
-            parts.append(f"### {title}\n\n{_sentence(section)}\n")
-            where = written.setdefault(rows, (name, title))
-            same = f"The same keys as in {where[1].partition(',')[0]} of {where[0]}.\n"
-            parts.append(same if where != (name, title) else "\n".join((_TABLE, *map(str, rows))) + "\n")
+    """Return every key of a grid file with unit, range, default and meaning, as a page in Markdown.
+
+    A section that several mechanisms or joints have is there once; a row says which of them has it, unless all have.
+    """
+    sections: dict[str, _Places] = {}
+    for tree in key_trees(catalogue):
+        for path, where, section, rows in _sections(tree):
+            if rows:
+                sections.setdefault(path, {})[where] = section, rows
+    alike: dict[tuple[_Row, ...], list[str]] = {}
+    tops = list(dict.fromkeys(path.partition(".")[0] for path in sections))
+    for path, places in sorted(sections.items(), key=lambda item: tops.index(item[0].partition(".")[0])):
+        alike.setdefault(tuple(_together(places)), []).append(path)
+    parts = [_HEAD, *_overview(sections)]
+    for rows, paths in alike.items():
+        texts = dict.fromkeys(_sentences(sections[path]) for path in paths)
+        parts += [f"## {_quoted(paths)}\n", " ".join(texts) + "\n", _TABLE, *map(str, rows), ""]
     return "\n".join([*parts, _cases(catalogue)])
+
+
+def _sections(tree: KeyTree) -> Iterator[tuple[str, _Where, Section, tuple[_Row, ...]]]:
+    """Yield (path, where, section, rows) of each section; joints with the same sections inside are one, called NAME."""
+    kinds: dict[tuple[str, ...], list[str]] = {}  # the sections within a joint -> joints
+    for joint in (path for path in tree.keys if path.startswith("joints.") and path.count(".") == 1):
+        inside = tuple(each.removeprefix(joint) for each in tree.keys if each.startswith(f"{joint}."))
+        kinds.setdefault(inside, []).append(joint)
+    for path, node in tree.keys.items():
+        if not isinstance(node, Section):
+            continue
+        if not path.startswith("joints."):
+            yield path, _Where(tree.mechanism, tree.spatial), node, tuple(_rows(tree.keys, path))
+            continue
+        joint = ".".join(path.split(".")[:2])
+        alike = next(joints for joints in kinds.values() if joint in joints)
+        if joint == alike[0]:
+            names = tuple(each.removeprefix("joints.") for each in alike)
+            tables = {name: tuple(_rows(tree.keys, path.replace(joint, f"joints.{name}", 1))) for name in names}
+            where = _Where(tree.mechanism, tree.spatial, names if len(kinds) > 1 else ())
+            yield path.replace(joint, f"joints.{ANY}", 1), where, node, _merged(tables)
+
+
+def _overview(sections: Mapping[str, _Places]) -> Iterator[str]:
+    """Yield a table of the mechanisms and of the sections that describe their bodies."""
+    yield "| mechanism | its own sections |\n| --- | --- |"
+    names = list(dict.fromkeys(where.name() for places in sections.values() for where in places))
+    for name in names:
+        own = [path for path, places in sections.items() if name in {where.name() for where in places}]
+        listed = _quoted(path for path in own if path.startswith("mechanism."))
+        yield f"| {name} | {listed} |"
+    yield ""
+
+
+def _together(places: _Places) -> Iterator[_Row]:
+    """Yield the rows of a section; those that only some of its mechanisms or joints have say which.
+
+    Rows that differ in laws or options alone are one: which laws a joint can have is in the row of `law`.
+    """
+    rows: dict[_Row, dict[_Where, _Row]] = {}
+    for where, (_, own) in places.items():
+        for row in own:
+            rows.setdefault(row._replace(laws=(), options=()), {})[where] = row
+    order, known = list(dict.fromkeys(row.key for row in rows)), tuple[str, ...]()
+    for row, owners in sorted(rows.items(), key=lambda item: order.index(item[0].key)):
+        laws = tuple(dict.fromkeys(law for each in owners.values() for law in each.laws))
+        options = tuple(dict.fromkeys(word for each in owners.values() for word in each.options))
+        known = options if row.key == "law" else known
+        text = f"{_laws(laws, known)}: {row.text}" if laws else row.text
+        lacking: dict[tuple[str, ...], list[_Where]] = {}
+        for where, each in owners.items():
+            lacking.setdefault(tuple(word for word in options if word not in each.options), []).append(where)
+        for words, those in lacking.items():
+            text += f"; {_only(those, owners)}: without {_quoted(words)}" if words else ""
+        only = _only(owners, places)
+        yield row._replace(text=f"*{only}*: {text}" if only else text, options=options)
+
+
+def _laws(own: Collection[str], known: Collection[str]) -> str:
+    """Return the names of laws; where most of a section's have something, of those that have not."""
+    others = [name for name in known if name not in own]
+    return f"all but {_quoted(others)}" if 0 < len(others) < len(own) / 2 and {*own} <= {*known} else _quoted(own)
+
+
+def _only(owners: Collection[_Where], places: Collection[_Where]) -> str:
+    """Return which of several have something, in words; nothing, where all have it."""
+    if len(owners) == len(places):
+        return ""
+    for spatial, text in ((True, "in space"), (False, "in the plane")):
+        if set(owners) == {where for where in places if where.spatial == spatial}:
+            return text
+    others = [where for where in places if where not in owners]
+    return f"not {_named(others, places)}" if len(others) < len(owners) else _named(owners, places)
+
+
+def _named(owners: Collection[_Where], places: Collection[_Where]) -> str:
+    """Return the names of the mechanisms and, where it is only some of their joints, of these."""
+    words = []
+    for name in dict.fromkeys(where.name() for where in owners):
+        own, every = ([where for where in those if where.name() == name] for those in (owners, places))
+        joints = "" if len(own) == len(every) else f" ({', '.join(joint for where in own for joint in where.joints)})"
+        words.append(f"{name}{joints}")
+    return ", ".join(words)
+
+
+def _sentences(places: _Places) -> str:
+    """Return what a section is, and whether it is needed; where that differs, for whom."""
+    texts: dict[str, list[_Where]] = {}
+    for where, (section, _) in places.items():
+        texts.setdefault(_sentence(section), []).append(where)
+    return " ".join(f"{text[:-1]} ({only})." if (only := _only(own, places)) else text for text, own in texts.items())
 
 
 def _sentence(section: Section) -> str:
@@ -67,40 +186,24 @@ def _sentence(section: Section) -> str:
     return f"{section.text[0].upper()}{section.text[1:]}{form}{need}."
 
 
-def _blocks(tree: Shape) -> Iterator[tuple[str, Section, tuple[_Row, ...]]]:
-    """Yield (title, section, rows) of each section; joints, which differ only in a few words, are one."""
-    kinds: dict[tuple[str, ...], list[str]] = {}  # the sections within a joint -> joints
-    for path in (path for path in tree if path.startswith("joints.") and path.count(".") == 1):
-        inside = tuple(each.removeprefix(path) for each in tree if each.startswith(f"{path}."))
-        kinds.setdefault(inside, []).append(path)
-    first = {joints[0]: joints for joints in kinds.values()}
-    others = tuple(f"{joint}." for joints in kinds.values() for joint in joints[1:])
-    for path, node in tree.items():
-        if not isinstance(node, Section) or f"{path}.".startswith(others):
-            continue
-        alike = {path: path}
-        start = ".".join(path.split(".")[:2])
-        if start in first:
-            alike = {joint: path.replace(start, joint, 1) for joint in first[start]}
-        rows = _merged({joint.rpartition(".")[2]: tuple(_rows(tree, section)) for joint, section in alike.items()})
-        if rows:
-            yield ", ".join(f"`{section}`" for section in alike.values()), node, rows
-
-
 def _merged(tables: dict[str, tuple[_Row, ...]]) -> tuple[_Row, ...]:
     """Return the rows that several joints have in common; a cell in which they differ says so joint by joint."""
     merged = []
     for rows in zip(*tables.values(), strict=True):
-        cells = []
+        cells: list[Any] = []
         for values in zip(*rows, strict=True):
-            each = "; ".join(f"{joint}: {value}" for joint, value in zip(tables, values, strict=True))
+            each = "; ".join(
+                f"{joint}: {_quoted(value) if isinstance(value, tuple) else value}"
+                for joint, value in zip(tables, values, strict=True)
+            )
             cells.append(values[0] if len(set(values)) == 1 else each)
-        merged.append(_Row(*cells))
+        row = _Row(*cells)
+        merged.append(row if isinstance(row.options, tuple) else row._replace(allowed=row.options, options=()))
     return tuple(merged)
 
 
 def _rows(tree: Shape, path: str) -> Iterator[_Row]:
-    """Yield the rows of the keys that stand directly in the section at `path`."""
+    """Yield the rows of the keys that are directly in the section at `path`."""
     for inner, node in tree.items():
         parent, _, key = inner.rpartition(".")
         if isinstance(tree.get(parent), Number):  # a quantity, or a section in its place
@@ -119,14 +222,21 @@ def _rows(tree: Shape, path: str) -> Iterator[_Row]:
         elif isinstance(node, Word):
             default = f"`{node.default}`" if node.default else "required"
             named = any(ANY in option for option in node.options)
-            allowed = "a name" if named else ", ".join(f"`{option}`" for option in node.options)
-            yield _Row(key, "", allowed, "-" if named else default, node.text)
+            options = () if named else tuple(filter(None, node.options))
+            yield _Row(
+                key,
+                "",
+                "a name" if named or not any(options) else "",
+                "-" if named else default,
+                node.text,
+                options=options,
+            )
         else:
             yield from _quantity(tree, inner, key, node)
 
 
 def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[_Row]:
-    """Yield one row for each meaning of a key that holds a quantity, with the laws for which it has that meaning."""
+    """Yield one row for each meaning of a key that contains a quantity, with the laws for which it has that meaning."""
     meanings: dict[Field, list[str]] = {}
     elastic = tree.get(f"{'.'.join(path.split('.')[:2])}.contact.elastic")
     for field, when in node.uses:
@@ -135,11 +245,10 @@ def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[_Row]:
     for field, laws in meanings.items():
         default = "-" if field.optional else "required"
         default = default if field.default is None else f"{field.default:.15g}"
-        names = ", ".join(f"`{law}`" for law in laws)
         fixed = "" if node.sweep else "; cannot be swept"
         allowed = field._replace(unit="1").allowed()
         unit = "" if field.unit == "1" else field.unit
-        yield _Row(key, unit, allowed, default, f"{names}: {field.text}{fixed}" if laws else f"{field.text}{fixed}")
+        yield _Row(key, unit, allowed, default, f"{field.text}{fixed}", tuple(laws))
 
 
 def _cases(catalogue: Catalogue) -> str:
@@ -188,7 +297,7 @@ def _cases(catalogue: Catalogue) -> str:
             "| key | meaning |\n| --- | --- |",
             *rows,
             "\nAn axis is a list of values, or one of",
-            "\n| form | holds |\n| --- | --- |",
+            "\n| form | contains |\n| --- | --- |",
             *axes,
             *_searches(),
             "\n### `sample`\n",
@@ -196,7 +305,7 @@ def _cases(catalogue: Catalogue) -> str:
             *sample,
             "\n| design | what it draws |\n| --- | --- |",
             *methods,
-            "\n| distribution | holds |\n| --- | --- |",
+            "\n| distribution | contains |\n| --- | --- |",
             *kinds,
             "",
         ]
@@ -231,7 +340,7 @@ def _searches() -> list[str]:
     ]
     identify = [
         "| `over` | dotted path -> [low, high], the range of its prior |",
-        "| `from` | CSV file beside the grid -> {channel: column}, of what was measured |",
+        "| `from` | CSV file next to the grid -> {channel: column}, of what was measured |",
         "| `cases` | a whole number, at least 16: how many there may be |",
         "| `features` | a list of rms, peaks, spectrum, impacts; default all of them |",
         "| `seed` | a whole number, at least 0, default 0, of what is drawn |",

@@ -16,7 +16,7 @@ _MOST_CASES = 1_000_000
 _RARE = 1e-6  # share of a distribution on either side that may lie out of range: so rare that it is not drawn
 _WIDEST = 1e3  # std of a lognormal over its mean; beyond, half of it lies a millionth of the mean and lower
 _NUDGE = 1e-9  # of the distance between the 5 % and 95 % quantiles: a disturbance too small to matter by itself
-_POWERS_OF_TWO = ("sobol", "saltelli")  # the balance of a Sobol sequence holds for these numbers of points only
+_POWERS_OF_TWO = ("sobol", "saltelli")  # the balance of a Sobol sequence needs for these numbers of points only
 METHODS = {
     "sobol": "a scrambled Sobol sequence; n a power of 2, and a larger n keeps the cases of a smaller one",
     "latin-hypercube": "a Latin hypercube of n points",

@@ -6,13 +6,13 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from ..language import quantity
-from ..language.errors import InputError, nearest, shown
-from .added_cases import ADDED
+from ..language.errors import InputError, shown
+from .added_cases import always_used, section_in, section_of
 from .document import WrittenValue
-from .reader import Reader
 from .fits import fits_among
 from .iso286 import Fit
-from .keys import Number, Word, value_key
+from .keys import Number
+from .reader import Reader
 
 SEEK = "seek"
 ENDS, FOR = ("largest", "smallest"), ("each", "all")
@@ -24,7 +24,7 @@ _AMONG = "{fits: [H7/g6, H7/f7]}"
 
 
 class Seek(NamedTuple):
-    """What is sought, in SI."""
+    """What is searched for, in SI."""
 
     end: str  # one of ENDS
     paths: tuple[str, ...]  # in step: all have the same value
@@ -78,20 +78,13 @@ class Seek(NamedTuple):
 def range_of(
     reader: Reader, root: WrittenValue, values_of: Callable[[str], tuple[float, ...]]
 ) -> tuple[list[WrittenValue], WrittenValue] | None:
-    """Return the paths that are sought and their values as written; None where there is none to vary.
+    """Return the paths that are searched for and their values as written; None where there is none to vary.
 
     `values_of` a path gives its values as far as known, from which fits have their sizes.
     """
-    section = root.value.get(SEEK) if isinstance(root.value, dict) else None
+    section = section_of(reader, root, SEEK, KEYS, _EXAMPLE)
     if section is None:
         return None
-    if not isinstance(section.value, dict):
-        reader.problems.add(section, SEEK, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
-        return None
-    for key in section.value:
-        if key not in (*KEYS, ADDED):
-            sentence = f"unknown key '{key}'{nearest(key, KEYS)} (allowed: {', '.join(KEYS)})"
-            reader.problems.add(section.key_place(key), f"{SEEK}.{key}", sentence)
     ends = [end for end in ENDS if end in section.value]
     between = section.value.get("between")
     if len(ends) != 1:
@@ -129,7 +122,7 @@ def _paths(reader: Reader, written: WrittenValue, where: str) -> list[WrittenVal
 def _among(
     reader: Reader, section: WrittenValue, paths: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
 ) -> tuple[list[WrittenValue], WrittenValue] | None:
-    """Return the paths, and the largest clearances of the fits among which is sought, ascending."""
+    """Return the paths, and the largest clearances of the fits among which is searched for, ascending."""
     among = section.value["among"]
     for key in ("between", "within"):
         if key in section.value:
@@ -149,8 +142,8 @@ def _among(
 
 
 def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | None:
-    """Return what is sought, its axis being known; None where nothing is or something is wrong."""
-    section = root.value.get(SEEK) if isinstance(root.value, dict) else None
+    """Return what is searched for, its axis being known; None where nothing is or something is wrong."""
+    section = section_in(root, SEEK)
     paths = tuple(path for path, way in reader.way.items() if way == SEEK)
     if section is None or not paths or not set(paths) <= reader.axes.keys():
         return None
@@ -202,19 +195,6 @@ def _within(reader: Reader, section: WrittenValue, path: str) -> float | None:
 
 def _unit(reader: Reader, path: str) -> str:
     node = reader.shape[path]
-    assert isinstance(node, Number)  # others cannot be sought
+    assert isinstance(node, Number)  # others cannot be searched for
     exponents = reader.reached(f"{path.rpartition('.')[0]}.exponent")
     return quantity.exponent_of(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
-
-
-def always_used(reader: Reader, place: WrittenValue, section: str, path: str) -> None:
-    """Note a swept key that some of the swept laws do not use: cases are added one by one, and each has every value."""
-    node = value_key(reader.shape, path)
-    if isinstance(node, Word):
-        return
-    for chooser in node.choosers():
-        for law in reader.axes.get(chooser, ()):
-            if not node.used(reader.names | {chooser: frozenset({law})}):
-                sentence = f"{path} is not used by {law}; with `{section}` every law that is tried has to use every key"
-                reader.problems.add(place, section, f"{sentence} that is swept")
-                return

@@ -37,7 +37,7 @@ def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
     tree[f"{path}.type"] = Word(("spatial",), "the kind of the joint")
     enter_numbers(tree, path, _SLEEVE)
     tree[f"{path}.flange"] = Flag(
-        "the journal is held between flanges, `axial_clearance` away on each side", default=True
+        "the journal is kept between flanges, `axial_clearance` away on each side", default=True
     )
     elastic = frozenset(law.name for law in catalogue.of("law") if not law.yields)
     tree[f"{path}.walls"] = Word(

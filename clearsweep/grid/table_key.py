@@ -1,4 +1,4 @@
-"""Reads a key that holds a table, written out or as the name of a CSV file beside the grid."""
+"""Reads a key that contains a table, written out or as the name of a CSV file next to the grid."""
 
 import csv
 import math
@@ -12,14 +12,14 @@ from .document import Problems, WrittenValue, refuse_endless
 
 _LARGEST = 16 * 2**20  # bytes of a file
 _MOST_ROWS = 20_000
-_FINEST = 1e-9  # step between rows over the table's span; finer ones cannot be told apart where it repeats
+_FINEST = 1e-9  # step between rows over the table's span; finer ones cannot be distinguished where it repeats
 _SPANS = (2.0 * math.pi, 4.0 * math.pi)  # rad, over which a table repeats
 
 Values = dict[str, list[float]]  # column -> values in SI
 
 
 def read(problems: Problems, path: str, written: WrittenValue, columns: Columns) -> Values | None:
-    """Return the table that stands at the key `path`, None and problems where it is wrong."""
+    """Return the table that is at the key `path`, None and problems where it is wrong."""
     if isinstance(written.value, dict):
         table = dict(written.value.items())
         places = written.keys
@@ -74,7 +74,7 @@ def _from_file(
 
 
 def _columns(problems: Problems, path: str, table: WrittenValue, columns: Columns) -> dict[str, list[float]]:
-    """Return the values of the columns by name, noting what is wrong with them."""
+    """Return the values of the columns by name, reporting what is wrong with them."""
     fields = {field.name: field for field in (*columns.over, *columns.values)}
     expected = ", ".join(f"{field.name} [{_shown_unit(field)}]" for field in fields.values())
     values: dict[str, list[float]] = {}

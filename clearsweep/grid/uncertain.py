@@ -9,9 +9,9 @@ from ..language import quantity
 from ..language.errors import InputError, shown
 from .axes import Reading
 from .document import WrittenValue
-from .reader import Reader
 from .keys import Number
 from .life_keys import LIFE
+from .reader import Reader
 from .sampling import DISTRIBUTIONS, Distribution, distribution
 
 UNCERTAIN, FACTOR, PUBLISHED = "uncertain", "factor", "published"
@@ -27,7 +27,7 @@ TEXT = (
 
 
 def read_into(reader: Reader, root: WrittenValue) -> None:
-    """Read the section into the draft: path -> what is written of it, in SI."""
+    """Read the section into the reader: path -> what is written of it, in SI."""
     section = root.value.get(UNCERTAIN) if isinstance(root.value, dict) else None
     if section is None:
         return

@@ -1,4 +1,4 @@
-"""Turns a document into SI values and axes, and tells everything that is wrong with it at once."""
+"""Turns a document into SI values and axes, and reports everything that is wrong with it at once."""
 
 import math
 
@@ -11,8 +11,8 @@ from . import (
     fits,
     followers,
     identified,
-    limit_keys,
     life_keys,
+    limit_keys,
     list_key,
     naming,
     optimised,
@@ -25,11 +25,11 @@ from . import (
 )
 from .axes import Reading
 from .document import Problems, WrittenValue
-from .reader import Reader
 from .expected_figures import figures
 from .key_table import shape
 from .keys import Flag, Name, Number, Section, Shape, Table, Word
 from .outlining import DRIVES, is_open, outline_of_document, wrong_names
+from .reader import Reader
 
 _OF_NO_CASE = [  # sections that no law or mechanism has
     *("name", defined.DEFINE, *limit_keys.SECTIONS, uncertain.UNCERTAIN),
@@ -145,7 +145,7 @@ def _misnamed(reader: Reader, path: str, written: WrittenValue) -> bool:
 
 
 def _missing_section(path: str, node: Section, content: dict[str, WrittenValue]) -> bool:
-    """Return whether the section at `path` is missing in what is written of the one it stands in."""
+    """Return whether the section at `path` is missing in what is written of the one it is in."""
     return node.need == "required" and path.rpartition(".")[2] not in content and node.unless not in content
 
 
@@ -273,7 +273,7 @@ def _number(reader: Reader, path: str, node: Number) -> None:
         reader.problems.add(reader.place(path), path, sentence)
         return
     meanings = [(field, _units(reader, path, field)) for field in fields or (node.uses[0].field,)]
-    if _doubtful(reader, node):  # which meaning holds is not known: one that fits will do
+    if _doubtful(reader, node):  # which meaning applies is not known: one that fits will do
         quiet = Reader(Problems(), reader.mechanism, reader.outline)
         written = reader.written.get(path)
         if path in reader.swept or (
@@ -336,7 +336,7 @@ def _units(reader: Reader, path: str, field: Field) -> list[str]:
 
 
 def exponent_values(reader: Reader, path: str) -> tuple[float, ...]:
-    """Return the values of the key `exponent` beside `path`, (1.5,) where they cannot be read."""
+    """Return the values of the key `exponent` next to `path`, (1.5,) where they cannot be read."""
     return _ahead(reader, f"{path.rpartition('.')[0]}.exponent") or (1.5,)
 
 
@@ -376,7 +376,7 @@ def _from_material(reader: Reader, path: str, missing: Field) -> bool:
 
 
 def _doubtful(reader: Reader, node: Word | Number | Table) -> bool:
-    """Return whether a law name that decides about this key could not be read; its own problem is told already."""
+    """Return whether a law name that decides about this key could not be read; its own problem is reported already."""
     return any(path in reader.unsure for path in node.choosers())
 
 

@@ -8,12 +8,12 @@ from ..language.errors import nearest, shown
 from . import case_table, identified, optimised, sampling, seek
 from .axes import Reading, axis
 from .document import WrittenValue
-from .reader import Reader
 from .keys import Number, Section, Shape, Word, value_key
+from .reader import Reader
 
-#: The sections that vary values, in the order in which their axes stand; those after `sweep` go in step.
+#: The sections that vary values, in the order in which their axes appear; those after `sweep` go in step.
 WAYS = ("sweep", "zip", "cases", "sample")
-#: The sections whose values may be used by some of the laws that vary beside them, and not by others.
+#: The sections whose values may be used by some of the laws that vary next to them, and not by others.
 EACH = ("sweep", seek.SEEK, optimised.OPTIMISE, identified.IDENTIFY)
 
 
@@ -63,7 +63,7 @@ def find_optimised(reader: Reader, root: WrittenValue, whole: Shape) -> None:
 def find_sought(
     reader: Reader, root: WrittenValue, whole: Shape, values_of: Callable[[str], tuple[float, ...]]
 ) -> None:
-    """Note the range of the value that is sought, as an axis of its two ends, or of all that is tried."""
+    """Note the range of the value that is searched for, as an axis of its two ends, or of all that is tried."""
     between = seek.range_of(reader, root, values_of)
     for place in between[0] if between else ():
         assert between is not None  # it has a path
@@ -71,14 +71,14 @@ def find_sought(
 
 
 def _enter_sought(reader: Reader, path: str, place: WrittenValue, between: WrittenValue, whole: Shape) -> None:
-    """Note the values of one path that is sought."""
+    """Note the values of one path that is searched for."""
     node = whole.get(path)
     if isinstance(node, Word) or (isinstance(node, Number) and any(use.field.whole for use in node.uses)):
         noun = "a name" if isinstance(node, Word) else "a whole number"
         sentence = f"{path} is {noun}, which has nothing in between; write it under `sweep`"
         reader.problems.add(place, seek.SEEK, sentence)
     elif path.endswith(".exponent"):
-        reader.problems.add(place, seek.SEEK, f"{path} cannot be sought, because units depend on it")
+        reader.problems.add(place, seek.SEEK, f"{path} cannot be searched for, because units depend on it")
     else:
         _enter(reader, seek.SEEK, path, place, between, whole)
 
@@ -163,7 +163,7 @@ def steps(reader: Reader) -> tuple[tuple[str, ...], ...]:
 
 
 def check(reader: Reader) -> None:
-    """Note axes in step that do not fit together, and values that the law names beside them do not use."""
+    """Note axes in step that do not fit together, and values that the law names next to them do not use."""
     for paths in steps(reader):
         way, first = reader.way[paths[0]], paths[0]
         uneven = [path for path in paths if len(reader.axes[path]) != len(reader.axes[first])]

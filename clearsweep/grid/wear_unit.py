@@ -1,10 +1,10 @@
-"""Finds out what the wear coefficients of a grid are in: unless it says so, bare numbers beside a hardness are k H."""
+"""Finds out what the wear coefficients of a grid are in: unless it says so, bare numbers with a hardness are k H."""
 
 from collections.abc import Iterator
 
 from .document import WrittenValue
-from .reader import Reader
 from .key_table import DIMENSIONLESS
+from .reader import Reader
 
 #: Keys of wear coefficients, below `wear`.
 COEFFICIENTS = (

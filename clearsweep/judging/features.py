@@ -18,7 +18,7 @@ HARMONICS = 12  # of the energy of impacts over the crank angle, which say where
 RIGID_ORDERS = 12  # the motion without clearance has hardly any power above; what is above is taken for impacts
 THRESHOLD = 0.2  # of the median over revolutions of the largest value above RIGID_ORDERS: beyond, it is an impact
 WEAK = 0.05  # rms of an order over that of the signal, below which its phase cannot be followed
-APART = 48  # at most so many impacts are told apart in a revolution
+APART = 48  # at most so many impacts are distinguished in a revolution
 
 
 class Features(NamedTuple):

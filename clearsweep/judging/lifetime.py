@@ -1,4 +1,4 @@
-"""How a life is told: hours with the interval of its numerics, and what uncertain wear coefficients make of it."""
+"""How a life is described: hours with the interval of its numerics, and what uncertain wear coefficients make of it."""
 
 import math
 from collections.abc import Mapping
@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ..language import wording
 from .validity import WIDE_SMOOTHING
 
-DIGITS = (3, 4, 5)  # as few of them as tell the ends of an interval apart
+DIGITS = (3, 4, 5)  # as few of them as distinguish the ends of an interval
 FINEST = 1e-5  # of a life: a smaller interval is said to be below it
 
 
@@ -57,7 +57,7 @@ def _hours(life: Lifetime, end: float, digits: int) -> str:
 
 
 def _numerics(life: Lifetime) -> str:
-    """Return the 95 % interval of the numerics: its ends where five digits tell them apart, else its half-width."""
+    """Return the 95 % interval of the numerics: its ends where five digits distinguish them, else its half-width."""
     percent = f"95{wording.BLANK}%, numerics alone"
     if not math.isfinite(life.high):
         return f"{percent}: {_hours(life, life.low, DIGITS[0])} to no end"

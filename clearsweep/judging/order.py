@@ -59,9 +59,9 @@ class Lead(NamedTuple):
 def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | None = None) -> Lead:
     """Return what ranks the cases of a run with this layout and these limits.
 
-    grid : as run.json holds it, of which the sections that choose cases count
+    grid : as run.json contains it, of which the sections that choose cases count
 
-    What is sought is judged by the limits, so those cases are ranked by their margin; those of `optimise` by the first
+    The cases of a search are judged by the limits, so they are ranked by their margin; those of `optimise` by the first
     objective, the best first.  The cases of `identify` have no rank: they are near to what was measured, or are not.
     """
     asked = next((name for name in SEARCHES if (grid or {}).get(name)), "")

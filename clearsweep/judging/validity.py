@@ -1,6 +1,6 @@
 """Remarks where cases leave what their laws are made for, and where figures of a finished case cannot be meant.
 
-Yield and a law's range are figures of their own.  The message of a case tells the rest, and the law's range besides: a
+Yield and a law's range are figures of their own.  The message of a case gives the rest, and the law's range besides: a
 list of remarks, each of which begins with a word.
 """
 
@@ -143,7 +143,7 @@ _TOLD = {
     WORN_THROUGH: "Wear is deeper than the clearance",
     WORN_AWAY: "At its rate wear takes the whole bearing away in 1000 h",
     PV_HIGH: "Pressure times speed is beyond what dry bushes bear",
-    FILM_HELD: "A film is thinner than its formula holds for",
+    FILM_HELD: "A film is thinner than its formula contains for",
     FILM_BEYOND: "A film is squeezed out where there is no dry contact to stop the journal",
     FILM_FLOW: "The flow in a film is no longer laminar",
     FILM_FED: "The law of a film feeds energy in",
@@ -266,7 +266,7 @@ class Lubricated(NamedTuple):
     """What became of the film of a joint in a case."""
 
     joint: str  # 'rod-slider'
-    limit: float  # eccentricity ratio up to which its formula holds
+    limit: float  # eccentricity ratio up to which its formula is valid
     share_beyond: float  # share of the window's time beyond
     ratio: float  # largest eccentricity over clearance
     dry: bool  # there is a dry contact behind it

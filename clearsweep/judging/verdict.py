@@ -178,7 +178,7 @@ def margin_words(margin: float, limits: Iterable[Limit], exceeded: str) -> str:
 
 
 def limits_of(written: Mapping[str, Any], columns: Iterable[Column] = ()) -> tuple[Limit, ...]:
-    """Return the limits that a resolved grid holds: a column -> a number, or a mapping of KINDS and 'times', in SI.
+    """Return the limits that a resolved grid contains: a column -> a number, or a mapping of KINDS and 'times', in SI.
 
     columns : those of the summary, which say what a null means
     """
@@ -191,7 +191,7 @@ def limits_of(written: Mapping[str, Any], columns: Iterable[Column] = ()) -> tup
 
 
 def of_record(record: Mapping[str, Any]) -> Verdict:
-    """Return what a grid, as run.json holds it, makes of its cases' columns."""
+    """Return what a grid, as run.json contains it, makes of its cases' columns."""
     columns = [Column(**column) for column in record["layout"]["columns"]]
     units = {column.name: column.unit for column in columns}
     limits = limits_of(record.get("limits") or {}, columns)

@@ -17,7 +17,7 @@ class ClearsweepError(Exception):
 
 
 class InputError(ClearsweepError, ValueError):
-    """A grid, case or argument that cannot be used; `problems` holds one sentence per mistake found."""
+    """A grid, case or argument that cannot be used; `problems` contains one sentence per mistake found."""
 
     exit_code = 2
 

@@ -70,7 +70,7 @@ class Phase:
         _changed()
 
     def what(self) -> str:
-        """Return its name as it stands now, with the share of the work that is done."""
+        """Return its name as it is now, with the share of the work that is done."""
         if not isinstance(self._what, str):
             return self._what()
         return self._what if self.share is None else f"{self._what}, {100.0 * self.share:.0f} %"
@@ -302,7 +302,7 @@ def written(put: Callable[[bytes | None], None]) -> Iterator[None]:
 
 
 def read(content: bytes) -> Progress | None:
-    """Return the progress that `written` put there, as it stands now; None where the content is not whole."""
+    """Return the progress that `written` put there, as it is now; None where the content is not whole."""
     try:
         written = json.loads(content)
         age = max(time.time() - written.pop("time"), 0.0)

@@ -1,7 +1,7 @@
 """Reads what a user writes for a physical quantity, `0.5 mm` or `0.0005`, as a float in SI; the only reader of units.
 
 The unit table is this program's own: `Hz` counts turns (3 Hz of a shaft is 3 turns a second, not 3 rad/s), an angle is
-a dimension (1/s is not a shaft speed), and no letter stands for a chemist's unit.  Arithmetic is exact until the last
+a dimension (1/s is not a shaft speed), and no letter represents a chemist's unit.  Arithmetic is exact until the last
 rounding, so that `0.5 mm`, `500 um` and `5e-4` give the same bits, and with them the same case.
 """
 
@@ -86,7 +86,7 @@ _POWER = r"(?:\^|\*\*)\s*\(?\s*[+-]?\d{1,2}(?:\.\d+)?(?:/\d{1,2})?\s*\)?"
 _UNIT = re.compile(rf"(?:[^\W\d_]+|°|[*/·()\s]|1(?=\s*/)|[²³]|{_POWER})*")
 _PART = re.compile(rf"(?P<power>{_POWER}|[²³])|(?P<name>[^\W\d_]+|°)|(?P<bracket>[()])|(?P<sign>[*/·1])")
 _PER_MINUTE = r"(1\s*)?/\s*min|min\s*(\^|\*\*)\s*\(?\s*-1\s*\)?"
-_CELSIUS, _FREEZING = ("degC", "°C"), Fraction("273.15")  # K; a temperature is told from another zero, too
+_CELSIUS, _FREEZING = ("degC", "°C"), Fraction("273.15")  # K; a temperature is measured from another zero, too
 _UNREADABLE = (tokenize.TokenError, SyntaxError, AssertionError, ArithmeticError, ValueError)  # pint's parser
 _LONGEST = 200  # characters; a quantity has no use for more
 
@@ -180,7 +180,7 @@ def exponent_of(unit: str, exponent: float) -> str:
 def dimension_of(unit: str) -> tuple[tuple[str, Fraction], ...]:
     """Return the dimension of an SI unit, as pairs of a base quantity and its power, in order.
 
-    A column in another unit, such as hours, holds bare numbers of them: it has none.
+    A column in another unit, such as hours, takes bare numbers of them: it has none.
     """
     size, dimension = _unit(unit, unit) if unit else (Fraction(1), ())
     return dimension if size == 1 else ()
@@ -235,14 +235,14 @@ def _from_text(text: str, unit: str) -> Fraction:
         scale /= size  # 1, but of a column that is in hours
         if dimension != wanted:
             raise InputError(f"found {shown(text)}, whose unit {written} has another dimension; {expected(unit)}")
-    rough = float(digits)  # tells 0 and infinity, whose exact digits (1e-999999999) could fill the memory
+    rough = float(digits)  # is for 0 and infinity, whose exact digits (1e-999999999) could fill the memory
     if rough - rough != 0.0:
         raise InputError(_infinite(text, unit))
     return (Fraction(digits) * scale if rough else Fraction(0)) + offset
 
 
 def _has_power_of_power(written: str) -> bool:
-    """Return whether powers stand one upon another in a unit: the sizes of such towers have no bound."""
+    """Return whether powers are one upon another in a unit: the sizes of such towers have no bound."""
     before: str | None = ""
     closed, groups = False, [False]  # whether there is a power in the last bracket, and in each that is open
     for part in _PART.finditer(written):
@@ -289,7 +289,7 @@ def _table() -> "pint.UnitRegistry":
 
 
 def _unit(written: str, text: str) -> tuple[Fraction, tuple]:
-    """Return the exact size of a unit in SI and its dimension; `text` is the quantity it stands in."""
+    """Return the exact size of a unit in SI and its dimension; `text` is the quantity it is in."""
     measure = _measure(written)
     if isinstance(measure, str):
         raise InputError(f"found {shown(text)}; {measure}")

@@ -45,7 +45,7 @@ class Scale(NamedTuple):
         return (values - self.offset) / self.factor
 
     def number(self, value: float | None, digits: int = 3) -> str:
-        """Return an SI value as the number that stands before the unit; a dash where there is none."""
+        """Return an SI value as the number that is before the unit; a dash where there is none."""
         return DASH if value is None or missing(value) else plain(self.of(float(value)), digits)
 
     def text(self, value: float | None, digits: int = 3) -> str:
@@ -96,7 +96,7 @@ def text(value: float | None, unit: str, digits: int = 3) -> str:
 def alike(values: Iterable[float | None], unit: str) -> list[str]:
     """Return SI values of one quantity, each as number and unit, in the prefix that suits the largest of them.
 
-    What stands in one sentence is compared, and 18.8 kN beside 2,720 N is read wrong.
+    What is in one sentence is compared, and 18.8 kN next to 2,720 N is read wrong.
     """
     values = list(values)
     chosen = scale(unit, values)
@@ -176,7 +176,7 @@ def axis_name(path: str, joints: int = 1) -> str:
 
 
 def short_id(case_id: str) -> str:
-    """Return the first characters of a case_id, which tell the cases of a run apart and which commands accept."""
+    """Return the first characters of a case_id, which distinguish the cases of a run and which commands accept."""
     return case_id[:SHORT_ID]
 
 
@@ -195,7 +195,7 @@ def _leaf(parts: list[str]) -> str:
     return " ".join(auxiliary).replace("_", " ").replace("-", " ")
 
 
-_AXES = {"0": "x", "1": "y", "2": "z"}  # of the list that a key holds
+_AXES = {"0": "x", "1": "y", "2": "z"}  # of the list that a key contains
 _ABOUT = {"tilt": "about", "inertia": "about", "offset": "along", "center": "along"}
 _NAMES = {"young": "Young's modulus", "poisson": "Poisson's ratio"}
 _SPEAKS_FOR_ITSELF = {"stiffness", "restitution", "damping", "exponent"}

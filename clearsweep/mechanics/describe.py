@@ -48,7 +48,7 @@ _KEYS = {
 def text(name: str | None = None, others: tuple[str, ...] = ()) -> str:
     """Return what there is to say of the laws called `name`, or one line of each law.
 
-    `others` are further names that can be listed.  Raises InputError, which tells what is near.
+    `others` are further names that can be listed.  Raises InputError, which suggests what is near.
     """
     if name is None:
         return _list()
@@ -58,7 +58,7 @@ def text(name: str | None = None, others: tuple[str, ...] = ()) -> str:
         known = dict.fromkeys((*(law.name for law in keys), *others))
         like = likely(name, known)
         near = f"; did you mean '{like[0]}'?" if len(like) == 1 else f"; there are {', '.join(like)}" if like else ""
-        rest = "`clearsweep list` tells all" if like else f"known: {', '.join(known)}"
+        rest = "`clearsweep list` lists all" if like else f"known: {', '.join(known)}"
         raise InputError(f"list: unknown name '{name}'{near} ({rest})")
     return "\n\n".join(map(_described, chosen))
 

@@ -16,7 +16,7 @@ Headings = Sequence[tuple[str, str]]  # figure, its heading in a table
 def case_table(study: Study, key: str, title: str, columns: Headings, by: str, *, smallest: bool = False) -> Table:
     """Return columns of the summary that are there, ordered by the column `by`; no rows without that.
 
-    The largest value stands first, or the smallest.
+    The largest value is first, or the smallest.
     """
     present = [(column, heading) for column, heading in columns if column in study.cases]
     heads = (

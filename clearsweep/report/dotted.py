@@ -1,4 +1,4 @@
-"""Values of nested mappings by dotted path, and the paths that a run sought."""
+"""Values of nested mappings by dotted path, and the paths that a run searched for."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -23,12 +23,12 @@ def leaves(tree: Mapping, start: str = "") -> list[tuple[str, object]]:
 
 
 def seek_text(record: Mapping) -> str:
-    """Return the first path whose largest or smallest value a run sought, '' where none was."""
+    """Return the first path whose largest or smallest value a run searches for, '' where none was."""
     return next(iter(all_sought(record)), "")
 
 
 def all_sought(record: Mapping) -> tuple[str, ...]:
-    """Return the paths, in step, whose largest or smallest value a run sought."""
+    """Return the paths, in step, whose largest or smallest value a run searches for."""
     seek = record.get("seek") or {}
     paths = seek.get("largest") or seek.get("smallest") or ()
     return (paths,) if isinstance(paths, str) else tuple(paths)

@@ -1,4 +1,4 @@
-"""Elastic laws beside each other in one joint: force over penetration, and how far apart they are."""
+"""Elastic laws with each other in one joint: force over penetration, and how far apart they are."""
 
 import numpy as np
 import pandas as pd
@@ -15,7 +15,7 @@ from .section import Part
 from .study import Axis, Joint, Study, joint_of, resolved
 from .table import Column, Table
 
-UNKNOWN = "This version does not know every law of this run: what each by itself would do is not told."
+UNKNOWN = "This version does not know every law of this run: what each by itself would do is not said."
 DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m, at which forces are tabulated
 FIRST = 1  # place of the depth that the sentence begins with
 CURVE = np.geomspace(DEPTHS[0], DEPTHS[-1], 25)  # m, at which they are drawn

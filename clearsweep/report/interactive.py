@@ -1,7 +1,7 @@
 """The interactive parts of a page: its scripts, and the form in which they are given their numbers.
 
 All is inline, so that a page opens without a network; its security policy lets no other script run.  uPlot (MIT
-licence, beside it in `vendor`) draws the curves.
+licence, next to it in `vendor`) draws the curves.
 """
 
 import base64
@@ -49,6 +49,6 @@ def packed(values: ArrayLike) -> str:
 
 
 def data(content: dict[str, Any]) -> Markup:
-    """Return content as JSON that may stand in a page's script element whatever its texts say."""
+    """Return content as JSON that may be in a page's script element whatever its texts say."""
     text = json.dumps(content, ensure_ascii=False, separators=(",", ":"), sort_keys=True, allow_nan=False)
     return Markup(text.replace("<", "\\u003c").replace("&", "\\u0026"))

@@ -55,7 +55,7 @@ def _periods(study: Study) -> np.ndarray:
 
 
 def _first(conditions: list[np.ndarray], places: list[int], other: int) -> np.ndarray:
-    """Return the place of the first condition that holds in each case, in a byte."""
+    """Return the place of the first condition that is true in each case, in a byte."""
     return np.select(conditions, list(map(np.int8, places)), np.int8(other))
 
 

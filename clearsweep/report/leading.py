@@ -26,7 +26,7 @@ LEADS = {
 def led_by(layout: Layout, limits: Iterable[Limit], has: Callable[[str], bool], grid: Mapping[str, Any]) -> Lead:
     """Return what leads a page; of limits the first on a figure of a joint, which any case `has`.
 
-    grid : as run.json holds it.
+    grid : as run.json contains it.
     """
     limits = tuple(limits)
     question = order.lead_of(layout, limits, grid).question

@@ -28,7 +28,7 @@ class Matched(NamedTuple):
 def matched(study: Study, axis: Axis) -> Matched:
     """Return the cases that share all swept values but those of one axis.
 
-    A value that a law does not use keeps no case apart: such a case stands beside each that shares what it uses.
+    A value that a law does not use keeps no case apart: such a case goes with each that shares what it uses.
     """
     others = [other.path for other in study.swept() if other is not axis]
     codes = pd.DataFrame({path: pd.factorize(study.cases[path])[0] for path in others}, index=study.cases.index)

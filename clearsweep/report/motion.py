@@ -1,4 +1,4 @@
-"""One case in pictures: its joints, its output beside the ideal mechanism, its drive, its contact onsets.
+"""One case in pictures: its joints, its output with the ideal mechanism, its drive, its contact onsets.
 
 What is drawn is asked of the layout, channel by channel, so a mechanism need not be known here.
 """
@@ -22,7 +22,7 @@ from .picture import Picture, capital
 from .study import Joint, Study, resolved
 
 TURN = 2.0 * np.pi
-FLAT, SQUARE = (4.2, 3.3), (4.2, 3.05)  # inches; a square beside a colour bar is as wide as it is high, and fits
+FLAT, SQUARE = (4.2, 3.3), (4.2, 3.05)  # inches; a square next to a colour bar is as wide as it is high, and fits
 LEVELS = (("force_p99", "p99"), ("force_peak_ideal", "ideal peak"))  # drawn across the force of a joint
 
 
@@ -79,7 +79,7 @@ def saved_of(study: Study, case_id: str, path: Mapping) -> History:
 
 
 def courses(study: Study, case_id: str, saved: History) -> list[JointHistory]:
-    """Return how forces in joints, acceleration of the output and torque go, beside the ideal mechanism's."""
+    """Return how forces in joints, acceleration of the output and torque go, with the ideal mechanism's."""
     ideal, courses = _ideal(study, case_id, saved), []
     for joint in study.joints:
         reaction = ideal.reactions.get(joint.title) if ideal else None
@@ -136,7 +136,7 @@ def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[P
 
 
 def _output(study: Study, case_id: str, saved: History) -> list[Picture]:
-    """Return the output's acceleration and the error of its place, beside the ideal mechanism where that is known.
+    """Return the output's acceleration and the error of its place, with the ideal mechanism where that is known.
 
     The channel of its place is known by its unit, that of the error.
     """
@@ -174,7 +174,7 @@ def _acceleration(study: Study, saved: History) -> Column | None:
 
 
 def _torque(study: Study, case_id: str, saved: History) -> list[Picture]:
-    """Return the torque of the drive, beside the ideal mechanism's, where the mechanism has that channel."""
+    """Return the torque of the drive, with the ideal mechanism's, where the mechanism has that channel."""
     ideal, drawn = _ideal(study, case_id, saved), []
     for channel in _own(study, saved):
         if channel.name.endswith("/torque"):

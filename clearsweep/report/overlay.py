@@ -1,4 +1,4 @@
-"""Measured signals beside the computed ones: which case is nearest, how far the crank angle is off."""
+"""Measured signals compared with the computed ones: which case is nearest, how far the crank angle is off."""
 
 from collections.abc import Mapping
 from os import PathLike
@@ -17,7 +17,7 @@ ACCELERATION = "acceleration"  # in a head: that of the output body
 
 
 class Laid(NamedTuple):
-    """One measured signal beside that of a case; SI."""
+    """One measured signal compared with that of a case; SI."""
 
     channel: str
     unit: str
@@ -26,12 +26,12 @@ class Laid(NamedTuple):
     compared: int  # cases
     measured: np.ndarray  # (turns, samples of a revolution), its crank angle put right
     computed: np.ndarray  # the same of the case
-    angle: float  # rad, by which the measured angle was ahead
+    angle: float  # rad, by which the measured angle was off
     misfit: float  # rms of the difference of the mean revolutions over the rms measured
 
 
 def lay(study: Study, file: str | PathLike) -> list[Laid]:
-    """Return the signals of a file beside those of the nearest case; InputError where they cannot be compared."""
+    """Return the signals of a file with those of the nearest case; InputError where they cannot be compared."""
     units = {channel.name: channel.unit for channel in study.run.layout.channels if channel.unit}
     units.pop("t", None)
     names = {name: name for name in units} | _short(units)

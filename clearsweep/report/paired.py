@@ -13,7 +13,7 @@ EXACT = 3000  # comparisons up to which the chance of orders is counted; of more
 def power(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
     """Return the power of `x` with which a figure goes, its interval, and how many pairs of cases were compared.
 
-    The power is the median slope of log figure over log x of all pairs of a row; the interval holds what the orders
+    The power is the median slope of log figure over log x of all pairs of a row; the interval contains what the orders
     within the rows do not contradict (Sen 1968, J. Am. Stat. Assoc. 63:1379; several rows as blocks: Hirsch, Slack &
     Smith 1982, Water Resour. Res. 18:107).  It needs that without a trend every order of a row is as likely, and that
     rows do not depend on each other.
@@ -53,6 +53,6 @@ def _left_out(sizes: np.ndarray) -> int:
         return int(0.5 * pairs + norm.ppf(tail) * spread - 0.5)
     chances = np.ones(1)
     for size in sizes:
-        for joined in range(2, size + 1):  # the last of `joined` values stands at any place as likely
+        for joined in range(2, size + 1):  # the last of `joined` values is at any place as likely
             chances = np.convolve(chances, np.full(joined, 1.0 / joined))
     return int(np.searchsorted(np.cumsum(chances), tail, side="right")) - 1

@@ -1,5 +1,6 @@
 """Opens a run that is not finished: the cases that it has so far are put together as if it had ended with them."""
 
+import dataclasses
 import shutil
 import tempfile
 import weakref
@@ -45,5 +46,5 @@ def _gather(directory: Path, place: Path, catalogue: Catalogue) -> None:
         raise DirectoryError(f"{directory}: no case of its run is finished yet; `status` tells how far it is")
     grid = grids.load(store.keys_so_far(record, source), catalogue)
     store.check_version(directory, record, grid)
-    grid = grid.as_noted(record)
+    grid = dataclasses.replace(grid, **grids.as_written(record))
     store.gather(source, grid, np.unique(np.fromiter(grid.identities(), "u8", len(grid))), place)

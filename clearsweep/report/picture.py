@@ -135,7 +135,7 @@ def svg(picture: Picture, key: str) -> str:
         text = text.removesuffix("\n").removesuffix("</svg>") + _places(picture.spots, axes) + "</svg>\n"
     if picture.dots:
         text = text.removesuffix("\n").removesuffix("</svg>") + _moving(picture, axes, key) + "</svg>\n"
-    role = "group" if any(spot.case_id for spot in picture.spots) else "img"  # an image holds nothing to click
+    role = "group" if any(spot.case_id for spot in picture.spots) else "img"  # an image contains nothing to click
     return text.replace("<svg ", f'<svg role="{role}" aria-label="{html.escape(picture.alt)}" ', 1)
 
 

@@ -44,7 +44,7 @@ def rank_table(study: Study, samples: list[Setting]) -> Table:
             rows.append((*head, *estimate_cells(alone, "1"), *estimate_cells(partial, "1"), *halves))
     note = (
         "Rank correlation (Spearman): 1 where the figure always rises with the variable, "
-        f"{wording.MINUS}1 where it always falls; others held: of what the other variables leave (PRCC). In brackets "
+        f"{wording.MINUS}1 where it always falls; others fixed: of what the other variables leave (PRCC). In brackets "
         "the 95 % interval."
     )
     if limited:
@@ -53,7 +53,7 @@ def rank_table(study: Study, samples: list[Setting]) -> Table:
 
 
 def correlations(study: Study, sample: Setting, column: str) -> list[tuple[str, Estimate, Estimate]]:
-    """Return variable, rank correlation with a figure, and that with the others held, the strongest first.
+    """Return variable, rank correlation with a figure, and that with the others fixed, the strongest first.
 
     [] of too few cases, and of a figure that does not vary.
     """

@@ -1,4 +1,4 @@
-"""Which drawn variable goes with a figure: rank correlations, alone and with the others held, and their intervals.
+"""Which drawn variable goes with a figure: rank correlations, alone and with the others fixed, and their intervals.
 
 Ranks ask only whether the figure rises with the variable, by whatever law, so that one large peak does not decide.
 """

@@ -120,7 +120,7 @@ def _picture(axis: Axis, rows: list[Returned]) -> Picture:
     alt = "; ".join(f"{law}, asked for {wanted:.3g}: {given:.3g}" for law, wanted, given in points)
     return Picture(
         "Restitution given back",
-        "Of a free impact, beside what was asked for.",
+        "Of a free impact, compared with what was asked for.",
         f"Restitution by {axis.name}. {alt}",
         lambda ax: comparison.returned(ax, points),
         size=(4.2, 1.15 + 0.22 * len({row.law for row in rows})),

@@ -221,7 +221,7 @@ def _chance_cells(chance: Chance, verdict: str, *, shown: bool) -> list[Quantity
 
 
 def _blur(effect: Effect) -> str:
-    """Return what is to be said of an effect beside its scatter, '' for nothing."""
+    """Return what is to be said of an effect compared with its scatter, '' for nothing."""
     if effect.chaotic:
         return "chaotic: scatter as large as the effect"
     blurred = effect.blurred()

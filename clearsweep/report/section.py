@@ -26,7 +26,7 @@ class Note(NamedTuple):
 
 
 class Cards(NamedTuple):
-    """The largest figures at a glance: name, value with unit, what it is beside."""
+    """The largest figures at a glance: name, value with unit, what it is compared with."""
 
     cards: list[tuple[str, str, str]]
 
@@ -66,7 +66,7 @@ class Interactive(NamedTuple):
     kind: str  # 'explorer', 'player' or 'worn': the script of that name
     key: str  # of the data
     label: str  # for a reader who cannot see it
-    data: dict[str, Any]  # as JSON holds it
+    data: dict[str, Any]  # as JSON contains it
     without: str  # '' where the page shows the same by other means
 
 
@@ -80,7 +80,7 @@ Block = Sentences | Points | Note | Cards | Gallery | Detail | Facts | Interacti
 
 
 class Section(NamedTuple):
-    """One section: its id on the page, its heading ('': none), and what stands in it from the top down."""
+    """One section: its id on the page, its heading ('': none), and what is in it from the top down."""
 
     key: str
     title: str
@@ -94,7 +94,7 @@ class Section(NamedTuple):
 
     @property
     def pictures(self) -> list[tuple[str, Picture]]:
-        """Return the pictures of the section, each with the part of it that it stands in: '', or a case's."""
+        """Return the pictures of the section, each with the part of it that it is in: '', or a case's."""
         return [picture for block in self.blocks for picture in _pictures(block)]
 
     @property

@@ -20,7 +20,7 @@ from .rows import KEPT
 QUANTILES = (0.05, 0.5, 0.95)
 LEVEL = 0.95  # of all confidence intervals
 CHAOTIC = 0.5  # share of chance in a figure's variance from which on no index of it means anything
-BLURRED = 0.3  # scatter over effect from which on an effect is told to be blurred
+BLURRED = 0.3  # scatter over effect from which on an effect is said to be blurred
 MOTION = "energy_residual"  # differs wherever the motion does, if only in rounding
 RESAMPLES = 1000  # of the bootstrap
 _SEED = 1  # of the bootstrap: the same run gives the same intervals
@@ -82,7 +82,7 @@ class Effect(NamedTuple):
     chaotic: bool  # the scatter is as large as the effect: the effect means nothing
 
     def blurred(self) -> float:
-        """Return the scatter over the effect where that is a share to be told of, NaN elsewhere."""
+        """Return the scatter over the effect where that is a share to be taken of, NaN elsewhere."""
         reach = max(self.low, self.middle, self.high) - min(self.low, self.middle, self.high)
         return self.scatter / reach if not self.chaotic and 0.0 < BLURRED * reach <= self.scatter else np.nan
 

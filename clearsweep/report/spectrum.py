@@ -30,5 +30,5 @@ def of_history(angle: np.ndarray, values: np.ndarray) -> Spectrum | None:
         return None
     amplitudes = np.abs(np.fft.rfft(values[-count:])) * 2.0 / count
     if count % 2 == 0:
-        amplitudes[-1] *= 0.5  # the highest order stands for itself alone
+        amplitudes[-1] *= 0.5  # the highest order is for itself alone
     return Spectrum(np.arange(1, len(amplitudes)) / turns, amplitudes[1:], turns)

@@ -26,7 +26,7 @@ WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
 RATIO, PER_HOURS, PER_STROKES = "p99_over_ideal", "wear_depth_1000_hours", "wear_depth_million_strokes"
 
 AT_ONCE = 65_536  # values whose places are looked for
-DIGITS = 4  # of a swept value, where these tell its values apart
+DIGITS = 4  # of a swept value, where these distinguish its values
 FEW_NUMBERS, FEW_NAMES = 6, 16  # values of an axis that a sentence names one by one
 MANY = 30  # different values of an axis in step above which they are scattered, not levels to compare
 
@@ -97,7 +97,7 @@ class Joint(NamedTuple):
 class Study(NamedTuple):
     """A run prepared for reading.
 
-    `cases` holds the finished cases, `failed` the others. `base` is the resolved case in SI before the sweep's values.
+    `cases` has the finished cases, `failed` the others. `base` is the resolved case in SI before the sweep's values.
     """
 
     run: StoredRun

@@ -1,4 +1,4 @@
-"""Which laws suit the joints of a case: by what each says of itself, in its own block, of where it holds."""
+"""Which laws suit the joints of a case: by what each says of itself, in its own block, of where it is valid."""
 
 import math
 import textwrap

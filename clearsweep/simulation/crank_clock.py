@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..contracts.machine import Schedule, Machine, Motor
+from ..contracts.machine import Machine, Motor, Schedule
 from ..mechanics.mechanism import planar
 
 PATIENCE = 100.0  # turns at the nominal speed during which a crank that is free may hardly move

@@ -1,4 +1,4 @@
-"""Many cases at once: those whose scenes are of one type are integrated side by side, as many as a register holds."""
+"""Many cases at once: those whose scenes are of one type are integrated side by side, as many as fit a register."""
 
 import contextlib
 import time
@@ -20,10 +20,10 @@ from .outcome import Outcome, outcome_of, periods_of, to_trajectory
 from .run import Run, board_of, lane_of, shared, start, wants_events
 from .scene import Scene, build
 from .start import Start, control_of, start_of
-from .trajectory import Horizon, extent_of, with_limits, simulate
+from .trajectory import Horizon, extent_of, simulate, with_limits
 
 MANY = WIDTH  # cases of one type of scene for which it is worth looking up their step side by side
-OFTEN = 0.05  # s of processor time after which the cases that have ended meanwhile are told, all at once
+OFTEN = 0.05  # s of processor time after which the cases that have ended meanwhile are reported, all at once
 
 Ended = tuple[int, Trajectory | Exception]
 
@@ -42,7 +42,7 @@ def solve_each(cases: Iterable[Case]) -> Iterator[Ended]:
     """Yield the place of each case and its result, or what went wrong; each is that of the case alone.
 
     What Python does is done for many cases at a time, which takes half as long as between two cases' integrations:
-    all are prepared at first, those of each type of scene are integrated, and what has ended is told now and then.
+    all are prepared at first, those of each type of scene are integrated, and what has ended is reported now and then.
     """
     kinds: dict[int, deque[Prepared]] = {}
     for place, case in enumerate(cases):
@@ -87,7 +87,7 @@ class _Buffers:
     def __init__(self, scene: Scene):
         board = board_of(scene)
         self.lanes = [lane_of(board, place) for place in range(WIDTH)]
-        self.first = scene  # in a lane without a case its parameters stand, among them addresses that are read
+        self.first = scene  # in a lane without a case its parameters are, among them addresses that are read
         for lane in self.lanes:
             lane["parameters"][:] = flatten(scene.value)
         self.arrays = shared(self.lanes[0])
@@ -126,8 +126,8 @@ class _Ensemble:
         self.waiting, self.lanes = waiting, dict[int, Prepared]()  # by lane
         self.free = list(range(WIDTH))  # lanes
         self.buffers: _Buffers | None = None
-        self.ended: list[tuple[Prepared, Outcome | Exception]] = []  # not told yet
-        self.seen = self.reported_at = time.process_time()  # s, the latest, and when the latest cases were told
+        self.ended: list[tuple[Prepared, Outcome | Exception]] = []  # not reported yet
+        self.seen = self.reported_at = time.process_time()  # s, the latest, and when the latest cases were reported
         self.shared = self.others = 0.0  # s, shares so far: of a case in integrating, and of others in all time
         self.durations, self.deadlines = dict[int, float](), dict[int, float]()  # by lane: s, less those shares
         self.many, self.together = len(waiting) >= MANY, NO_ENTRY
@@ -202,7 +202,7 @@ class _Ensemble:
         outcomes = [came for _, came in ended if isinstance(came, Outcome)]
         try:
             periods = iter(periods_of(outcomes))
-        except Exception:  # of one of them, which is told by itself
+        except Exception:  # of one of them, which is reported by itself
             periods = None
         result: Trajectory | Exception
         for case, came in ended:

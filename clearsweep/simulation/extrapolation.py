@@ -1,7 +1,7 @@
 """Many cycles from few: what blocks of revolutions wear off, extrapolated in jumps until a limit is reached.
 
-What has worn is a vector x, a block tells its rates r(x) per revolution, and dx/dn = r(x) is integrated by a predictor
-and a corrector.  The next block is run with x* = x + M r(x) and tells r(x*); along that way rates are taken to change
+What has worn is a vector x, a block gives its rates r(x) per revolution, and dx/dn = r(x) is integrated by a predictor
+and a corrector.  The next block is run with x* = x + M r(x) and gives r(x*); along that way rates are taken to change
 evenly with what is judged, so that where the trapezoidal rule arrives, x + M (r(x) + r') / 2, they are r' = r + alpha
 (r* - r), alpha = 1 / (1 - (q* - q) / 2 q), q being the rates of what is judged; where the way slid alone acts, alpha is
 1.  r' serves the next jump: each costs one block.  The share of what wears off in a jump that the rates before and
@@ -27,7 +27,7 @@ FURTHEST = 2.0**60  # times the first guess at the way to the limit: beyond, it 
 
 
 class Block(Protocol):
-    """What a block of revolutions tells."""
+    """What a block of revolutions gives."""
 
     rate: np.ndarray  # (n,) per revolution
     width: np.ndarray  # (n,) half of its 95 % interval, inf where it is not known
@@ -53,7 +53,7 @@ class Plan(NamedTuple):
     least: float  # revolutions, of a jump: those of a block
     longest: float
     first: np.ndarray  # (n,) what each element may grow by in the first jump, inf: that does not matter
-    groups: tuple[slice, ...]  # of the vector; in each of them shares in different places are told apart
+    groups: tuple[slice, ...]  # of the vector; in each of them shares in different places are distinguished
     constant: bool  # no rate depends on what has worn
     alike: bool  # all blocks are of one motion, so that their rates err alike
     drifting: bool = False  # rates change during a block, so that they are those of its middle
@@ -65,7 +65,7 @@ class Node(NamedTuple):
     revolutions: float
     state: np.ndarray
     rate: np.ndarray  # (n,) per revolution
-    block: Any  # the Block that tells so
+    block: Any  # the Block that gives so
 
 
 class Life(NamedTuple):
@@ -193,7 +193,7 @@ def _interval(nodes: list[Node], blocks: int, criterion: Judge, settings: Plan, 
     """Return a life that has come to its limit, in a `jump` that was made longer, with its interval.
 
     With q the rate of what is judged, revolutions are the integral of dq / q: where a rate is off by a share of itself,
-    the revolutions for which it stands are off by the same share.  Shares that the intervals of the rates allow are
+    the revolutions for which it is are off by the same share.  Shares that the intervals of the rates allow are
     independent from block to block unless the blocks are alike; the error of the jumps is what leaving out every other
     block changes, of one jump the rate after it.  Where rates drift during a block, its bias is added on top.
     """
@@ -201,7 +201,7 @@ def _interval(nodes: list[Node], blocks: int, criterion: Judge, settings: Plan, 
     slopes = [criterion.slope(node.state) for node in (*nodes[1:], nodes[-1])]  # of what each jump comes to
     floor = LEAST_GROWTH * settings.limit / total
     growth = [max(float(slope @ node.rate), floor) for slope, node in zip(slopes, nodes, strict=True)]
-    weights: dict[int, float] = {}  # of each block: revolutions for which its rate stands, times its share
+    weights: dict[int, float] = {}  # of each block: revolutions for which its rate is, times its share
     for k, offsets in enumerate(_standing(nodes, jump)):
         block = nodes[k].block
         weights[id(block)] = weights.get(id(block), 0.0) + offsets * _width(slopes[k], block) / growth[k]
@@ -231,7 +231,7 @@ def _lag(nodes: list[Node], growth: list[float]) -> float:
 
 
 def _standing(nodes: list[Node], jump: float | None) -> list[float]:
-    """Return the revolutions for which the block of each node stands; the last jump may have been longer."""
+    """Return the revolutions for which the block of each node is; the last jump may have been longer."""
     offsets = [0.0] * len(nodes)
     for k in range(len(nodes) - 1):
         part = nodes[k + 1].revolutions - nodes[k].revolutions

@@ -168,7 +168,7 @@ JOINT = (
     Figure(
         "temperature",
         "K",
-        "temperature of both bodies of a dry joint at which its heat balance stands",
+        "temperature of both bodies of a dry joint at which its heat balance settles",
         of="joint",
         needs=("thermal",),
         value=lambda window, place: window.case.joints[place].temperature,
@@ -259,7 +259,7 @@ MECHANISM = (
         shown=(Shown("output", "crank torque peak", 4), Shown("sample", "crank torque peak", 22)),
     ),
 )
-#: What only a run that is watched tells, under these names: see `lyapunov` and `until`.
+#: What only a run that is watched shows, under these names: see `lyapunov` and `until`.
 WATCHED = (
     Figure(
         "lyapunov_exponent",
@@ -312,7 +312,7 @@ RESIDUAL = Figure(
     ),
     differs=False,
 )
-#: What a case took, also one that failed; runs beside it are added.
+#: What a case took, also one that failed; runs besides it are added.
 COST = (
     Figure(
         "steps", "1", "accepted steps", value=lambda window, _: window.counts[events.STEPS], kind="int", differs=False
@@ -341,7 +341,7 @@ FIGURES = (*JOINT, *MECHANISM, *RETURNS, *WATCHED, RESIDUAL, *COST, SETUP)
 
 
 def column_of(layout: Layout, name: str) -> tuple[Figure, int | None]:
-    """Return the figure that a column of the summary holds, and the place of its joint, None for no joint's."""
+    """Return the figure that a column of the summary contains, and the place of its joint, None for no joint's."""
     column = next(column for column in layout.columns if column.name == name)
     figure = next(figure for figure in FIGURES if figure.name == column.figure)
     return figure, _places(layout).get(column.joint)

@@ -88,7 +88,7 @@ FILM = (
     Figure(
         "film_limit_fraction",
         "1",
-        "share of the window's time at an eccentricity beyond film.limit, at which the film's formula is held",
+        "share of the window's time at an eccentricity beyond film.limit, at which the film's formula is kept",
         of="joint",
         needs=("film",),
         sums=Mean(total_columns.HELD_TIME),
@@ -106,7 +106,7 @@ FILM = (
     Figure(
         "film_temperature",
         "K",
-        "temperature of the oil, written or that at which its heat balance stands; null: neither",
+        "temperature of the oil, written or that at which its heat balance settles; null: neither",
         of="joint",
         needs=("film",),
         value=lambda window, place: window.case.joints[place].film.temperature,

@@ -19,7 +19,7 @@ def first_touch(clearance: float, bearing: np.ndarray, journal: np.ndarray, turn
 
     With the gap clearance + h_bearing + h_journal - e cos(phi - gamma), a journal that goes in the direction gamma
     touches at e = min over phi of (clearance + h_bearing + h_journal) / cos(phi - gamma), to first order in what is
-    small against the radius; the largest e over all gamma and over how the bodies stand to each other counts.
+    small against the radius; the largest e over all gamma and over how the bodies are placed to each other counts.
 
     bearing, journal : (bins,) m, depth of each bin in the frame of its body; turned : (n,) rad, the angles of the
     journal's body less those of the bearing's.

@@ -1,4 +1,4 @@
-"""The temperature at which a joint stands: what it loses is led away.
+"""The temperature at which a joint settles: what it loses is led away.
 
 The warmer its oil, the thinner that is; the warmer a dry joint, the wider or narrower its clearance.
 
@@ -33,7 +33,7 @@ TIGHTEST = 0.01  # of the cold clearance: a joint that is warmer than where this
 
 
 class Balance(NamedTuple):
-    """Where the heat balances of a case stand, joint by joint."""
+    """Where the heat balances of a case are, joint by joint."""
 
     temperature: dict[str, float]  # K, by column name
     width: dict[str, float]  # K, half of the 95 % interval; inf: too few revolutions to give one
@@ -58,7 +58,7 @@ class _Blocks:
     parts = 1
 
     def __init__(self, rows: list[int], columns: list[int]):
-        """Take the contacts to look at, and the column of each in which its heat stands."""
+        """Take the contacts to look at, and the column of each in which its heat settles."""
         self.rows, self.columns = rows, columns
         self.times: list[float] = []
         self.sums: list[np.ndarray] = []
@@ -76,7 +76,7 @@ def has_balance(case: Case) -> bool:
 
 
 def balanced(scene: Scene) -> tuple[Scene, Balance]:
-    """Return the scene of a case with its joints at the temperatures at which they stand, and these.
+    """Return the scene of a case with its joints at the temperatures at which they are, and these.
 
     Where a run on the way fails, that is the scene that fails.
     """

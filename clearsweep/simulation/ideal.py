@@ -55,7 +55,7 @@ def _stretch(case: Case) -> tuple[float, float]:
 
 
 def _knots(case: Case, stretch: tuple[float, float]) -> tuple[float, ...]:
-    """Return the crank angles (rad, from the start) at which tables of loads have a row, where the drive tells them."""
+    """Return the crank angles (rad, from the start) at which tables of loads have a row, where the drive gives them."""
     assert case.drive is not None  # a machine has one
     begin, end = (2.0 * math.pi * turns for turns in stretch)
     knots: list[float] = []

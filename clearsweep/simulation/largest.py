@@ -127,5 +127,5 @@ def _brackets(places: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def _neighbours(at: np.ndarray, count: int) -> np.ndarray:
-    """Return places in a row of `count` with those beside them: (b, 3) from (b,)."""
+    """Return places in a row of `count` with those next to them: (b, 3) from (b,)."""
     return np.stack([np.maximum(at - 1, 0), at, np.minimum(at + 1, count - 1)], axis=-1)

@@ -2,7 +2,7 @@
 
 Every block begins as the case does, with `discard` again, and not where the one before it ended: between the two its
 surfaces have moved by more than a penetration, so that nothing is true any more of the contacts there.  So a block is a
-function of what has worn and of nothing else, blocks err independently of each other, and what they told is all that
+function of what has worn and of nothing else, blocks err independently of each other, and what they find is all that
 has to be kept for a life that is killed to come to the same end.
 """
 
@@ -19,23 +19,23 @@ from ..mechanics.joint import registry
 from ..mechanics.joint.wear.contract import Worn
 from .extrapolation import Life, Node, Plan
 from .first_touch import Touch, first_touch
-from .life_block import Log, Part, BlockRecord, parts_of, read, written
+from .life_block import BlockRecord, Log, Part, parts_of, read, written
 from .progress import Life as LifePhase
 from .progress import LifeLimits
 from .scene import Scene, build
 from .window import finer
 
 FIRST = 0.02  # of the smallest clearance that may wear off in the first jump
-FURTHER = 2  # lives beside a case's own where wear coefficients are uncertain
+FURTHER = 2  # lives besides a case's own where wear coefficients are uncertain
 FRESH = 0.1  # of the distance of a running-in that may be slid in the first jump
 HOUR = 3600.0  # s
 
 
 class Ageing:
-    """What wears in a case: the vector of what has worn, the blocks that tell how fast, and what follows from it."""
+    """What wears in a case: the vector of what has worn, the blocks that say how fast, and what follows from it."""
 
     def __init__(self, scene: Scene, log: Log | None, number: int = 0, name: str = ""):
-        """Take the scene with nothing worn, and where to keep what blocks tell.
+        """Take the scene with nothing worn, and where to keep what blocks find.
 
         number : of the life among those of its case, 0 is the case's own.  They share a log and are run one by one.
         name : of a further life, in the words of its progress.
@@ -53,7 +53,7 @@ class Ageing:
         self.target = next(part for part in self.parts if part.name == self.life.joint)
         first = FIRST * min(joint.clearance for joint in scene.case.joints)
         limits = LifeLimits(self.life.limit, first, self.life.blocks, scene.case.simulate.revolutions, self.constant)
-        if scene.case.uncertain and not self.constant:  # where nothing changes, one block tells further lives, too
+        if scene.case.uncertain and not self.constant:  # where nothing changes, one block gives further lives, too
             limits = limits._replace(further=FURTHER - number)
         self.progress = LifePhase(limits, len(self.records), name)
 
@@ -107,7 +107,7 @@ class Ageing:
         return Worn(state[part.bearing], state[part.journal], state[part.slid])
 
     def recall(self, state: np.ndarray) -> BlockRecord | None:
-        """Return what the next block told, run with what had worn in an earlier process; None: it has yet to be run."""
+        """Return what the next block found in an earlier process, run with what had worn; None: it has yet to run."""
         if self.recalled == len(self.records):
             return None
         self.recalled += 1
@@ -115,7 +115,7 @@ class Ageing:
         return self.records[self.recalled - 1]
 
     def keep(self, records: BlockRecord, state: np.ndarray) -> None:
-        """Keep what a block told, run with what had worn, beside what those before it did."""
+        """Keep what a block found, run with what had worn, besides what those before it did."""
         self.records.append(records._replace(life=self.number))
         self.progress.reached(self.value(state))
         self.recalled += 1
@@ -125,7 +125,7 @@ class Ageing:
     def measured(
         self, run: Callable[["Ageing", np.ndarray], BlockRecord | None]
     ) -> Callable[[np.ndarray], BlockRecord | None]:
-        """Return what runs the next block by `run` and keeps what it told, or recalls that from an earlier process."""
+        """Return what runs the next block by `run` and keeps what it found, or recalls that from an earlier process."""
 
         def measure(state: np.ndarray) -> BlockRecord | None:
             if (known := self.recall(state)) is not None:
@@ -223,7 +223,7 @@ class Ageing:
         return columns
 
     def _at(self, part: Part, node: Node) -> dict[str, float]:
-        """Return what the history tells of a joint at a node."""
+        """Return what the history gives of a joint at a node."""
         return {
             "wear_depth_max": float(node.state[part.both].max()),
             "clearance": self.scene.case.joints[part.place].clearance + self.touch(part, node.state).growth,

@@ -1,4 +1,4 @@
-"""How fast a disturbance grows: a second run beside the first, brought back whenever it has departed."""
+"""How fast a disturbance grows: a second run alongside the first, brought back whenever it has departed."""
 
 import math
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ class Perturbed:
     """A second run, a little off the first and brought back whenever it has grown: Benettin et al. 1980.
 
     The distance is that of the coordinates in clearances and of their rates in clearances times crank rate, at equal
-    times.  To bring it back is to take the same share of all that tells the two states apart; where one of them
+    times.  To bring it back is to take the same share of all that distinguishes the two states; where one of them
     is in contact and the other not yet, it waits.  Brought back, it begins with the step length of the first run, so
     that their steps and the errors of these hardly differ until one of them meets an event without the other.
     """
@@ -81,7 +81,7 @@ class Perturbed:
             self._bring(base, self.scale / math.sqrt(n), 0.0)
 
     def _bring(self, base: Work, direction: np.ndarray, latched: np.ndarray | float) -> None:
-        """Put the perturbed motion beside `base`, off in (the first components of) the state and in what is latched."""
+        """Put the perturbed motion next to `base`, off in (the first components of) the state and in latches."""
         work = self.work
         go_to(moment_of(base), work)
         work.y[: len(direction)] += self.size * direction

@@ -93,7 +93,7 @@ PEAKS = (
         ),
     ),
 )
-#: What the state at the ends of revolutions tells; of a run that is watched the watch says it, see `until`.
+#: What the state at the ends of revolutions gives; of a run that is watched the watch says it, see `until`.
 RETURNS = (
     Figure(
         "period",

@@ -1,7 +1,7 @@
 """Builds the machine code of the integration loop, which is the same for all cases, into the package.
 
 `python -m clearsweep.simulation.prebuild [LEVEL ...]`: for these levels of processors (x86-64-v4, x86-64-v3, aarch64),
-else for that of this machine.  A wheel that is built afterwards holds it, and no user waits for it.
+else for that of this machine.  A wheel that is built afterwards contains it, and no user waits for it.
 """
 
 import sys

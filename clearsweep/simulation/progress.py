@@ -35,7 +35,7 @@ class LifeLimits(NamedTuple):
     first: float  # m, that may wear off in the first jump
     blocks: int  # at most
     least: float  # revolutions of a block
-    constant: bool  # one block tells all
+    constant: bool  # one block gives all
     further: int = 0  # lives that follow this one, which take about as long
 
 

@@ -13,9 +13,9 @@ from ..language import phases
 from ..mechanics.compiled.family import NO_ENTRY, flatten, form_number, put_numbers
 from ..mechanics.compiled.pinned import Pinned
 from ..mechanics.compiled.rows import BatchArrays
-from ..mechanics.coupling.trial_step import attempt_of
 from ..mechanics.coupling.guards import guards_of
 from ..mechanics.coupling.rates import samples_of, slopes_of
+from ..mechanics.coupling.trial_step import attempt_of
 from ..mechanics.coupling.wear import room_of, wear_of
 from ..mechanics.joint.contract import (
     contact_modes,
@@ -25,15 +25,15 @@ from ..mechanics.joint.contract import (
     touches,
 )
 from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
-from ..mechanics.joint.places import Offsets, after_joint, with_current_state, first_place, observed_columns
+from ..mechanics.joint.places import Offsets, after_joint, first_place, observed_columns, with_current_state
 from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
 from ..mechanics.observe import histogram
 from ..mechanics.observe.histogram import MOMENTS
 from ..mechanics.solver import dop853, loop, newton, run_control
 from ..mechanics.solver import event as events
 from ..mechanics.solver.accumulate import totals as total_columns
-from ..mechanics.solver.accumulate.step_sums import ON_FAST_PATH, TrialStep, step_width
 from ..mechanics.solver.accumulate.record import Record
+from ..mechanics.solver.accumulate.step_sums import ON_FAST_PATH, TrialStep, step_width
 from ..mechanics.solver.accumulate.turns import Turns
 from . import watch
 from .lyapunov import Perturbed
@@ -130,7 +130,7 @@ def _tally_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> 
 
 
 class FinalContacts(NamedTuple):
-    """How the contacts of joints stand where an integration does, whatever follows in its place."""
+    """How the contacts of joints are where an integration does, whatever follows in its place."""
 
     joints: tuple
     places: list[Offsets]  # of the joints' numbers
@@ -151,7 +151,7 @@ class Run:
         internal, self.memory = every_internal_state(value.joints), _Memory()
         n, many, zeros = scene.start.size, len(contacts), self.memory.zeros
         self.number, self.form, self.turned = form_number(value), start.form, turned
-        self.parameters = flatten(value)  # compiled code holds its address
+        self.parameters = flatten(value)  # compiled code has its address
         moment = 2 * len(value.coordinates)
         independent = 0 if scene.crank_clock.free else moment
         self.given = start.given.copy()
@@ -220,9 +220,9 @@ class Run:
         self.value, self.deadline, self.marks = value, scene.deadline, start.marks
         self.status, self.events, self.duration = run_control.OK, NO_EVENTS, 0.0
         self.logs: list[np.ndarray] = []  # of events, as they were taken away
-        self.counts = work.counts.copy()  # what all of it took, runs beside this one included
+        self.counts = work.counts.copy()  # what all of it took, runs alongside this one included
         self.figures: dict[str, float | None] = {}  # those that were found on the way
-        self.phase: phases.Phase | None = None  # that is told how far it is
+        self.phase: phases.Phase | None = None  # that is reported how far it is
 
     @functools.cached_property
     def places(self) -> list[Offsets]:
@@ -231,7 +231,7 @@ class Run:
         return list(itertools.accumulate(joints, after_joint, initial=first_place(joints, self.work.time + 1)))
 
     def go(self, control: run_control.Control) -> tuple[int, np.ndarray]:
-        """Return the status and the events of an integration from where this one stands to where `control` ends it."""
+        """Return the status and the events of an integration from where this one is to where `control` ends it."""
         self.heed(control)
         self.go_on()
         return self.status, self.log()
@@ -274,7 +274,7 @@ class Run:
         return np.concatenate(self.logs) if self.logs else NO_EVENTS
 
     def ends(self) -> FinalContacts:
-        """Return how the contacts stand where this one does."""
+        """Return how the contacts are where this one does."""
         work = self.work
         return FinalContacts(self.value.joints, self.places, work.mode.copy(), work.latched.copy(), work.end.copy())
 
@@ -284,7 +284,7 @@ class Run:
         self.counts += self.work.counts
 
     def spent(self, other: "Run") -> None:
-        """Add what a run beside this one took."""
+        """Add what a run besides this one took."""
         self.counts += other.counts
         self.duration += other.duration
 

@@ -27,7 +27,7 @@ from ..mechanics.joint.worn import seat, worn_in
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built, body_angles, gaps, place
 from ..mechanics.mechanism.spatial import seats
-from . import figures, crank_clock
+from . import crank_clock, figures
 from .ideal import ideal_motion, mechanism_of
 
 _LAYOUTS: dict[Parts, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with what they were made of
@@ -151,7 +151,7 @@ def _built(case: Case, mechanism: Mechanism, machine: Machine | None, joints: di
 
 
 def _check_apart(built: Built, joints: Mapping[str, Any]) -> None:
-    """Raise InputError where a journal in space penetrates its bearing, or is beside it, at the start."""
+    """Raise InputError where a journal in space penetrates its bearing, or is outside it, at the start."""
     for name, spot in seats(built, joints).items():
         if spot.overlap <= 0.0:
             raise InputError(
@@ -214,7 +214,7 @@ def signature(case: Case) -> tuple:
 
 
 def _types(term: tuple) -> str:
-    """Return the name of a compiled form's type, with those of the types it holds: 'Archard(Mean)'."""
+    """Return the name of a compiled form's type, with those of the types it contains: 'Archard(Mean)'."""
     inner = ", ".join(_types(part) for part in term if isinstance(part, tuple))
     return f"{type(term).__name__}({inner})" if inner else type(term).__name__
 

@@ -20,9 +20,9 @@ from ..mechanics.joint.contract import (
 from ..mechanics.joint.lubricated import film_depths
 from ..mechanics.solver import event as events
 from ..mechanics.solver import run_control
+from .crank_clock import PATIENCE, knots_of
 from .revolutions import NO_MARKS, Marks
 from .scene import Scene
-from .crank_clock import PATIENCE, knots_of
 
 #: Error that one step may make, per tolerance: of the coordinates in clearances, of their rates in clearances times
 #: crank rate, of the root of penetration in roots of the clearance.  Errors of the coordinates turn the contact force a

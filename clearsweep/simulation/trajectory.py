@@ -25,7 +25,7 @@ from .extrapolation import lived
 from .figures import COST, SETUP
 from .heat import Balance, balanced, has_balance
 from .life import Ageing
-from .life_block import Log, Rates, BlockRecord, longest_block, told_by
+from .life_block import BlockRecord, Log, Rates, longest_block, told_by
 from .outcome import trajectory_of
 from .revolutions import Marks, marks_of
 from .run import Run, call, integrate, integrated, shared, use_no_more
@@ -54,7 +54,7 @@ def simulate(
     watchers : what looks at the run on its way, see `watch.drive`.
     progress : whether to say on stderr now and then what a long run does, and how long it takes still; no bit of the
         result depends on it.
-    log : where a life keeps what its blocks told until it is done, and goes on from.
+    log : where a life keeps what its blocks found until it is done, and goes on from.
 
     A failed integration is a Trajectory too: its `status` names the reason, `message` says it in a sentence.  Raises
     InputError for times outside the run.
@@ -116,7 +116,7 @@ def _seized(scene: Scene, balance: Balance) -> Trajectory:
 
 
 def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Trajectory:
-    """Return a trajectory that tells how far the temperatures of its joints are known."""
+    """Return a trajectory that gives how far the temperatures of its joints are known."""
     kinds = {joint.column: "film_temperature" if joint.film else "temperature" for joint in scene.case.joints}
     for joint, width in balance.width.items():
         trajectory.summary[f"{joint}_{kinds[joint]}_ci"] = width if math.isfinite(width) else None

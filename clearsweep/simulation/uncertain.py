@@ -11,7 +11,7 @@ from ..judging.validity import LIFE_FAILED
 from ..language import phases
 from .extrapolation import Life, lived
 from .life import Ageing
-from .life_block import Part, BlockRecord
+from .life_block import BlockRecord, Part
 
 LOW, HIGH = "low", "high"
 
@@ -39,7 +39,7 @@ def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], BlockRecor
     """Return the lives with the coefficients at their LOW and HIGH ends.
 
     Where nothing that has worn changes how it goes on, every rate is proportional to the coefficient of its body, so
-    that the one block tells both lives; else each is run block by block.
+    that the one block gives both lives; else each is run block by block.
 
     Parameters
     ----------
@@ -60,12 +60,12 @@ def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], BlockRecor
 
 
 def _always(records: BlockRecord) -> Callable[[np.ndarray], BlockRecord]:
-    """Return what runs nothing: of a motion that nothing changes all blocks tell the same."""
+    """Return what runs nothing: of a motion that nothing changes all blocks find the same."""
     return lambda state: records
 
 
 def _scaled(ageing: Ageing, case: Case) -> BlockRecord:
-    """Return what the block of a life told, its rates as the coefficients of another case make them."""
+    """Return what the block of a life found, its rates as the coefficients of another case make them."""
     records = ageing.records[0]
     factors = np.ones(ageing.size)
     for part in ageing.parts:

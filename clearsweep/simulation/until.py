@@ -62,7 +62,7 @@ class Until:
 
 
 def _journals(scene: Scene) -> tuple[list[int], np.ndarray]:
-    """Return the channels that tell where the journals are and how fast, and what counts as 1 in each."""
+    """Return the channels that give where the journals are and how fast, and what counts as 1 in each."""
     names = [channel.name for channel in scene.layout.channels]
     places: list[int] = []
     units: list[float] = []

@@ -1,4 +1,4 @@
-"""Runs that are watched on their way, by what tells how fast a disturbance grows or whether they are long enough.
+"""Runs that are watched on their way, by what shows how fast a disturbance grows or whether they are long enough.
 
 A watched run pauses between two steps and goes on as if it had not: its motion and figures are, to the last bit, those
 of a plain run of the same length.
@@ -27,7 +27,7 @@ class Pausing(Protocol):
     work: Work
 
     def go(self, control: run_control.Control) -> tuple[int, np.ndarray]:
-        """Return the status and the events from where it stands to where `control` ends or pauses it."""
+        """Return the status and the events from where it is to where `control` ends or pauses it."""
 
 
 class Observer(Protocol):

@@ -6,8 +6,6 @@ import pyarrow
 
 from .assemble import merge
 from .batch import Axis, ResultSchema, Row, id_text, open_table
-from .compare import difference
-from .directory import SCRATCH, RunDirectory, commit
 from .case_results import (
     OPTIMISE_FILE,
     SEEK_FILE,
@@ -18,6 +16,8 @@ from .case_results import (
     write_best,
     write_sample,
 )
+from .compare import difference
+from .directory import SCRATCH, RunDirectory, commit
 from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_far
 from .read import StoredRun, newest, verify
 from .record import check_form, now, read_record
@@ -31,8 +31,8 @@ __all__ = [
     "SCRATCH",
     "SEEK_FILE",
     "Axis",
-    "ResultSchema",
     "CaseResults",
+    "ResultSchema",
     "Row",
     "RunDirectory",
     "StoredRun",
@@ -48,7 +48,6 @@ __all__ = [
     "histories",
     "id_text",
     "is_unfinished",
-    "read_results",
     "keys_of_all",
     "keys_so_far",
     "merge",
@@ -57,6 +56,7 @@ __all__ = [
     "open",
     "open_table",
     "read_record",
+    "read_results",
     "status",
     "status_text",
     "use_one_thread",

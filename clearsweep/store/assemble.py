@@ -39,7 +39,7 @@ from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 from .record import read_record
 from .worst import Again, worst_cases, write_worst
 
-HELD_ROWS = 32768  # rows of the summary held in memory at a time, all of whole batches
+HELD_ROWS = 32768  # rows of the summary kept in memory at a time, all of whole batches
 CHUNK_VALUES = 16384  # values in one compressed piece of a dataset: 128 kB of float64
 CHUNKS_AT_ONCE = 32  # pieces compressed side by side before they are written
 OPEN_FILES = 128  # of batches, open at a time
@@ -57,7 +57,7 @@ def merge(
 ) -> dict[str, str]:
     """Write orbits.h5 and summary.parquet with exactly the cases in `rows` (ROWS, ascending by id), unless they do.
 
-    Return what tells the next run whether they are still what they should be: the mark of their content, checksums.
+    Return what informs the next run whether they are still what they should be: the mark of their content, checksums.
     `say` is given a sentence for each that is not.  `again` computes the revolution of the largest peak of the worst
     cases.
     """
@@ -127,7 +127,7 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
     """Yield the given rows of the summary, GROUP_ROWS at a time; every batch is read once.
 
     The rows of some batches at a time go, sorted, to a file without a name; each group is then picked from these files.
-    They are streams, not files of Arrow, as those are read ahead by threads of its own (see `batch.open_table`).
+    They are streams, not files of Arrow, as those are read in advance by threads of its own (see `batch.open_table`).
     """
     cuts = np.arange(0, len(rows) + GROUP_ROWS, GROUP_ROWS)
     with contextlib.ExitStack() as files:

@@ -149,7 +149,7 @@ def values_of(column: pa.Array) -> np.ndarray:
 
 
 def datasets(form: ResultSchema) -> tuple[Dataset, ...]:
-    """Return the datasets of the orbits beside `case_id` and the offsets."""
+    """Return the datasets of the orbits for `case_id` and the offsets."""
     datasets = []
     if form.histories:
         datasets += [
@@ -336,8 +336,8 @@ def numbers_of(texts: bytes) -> np.ndarray:
 def open_table(path: Path) -> Iterator[pq.ParquetFile]:
     """Yield a Parquet file whose pages are checked as they are read; lighter than pq.read_table, too.
 
-    Nothing is read ahead: Arrow would do that in a thread of its own, which may hold a Python buffer for longer than
-    the interpreter lives and then aborts the process (apache/arrow issue 34314).
+    Nothing is read in advance: Arrow would do that in a thread of its own, which may hold a Python buffer for longer
+    than the interpreter lives and then aborts the process (apache/arrow issue 34314).
     """
     with (
         durable.opened(path) as file,

@@ -1,4 +1,4 @@
-"""What limits make of committed cases, and the file of what was sought with them."""
+"""What limits make of committed cases, and the file of what was searched for with them."""
 
 import io
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ from .directory import IDENTIFY_FILE, OPTIMISE_FILE, SEEK_FILE, RunDirectory
 
 
 class CaseResults(NamedTuple):
-    """How some cases stand to their limits."""
+    """How some cases compare to their limits."""
 
     status: list[str]
     exceeded: list[str]  # columns, comma separated
@@ -27,7 +27,7 @@ class CaseResults(NamedTuple):
 
 
 def read_results(run: RunDirectory, form: ResultSchema, rows: np.ndarray, names: Sequence[str] = ()) -> CaseResults:
-    """Return how committed cases (ROWS) stand to the limits of their grid, and the columns with these names."""
+    """Return how committed cases (ROWS) compare to the limits of their grid, and the columns with these names."""
     status: list[str] = []
     exceeded: list[str] = []
     asked: dict[str, list[np.ndarray]] = {name: [] for name in names}
@@ -71,7 +71,7 @@ def write_answers(
 ) -> dict[str, str]:
     """Write seek.parquet, a row for each answer (`sweeping.seeking.Answer`) on `paths`; remove it where there is none.
 
-    Return the checksums of the answer files, by name, as run.json holds them.
+    Return the checksums of the answer files, by name, as run.json contains them.
     """
     file = run.path / SEEK_FILE
     with durable.storing(file):
@@ -85,7 +85,7 @@ def write_answers(
 def write_best(run: RunDirectory, form: ResultSchema, objectives: Sequence[str], best: Sequence[Any]) -> dict[str, str]:
     """Write optimise.parquet, a row for each of the best cases; remove it where there is none.
 
-    Each has the fields of `sweeping.optimising.Best`.  Return its checksum by name, as run.json holds it.
+    Each has the fields of `sweeping.optimising.Best`.  Return its checksum by name, as run.json contains it.
     """
     file = run.path / OPTIMISE_FILE
     with durable.storing(file):
@@ -112,7 +112,7 @@ def write_best(run: RunDirectory, form: ResultSchema, objectives: Sequence[str],
 def write_sample(run: RunDirectory, form: ResultSchema, sample: Mapping[str, np.ndarray]) -> dict[str, str]:
     """Write identify.parquet, a weighted sample of what swept keys may be; remove it where there is none.
 
-    Return its checksum by name, as run.json holds it.
+    Return its checksum by name, as run.json contains it.
     """
     file = run.path / IDENTIFY_FILE
     with durable.storing(file):
@@ -139,8 +139,8 @@ def _answers_bytes(form: ResultSchema, paths: Sequence[str], answers: Sequence[A
     columns += [
         *(Column(f"seek.{path}", unit, _VALUE) for path in paths),
         *([Column("seek_fit", "", "the fit that is sought, judged at its largest clearance", "text")] if fits else []),
-        Column("seek_low", unit, "lower end of the interval that holds the border"),
-        Column("seek_high", unit, "upper end of the interval that holds the border"),
+        Column("seek_low", unit, "lower end of the interval that contains the border"),
+        Column("seek_high", unit, "upper end of the interval that contains the border"),
         Column("limiting", "", _LIMITING, "text"),
         Column("probes", "1", "cases that were looked at", "int"),
     ]

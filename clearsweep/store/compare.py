@@ -17,7 +17,7 @@ def difference(
 ) -> Difference | None:
     """Return the first thing in which two directories differ, or None.
 
-    `mine` and `theirs` (ROWS) say where each holds the same cases in the same order.  Timings are not looked at.
+    `mine` and `theirs` (ROWS) say where each has the same cases in the same order.  Timings are not looked at.
     """
     names = [np.array([batch.name for batch in run.batches], "S") for run in (first, second)]
     apart = names[0][mine["batch"]] != names[1][theirs["batch"]]  # batches are named by their content

@@ -1,4 +1,4 @@
-"""The datasets of the orbits beside time histories and wear: events, sections, how a life went on."""
+"""The datasets of the orbits besides time histories and wear: events, sections, how a life went on."""
 
 import math
 from typing import NamedTuple
@@ -60,7 +60,7 @@ def section_datasets(layout: Layout) -> list[Dataset]:
     return datasets
 
 
-#: What the history of a life tells of each joint that wears: name, unit, text, and whether it is one value per bin.
+#: What the history of a life gives of each joint that wears: name, unit, text, and whether it is one value per bin.
 _OF_JOINT = (
     ("wear_depth_max", "m", "largest depth worn off either body", False),
     ("clearance", "m", "largest eccentricity, over directions, at which the surfaces touch first", False),

@@ -1,4 +1,4 @@
-"""The directory of one run: whose it is, who works in it, and which cases it holds."""
+"""The directory of one run: whose it is, who works in it, and which cases it contains."""
 
 import contextlib
 import fcntl
@@ -37,7 +37,7 @@ from .record import RECORD_FILE, now, plain, read_record, record_bytes
 
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"
-LOOK = 0.05  # s, more than a look at who holds the lock takes
+LOOK = 0.05  # s, more than a look at who has the lock takes
 FINAL_FILES = SUMMARY_FILE, ORBITS_FILE = "summary.parquet", "orbits.h5"
 ANSWER_FILES = (SEEK_FILE, OPTIMISE_FILE, IDENTIFY_FILE) = (
     "seek.parquet",
@@ -118,7 +118,7 @@ class RunDirectory:
     def open_for(self, grid: Grid, **facts: Any) -> Iterator[Self]:
         """Create the directory where it is missing and hold its lock; a second holder is refused.
 
-        A new run.json holds `facts`.
+        A new run.json contains `facts`.
         """
         self.check(grid)
         with contextlib.ExitStack() as at_end:
@@ -127,7 +127,7 @@ class RunDirectory:
                 for folder in (self.orbits, self.summaries):
                     durable.make_folder(folder)
                 self._lock(at_end.enter_context(durable.opened_lock(self.path / LOCK)))
-                durable.make_folder(self.scratch)  # with the lock held: a run removes it as it ends
+                durable.make_folder(self.scratch)  # with the lock taken: a run removes it as it ends
                 at_end.callback(durable.clear, self.scratch, remove=True)
                 durable.clear(self.scratch)
                 durable.probe(self.scratch)
@@ -269,7 +269,7 @@ class RunDirectory:
         return next((path.name for path in self.summaries.glob(f"{batch}-*.parquet")), None)
 
     def counts_of(self, name: str) -> tuple[int, int]:
-        """Return how many cases the summary called `name` holds and how many of them failed."""
+        """Return how many cases the summary called `name` contains and how many of them failed."""
         self._intact(self.summaries / name)
         failed = read_done(self.summaries / name)[1]
         return len(failed), int(np.count_nonzero(failed))

@@ -1,4 +1,4 @@
-"""The files of a run and beside it: only regular files are opened, and a file is there whole or not at all.
+"""The files of a run and besides it: only regular files are opened, and a file is there whole or not at all.
 
 A file is written under a name that nobody can have planted, synced, renamed, and its directory synced.  A link, a pipe,
 a device or a directory where a file should be is refused by its name: it is not followed, waited for or replaced.
@@ -132,7 +132,7 @@ def overwrite(path: Path, content: bytes) -> None:
 def publishing(path: Path, scratch: Path | None = None) -> Iterator[Path]:
     """Yield the name under which to create a file, and to sync it; at the end it takes the place of `path`.
 
-    The name is in `scratch`, on the same file system as `path`, or else beside `path`.  The exchange is on the
+    The name is in `scratch`, on the same file system as `path`, or else next to `path`.  The exchange is on the
     disk only after a `sync` of the directory.
     """
     check_regular(path)
@@ -228,7 +228,7 @@ def storing(path: Path) -> Iterator[None]:
 
 
 def changed(path: Path) -> StorageError:
-    """Return what to tell where a file of a batch is no longer what was committed."""
+    """Return what to say where a file of a batch is no longer what was committed."""
     return StorageError(
         f"{path}: was damaged or removed while this run worked here; run the same command again, which runs its cases "
         "again"
@@ -236,7 +236,7 @@ def changed(path: Path) -> StorageError:
 
 
 def refused(path: Path, error: OSError | RuntimeError) -> StorageError:
-    """Return what to tell where the operating system refused to write `path`."""
+    """Return what to say where the operating system refused to write `path`."""
     number = getattr(error, "errno", None)
     if isinstance(error, FileNotFoundError) or (isinstance(error, OSError) and not number):  # while reading
         return StorageError(

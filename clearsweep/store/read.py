@@ -221,7 +221,7 @@ class StoredRun:
 
     @property
     def seek(self) -> "pd.DataFrame | None":
-        """Return the answers of `seek` as a DataFrame, `attrs["units"]` by column; None where nothing was sought."""
+        """Return the answers of `seek` as a DataFrame, `attrs["units"]` by column; None without a search."""
         return self._answers(SEEK_FILE)
 
     @property
@@ -352,7 +352,7 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
             raise damaged(path, "run.json has no checksum of it, as an older version wrote it")
         wanted = (record["merged"] | record.get("answers", {})).get(path.name)
         if wanted is None and path.name in ANSWER_FILES and not os.path.lexists(path):
-            continue  # nothing was sought
+            continue  # nothing was searched for
         try:
             actual = durable.checksum(path)
         except FileNotFoundError:

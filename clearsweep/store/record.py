@@ -88,7 +88,7 @@ def damaged(path: Path, reason: str) -> DamagedError:
 
 
 def checksum_of(record: dict[str, Any]) -> str:
-    """Return the checksum of what run.json holds beside it, however it is laid out."""
+    """Return the checksum of what run.json contains besides it, however it is laid out."""
     content = {key: value for key, value in record.items() if key != "checksum"}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 

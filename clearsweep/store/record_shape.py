@@ -1,7 +1,7 @@
 """What run.json may hold: its checksum says that nothing was lost, not that `clearsweep run` wrote it.
 
 A results directory may come from anybody, so run.json is checked as a grid is, before any of it is used: names become
-names of files, texts stand in pages and tables.
+names of files, texts appear in pages and tables.
 """
 
 import re
@@ -12,11 +12,11 @@ from ..contracts.layout import Column, JointLayout, Layout
 from ..grid import Fit
 
 LONGEST = 10_000  # characters of a text
-LARGEST = 10**300  # whole number that a float holds
+LARGEST = 10**300  # whole number that a float contains
 DEEPEST = 20  # sections within one another
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")  # line ends and what changes the direction, too
 
-Check = Callable[[Any, str], None]  # (value, where it stands); raises MisshapenError
+Check = Callable[[Any, str], None]  # (value, where it is); raises MisshapenError
 
 
 class MisshapenError(Exception):
@@ -147,7 +147,7 @@ def _fields(kind: Any, checks: dict[str, Check]) -> Check:
 
 
 def _anything(value: Any, path: str) -> None:
-    """Take whatever stands there."""
+    """Take whatever is there."""
 
 
 def _lists_of_values(value: Any, path: str) -> None:

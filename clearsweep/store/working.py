@@ -19,14 +19,14 @@ class Working:
 
     def put(self, content: bytes | None) -> None:
         """Keep this in the place of what was kept before, which need not outlive a crash; None: remove the file."""
-        with contextlib.suppress(OSError):  # a full disk, of which the batch itself tells
+        with contextlib.suppress(OSError):  # a full disk, of which the batch itself reports
             if content is None:
                 durable.discard(self.path)
             else:
                 durable.overwrite(self.path, content)
 
     def read(self) -> phases.Progress | None:
-        """Return the progress as it stands now, None where none is kept."""
+        """Return the progress as it is now, None where none is kept."""
         try:
             return phases.read(durable.read(self.path))
         except OSError:

@@ -1,4 +1,4 @@
-"""The worst cases of a run, and what orbits.h5 holds of each: the revolution in which its largest peak lies."""
+"""The worst cases of a run, and what orbits.h5 contains of each: the revolution in which its largest peak lies."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple

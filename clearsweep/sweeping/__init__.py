@@ -1,1 +1,1 @@
-"""Many cases: batches, worker processes, shards, resuming, and what a run tells in the end."""
+"""Many cases: batches, worker processes, shards, resuming, and what a run reports in the end."""

@@ -19,7 +19,7 @@ class Search(Protocol):
     """What decides which cases come next."""
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Take in how the cases of a grid from the index `first` on stand to its limits."""
+        """Take in how the cases of a grid from the index `first` on compare to its limits."""
 
     def wanted(self) -> Sequence[Point]:
         """Return where the next cases are, of what is known; none where that is enough."""

@@ -1,4 +1,4 @@
-"""All cases that a directory holds as one run to read, also those that the grid last run has not."""
+"""All cases that a directory contains as one run to read, also those that the grid last run has not."""
 
 import contextlib
 import tempfile
@@ -8,10 +8,10 @@ from pathlib import Path
 from .. import grid as grids
 from .. import store
 from ..language import phases
-from .worker_pool import WorkerPool, Options
 from .simulator import SIMULATION
 from .sweep import conclude, facts
 from .worker import Simulator
+from .worker_pool import Options, WorkerPool
 
 
 @contextlib.contextmanager

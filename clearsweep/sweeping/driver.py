@@ -21,7 +21,7 @@ from .worker import Batch, Job, Manifest, Task, failure, read_note, run_batch
 
 TARGET = 2.0  # s of work in a batch: commits cost about 20 ms, and this is what a killed worker loses
 LEAST = 0.25  # s of work in a batch near the end, when the rest is dealt out evenly
-MOST_CASES = 2000  # in a batch: its rows are held in memory
+MOST_CASES = 2000  # in a batch: its rows are kept in memory
 MOST_BYTES = 32e6  # of histories in a batch
 FADING = 0.25  # by which a batch counts less in the mean time of a case with every batch after it
 GROWTH = 8  # times the largest batch so far: the first cases may not be typical
@@ -162,7 +162,7 @@ class Driver:
         self.case_seconds += manifest.seconds
         self.progress.advance(manifest.done, self.failed)
         if left := batch.cases[manifest.done :]:
-            self.batches.again.append(fresh(left))  # its worker was told to stop
+            self.batches.again.append(fresh(left))  # its worker was asked to stop
 
     def _was_committed(self, batch: Batch) -> bool:
         """Return whether a worker committed this batch before it died; if so, take the batch in."""

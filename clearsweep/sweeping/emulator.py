@@ -1,7 +1,7 @@
 """What cases that were not run would give: Gaussian processes of the features of those that were, and what fits them.
 
 Features are first turned into a few directions in which they vary together, each of which has a process of its own
-(Higdon et al. 2008, J. Am. Stat. Assoc. 103, 570, sections 2.1 and 2.2).  What the processes cannot tell is part of
+(Higdon et al. 2008, J. Am. Stat. Assoc. 103, 570, sections 2.1 and 2.2).  What the processes cannot show is part of
 the covariance by which the measured features are judged; so is the scatter of a motion that does not repeat.
 """
 
@@ -132,7 +132,7 @@ class Posterior(NamedTuple):
 
     @property
     def effective(self) -> float:
-        """Return of how many points with equal weights it tells as much."""
+        """Return of how many points with equal weights it counts as much."""
         return float(1.0 / (self.weights**2).sum())
 
     def quantiles(self, column: int, shares: tuple[float, ...]) -> list[float]:

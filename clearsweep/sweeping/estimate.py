@@ -15,7 +15,7 @@ from ..contracts.case import Case
 from ..grid import Grid, check_memory, key_units, largest_history, leaves, usual_history
 from ..language import phases
 from ..language.wording import count
-from . import worker_pool, executors, signals, sweep
+from . import executors, signals, sweep, worker_pool
 from .bisection import usual_probes
 from .shard import Shard, each_once
 from .simulator import SIMULATION
@@ -24,7 +24,7 @@ from .worker import Simulator, Timed, time_case
 PILOT_CASES, PILOT_TIME = 64, 10.0  # timed: at most so many cases, and no further one after so many seconds
 PILOT_SHARE = 0.5  # of PILOT_TIME that one case gets; a longer one is extrapolated
 COMPILED = 0.5  # s of compiling, from which a case that took all its time is timed again
-PILOT_PATIENCE = 60.0  # s waited for one case beside what it compiles
+PILOT_PATIENCE = 60.0  # s waited for one case next to what it compiles
 START_UP = 1.0  # s until the workers are ready
 EACH = 1e-3  # s a case takes besides its motion: to make it, commit it and merge it
 EVENT_BYTES = 26  # of one event in orbits.h5
@@ -39,7 +39,7 @@ class Estimate(NamedTuple):
     warnings: list[str]
     timed: int  # cases timed
     extrapolated: int  # of them that took too long, whose time is extrapolated from their first revolutions or blocks
-    case_seconds: float | None  # s a case on average; None where the beginning of a case does not tell
+    case_seconds: float | None  # s a case on average; None where the beginning of a case does not determine
     longest: float | None  # s, of the cases timed
     seconds: float | None  # s of the whole run, compiled code in the cache
     give_or_take: float | None  # s, twice the standard error of `seconds`, as the cases that were timed differ
@@ -76,7 +76,7 @@ def estimate(
     if grid.refine:
         warnings.append(f"up to {grid.refine.cases:,} cases that `refine` adds follow from these, and come on top")
     directory = sweep.directory_of(grid, out, part)
-    with phases.phase("reading what the directory holds"):
+    with phases.phase("reading what the directory contains"):
         directory.check(grid)
         directory.look()
         ids = worker_pool.case_ids(grid)

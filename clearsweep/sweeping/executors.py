@@ -36,7 +36,7 @@ COUNTING = 2.0  # s between two looks at how many workers a cluster has
 PATIENCE = 10.0  # s a scheduler has to answer, from the first knock to the last word of a greeting
 FILES = 24  # that a run has open at most, apart from its workers
 FILES_OF_WORKER = {"local": 2, "serial": 0, "dask": 10}
-LOUD = ("asyncio", "distributed", "tornado")  # loggers that tell, with tracebacks, of deaths that are dealt with here
+LOUD = ("asyncio", "distributed", "tornado")  # loggers that log, with tracebacks, of deaths that are dealt with here
 CONSTS.channel_lock_timeout = 2.0  # s; a worker killed while it held the lock stalls the others twice as long
 
 
@@ -60,7 +60,7 @@ class Executor(Protocol):
     It is made of the number of workers, the address of a scheduler, and a function that its own workers call first.
     """
 
-    deaths: tuple[type[Exception], ...]  # exceptions that tell that a worker died with its batch
+    deaths: tuple[type[Exception], ...]  # exceptions that say that a worker died with its batch
     elsewhere: bool  # whether workers may be on other machines
 
     @property
@@ -215,7 +215,7 @@ class Dask:
             raise self._lost(error.__cause__) from None
 
     def _lost(self, error: BaseException | None) -> SchedulerLostError:
-        """Return what to tell where the scheduler answers no more."""
+        """Return what to say where the scheduler answers no more."""
         return SchedulerLostError(
             f"scheduler: {self._scheduler or 'the one of this run'} was lost ({error}); "
             "what was finished is kept: run the same command again to go on"
@@ -276,7 +276,7 @@ def _client(address: Any) -> Any:
 
 
 def _no_answer(address: Any, error: Exception) -> InputError:
-    """Return what to tell where nobody at `address` answers as a scheduler."""
+    """Return what to say where nobody at `address` answers as a scheduler."""
     return InputError(
         f"scheduler: {address} does not answer ({brief(error)}); expected the address that "
         "`dask scheduler` prints, such as tcp://10.0.0.1:8786"

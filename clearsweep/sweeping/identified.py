@@ -1,4 +1,4 @@
-"""What `identify` found, as run.json holds it, and the closing lines of a run on it."""
+"""What `identify` found, as run.json contains it, and the closing lines of a run on it."""
 
 from pathlib import Path
 from typing import Any
@@ -40,7 +40,7 @@ def identify_lines(facts: dict[str, Any]) -> list[str]:
         name = wording.axis_name(each["path"], joints)
         lines.append(f"  {name} {value}{shown} (95 %: {low} to {high}{shown}){machine.certainty(each)}")
     lines += [f"  {sentence}" for sentence in machine.sentences(identified, joints)]
-    lines.append("  The best cases beside the measured signals:")
+    lines.append("  The best cases compared with the measured signals:")
     for each in identified["fits"]:
         measured, computed = (friendly(each[name], each["unit"]) for name in ("measured", "computed"))
         off = machine.difference(each)

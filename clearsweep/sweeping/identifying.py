@@ -44,7 +44,7 @@ class Parameter(NamedTuple):
 
     path: str
     value: float  # median
-    low: float  # of the interval that holds it with 95 %
+    low: float  # of the interval that contains it with 95 %
     high: float
     determined: str  # 'well', 'weakly' or 'not'
     ends: tuple[str, ...]  # 'lower', 'upper': ends of the range at which the interval ends
@@ -70,7 +70,7 @@ class Read(NamedTuple):
     revolutions: int
     samples: float  # of a revolution
     orders: float  # up to which it is compared
-    angle: float  # rad, by which its crank angle is ahead
+    angle: float  # rad, by which its crank angle is off
     speed: float | None  # rad/s, mean, where it is over time
     noise: tuple[float, float, float]  # rms over that of the signal: median, ends of the interval
 
@@ -144,16 +144,24 @@ class Identifying:
         likely = posterior.points[chosen, : len(self.identify.over)]
         return [self.identify.point(parts) for parts in [*likely, *even[: count - len(likely)]]]
 
-    def result(self) -> Identified:
-        """Return what was found, at the end."""
-        if self.observation is None or len(self.points) < LEAST_CASES:
-            raise InputError(
-                f"identify: {len(self.points)} of {self.looked_at} cases finished, at least {LEAST_CASES} are needed; "
-                "see their messages, change the ranges under identify.over, or allow more cases"
-            )
+    def result(self) -> Identified | None:
+        """Return what was found, at the end; None where too few cases finished."""
+        if self.too_few:
+            return None
         with _repeatable():
             chance = np.random.default_rng([self.identify.seed, self.looked_at])
             return self._identified(*self._posterior(chance, last=True))
+
+    @property
+    def too_few(self) -> str:
+        """Return why nothing can be identified of the cases that finished; '' where it can."""
+        if len(self.points) >= LEAST_CASES:
+            return ""
+        return (
+            f"identify: nothing is identified, as {len(self.points)} of {self.looked_at} cases finished and at least "
+            f"{LEAST_CASES} are needed; see the messages of those that failed, then change the ranges under "
+            "identify.over, or allow more cases"
+        )
 
     def _narrow(self, posterior: emulator.Posterior) -> None:
         """Take values that are not likely out of the ranges."""

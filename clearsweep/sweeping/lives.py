@@ -1,4 +1,4 @@
-"""The shortest and the longest life of a run, as its closing lines tell it."""
+"""The shortest and the longest life of a run, as its closing lines report it."""
 
 import operator
 from collections.abc import Callable, Mapping

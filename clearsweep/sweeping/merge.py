@@ -1,5 +1,6 @@
 """Joins runs of one grid, such as its shards, into one run."""
 
+import dataclasses
 import time
 from collections.abc import Iterable
 from pathlib import Path
@@ -12,11 +13,11 @@ from .. import store
 from ..grid.variations import WAYS
 from ..language.errors import DirectoryError
 from . import progress, signals
-from .worker_pool import WorkerPool, Options, case_ids
 from .shard import Shard, each_once
 from .simulator import SIMULATION
 from .sweep import RunResult, conclude, facts
 from .worker import Simulator
+from .worker_pool import Options, WorkerPool, case_ids
 
 NAMED = 3  # cases or shards that a message lists before it stops
 
@@ -40,7 +41,7 @@ def run_merge(
     places = list({Path(directory).resolve(): Path(directory) for directory in directories}.values())
     records = _same_grid(places)
     grid = grids.load({key: records[0][key] for key in records[0]["keys"]}, simulator.catalogue())
-    grid = grid.as_noted(records[0])
+    grid = dataclasses.replace(grid, **grids.as_written(records[0]))
     target = store.RunDirectory(out)
     target.check(grid)
     if target.record.exists() and out.resolve() not in {place.resolve() for place in places}:

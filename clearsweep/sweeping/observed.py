@@ -19,7 +19,7 @@ MODEL = {
     "phases": 0.03,
 }  # of the model, as of logarithms of features, and of phases
 AGAIN = 200  # times revolutions are drawn, from which the scatter of the measured features follows
-FLOOR = 2e-3  # of the rms: what is less in a band is not told apart
+FLOOR = 2e-3  # of the rms: what is less in a band is not distinguished
 ALIGNED_ORDERS = 6  # that the crank angle of a signal is found by: those of the motion without clearance
 
 
@@ -45,7 +45,7 @@ class Observed(NamedTuple):
     rms: float
 
     def angle(self, history: Mapping[str, np.ndarray]) -> float:
-        """Return by how much (rad, -pi to pi) the measured crank angle is ahead of that of a case."""
+        """Return by how much (rad, -pi to pi) the measured crank angle is off of that of a case."""
         own = self._computed(history)
         lag = features.shift(self.turns.mean(axis=0), own.mean(axis=0), ALIGNED_ORDERS)
         phase_shift = float(features.TURN * lag / own.shape[1] + self.turned.angle[0]) % features.TURN

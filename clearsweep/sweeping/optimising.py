@@ -1,4 +1,4 @@
-"""Looks for the best cases, round by round, with a sampler of Optuna, which is asked and told.
+"""Looks for the best cases, round by round, with a sampler of Optuna, which is asked and answered.
 
 What the sampler knows is rebuilt in every round from the cases that are there, and it is seeded by the round: the same
 results lead to the same cases however often a run was interrupted, and whatever the number of workers.
@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import store
 from ..grid import Grid
-from ..grid.optimised import AMONG, ROUND, WHOLE, Choice
+from ..grid.optimised import AMONG, ROUND, WHOLE, Choice, ends
 from ..language.errors import InputError
 from .adaptive import Point
 
@@ -30,6 +30,7 @@ class Best(NamedTuple):
     case_id: str
     point: Point
     values: dict[str, float]  # by objective
+    intervals: dict[str, tuple[float, float]]  # 95 %, by objective that has one
     margin: float | None  # of the limits, None where there are none
     limiting: str | None  # the columns whose limits it exceeds, or whose limit is nearest
     feasible: bool
@@ -42,6 +43,7 @@ class Optimised(NamedTuple):
     start: Best | None  # the case that the grid has written
     looked_at: int
     feasible: int
+    alike: int | None  # other feasible cases whose interval overlaps that of the best; None: it has none, or a front
 
 
 class Optimising:
@@ -68,9 +70,11 @@ class Optimising:
                     f"optimise: {', '.join(null)} is null in case {grid.case_id(index)}, so that cases cannot be "
                     "compared; take another objective, or a `figures` expression that is never null"
                 )
+            intervals = {name: _interval(results.columns, name, k) for name in names}
             margins = {name: float(each[k]) for name, each in results.margins.items()}
             self.seen.add(tuple(point.values()))
-            self.trials.append(_Trial(grid.case_id(index), point, values, margins, results.exceeded[k], failed))
+            trial = _Trial(grid.case_id(index), point, values, intervals, margins, results.exceeded[k], failed)
+            self.trials.append(trial)
 
     def wanted(self) -> list[Point]:
         """Return where the next cases are."""
@@ -94,7 +98,16 @@ class Optimising:
             best = sorted(self.trials, key=lambda trial: (trial.violation, trial.case_id))[:1]
         own = tuple(self.optimise.start.values())
         start = next((trial.best() for trial in self.trials if own and tuple(trial.point.values()) == own), None)
-        return Optimised(tuple(trial.best() for trial in best), start, len(self.trials), len(feasible))
+        alike = self._alike(best[0], feasible) if len(self.optimise.objectives) == 1 else None
+        return Optimised(tuple(trial.best() for trial in best), start, len(self.trials), len(feasible), alike)
+
+    def _alike(self, best: "_Trial", feasible: "list[_Trial]") -> int | None:
+        """Return how many other feasible cases cannot be distinguished from the best; None where it has no interval."""
+        ((name, _),) = self.optimise.objectives
+        low, high = best.intervals[name]
+        if not feasible or not math.isfinite(low + high):
+            return None
+        return sum(each.intervals[name][0] <= high and each.intervals[name][1] >= low for each in feasible) - 1
 
     def _asked(self, attempt: int, count: int) -> Iterator[Point]:
         """Yield the points that a sampler asks for which knows all trials."""
@@ -130,6 +143,7 @@ class _Trial(NamedTuple):
     case_id: str
     point: Point
     values: dict[str, float]
+    intervals: dict[str, tuple[float, float]]  # by objective, NaN where there is none
     margins: dict[str, float]  # by limited column; minus infinity where it cannot be judged
     exceeded: str
     failed: bool
@@ -152,8 +166,16 @@ class _Trial(NamedTuple):
         finite = {name: margin for name, margin in self.margins.items() if math.isfinite(margin)}
         nearest = min(finite, key=lambda name: finite[name], default=None)
         values = {name: value for name, value in self.values.items() if math.isfinite(value)}
+        intervals = {name: each for name, each in self.intervals.items() if math.isfinite(sum(each))}
         margin = min(finite.values(), default=None)
-        return Best(self.case_id, self.point, values, margin, self.exceeded or nearest, self.violation == 0.0)
+        limiting = self.exceeded or nearest
+        return Best(self.case_id, self.point, values, intervals, margin, limiting, self.violation == 0.0)
+
+
+def _interval(columns: dict[str, np.ndarray], name: str, place: int) -> tuple[float, float]:
+    """Return the 95 % interval of a column in the case at a place, NaN where it has none."""
+    low, high = (float(columns[end][place]) if end in columns else math.nan for end in ends(name))
+    return low, high
 
 
 def _front(trials: list[_Trial], objectives: tuple[tuple[str, bool], ...]) -> Iterator[_Trial]:

@@ -1,4 +1,4 @@
-"""How long cases took beside the machine itself, as the closing lines of a run tell it."""
+"""How long cases took next to the machine itself, as the closing lines of a run report it."""
 
 import math
 from collections.abc import Callable, Mapping

@@ -10,8 +10,8 @@ from ..language.phases import say, shown
 
 __all__ = ["Cases", "Compiling", "Pace", "say", "shown"]
 
-SETTLING = 1.0  # s after the first case before the time left is told
-LISTED = 3  # cases at work that a line tells of
+SETTLING = 1.0  # s after the first case before the time left is shown
+LISTED = 3  # cases at work that a line mentions of
 LONG = phases.FIRST  # s, from which a case at work is listed
 
 

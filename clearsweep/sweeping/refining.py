@@ -109,7 +109,7 @@ class Refining:
         self.crossed, self.added, self.left = 0, 0, False
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Take in how the cases of a grid from the index `first` on stand to its limits."""
+        """Take in how the cases of a grid from the index `first` on compare to its limits."""
         keys = [self._key(grid.point(index)) for index in range(first, len(grid))]
         good = [status == "ok" and not names for status, names in zip(results.status, results.exceeded, strict=True)]
         if first:

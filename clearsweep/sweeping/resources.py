@@ -52,5 +52,5 @@ def remedy(error: BaseException) -> str | None:
 
 
 def too_long(name: str) -> str:
-    """Return what to tell of a path that the file system does not take."""
+    """Return what to say of a path that the file system does not take."""
     return f"{name[:60]}...: File name too long for the file system ({len(name)} characters); choose a shorter one"

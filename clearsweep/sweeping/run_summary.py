@@ -13,7 +13,7 @@ from ..language import wording
 from . import identified
 from .lives import Lives, life_lines
 from .pace import Pace, pace_lines
-from .searched import optimise_lines, optimised, refine_lines, seek_lines, seek_facts
+from .searched import optimise_lines, optimised, refine_lines, seek_facts, seek_lines
 from .settings import friendly, given_text, joint_count, setting_text, value_text
 from .sweep import RunResult
 from .worst_cases import WorstCases
@@ -23,7 +23,7 @@ FILES = ("summary.parquet", "orbits.h5", "run.json")
 
 
 def of_run(result: RunResult) -> dict[str, Any]:
-    """Return what `run` tells of a RunResult, ready for JSON: counts, files, worst cases, failures; all in SI."""
+    """Return what `run` reports of a RunResult, ready for JSON: counts, files, worst cases, failures; all in SI."""
     run = result.open()
     swept = list(run.grid["units"])
     joints = [joint.name for joint in run.layout.joints]
@@ -88,7 +88,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
 
 
 class _Kept:
-    """How many cases keep to the limits of a grid, as `run` tells it."""
+    """How many cases keep to the limits of a grid, as `run` reports it."""
 
     def __init__(self, record: Mapping[str, Any]):
         self.verdict = verdict.of_record(record)

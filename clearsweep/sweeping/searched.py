@@ -1,4 +1,4 @@
-"""The closing lines of a run on what was sought, optimised and refined."""
+"""The closing lines of a run on what was searched for, optimised and refined."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -17,7 +17,7 @@ LISTED_ANSWERS, LISTED_EFFECTS = 12, 6
 def seek_facts(
     result: RunResult, units: Mapping[str, str], limits: Iterable[Limit], columns: Mapping[str, str]
 ) -> dict[str, Any] | None:
-    """Return what was sought and found, ready for JSON, in SI; None where nothing was sought.
+    """Return what was searched for and found, ready for JSON, in SI; None where nothing was searched for.
 
     units, columns : of swept paths, and of columns; limits : of the grid.
     """
@@ -35,7 +35,7 @@ def seek_facts(
 
 
 def seek_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the lines on what was sought."""
+    """Return the lines on what was searched for."""
     if not facts["seek"]:
         return []
     asked, answers = facts["seek"]["asked"], facts["seek"]["answers"]
@@ -144,6 +144,15 @@ def optimised(result: RunResult, units: Mapping[str, str]) -> dict[str, Any] | N
     return optimum._asdict() | {"best": best, "start": start, "units": {name: units.get(name, "1") for name in names}}
 
 
+def _objective(column: str, case: Mapping[str, Any], unit: str) -> str:
+    """Return an objective of a case with its interval, if it has one."""
+    text = f"{column} {friendly(case['values'][column], unit)}"
+    if column not in case["intervals"]:
+        return text
+    low, high = (friendly(end, unit) for end in case["intervals"][column])
+    return f"{text} (95 %: {low} to {high})"
+
+
 def optimise_lines(facts: dict[str, Any]) -> list[str]:
     """Return the lines on what `optimise` found."""
     optimum = facts["optimised"]
@@ -156,9 +165,12 @@ def optimise_lines(facts: dict[str, Any]) -> list[str]:
         front = "none keeps to the limits; the nearest one"
         lines[-1] = f"Optimised over {optimum['looked_at']:,} cases: {front} (optimise.parquet)"
     for name, each in [*(("", each) for each in best[:LISTED_ANSWERS]), *((("start: ", start),) if start else ())]:
-        values = [f"{column} {friendly(value, optimum['units'][column])}" for column, value in each["values"].items()]
+        values = [_objective(column, each, optimum["units"][column]) for column in each["values"]]
         margin = "" if each["margin"] is None else f", margin {100.0 * each['margin']:.3g} % ({each['limiting']})"
         lines.append(f"  {name}{setting_text(each['point'], facts)}: {', '.join(values) or 'failed'}{margin}")
     if len(best) > LISTED_ANSWERS:
         lines.append(f"  and {len(best) - LISTED_ANSWERS:,} more")
+    if optimum["alike"]:
+        others = wording.count(optimum["alike"], "other case") + (" within the limits" if best[0]["limiting"] else "")
+        lines.append(f"  {others} cannot be distinguished from it: the 95 % intervals overlap")
     return lines

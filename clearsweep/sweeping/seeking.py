@@ -7,8 +7,8 @@ import numpy as np
 
 from .. import store
 from ..grid import Grid, Seek
-from .bisection import Border, scan, search
 from .adaptive import Point
+from .bisection import Border, scan, search
 
 
 class Answer(NamedTuple):
@@ -20,7 +20,7 @@ class Answer(NamedTuple):
     high: float | None
     limiting: str | None  # the column whose limit is exceeded first, or the status of a case that failed
     probes: int
-    fits: bool = False  # it was sought among fits
+    fits: bool = False  # it was searched for among fits
     fit: str | None = None  # the one at `value`
     beyond: tuple[str, ...] = ()  # fits on the unsafe side of the border that keep to the limits all the same
     best: tuple[dict[str, Any], ...] = ()  # where no value keeps to them: how near each case of the other axes comes
@@ -50,7 +50,7 @@ class Seeking:
         return tuple(range(self.seek.last + 1)) if self.seek.fits else scan(self.seek.last)
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Take in how the cases of a grid from the index `first` on stand to its limits."""
+        """Take in how the cases of a grid from the index `first` on compare to its limits."""
         for index in range(first, len(grid)):
             point = grid.point(index)
             place = self.asked[[point.pop(path) for path in self.seek.paths].pop()]
@@ -113,7 +113,7 @@ class Seeking:
 
 
 def _deciding(known: dict[int, bool], border: Border, last: int) -> int:
-    """Return the place that tells what the limiting column is: the first bad one beyond the border."""
+    """Return the place that says what the limiting column is: the first bad one beyond the border."""
     if border.good is None:
         return min((place for place, good in known.items() if not good), default=0)
     return min((place for place, good in known.items() if place > border.good and not good), default=last)
@@ -129,7 +129,7 @@ def every(known: Mapping[int, bool], last: int) -> Border:
 
 
 def _others(grid: Grid, seek: Seek) -> list[Point]:
-    """Return the values of all axes but the one that is sought, of every case of these."""
+    """Return the values of all axes but the one that is searched for, of every case of these."""
     points = (grid.point(index) for index in range(len(grid)))
     others = (tuple((path, value) for path, value in point.items() if path not in seek.paths) for point in points)
     return [dict(point) for point in dict.fromkeys(others)]

@@ -22,7 +22,7 @@ _OF_METHOD = ("simulate.", "save.", "uncertain.")  # keys that are no part of th
 
 
 class Effect(NamedTuple):
-    """What one key does to the margin where none of the values sought keeps to the limits."""
+    """What one key does to the margin where none of the values tried keeps to the limits."""
 
     path: str
     value: float  # SI, as the grid has it

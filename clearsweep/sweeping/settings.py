@@ -7,7 +7,7 @@ from ..language import wording
 
 
 def friendly(value: float, unit: str, *, speed: bool = False) -> str:
-    """Return a value as it could stand in a grid: '0.5 mm', '5000 rpm', '6.61e+10 N/m^1.5'."""
+    """Return a value as it could be written in a grid: '0.5 mm', '5000 rpm', '6.61e+10 N/m^1.5'."""
     scale = wording.scale(unit, value, speed=speed)
     if scale.unit.isascii() or scale.unit.startswith("µ"):
         return f"{value / scale.factor:.4g} {scale.unit}".rstrip()

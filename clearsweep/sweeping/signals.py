@@ -109,7 +109,7 @@ def _in_parent(signum: int, _frame: FrameType | None) -> None:
 
 
 def leave_if_asked() -> None:
-    """End this process if it is a worker that was told to go while it was busy."""
+    """End this process if it is a worker that was asked to go while it was busy."""
     if _Request.signum and signal.getsignal(signal.SIGTERM) is _in_worker:
         os._exit(128 + _Request.signum)
 

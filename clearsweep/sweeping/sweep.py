@@ -15,8 +15,7 @@ from .. import store
 from ..contracts.results import Peak
 from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
-from . import executors, identified, progress, resources, adaptive, signals
-from .worker_pool import WorkerPool, Options, case_ids, most, within
+from . import adaptive, executors, identified, progress, resources, signals
 from .identifying import Identified, Identifying
 from .optimising import Optimised, Optimising
 from .refining import Refined, Refining
@@ -25,6 +24,7 @@ from .sensitivity import Effect, effects
 from .shard import Shard, each_once
 from .simulator import SIMULATION
 from .worker import Simulator
+from .worker_pool import Options, WorkerPool, case_ids, most, within
 
 SAMPLED_CASES = 200  # cases looked at for derived values and warnings
 MOST_WARNINGS = 5
@@ -60,11 +60,11 @@ class RunResult:
     derived: dict[str, dict[str, Any]]  # name -> {"unit", "min", "max"}
     warnings: tuple[str, ...]
     joined: int = 0  # directories that were joined; 0 for a run
-    seek: grids.Seek | None = None  # what was sought
+    seek: grids.Seek | None = None  # what was searched for
     answers: tuple[Answer, ...] = ()  # what was found
     effects: tuple[Effect, ...] = ()  # of other keys on the margin, where a search has no answer
     optimised: Optimised | None = None  # what was found; None where nothing was optimised, or it was stopped
-    identified: Identified | None = None  # what was found of a measured machine; None as for `optimised`
+    identified: Identified | None = None  # of a measured machine; None as for `optimised`, or too few cases finished
     refined: Refined | None = None  # what `refine` came to; None where it was not asked for or was stopped
 
     @property
@@ -179,6 +179,8 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
                 directory, store.ResultSchema.of(grid), names, best.best if best else ()
             )
             machine = search.result() if isinstance(search, Identifying) and complete else None
+            if isinstance(search, Identifying) and complete and search.too_few:
+                known["warnings"] = warnings = [*warnings, search.too_few]
             known["answers"] |= store.write_sample(
                 directory, store.ResultSchema.of(grid), machine.sample if machine else {}
             )
@@ -231,7 +233,7 @@ def directory_of(grid: grids.Grid, out: str | Path | None = None, shard: Shard |
 def conclude(worker_pool: WorkerPool, grid: grids.Grid, wanted: np.ndarray, **known: Any) -> dict[str, int]:
     """Merge the results of the wanted cases, write run.json with what is `known` of the run; return the counts.
 
-    The crew knows where, and does what is to be computed of the finished run.
+    The pool knows where, and does what is to be computed of the finished run.
     """
     directory, ran = worker_pool.directory, worker_pool.ran
     rows = directory.rows()

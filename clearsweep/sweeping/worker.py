@@ -29,7 +29,7 @@ from ..store import durable
 from . import resources, signals
 
 AT_ONCE = 64  # cases made at a time, in a third of the time of one by one
-LOOK = 0.01  # s between two looks at what tells workers to stop
+LOOK = 0.01  # s between two looks at what asks workers to stop
 CHECK = 10.0**0.125  # times as long as the case its error check takes: a tenth of the tolerance, of order eight
 OUT_OF_TIME = "time-budget"  # status of what took longer than it may
 _PR_SET_PDEATHSIG = 1
@@ -58,7 +58,7 @@ class Simulator(Protocol):
         """Compile what a case shares with all others, or load it from the cache."""
 
     def compile_together(self, case: Case, /) -> None:
-        """Compile what `solve_each` needs beside it."""
+        """Compile what `solve_each` needs with it."""
 
     def solve(self, case: Case, log: store.Unfinished | None = None, /) -> Trajectory:
         """Return the result of a case; only one with a life is given a log, and goes on from it."""
@@ -119,7 +119,7 @@ class Job:
 
     @cached_property
     def stop(self) -> Path:
-        """Return the file that tells workers to finish the case they are at and take no other."""
+        """Return the file that asks workers to finish the case they are at and take no other."""
         return durable.scratch_file(self.directory / store.SCRATCH, "stop")
 
     def note(self, batch: Batch) -> Path:
@@ -169,7 +169,7 @@ def start_worker(parent: int, load: Callable[[], None]) -> None:
 class Timed(NamedTuple):
     """The time that a case takes, as it was measured, or extrapolated from its beginning."""
 
-    seconds: float | None  # what is compiled once does not count; None: the beginning does not tell
+    seconds: float | None  # what is compiled once does not count; None: the beginning does not count
     events: int
     spent: float  # s, that measuring took, without what is compiled
     once: float  # s, that compiling took on the way
@@ -178,7 +178,7 @@ class Timed(NamedTuple):
 
 
 def time_case(simulator: Simulator, case: Case, patience: float, working: store.Working | None = None) -> Timed:
-    """Return the time that a case takes; of one that takes more than `patience` (s) as its beginning tells."""
+    """Return the time that a case takes; of one that takes more than `patience` (s) as its beginning allows."""
     budget = min(case.simulate.time_budget, patience)
     begin, once = time.perf_counter(), phases.once_seconds()
     with phases.written(working.put) if working else contextlib.nullcontext(), phases.estimated() as latest:

@@ -84,7 +84,7 @@ class WorkerPool:
         return done
 
     def look(self, grid: grids.Grid, first: int) -> store.CaseResults | None:
-        """Run the cases of a grid that are missing; return how those from the index `first` on stand to their limits.
+        """Run the cases of a grid that are missing; return how those from the index `first` on compare to their limits.
 
         None where some were left.
         """
@@ -92,7 +92,7 @@ class WorkerPool:
         if not self.run(grid, ids, np.sort(ids)):
             return None
         rows = self.directory.rows()
-        names = [column for column, _ in grid.optimise.objectives] if grid.optimise else []
+        names = grid.optimise.columns([each.name for each in grid.layout.columns]) if grid.optimise else []
         places = np.searchsorted(rows["id"], ids[first:])
         new_results = store.read_results(self.directory, store.ResultSchema.of(grid), rows[places], names)
         if grid.identify is None:
@@ -241,7 +241,7 @@ def warm(
     if any(isinstance(failure, BrokenExecutor) for failure in failures):
         workers.restart()
     elif compile_failure := next(filter(None, failures), None):
-        progress.say(f"compiling ahead failed ({brief(compile_failure)}); the cases themselves will tell")
+        progress.say(f"compiling in advance failed ({brief(compile_failure)}); the cases themselves will show it")
 
 
 def _failure(future: Future) -> Exception | None:

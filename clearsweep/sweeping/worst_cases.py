@@ -15,7 +15,7 @@ class WorstCases:
     """Keeps the worst of finished cases, block by block."""
 
     def __init__(self, lead: Lead, joints: list[str], limits: tuple[Limit, ...]):
-        """Take what ranks cases, the joints whose force peaks every entry holds, and the limits of the grid."""
+        """Take what ranks cases, the joints whose force peaks every entry contains, and the limits of the grid."""
         self.lead, self.joints, self.limits = lead, joints, limits
         self.columns = [*dict.fromkeys((*lead.columns, *(f"{joint}_force_peak" for joint in joints)))]
         self.entries: list[dict[str, Any]] = []  # the worst first

@@ -2,7 +2,7 @@
 
 Two families of FOLD cases: a film alone, which has to carry the load, and a film with a dry joint behind it, of which
 some run so thin that the dry joint carries most.  In every factor each level occurs equally often, as in `machines`.
-The viscosity is told by the ratio of the load to what a film of half its clearance bears by turning.
+The viscosity is given by the ratio of the load to what a film of half its clearance bears by turning.
 """
 
 import math

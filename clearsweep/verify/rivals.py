@@ -19,7 +19,7 @@ from ..mechanics.solver.event import ONSET, SEPARATION
 from ..mechanics.trace.objects import machine_code
 
 ROWS = 4  # of the rates: the stages of Runge-Kutta 4
-DEPTH, RATE, NORMAL, JOINT_WIDTH = 0, 1, 2, 3  # what stands after the rates, for every joint
+DEPTH, RATE, NORMAL, JOINT_WIDTH = 0, 1, 2, 3  # what is after the rates, for every joint
 TINY = 1e-300  # m
 RELATIVE = 2.3e-14  # the least relative tolerance that scipy takes
 BLIND = 1e-9  # turns of the crank after an event during which its joint has no further one
@@ -115,7 +115,7 @@ def runge_kutta_4(scene, times, step, separations=0) -> Solution:
     step : s, shortened a little so that a whole number of steps lies between the times.
     separations : stop after so many; 0: at the last of the times.
     """
-    parameters = flatten(scene.value)  # compiled code holds its address
+    parameters = flatten(scene.value)  # compiled code has its address
     n, joints = 2 * len(scene.value.coordinates) + 1, len(scene.value.joints)
     each = 0
     if len(times):
@@ -204,7 +204,7 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
 
     `times` : (n,) s, where to report, may be empty; `end` : s, or `separations`, after which to stop.  Errors are
     measured as ours are, in clearances: a step may err by `tolerance` times clearance, rates by that times crank
-    speed, whatever the size of the coordinates.  Force peaks are not sought.
+    speed, whatever the size of the coordinates.  Force peaks are not searched for.
     """
     value = scene.value
     parameters = flatten(value)

@@ -10,7 +10,7 @@ the elastic energy of the deepest point is what the damper leaves of the onset e
 F = K pen^n (1 + chi rate / v)), and the work of the load.  Alone, the first gives d1 = ((n+1) E / K)^(1/(n+1)) and the
 second, a load that is applied at once, d2 = ((n+1) F / K)^(1/n); as (d1 + d2)^n >= d1^n + d2^n, d <= d1 + d2.  Of an
 elastic force that is no power of d its energy W takes the left side's place, and the bound is where W(d) = E + F d.
-What stands in for m, v and F:
+What is in for m, v and F:
 m : the largest reduced mass of the mechanism in which only that joint is open, over all crank angles and directions
     (to hold the other joints closed can only raise it);
 E : summed over all open joints at the largest onset rate each of them had in this run, as an impact in one joint
@@ -18,10 +18,10 @@ E : summed over all open joints at the largest onset rate each of them had in th
 F : the largest load of the joint in the ideal mechanism, times LOAD as clearance displaces the bodies, and times
     1 + mu as friction adds to it.
 A film in a joint only adds to what resists; behind it the dry contact bears in full from the end of the transition on,
-so the bound is deeper by as much.  A joint with nothing but a film has none; the case tells how far it goes.
+so the bound is deeper by as much.  A joint with nothing but a film has none; the case says how far it goes.
 Not in the bound is what lasts longer than an impact: sliding friction, which turns work of the drive into an
 oscillation across the surface, and the motion of bodies along it, which loads a contact without an onset.  A case
-beyond the bound counts as failed all the same; what is said of it tells whether the drive has done the work, as what
+beyond the bound counts as failed all the same; what is said of it shows whether the drive has done the work, as what
 the balance of energies leaves open over the elastic energy of the deepest contact, and whether the penetration is that
 of the equations and not of the step, as how far it is from that at a tenth of the tolerance.  Of cases in space the
 bound is not known, nor are samples looked at: what is finite and balances, passes.
@@ -264,7 +264,7 @@ def _largest_load(made: scene.Scene, name: str) -> float:
 
 
 def _mass_of_machine(made: scene.Scene, part: JointLayout) -> float:
-    """Return the largest reduced mass (kg) of a joint of a machine, the others closed, its crank held to its speed.
+    """Return the largest reduced mass (kg) of a joint of a machine, the others closed, its crank driven to its speed.
 
     Of a guide the mass of all that moves: nothing but its block is struck there, and a rod that pushes it.
     """

@@ -13,7 +13,7 @@ EXPLANATION = (
     "    (crank rate x crank length), over the first half of the run and all of it.  Motion with clearance is chaotic:",
     "    an error grows a thousandfold and more in a revolution, whatever the method.",
     "events: contact onsets and separations found; = means that number and order are exact.",
-    "force peaks: largest relative error in the first half; '-' where contacts are missing or no peaks are sought.",
+    "force peaks: largest relative error in the first half; '-' where contacts are missing or peaks are not compared.",
     "rhs: evaluations of the equations of motion, those for events included.",
     "time: least of {rounds} interleaved rounds (one for runs of 0.2 s and more), compilation excluded; ours: the",
     "    whole call of clearsweep.simulate with every figure of the summary.",
@@ -58,7 +58,7 @@ def markdown(results: dict) -> str:
         [
             "# Accuracy and stability",
             "",
-            f"Written by `{results['command']} --write` on {results['date']}; the machine stands below.",
+            f"Written by `{results['command']} --write` on {results['date']}; the machine is below.",
             "",
             "![Error against run time](accuracy/error.svg)",
             "",
@@ -77,7 +77,7 @@ def markdown(results: dict) -> str:
 
 
 def machines(table: dict) -> list[str]:
-    """Return the lines that tell error against run time on machines with known trajectories."""
+    """Return the lines that give error against run time on machines with known trajectories."""
     lines = [
         "machines with loads, free cranks, loops: largest error of a body's channel over its largest value, up to",
         "    where a comparison with the trajectory in quadruple precision is fair; time of the integration",
@@ -104,7 +104,7 @@ COLUMNS = {  # heading, and what a unit of the column is in SI
 
 
 def convergence(table: dict) -> list[str]:
-    """Return the lines that tell how statistics settle with tolerance and length of the run."""
+    """Return the lines that give how statistics settle with tolerance and length of the run."""
     lines = [
         f"convergence of statistics: {table['problem']} with wear, after {table['discard']} discarded revolutions; "
         "95 % intervals from blocks of revolutions",
@@ -117,7 +117,7 @@ def convergence(table: dict) -> list[str]:
                 lines.append(f"  {length:>11}{row['tolerance']:>11.0e}" + "".join(f"{cell:>23}" for cell in cells))
     return [
         *lines,
-        "  Pointwise errors stand above, for the first revolution only; later, runs at two tolerances are two samples",
+        "  Pointwise errors are above, for the first revolution only; later, runs at two tolerances are two samples",
         f"  of one motion.  {100.0 * table['within']:.0f} % of all pairs of tolerances agree within their intervals "
         f"(95 % expected), in {table['seconds']:.0f} s.",
     ]
@@ -131,7 +131,7 @@ def _with_interval(known: dict, unit: float) -> str:
 
 
 def stability(table: dict) -> list[str]:
-    """Return the lines that tell what became of the stiff and extreme cases, all failures among them."""
+    """Return the lines that give what became of the stiff and extreme cases, all failures among them."""
     lines = [
         f"stability: {table['passed']} of {table['cases']} stiff, extreme and degenerate cases pass "
         f"({100.0 * table['share_passed']:.1f} %), in {table['seconds']:.0f} s: two revolutions ended ok with default",
@@ -169,7 +169,7 @@ def stiffness(table: dict) -> list[str]:
 
 
 def choices(rows: list[dict]) -> list[str]:
-    """Return the lines that tell how much longer the automatic choice takes than the better of the two methods."""
+    """Return the lines that give how much longer the automatic choice takes than the better of the two methods."""
     methods = ("explicit", "implicit", "auto")
     lines = [
         "  all methods at equal tolerance: rhs and processor time, in ms; the automatic choice over the better of both",
@@ -214,7 +214,7 @@ def _error(value: float | None) -> str:
 
 
 def _headline(figures: dict) -> list[str]:
-    """Return the lines that tell the flagship figures."""
+    """Return the lines that give the flagship figures."""
     lines = [
         f"{figures['problem']} at tolerance {figures['tolerance']:g}: "
         f"{figures['ms_per_revolution']:.3g} ms a revolution, "

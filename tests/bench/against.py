@@ -1,4 +1,4 @@
-"""Measures sweeps by this checkout beside another commit's, taking turns: `make bench AGAINST=TREE`.
+"""Measures sweeps by this checkout compared with another commit's, taking turns: `make bench AGAINST=TREE`.
 
 TREE is a checkout of the other commit (`git worktree add TREE COMMIT`). Each has a process of its own, in which it runs
 `configs/thousand_cases.yaml` and two like it, without workers: processor time, least of several rounds, files and

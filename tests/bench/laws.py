@@ -2,7 +2,7 @@
 
 A slider-crank whose journal is pressed against its bearing, no loss, no friction: nanoseconds of one right-hand side,
 and of the elastic law alone over penetrations from 10 nm to 100 um.  Kinds of joints: a right-hand side after a tenth
-of a turn; in space beside the plane with the same contacts: the first case of the study, apart everywhere and pressed
+of a turn; in space with the plane with the same contacts: the first case of the study, apart everywhere and pressed
 at both walls, and the planar slider-crank with the same joint, apart and pressed.  The least of several rounds, each of
 which goes through all, so that a machine that grows slower slows all alike.
 """

@@ -1,4 +1,4 @@
-"""What parts of a case cost, beside the case without them: onset rates that end, wear."""
+"""What parts of a case cost, with the case without them: onset rates that end, wear."""
 
 import copy
 import time
@@ -17,7 +17,7 @@ WEAR = {"JOINTS.length": 0.02, "JOINTS.wear": {"law": "archard", "coefficient": 
 
 
 class Pair(NamedTuple):
-    """A problem changed in one thing, beside the problem as it is."""
+    """A problem changed in one thing, compared with the problem as it is."""
 
     name: str
     problem: str

@@ -1,7 +1,7 @@
 """numbalsoda's DOP853 and LSODA, stopped at every contact onset and separation by a compiled driver.
 
 DOP853 is numbalsoda's `solve_ivp`, which finds the root of an event function on its dense output.  That function is the
-least margin of all joints, so that the first of two events in a step is found first.  Its root is sought to 1e-8 units
+least margin of all joints, so that the first of two events in a step is found first.  Its root is found to 1e-8 units
 of time; the driver's unit is a microsecond, so to 1e-14 s.  Other drivers tried took longer at the same error: `dop853`
 sampled on a grid with a restart at the last sample before the event, a first step remembered from the last contact of
 the kind, every step saved, places weighted by 0.1 to 100, relative tolerances.
@@ -31,7 +31,7 @@ GRID = 48  # samples of a stretch that LSODA runs through at once
 AHEAD, FLIGHT = 1.2, 0.1  # how far such a stretch reaches: last contact's durations, turns of the crank
 STEPS = 100_000
 AT_ONCE = 8  # cases that a thread takes
-FINE, FINEST = 400, 1e-5  # samples of a stretch whose force peaks are sought, and turns between them; not timed
+FINE, FINEST = 400, 1e-5  # samples of a stretch whose force peaks are searched for, and turns between them; not timed
 NUMBER, NUMBERS = types.float64, types.CPointer(types.float64)
 SIGNATURE = types.void(NUMBER, NUMBERS, NUMBERS, types.CPointer(from_dtype(RECORD)))
 

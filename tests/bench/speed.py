@@ -1,4 +1,4 @@
-"""Error against run time beside the rivals: `make bench`.
+"""Error against run time next to the rivals: `make bench`.
 
 Problems, error and timing are those of `clearsweep verify`: every method has its turn in every round and the least
 time counts.  Ours is the whole call of `clearsweep.simulate` with every figure of the summary; the rivals find the same
@@ -88,7 +88,7 @@ def least_time(entry: dict, method: str, error: float) -> float | None:
     """Return the least time (ms a revolution) in which a method errs by at most `error`; None where it never does.
 
     The lower envelope over all its tolerances.  Motion with clearance amplifies every error: that of one tolerance is a
-    sample, so a single one tells little.
+    sample, so a single one says little.
     """
     times = [
         row["ms_per_revolution"]

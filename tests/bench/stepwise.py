@@ -40,7 +40,7 @@ def compiled(model):
     def ahead(t, y, record):
         p = record[0]
         depths(t, y, p)
-        least = p.clearance  # where no joint is looked at: a root is sought between finite values
+        least = p.clearance  # where no joint is looked at: a root is searched for between finite values
         for j in range(joints):
             least = min(least, margin(p, j, t))
         return least
@@ -141,7 +141,7 @@ def repeat(problem, tolerance):
 
 
 def solve(problem, tolerance) -> Solution:
-    """Return the Solution of a problem at its times; force peaks are not sought."""
+    """Return the Solution of a problem at its times; force peaks are not searched for."""
     integrate, unit = prepared(problem, tolerance)
     evaluations, drive = int(integrate().record["evaluations"][0]), integrate(keep=True)
     return Solution(drive.at(problem.times) * unit, np.array(drive.events), len(drive.spans), None, evaluations)

@@ -1,1 +1,1 @@
-"""What every kernel stands on: code chosen by type, dual numbers, angles, the cache of compiled code."""
+"""What every kernel rests on: code chosen by type, dual numbers, angles, the cache of compiled code."""

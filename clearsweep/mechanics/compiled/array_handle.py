@@ -25,7 +25,7 @@ def array_handle(values: np.ndarray) -> ArrayHandle:
 
 
 def load_item(address, place):
-    """Return number `place` of what is held at an address."""
+    """Return number `place` of what is kept at an address."""
     return float(address.array[place])
 
 

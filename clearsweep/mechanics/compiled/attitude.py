@@ -1,4 +1,4 @@
-"""How a body stands in space: four coordinates, a quaternion of any length.
+"""How a body is oriented in space: four coordinates, a quaternion of any length.
 
 The rotation is that of the quaternion over its length, so that rounding and errors of integration cannot deform a body.
 The length has no meaning and a motion of its own, which brings it back to 1 (critically damped): where
@@ -45,7 +45,7 @@ def in_fixed(frame, a):
 
 @inlined
 def frame_of(w, x, y, z):
-    """Return the Frame that a quaternion of any length stands for."""
+    """Return the Frame that a quaternion of any length represents."""
     share = 2.0 / (w * w + x * x + y * y + z * z)
     return Frame(
         Vector(1.0 - share * (y * y + z * z), share * (x * y - w * z), share * (x * z + w * y)),

@@ -1,4 +1,4 @@
-"""How a kernel chooses where its numbers may stand in lanes, on which it cannot branch."""
+"""How a kernel chooses where its numbers may be in lanes, on which it cannot branch."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from ..trace.primitives import ABREAST, LOOPS, for_symbols, primitive
 
 
 def where(condition, a, b):
-    """Return `a` where the condition holds, else `b`: numbers that are both there."""
+    """Return `a` where the condition is true, else `b`: numbers that are both there."""
     return a if condition else b
 
 
@@ -28,7 +28,7 @@ def abreast(count):
 
 
 def either(first, second):
-    """Return a function that gives `first(*given)` where a condition holds, else `second(*given)`.
+    """Return a function that gives `first(*given)` where a condition is true, else `second(*given)`.
 
     It takes (condition, given).  The two, kernels, return the same numbers or tuples of them.  One of them runs where
     all lanes want that, else both.  `first` becomes code twice, so it should be the shorter.
@@ -42,12 +42,12 @@ def either(first, second):
 
 
 def all_of(condition):
-    """Return whether a condition holds in every lane."""
+    """Return whether a condition is true in every lane."""
     return condition
 
 
 def none_of(condition):
-    """Return whether a condition holds in no lane."""
+    """Return whether a condition is true in no lane."""
     return not condition
 
 

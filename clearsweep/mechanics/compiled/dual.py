@@ -1,7 +1,7 @@
 """Numbers that carry a derivative, so that the code of the forces and motions differentiates itself, exactly.
 
 A `Dual` is a value and its slope along one direction of the state (Griewank & Walther 2008, "Evaluating Derivatives",
-2nd ed., chapter 3).  Every rule stands here once: the compiler takes it for its own type of such numbers, and Python
+2nd ed., chapter 3).  Every rule is here once: the compiler takes it for its own type of such numbers, and Python
 for the class.  A kernel that is to be differentiated calls the functions of `calculus` where it would call `math`.
 
 The value and the slope may be Duals themselves: what is differentiated twice has both seeded at the state, so that all

@@ -36,7 +36,7 @@ def family(stub):
     """Return `stub` as a function whose code is chosen by the type of its first argument.
 
     `@stub.member(cls)` enters the code for `cls`, a NamedTuple; for None, that for all types not entered.  A field that
-    is a plain tuple may narrow it: `member(cls, field=(A, None))` is for values whose field holds an `A` and anything;
+    is a plain tuple may narrow it: `member(cls, field=(A, None))` is for values whose field has an `A` and anything;
     the first one entered that fits is taken.  In compiled code the choice costs nothing and only the chosen body is
     compiled; with NUMBA_DISABLE_JIT=1 the same bodies run as plain Python.
     """
@@ -141,7 +141,7 @@ def put_numbers(scene, numbers, parameters):
         _SCENES[id(parameters)] = scene
 
 
-_PLAIN = {}  # what stands behind an Entry where nothing is compiled: code -> (function, id of the parameters)
+_PLAIN = {}  # what is behind an Entry where nothing is compiled: code -> (function, id of the parameters)
 _SCENES = {}  # and the scene of these parameters
 
 

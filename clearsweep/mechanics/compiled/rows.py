@@ -1,7 +1,7 @@
 """Arrays of several cases that lie side by side in memory, and rows of numbers in lanes, as compiled code sees them.
 
-Number i of a case stands WIDTH numbers before its number i + 1, and between them the same number i of other cases: so a
-register holds it of all of them, and a case alone is an array like any other, with larger strides.
+Number i of a case is WIDTH numbers before its number i + 1, and between them the same number i of other cases: so a
+register contains it of all of them, and a case alone is an array like any other, with larger strides.
 """
 
 import itertools

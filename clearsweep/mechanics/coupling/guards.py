@@ -14,11 +14,11 @@ from ..joint.places import (
     after_joint,
     after_number,
     after_part,
-    with_current_state,
     extent,
     first_place,
     observed_columns,
     where_internal,
+    with_current_state,
 )
 from ..observe.observables import column_of, observed_in
 from ..solver.dop853 import END, ROWS

@@ -1,4 +1,4 @@
-"""The mass that takes part in an impact at a contact, told to the laws that ask for it."""
+"""The mass that takes part in an impact at a contact, passed to the laws that ask for it."""
 
 from ..compiled.choosing import none_of
 from ..compiled.dual import as_type_of
@@ -7,7 +7,7 @@ from ..joint.contract import every_part, touches
 from ..joint.dry import Joint
 from ..joint.loss.contract import awaits_mass, with_mass
 from ..joint.lubricated import Lubricated
-from ..joint.places import after_joint, after_number, with_current_state, first_place
+from ..joint.places import after_joint, after_number, first_place, with_current_state
 from ..joint.worn import WornJoint, WornOnBed
 from ..mechanism.contract import gaps, impact_masses, place
 
@@ -33,7 +33,7 @@ def _law_awaits(joint, gap, place, present):
 
 @family
 def _tell(joint, mass, place, shared):
-    """Return the joint, its law told the mass (kg) of its contact."""
+    """Return the joint, its law with the mass (kg) of its contact."""
 
 
 @_tell.member(None)
@@ -94,13 +94,13 @@ def _joints_at_event(scene, y):
 
 @kernel
 def joints_now(scene, pose, relative, present):
-    """Return the joints of a scene; laws that need it in the Present, its pose and Gaps, are told their mass."""
+    """Return the joints of a scene; laws that need it in the Present, its pose and Gaps, are given their mass."""
     return _joints_told(scene, pose, relative, present) if _ask(scene.joints) else scene.joints
 
 
 @kernel
 def joints_at_event(scene, y):
-    """Return the joints of a scene, all laws that can need it told the mass of their contact at the state `y`."""
+    """Return the joints of a scene, all laws that can need it given the mass of their contact at the state `y`."""
     return _joints_at_event(scene, y) if _ask(scene.joints) else scene.joints
 
 

@@ -22,11 +22,11 @@ from ..joint import spatial
 from ..joint.contract import (
     JointState,
     extra_channels,
+    extra_observables,
     gap_histories,
     load_histories,
     power_lost,
     power_stored,
-    extra_observables,
     touches,
 )
 from ..joint.loads import loads_of, put_internal_rates
@@ -57,9 +57,9 @@ from ..observe.observables import (
     observe,
 )
 from ..solver.dop853 import END
-from .time_scale import time_scale, kappa_over_root
 from .impact_mass import joints_now
 from .sticking import with_sticking_forces
+from .time_scale import kappa_over_root, time_scale
 
 
 class Scene(NamedTuple):

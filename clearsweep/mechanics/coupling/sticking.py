@@ -1,7 +1,7 @@
 """Surfaces that stick: the tangential force that stops their sliding, found from the mechanism itself.
 
 The accelerations are affine in the tangential forces: one evaluation of the motion, and one more for each joint that
-sticks, tell how all sliding speeds change with all of these forces.  Each force is then solved for in turn, clipped at
+sticks, give how all sliding speeds change with all of these forces.  Each force is then solved for in turn, clipped at
 what its surfaces hold, until nothing changes: projected Gauss-Seidel, on a matrix that is symmetric and positive
 definite because these forces work on these very slips.
 """
@@ -79,7 +79,7 @@ def with_tangential(surface, load, force):
 
 @family
 def surface_of(joint, gap, contact):
-    """Return the Surface of a joint at its contact number `contact`; one that holds nothing where it cannot stick."""
+    """Return the Surface of a joint at its contact number `contact`; one that sticks nothing where it cannot stick."""
 
 
 @surface_of.member(None)

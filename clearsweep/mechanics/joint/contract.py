@@ -8,7 +8,7 @@ A joint is made of *parts*, its laws, each acting at one contact.  A part may ha
 functions of the motion that grow through zero where something changes: the loop locates that moment on the dense
 output, changes the mode as the guard says and lets the part latch new values of its internal state.  An internal state
 that has rates is integrated, in the state vector behind the roots of penetration; one without changes at events alone
-and stands, out of the integration, behind the onset rates of the contacts.
+and is constant, out of the integration, behind the onset rates of the contacts.
 
 A new kind of joint is one file, and its choice in `registry.joint_term`: a NamedTuple with the fields `clearance` and
 `side`, and members of the families
@@ -33,7 +33,7 @@ contact that touches has its share in the one, a contact that acts in the other.
 A lubricated film is a joint whose contact is apart, and pressed, in the mode ACTS: it exerts a force from the start to
 the end, is never searched for an onset, has no root to be integrated and no share in the clock.  Where a film gives way
 to dry contact the mode apart is ACTS | MEETS, the mode pressed that of the dry joint.  A spatial joint returns several
-modes and as many Contacts in its Load, each of which begins and ends by itself; its laws stand in `parts` once for each
+modes and as many Contacts in its Load, each of which begins and ends by itself; its laws are in `parts` once for each
 contact.  `test_joint_contract` has one of either, in a few lines.
 """
 
@@ -44,7 +44,7 @@ import numpy as np
 
 from ..compiled.family import family, form_number, kernel
 
-# A mode is a number below 63 whose bits say what the loop has to know; from LAWS_OWN on they tell a kind's own apart.
+# A mode is a number below 63 whose bits say what the loop has to know; from LAWS_OWN on they distinguish a kind's own.
 # ACTS: there is a force.  MEETS: surfaces are apart, an onset is looked for.  TOUCHES: they touch, a separation is.
 ACTS, MEETS, TOUCHES, LAWS_OWN = 1, 2, 4, 8
 FREE = MEETS  # apart and without force
@@ -60,7 +60,7 @@ NEVER = -math.inf  # value of a guard that cannot be passed as things are
 
 
 class Offsets(NamedTuple):
-    """Where the numbers of a joint, or of one of its parts, stand."""
+    """Where the numbers of a joint, or of one of its parts, are."""
 
     contact: int  # its first contact
     internal: int  # its first number of internal state in the state vector
@@ -69,7 +69,7 @@ class Offsets(NamedTuple):
 
 
 class JointState(NamedTuple):
-    """What the load of a joint depends on beside the motion of its bodies."""
+    """What the load of a joint depends on besides the motion of its bodies."""
 
     y: np.ndarray  # (n,) the state vector
     mode: np.ndarray  # (contacts,) int64
@@ -149,12 +149,12 @@ def parts(joint):
 
 @family
 def load(joint, gap, place, present):
-    """Return the Load of the joint whose bodies stand and move as `gap` says, at its Place in the Present."""
+    """Return the Load of the joint whose bodies are and move as `gap` says, at its Place in the Present."""
 
 
 @family
 def extra_columns(joint):
-    """Return how many observables and time histories a joint has beside those of every joint, by its type alone."""
+    """Return how many observables and time histories a joint has besides those of every joint, by its type alone."""
 
 
 @extra_columns.member(None)
@@ -167,7 +167,7 @@ def _no_more(joint):
 
 @family
 def power_lost(contact):
-    """Return the power (W) that a contact takes beside what it stores and beside -tangential times slip."""
+    """Return the power (W) that a contact takes besides what it stores and besides -tangential times slip."""
 
 
 @power_lost.member(None)
@@ -187,7 +187,7 @@ def _over_its_depth(contact):
 
 @family
 def extra_observables(contact, accurate):
-    """Return what is seen of a contact beside a Contact's fields, observables of its own; () where there is nothing.
+    """Return what is seen of a contact besides a Contact's fields, observables of its own; () where there is nothing.
 
     accurate : the state is that at an end of a step or on its interpolant.
     """
@@ -200,7 +200,7 @@ def _nothing_beside(contact, accurate):
 
 @family
 def extra_channels(contact):
-    """Return the values of the time histories that a contact has beside those of every joint."""
+    """Return the values of the time histories that a contact has besides those of every joint."""
 
 
 @extra_channels.member(None)

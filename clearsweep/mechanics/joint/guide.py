@@ -2,12 +2,12 @@
 
 The proximal body has the walls, the distal one the block (Flores, Leine & Glocker 2010, "Modeling and analysis of
 planar rigid multibody systems with translational clearance joints based on the non-smooth dynamics approach", Multibody
-System Dynamics 23).  All is told in the frame of the walls: x along them, y across, from the middle between them.  A
+System Dynamics 23).  All is in the frame of the walls: x along them, y across, from the middle between them.  A
 corner presses on the wall where it is, and friction acts there too, so that the powers of the forces on both bodies add
 up to normal force times rate of penetration and friction times sliding speed exactly.
 
-The corners are numbered from 1 to 4: ahead and on the left of the direction of the guide, then behind on the left,
-behind on the right, ahead on the right.
+The corners are numbered from 1 to 4: in front and on the left of the direction of the guide, then behind on the left,
+behind on the right, in front on the right.
 """
 
 from typing import NamedTuple
@@ -21,8 +21,8 @@ from .contract import (
     Contact,
     ContactModes,
     Load,
-    Part,
     Offsets,
+    Part,
     contact_modes,
     load,
     parts,

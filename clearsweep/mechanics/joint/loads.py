@@ -7,7 +7,7 @@ import numpy as np
 from ..compiled.dual import as_type_of, rate_or_slope
 from ..compiled.family import inlined, kernel, map_joints
 from .contract import Load, internal_rates, internal_state, load, parts, touches
-from .places import after_joint, after_number, after_part, with_current_state, first_place, room_of_part
+from .places import after_joint, after_number, after_part, first_place, room_of_part, with_current_state
 
 
 @kernel
@@ -20,7 +20,7 @@ _loads = map_joints(_load, after_joint)
 
 @inlined
 def loads_of(joints, relative, present):
-    """Return one Load per joint of the tuple `joints`, whose bodies stand and move as the Gaps `relative` say."""
+    """Return one Load per joint of the tuple `joints`, whose bodies are and move as the Gaps `relative` say."""
     return _loads(joints, relative, first_place(joints, present.roots), present)
 
 

@@ -1,10 +1,10 @@
 """A revolute joint with oil between its surfaces: a film, and the dry joint behind it where it has one.
 
 The film acts wherever the journal is.  Its force goes through the centres of journal and bearing, its shear as a couple
-on either body.  Up to the `limit` of the eccentricity ratio the film's formula holds; beyond, its ratio stays there and
-its rates are the true ones.  Where the surfaces touch, the force passes over to that of the dry joint, by a share that
-the transition tells: (1 - share) film + share dry.  Onset and separation are where the eccentricity is the clearance,
-as of the dry joint, whose laws see nothing of the film.
+on either body.  Up to the `limit` of the eccentricity ratio the film's formula is valid; beyond, its ratio stays there
+and its rates are the true ones.  Where the surfaces touch, the force passes over to that of the dry joint, by a share
+that the transition gives: (1 - share) film + share dry.  Onset and separation are where the eccentricity is the
+clearance, as of the dry joint, whose laws see nothing of the film.
 """
 
 from typing import NamedTuple
@@ -20,13 +20,13 @@ from .contract import (
     ContactModes,
     Load,
     Part,
-    extra_columns,
-    extra_channels,
     contact_modes,
+    extra_channels,
+    extra_columns,
+    extra_observables,
     load,
     parts,
     power_lost,
-    extra_observables,
     touches,
 )
 from .film.contract import FilmMotion, asperity_load, dry_share, film_couples, film_force, film_pressure
@@ -45,7 +45,7 @@ class Film(NamedTuple):
     side: float  # +1: the journal sits on the distal body, -1: on the proximal one
     film: tuple  # film_force
     shear: tuple  # film_couples
-    limit: float  # eccentricity ratio up to which the film's formula holds
+    limit: float  # eccentricity ratio up to which the film's formula is valid
     wear: tuple  # NoWear
     corners: Corners
 
@@ -56,7 +56,7 @@ Lubricated = NamedTuple(
         *dry.Joint.__annotations__.items(),
         ("film", tuple),  # film_force
         ("shear", tuple),  # film_couples
-        ("limit", float),  # eccentricity ratio up to which the film's formula holds
+        ("limit", float),  # eccentricity ratio up to which the film's formula is valid
         ("transition", tuple),  # dry_share
         ("corners", Corners),
     ],
@@ -268,7 +268,7 @@ def relative_speed(gap):
 
 
 def film_depths(joint) -> tuple[float, float]:
-    """Return the depths (m) beyond which the film of a joint bears not alone, and its formula is held; inf: never."""
+    """Return the depths (m) beyond which the film of a joint bears not alone, and its formula is kept; inf: never."""
     if not isinstance(joint, (Film, Lubricated)):
         return math.inf, math.inf
     begins = bears_from(joint.transition) if isinstance(joint, Lubricated) else math.inf
@@ -276,7 +276,7 @@ def film_depths(joint) -> tuple[float, float]:
 
 
 def corners_of(clearance: float, limit: float, begin: float = math.inf, end: float = math.inf) -> Corners:
-    """Return the Corners of a film held from a `limit` (ratio) on; between depths (m) the dry contact takes over."""
+    """Return the Corners of a film kept from a `limit` (ratio) on; between depths (m) the dry contact takes over."""
     return Corners((limit - 1.0) * clearance, begin, end, NEAR * clearance)
 
 

@@ -1,4 +1,4 @@
-"""Where the numbers of joints and laws stand, and laws with their internal state from there.
+"""Where the numbers of joints and laws are, and laws with their internal state from there.
 
 How much room a joint takes follows from its type and is worked out where code is compiled: the compiler would take
 longer over it than over the forces.
@@ -6,7 +6,7 @@ longer over it than over the forces.
 
 from ..compiled.family import inlined, kernel, kinds, map_joints
 from ..observe.observables import FILM_WIDTH, columns
-from .contract import Offsets, extra_columns, contact_modes, guards, histories, integrated, parts
+from .contract import Offsets, contact_modes, extra_columns, guards, histories, integrated, parts
 
 
 class _Fields:
@@ -21,7 +21,7 @@ class _Fields:
 
 
 def form_of(value):
-    """Return the class of a tuple or, of the compiler's type of one, the class that it stands for."""
+    """Return the class of a tuple or, of the compiler's type of one, the class that it represents."""
     return getattr(value, "instance_class", type(value))
 
 
@@ -67,7 +67,7 @@ def after_number(place, number):
 
 
 def _after(room_of_one):
-    """Return a function that returns the Place after a Place and what takes the room that `room_of_one` tells."""
+    """Return a function that returns the Place after a Place and what takes the room that `room_of_one` gives."""
 
     def after(place, joint_part):
         contacts, internal, latching, guarded = room_of_one(joint_part)
@@ -103,13 +103,13 @@ def _beside(joint):
 
 
 def observed_columns(joints):
-    """Return how many observables a scene of these joints has: those of films stand behind those of all contacts."""
+    """Return how many observables a scene of these joints has: those of films are behind those of all contacts."""
     contacts = room_of_all(joints).contact
     return columns(contacts) + (FILM_WIDTH * contacts if any(_beside(joint)[0] for joint in joints) else 0)
 
 
 def channels_beside_those(joint):
-    """Return how many time histories a joint has beside those of every joint."""
+    """Return how many time histories a joint has besides those of every joint."""
     return _beside(joint)[1]
 
 
@@ -126,14 +126,14 @@ _numbers = map_joints(_number, after_number)
 
 @kernel
 def with_internal_state(law, numbers, first):
-    """Return the law with its internal state, which stands in `numbers` from `first` on."""
+    """Return the law with its internal state, which is in `numbers` from `first` on."""
     cls, own = type(law), len(law) - len(law._field_defaults)
     return cls(*law[:own], *_numbers(law[own:], law[own:], first, numbers))
 
 
 @kernel
 def where_internal(law, y, latched, place):
-    """Return the array in which the internal state of a law stands, and where: the state vector or what is latched."""
+    """Return the array in which the internal state of a law is, and where: the state vector or what is latched."""
     return (y, place.internal) if integrated(type(law)) else (latched, place.latched)
 
 

@@ -28,7 +28,7 @@ DECLARED = {
 
 
 def unlimited(joint: Joint) -> float:
-    """Return the largest penetration (m) that a law holds for where it has none."""
+    """Return the largest penetration (m) that a law is valid for where it has none."""
     return math.inf
 
 
@@ -44,7 +44,7 @@ class Recipe(NamedTuple):
     types: tuple[type, ...]  # the types that `make` may return
     make: Callable  # joint -> compiled form
     returned: Callable | None = None  # restitution asked for -> restitution of a free impact, in closed form
-    limit: Callable = unlimited  # joint -> largest penetration that the law holds for, m
+    limit: Callable = unlimited  # joint -> largest penetration that the law is valid for, m
     derived: Callable = nothing  # joint -> path within the joint -> (value, unit), what follows from other values
 
 

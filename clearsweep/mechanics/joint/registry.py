@@ -214,7 +214,7 @@ def _roughness(joint: Joint) -> Series | None:
 
 
 def penetration_limit(joint: Joint) -> float:
-    """Return the largest penetration (m) that the elastic law of a joint, rough or not, holds for, inf if any."""
+    """Return the largest penetration (m) that the elastic law of a joint, rough or not, is valid for, inf if any."""
     elastic_law, rough = _elastic(joint), _roughness(joint)
     limit = elastic_law.limit(joint) if elastic_law else math.inf
     return min(rough.flattened, rough.depth(limit)) if rough else limit

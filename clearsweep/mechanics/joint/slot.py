@@ -3,7 +3,7 @@
 The slot is all that is within bearing_radius of a line of `length` between the centres of its ends.  So the pin touches
 where it is farther from the nearest point of that line than the clearance, and the normal points from there to the
 pin: across the walls, or radially at the ends, without a jump between them.  The proximal body has the slot, the distal
-one the pin.  All is told in the frame of the slot: x along it, y across.  Force and friction act on both bodies at the
+one the pin.  All is in the frame of the slot: x along it, y across.  Force and friction act on both bodies at the
 pin's surface, so that their powers add up to normal force times rate of penetration and friction times sliding speed
 exactly, as in a guide.
 """

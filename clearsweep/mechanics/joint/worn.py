@@ -1,7 +1,7 @@
 """A revolute joint whose worn surfaces act: `wear.evolve`.
 
 Bearing and journal are circles less what is worn off them, h of the angle in the frame of each body (`wear.shape`),
-which stands still as long as a run lasts.  With u(phi) the unit vector at an angle, e the eccentricity and theta the
+which is fixed still as long as a run lasts.  With u(phi) the unit vector at an angle, e the eccentricity and theta the
 angles of the bodies, the surfaces penetrate where they are closest by
 
     depth = max over phi of  e . u(phi) - c - h_b(phi - theta_b) - h_j(phi - theta_j) .

@@ -1,4 +1,4 @@
-"""Worn surfaces on a bed of springs: `pressure: winkler` beside `elastic: winkler` and `evolve: true`.
+"""Worn surfaces on a bed of springs: `pressure: winkler` with `elastic: winkler` and `evolve: true`.
 
 Where the surfaces would be in each other by f(phi) = e . u(phi) - c - h_b(phi - theta_b) - h_j(phi - theta_j), the
 layer presses with k f.  What it stores is

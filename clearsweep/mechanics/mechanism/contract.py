@@ -4,7 +4,7 @@ A mechanism is a file, or a folder where that would be long: a `catalogue.Mechan
 of the families below for the type of its compiled form.  Nothing else names it: its name, keys, joints and channels are
 read from that description, and the types in the compiled form choose the code.
 
-Joints without clearance are types too: a compiled form holds a tuple with `Ideal()` or `Open()` for each joint site,
+Joints without clearance are types too: a compiled form has a tuple with `Ideal()` or `Open()` for each joint site,
 and where the equations depend on what is open, members for that tuple are chosen by them (`slider_crank`).  A
 four-bar is one such file; the planar mechanism of any topology is another, whose sites are as many as its joints and
 whose one body of `accelerate` eliminates the constraints of the ideal ones; a free crank is a coordinate more and

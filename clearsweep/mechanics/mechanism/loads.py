@@ -20,7 +20,7 @@ _TORQUE = Field("torque", "N*m", "on the body, counter-clockwise", -math.inf, op
 _SCALE = Field("scale", "1", "factor on all its forces and torques", -math.inf, default=1.0)
 _TABLE = Columns(
     "table",
-    "force and torque over the crank angle, repeating over the table's span, or over time, held beyond it; between "
+    "force and torque over the crank angle, repeating over the table's span, or over time, constant beyond it; between "
     "the rows monotone cubic (PCHIP)",
     (
         Field("crank_angle", "rad", "crank angle", -math.inf),
@@ -71,7 +71,7 @@ LOADS = {
             "force = stiffness (l - free_length) + damping dl/dt along the line from anchor to point",
             "",
             (*(field._replace(name=f"anchor.{field.name}") for field in _ANCHOR), *_SPRING),
-            notes="Written between: [BODY, BODY], anchor: [x, y] on the first.  It holds the second body at `point` "
+            notes="Written between: [BODY, BODY], anchor: [x, y] on the first.  It acts on the second body at `point` "
             "(planar), by default at a slider's pin, of any other body at the centre of mass.",
         ),
         Law(
@@ -111,7 +111,7 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
     between = Keys(
         f"{path}.between", f"the bodies it joins: the first at `anchor`, the second {where_second}", words=ends
     )
-    anchor = Keys(f"{path}.anchor", "where it holds on to the first body", _ANCHOR)
+    anchor = Keys(f"{path}.anchor", "where it acts on to the first body", _ANCHOR)
     rubbing = Keys(f"{path}.friction", "the friction", (_RADIUS,), family="friction")
     braking = {
         size: Keys(f"{path}.friction", f"friction of a given {size}", family="friction", given=size) for size in SIZES

@@ -68,7 +68,7 @@ def _keys(outline: Outline) -> Iterable[Keys]:
         if not fixed:
             center = tuple(field._replace(default=0.0) for field in _PLACE)
             yield Keys(f"{path}.center", "centre of mass; default: the frame's origin", center, "implied")
-            text = "where and how fast a body starts that no ideal joint holds; left out: as in the ideal mechanism"
+            text = "where and how fast a body starts that no ideal joint fixes; left out: as in the ideal mechanism"
             yield Keys(f"{path}.initial", text, _INITIAL, "optional")
         yield Keys(f"{path}.points", "its points by name", need="implied")
         if not fixed:

@@ -11,7 +11,7 @@ from .observables import NODES, SHARES
 # Histogram of the normal force over time: bins of equal ratio within a factor of two of being so, from the bits of the
 # number: BIN_BITS of the mantissa, so a bin is at most 2^-BIN_BITS wide relative to its lower edge.
 BIN_BITS = 8
-LOWEST = -20  # exponent of 2 of the lowest force told apart, N
+LOWEST = -20  # exponent of 2 of the lowest force distinguished, N
 BINS = 62 << BIN_BITS
 FIRST_BIN = (1023 + LOWEST) << BIN_BITS  # the bits of 2^LOWEST
 EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)  # N
@@ -108,7 +108,7 @@ def force_exceeded(histogram: np.ndarray, duration: float) -> float:
     """
     time, change = histogram[::-1].T
     above, steps, begin = 0.0, 0.0, 0  # of all bins that are higher than those looked at
-    while begin < time.size:  # from the top on, as all but a few of the bins lie below what is sought
+    while begin < time.size:  # from the top on, as all but a few of the bins lie below what is searched for
         part = slice(begin, begin + AT_ONCE)
         sums = np.cumsum(np.concatenate([[steps], change[part]]))
         spent = time[part] - sums[1:] * WIDTHS[: time.size][::-1][part]

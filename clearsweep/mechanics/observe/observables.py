@@ -1,6 +1,6 @@
 """What is seen of a motion at every stage of a step: a row of numbers, read by name.
 
-KAPPA to ERROR_RATE are columns of the whole mechanism; after them stands a block for every contact.  LOAD, the square
+KAPPA to ERROR_RATE are columns of the whole mechanism; after them is a block for every contact.  LOAD, the square
 of the resultant of normal and tangential force (N^2), and RUBBED, the power of friction (W, what is rubbed off), are
 filled in where they are asked for, by `put_load` and `put_rubbed`.  Only where a joint has a film, another block for
 every contact follows: the dry share of its normal force (N), the powers (W) that the film takes and dry friction, its
@@ -27,7 +27,7 @@ class Observed(NamedTuple):
 
     normal: float  # N, normal force
     stored: float  # W, power that goes into the elastic deformation
-    lost: float  # W, power that the normal force takes away beside it
+    lost: float  # W, power that the normal force takes away besides it
     tangential: float  # N, friction force
     slip: float  # m/s, sliding speed; in free flight the relative speed
     raw: float  # N, the normal force before it is clipped, above the least that its law allows

@@ -12,15 +12,15 @@ from ..compiled.family import inlined
 from ..joint.contract import meets, touches
 from ..observe.observables import DEPTH, KAPPA, NODES, RATE, SHARES, SLIP, column_of
 from .accumulate.step_sums import (
-    ON_FAST_PATH,
+    ACCEPTED,
+    CONTINUES,
     ERROR,
     FASTEST,
-    CONTINUES,
     LENGTH,
+    NEEDS_PEAK_SEARCH,
+    ON_FAST_PATH,
     RISE,
     RUN,
-    NEEDS_PEAK_SEARCH,
-    ACCEPTED,
     STIFF,
     sum_of,
 )
@@ -30,9 +30,9 @@ from .event import FARTHEST, MARGIN
 from .guarding import highest_seen, is_looked_at
 from .run_control import (
     ALONE,
-    FAST_STEPS,
     DUE,
     EXPECTED,
+    FAST_STEPS,
     GROWTH,
     LONGEST,
     MOST_FAST_STEPS,
@@ -49,10 +49,10 @@ STRAY = 2.0  # on how far depths at the stages are above a cubic: bounds how far
 
 @inlined
 def assess_step(accumulators, guards, independent, time):
-    """Note of the steps that were tried whether they stand as they are, and of good ones how long the next may be.
+    """Note whether trial steps are accepted as they are, and of good ones how long the next may be.
 
-    guards : Guards, of the one case or, but for their values, of all; `independent`, `time` : places in the state.  Those
-    of cases that go ALONE do not stand yet.
+    guards : Guards, of the one case or, but for their values, of all; `independent`, `time` : places in the state.
+    Steps of cases that go ALONE are not accepted yet.
     """
     step, stepper = accumulators.step, accumulators.stepper
     h = step[LENGTH]
@@ -70,7 +70,7 @@ def assess_step(accumulators, guards, independent, time):
 
 @inlined
 def note_fast_path(accumulators, independent):
-    """Note which of the steps that were entered are calm, and how long the next is after these.
+    """Note which of the steps that were entered are fast, and how long the next is after these.
 
     Of such a step nothing is wanted but its entry into the histogram, and nothing is due before the next.
     """
@@ -86,7 +86,7 @@ def note_fast_path(accumulators, independent):
 
 @inlined
 def holds_no_event(accumulators, guards, independent, time):
-    """Return whether a step holds no event for certain; guards whose values laws give are left out."""
+    """Return whether a step contains no event for certain; guards whose values laws give are left out."""
     y, end, k, o, mode, h = (
         accumulators.y,
         accumulators.end,

@@ -10,15 +10,15 @@ change is seen from two stages at the end of the step (Hairer & Wanner, "Solving
 nothing: where the tolerance is tight, errors of what is stiff keep the steps within a third of the limit of stability,
 where those of a motion that is not stiff are, too.
 
-Counts of evaluations decide, never a clock, and of these only what the motion takes: not what is asked beside it.
+Counts of evaluations decide, never a clock, and of these only what the motion takes: not what is asked besides it.
 """
 
 from ..compiled.family import kernel
 from .accumulate.step_sums import STIFF
 from .dop853 import END
 from .event import EVALUATIONS, EXPLICIT, IMPLICIT
-from .run_control import AUTO, METHOD, SPENT
 from .radau import ERROR, ORDER
+from .run_control import AUTO, METHOD, SPENT
 
 FAST = 0.8  # h times the largest eigenvalue, from which on a step may be short for what is stiff
 PRICE = 0.62  # of an evaluation in an implicit step, for each number in the state: most of it goes into the matrices

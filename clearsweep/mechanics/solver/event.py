@@ -57,7 +57,7 @@ class Work(NamedTuple):
     step: np.ndarray  # (step_width,) the length of a step that is tried and what it comes to, see observe.along
     clearance: np.ndarray  # (c,) m
     rubs: np.ndarray  # (c,) int64, whether there is friction: 1, else 0
-    film: np.ndarray  # (c, 2) m, depth beyond which a film bears not alone, and its formula is held; inf: never
+    film: np.ndarray  # (c, 2) m, depth beyond which a film bears not alone, and its formula is kept; inf: never
     stepper: np.ndarray  # (AHEAD,) what the loop goes on with, see plan
     f: np.ndarray  # (7, n) dense output
     apart: np.ndarray  # (c,) int64, the mode to which a separation leads

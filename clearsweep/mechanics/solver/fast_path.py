@@ -1,6 +1,6 @@
-"""Calm steps: those of which nothing is wanted beyond what `totals.accumulate_step` adds up, and after which nothing is due.
+"""Steps of the fast path: only the sums of `totals.accumulate_step` are wanted, and nothing is due after them.
 
-Most steps of most cases are.  `acceptance.note_fast_path` tells which; they are counted when one comes that is not.
+Most steps of most cases are.  `acceptance.note_fast_path` decides which; they are counted when one comes that is not.
 """
 
 import math
@@ -11,9 +11,9 @@ from .dop853 import END
 from .event import EVALUATIONS, IMPLICIT, REJECTED, SAMPLES, STEPS
 from .run_control import (
     AUTO,
-    FAST_STEPS,
     CAN_TAKE_FAST_PATH,
     DUE,
+    FAST_STEPS,
     METHOD,
     MOST_FAST_STEPS,
     MOST_STEPS,
@@ -27,7 +27,7 @@ from .run_control import (
 
 @kernel
 def can_take_fast_path(at):
-    """Return whether steps of a case can be calm: a free crank, films and wear are looked at in each."""
+    """Return whether steps of a case can be fast: a free crank, films and wear are looked at in each."""
     work = at[0]
     watched = work.independent != work.time or work.control[PATIENCE] < math.inf or work.wear.code != 0
     for j in range(work.mode.size):
@@ -37,7 +37,7 @@ def can_take_fast_path(at):
 
 @kernel
 def limit_fast_steps(at):
-    """Note how many of the steps that follow may be calm, and up to where."""
+    """Note how many of the steps that follow may be fast, and up to where."""
     work = at[0]
     stepper, record, turns = work.stepper, work.record, work.turns
     due, sample, mark = work.control[PAUSE], work.counts[SAMPLES], turns.passed[0]
@@ -55,7 +55,7 @@ def limit_fast_steps(at):
 
 @kernel
 def count_fast_steps(at):
-    """Count the calm steps that were taken since the last one that was not."""
+    """Count the fast steps that were taken since the last one that was not."""
     work = at[0]
     stepper, fast = work.stepper, int(work.stepper[FAST_STEPS])
     work.counts[STEPS] += fast

@@ -11,12 +11,12 @@ from ..compiled.plain import is_plain
 from ..compiled.rows import in_rows
 from ..observe.observables import KAPPA, KINETIC
 from ..trace import objects
-from .accumulate.step_sums import ON_FAST_PATH, ERROR, CONTINUES, LENGTH, ACCEPTED, WHOLE, TrialStep, advance, sum_up
-from .accumulate.slow_sums import add_courses, note_step, open_window
+from .acceptance import assess_step, note_fast_path
 from .accumulate.record import write_sample
+from .accumulate.slow_sums import add_courses, note_step, open_window
+from .accumulate.step_sums import ACCEPTED, CONTINUES, ERROR, LENGTH, ON_FAST_PATH, WHOLE, TrialStep, advance, sum_up
 from .accumulate.totals import KINETIC_START, Accumulators, accumulate_step
 from .accumulate.turns import take_start
-from .fast_path import can_take_fast_path, count_fast_steps, limit_fast_steps
 from .choice import choose_method
 from .dop853 import END
 from .event import (
@@ -28,13 +28,14 @@ from .event import (
     SAMPLES,
     STEPS,
     STOP,
-    attempt_to,
     accumulators_of,
+    attempt_to,
 )
+from .event_actions import pass_events
+from .fast_path import can_take_fast_path, count_fast_steps, limit_fast_steps
 from .guarding import may_pass_by_law
 from .newton import AFTER, RENEWED
 from .newton import LENGTH as PAST_LENGTH
-from .event_actions import pass_events
 from .run_control import (
     ALONE,
     ANGLE,
@@ -74,8 +75,7 @@ from .run_control import (
     WINDOW,
     WINDOWED,
 )
-from .acceptance import assess_step, note_fast_path
-from .step import begin_step, step_to_event, find_first_event, take_step
+from .step import begin_step, find_first_event, step_to_event, take_step
 from .step_control import GROW, MOST_TRIES, first_length, next_length, proposal_of, shrinking
 
 BACK = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn back, as it does for a moment when joints knock
@@ -92,27 +92,27 @@ def advance_alone(at):
 
 @kernel
 def enter_alone(at):
-    """Enter the step, which stands."""
+    """Enter the step, which is accepted."""
     at[0].step[ACCEPTED] = 1.0
     accumulate_step(in_rows(accumulators_of(at), 1), at[0].time)
 
 
 @kernel
 def note_calm_alone(at):
-    """Note whether a step is calm."""
+    """Note whether a step is fast."""
     note_fast_path(in_rows(accumulators_of(at), 1), at[0].independent)
 
 
 @kernel
 def look_at_guards(at):
-    """Let a step not stand that may pass a guard which is not an observable: those are judged."""
+    """Let a step not be accepted that may pass a guard which is not an observable: those are judged."""
     if at[0].step[ACCEPTED] != 0.0 and may_pass_by_law(at):
         at[0].step[ACCEPTED] = 0.0
 
 
 @kernel
 def finish_step(at):
-    """Judge a step by itself, and enter it if it stands; one to an event is not judged."""
+    """Judge a step by itself, and enter it if it is accepted; one to an event is not judged."""
     work = at[0]
     if work.stepper[LANDING] != 0.0:
         return
@@ -220,7 +220,7 @@ def interruption(at):
 
 @kernel
 def ready(at):
-    """Return GOING where a case is to take a step, whose length then stands in `work.step`, else why not."""
+    """Return GOING where a case is to take a step, whose length then is in `work.step`, else why not."""
     work = at[0]
     stepper = work.stepper
     count_fast_steps(at)
@@ -340,7 +340,7 @@ _CODE: list[objects.Code] = []  # of the loop, which is the same for all cases
 
 
 def integrate(model: Pinned, lot: Pinned) -> None:
-    """Integrate cases from where they stand until one of them is to be looked at.  Never raises.
+    """Integrate cases from where they are until one of them is to be looked at.  Never raises.
 
     Parameters
     ----------

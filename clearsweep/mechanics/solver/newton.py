@@ -258,7 +258,7 @@ def solve(at, h):
 
 @kernel
 def filtered_error(at, h, row):
-    """Return the error over the allowed one: (IV.8.19), or (IV.8.20) if `row` holds the rates at what that gave."""
+    """Return the error over the allowed one: (IV.8.19), or (IV.8.20) if `row` contains the rates at what that gave."""
     work = at[0]
     n, offset, stages = work.y.size, work.implicit.offset, work.implicit.stages
     for i in range(n):

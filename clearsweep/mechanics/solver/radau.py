@@ -44,7 +44,7 @@ ERROR = abs(E @ C**ORDER) / math.factorial(ORDER)
 DENSE = np.linalg.inv(shapes(C)[:, :STAGES])  # from the stages to the first rows of the dense output
 #: From start and stages to where the explicit method has its stages, by the polynomial through all.
 LOOK = np.vander(NODE_SHARES, ORDER) @ np.linalg.inv(np.vander(np.append(0.0, C)))
-#: Rows of rates and observables in which the stages stand, which nothing else needs, and the weights of all rows.
+#: Rows of rates and observables in which the stages are, which nothing else needs, and the weights of all rows.
 ROWS = np.array([1, 2, 4, 13, 14])
 STAGE_WEIGHTS = np.zeros(SCRATCH)
 STAGE_WEIGHTS[ROWS] = A[-1]

@@ -1,4 +1,4 @@
-"""What the loop is told, what it goes on with, and how it ends: numbers of a Work."""
+"""What the loop is given, what it goes on with, and how it ends: numbers of a Work."""
 
 import math
 from typing import NamedTuple
@@ -9,7 +9,7 @@ LEFT_BEARING, GOING = range(9, 11)
 
 
 class Control(NamedTuple):
-    """When to stop, how accurate to be, and what to keep: numbers, that stand in Work.control in this order."""
+    """When to stop, how accurate to be, and what to keep: numbers, that are in Work.control in this order."""
 
     window: float  # s, or rad of a free crank: where figures begin to be taken
     end: float  # the same: where to stop
@@ -25,14 +25,14 @@ class Control(NamedTuple):
 
 
 WINDOW, LAST, PARTINGS, MOST_STEPS, MOST_EVENTS, KEEP_EVENTS, METHOD, PAUSE, STRETCH, LIMIT, PATIENCE = range(11)
-# Work.ahead: length of the next step, 0 before the first; how much it may grow; its expected error; rejections in a
+# Work.stepper: length of the next step, 0 before the first; how much it may grow; its expected error; rejections in a
 # row; evaluations before it; the step after which to pause; whether figures are taken; events logged; whether begun;
 # where along the run the next step has to end; of a free crank how far it was, from where it has to move on, and since
 # when (s)
 NEXT, GROWTH, EXPECTED, TRIES, SPENT, REST, WINDOWED, LOGGED, BEGUN, STOP_AT, FARTHEST, ANGLE, SINCE = range(13)
 # then whether a step is being taken again to end at an event; the share of the longer step, what event, of which
-# contact, and evaluations before it; whether the step is judged by itself, not beside others
+# contact, and evaluations before it; whether the step is judged by itself, not with others
 LANDING, SHARE, KIND, CONTACT, BEFORE, ALONE = range(13, 19)
-# then how long (s) a step may be; whether a step can be calm, see `acceptance.note_fast_path`; up to where along the run, how
-# many in a row, of how many nobody asks whether they are short for what is stiff, and how many are not counted yet
+# then how long (s) a step may be; whether a step can take the fast path, see `acceptance.note_fast_path`; up to where
+# along the run, how many in a row, how many are not tested for stiffness, and how many are not counted yet
 LONGEST, CAN_TAKE_FAST_PATH, DUE, MOST_FAST_STEPS, UNASKED, FAST_STEPS, AHEAD = range(19, 26)

@@ -119,7 +119,7 @@ def finish_ends(at):
 
 @kernel
 def take_step(at):
-    """Take the step whose length stands in `work.step`: fill `work.end`, row END and what the step comes to."""
+    """Take the step whose length is in `work.step`: fill `work.end`, row END and what the step comes to."""
     work, h = at[0], at[0].step[LENGTH]
     tried = attempt_to(at, work.end)
     if work.method[0] == IMPLICIT:

@@ -13,7 +13,7 @@ from .paths import Path
 from .symbols import NotTraceableError, trace
 
 LANES = "lanes "  # names of variables that hold in which lanes a function, a loop or its turn goes on
-RETURNED = "returned "  # name of the variable that holds what was returned in lanes that go on no more
+RETURNED = "returned "  # name of the variable that contains what was returned in lanes that go on no more
 _NUMBERS = itertools.count()  # of activations
 
 
@@ -62,7 +62,7 @@ class Activation:
         return symbols.both(self.asked_by, mask)
 
     def look_up(self, name: str) -> Any:
-        """Return what a name stands for."""
+        """Return what a name represents."""
         for space in (self.names, self.free, self.function.__globals__):
             if name in space:
                 return space[name]

@@ -87,7 +87,7 @@ def _passing() -> Path:
 
 
 def _checked(content: bytes, path: str) -> bytes:
-    """Return what stands before the checksum of a file's content; a ValueError where that does not fit."""
+    """Return what is before the checksum of a file's content; a ValueError where that does not fit."""
     body, checksum = content[:-CHECKSUM], content[-CHECKSUM:]
     if hashlib.sha256(body).digest() != checksum:
         raise ValueError(f"{path}: its checksum differs")

@@ -178,7 +178,7 @@ def _mapped(function: Any, items: tuple, partners: tuple, place: Any, shared: An
 
 
 def _either(first: Any, second: Any, condition: Any, given: tuple) -> Any:
-    """Return `first(*given)` where the condition holds, else `second(*given)`."""
+    """Return `first(*given)` where the condition is true, else `second(*given)`."""
     if not is_symbol(condition):
         return call_body(first if condition else second, given, {})
     if condition.width > 1:

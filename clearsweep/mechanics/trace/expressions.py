@@ -83,7 +83,7 @@ class Expressions:
         return node.value
 
     def see_Name(self, node: Any) -> Any:  # noqa: N802
-        """Return what a name stands for."""
+        """Return what a name represents."""
         return self.at.look_up(node.id)
 
     def see_Attribute(self, node: Any) -> Any:  # noqa: N802

@@ -18,12 +18,12 @@ def _lanes(condition: Any, number: int) -> Any:
 
 
 def all_of(condition: Any) -> Any:
-    """Emit whether a condition holds in every lane."""
+    """Emit whether a condition is true in every lane."""
     return _lanes(condition, -1)
 
 
 def none_of(condition: Any) -> Any:
-    """Emit whether a condition holds in no lane."""
+    """Emit whether a condition is true in no lane."""
     return _lanes(condition, 0)
 
 

@@ -1,6 +1,6 @@
 """Loops: written out turn by turn where it is known how many there are, else one of blocks.
 
-Of a loop of blocks every variable that it changes needs a place that all turns share.  What kind of value that holds,
+Of a loop of blocks every variable that it changes needs a place that all turns share.  What kind of value it has,
 a number, a whole one, in lanes or not, shows when its turn has been run; where it was taken for a narrower kind, the
 loop is taken out and emitted anew.
 """
@@ -12,7 +12,7 @@ import numpy as np
 
 from . import symbols
 from .activation import LANES, RETURNED, Activation, Loop, Returns, contains, stored
-from .lanes import all_lanes, nothing, none_of
+from .lanes import all_lanes, none_of, nothing
 from .memory import View
 from .paths import Path, changed, leaves, rebuilt
 from .primitives import ABREAST, LOOPS
@@ -62,14 +62,14 @@ class _Variable:
         self.phi: Any = None
 
     def begin(self, before: Any) -> Symbol:
-        """Emit its place; return what it holds in a turn."""
+        """Emit its place; return what it contains in a turn."""
         self.phi = trace().builder.phi(symbols.form(self.kind.item, self.width))  # type: ignore[attr-defined]
         self.phi.add_incoming(self.first, before)
         phi_node: Symbol = self.kind(self.phi, self.width)
         return phi_node
 
     def wider(self, last: Any) -> tuple[type, int] | None:
-        """Return the kind and width that it needs for what it is at the end of a turn; None if it holds that."""
+        """Return the kind and width that it needs for what it is at the end of a turn; None if it contains that."""
         needed = symbols.kind_of(self.kind(None), last), max(self.width, symbols.width_of(last))
         return None if needed == (self.kind, self.width) else needed
 
@@ -86,7 +86,7 @@ class _Carried:
         self.at, self.parts = at, {}
         self.variables: dict[tuple[str, int], _Variable] = {}
         for name in names:
-            if name in kinds:  # it stands for something else behind every turn: it has no value where one begins
+            if name in kinds:  # it represents something else behind every turn: it has no value where one begins
                 del at.names[name]
                 continue
             parts = list(leaves(at.names[name]))
@@ -171,7 +171,7 @@ class Loops(Statements):
         return Bounds(start, stop, int(step))
 
     def do_While(self, node: Any) -> bool:  # noqa: N802
-        """Run a loop for as long as a condition holds."""
+        """Run a loop for as long as a condition is true."""
         return self.loop(node, Bounds(None))
 
     # ------------------------------------------------------------------------------------------ turns

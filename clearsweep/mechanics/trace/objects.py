@@ -162,7 +162,7 @@ def compiled(
 
 
 def compiled_at(function: Callable, cache_key: str) -> Code | None:
-    """Return the machine code of `function(address)`; told : what the code depends on beside its sources."""
+    """Return the machine code of `function(address)`; key : what the code depends on besides its sources."""
 
     def body(numbers: Bare, _: Any) -> None:
         run(function, Whole(symbols.trace().builder.ptrtoint(numbers.base, WHOLE)))
@@ -188,7 +188,7 @@ def code_of(function: Callable, cache_key: str, module: Callable[[], ir.Module],
 
 
 def function_at(address: int, arrays: int) -> Any:
-    """Return the machine code at an address as a function of Python, of so many addresses beside that of the scene."""
+    """Return the machine code at an address as a function of Python, of so many addresses besides that of the scene."""
     return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * (1 + arrays), ctypes.c_int64)(address)
 
 

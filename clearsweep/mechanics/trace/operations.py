@@ -34,7 +34,7 @@ class Floats:
 
     @staticmethod
     def where(condition: Any, a: Any, b: Any) -> Any:
-        """Return `a` where the condition holds, else `b`."""
+        """Return `a` where the condition is true, else `b`."""
         return a if condition else b
 
     @staticmethod
@@ -137,7 +137,7 @@ def fma(a: Any, b: Any, c: Any) -> Any:
 
 
 def where(condition: Any, a: Any, b: Any) -> Any:
-    """Return `a` where the condition holds, else `b`; both are computed."""
+    """Return `a` where the condition is true, else `b`; both are computed."""
     return _of(condition).where(condition, a, b)
 
 

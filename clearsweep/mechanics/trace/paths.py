@@ -25,7 +25,7 @@ def changed(x: Any, change: Callable) -> Any:
 
 
 def form_of(x: Any) -> Any:
-    """Return what a function of machine code for such a value depends on: all of it but what symbols stand for."""
+    """Return what a function of machine code for such a value depends on: all of it but what symbols represent."""
     if isinstance(x, tuple):
         return (type(x), *map(form_of, x))
     if hasattr(x, "pieces"):

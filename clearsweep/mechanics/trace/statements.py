@@ -6,7 +6,7 @@ from typing import Any
 from . import symbols
 from .activation import LANES, RETURNED, Returns
 from .expressions import Expressions
-from .lanes import all_lanes, blended, nothing, none_of
+from .lanes import all_lanes, blended, none_of, nothing
 from .paths import Path, alike, changed, leaves, meeting, rebuilt
 from .symbols import NotTraceableError, Truth, is_symbol, trace
 
@@ -152,7 +152,7 @@ class Statements(Expressions):
                 blocks = [path.block for path in paths]
                 made = [meeting(blocks, list(items), end) for items in zip(*rows, strict=True)]
             except NotTraceableError:
-                continue  # a name that stands for different things has no value from here on
+                continue  # a name that represents different things has no value from here on
             met[name] = rebuilt(column[0], iter(made))
         for path in paths:
             builder.position_at_end(path.block)

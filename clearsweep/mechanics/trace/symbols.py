@@ -1,6 +1,6 @@
-"""Symbols: numbers, whole numbers and answers that are known when the program runs, and memory that holds them.
+"""Symbols: numbers, whole numbers and answers that are known when the program runs, and memory that contains them.
 
-A symbol stands for one value or, in lanes, for WIDTH values side by side.  Whatever is done to symbols is emitted into
+A symbol represents one value or, in lanes, for WIDTH values side by side.  Whatever is done to symbols is emitted into
 the trace in hand.  Nothing is left to the compiler's choice: every operation is rounded by itself, but for a sum with a
 product of the same function, which is fused.
 """
@@ -58,7 +58,7 @@ def in_hand(made: Trace) -> Iterator[None]:
 
 
 class Symbol:
-    """A value that is known when the program runs; width : 1, or WIDTH where it stands in lanes."""
+    """A value that is known when the program runs; width : 1, or WIDTH where it is in lanes."""
 
     __array_ufunc__ = None
     __hash__ = None  # type: ignore[assignment]
@@ -337,7 +337,7 @@ def kind_of(*given: Any) -> type:
 
 
 def selected(condition: Truth, a: Any, b: Any) -> Any:
-    """Emit `a` where the condition holds, else `b`."""
+    """Emit `a` where the condition is true, else `b`."""
     kind, width = kind_of(a, b), width_of(condition, a, b)
     mask = as_kind(condition, Truth, width if condition.width > 1 else 1)
     return kind(trace().builder.select(mask, as_kind(a, kind, width), as_kind(b, kind, width)), width)
@@ -363,7 +363,7 @@ def extreme(sign: str) -> Any:
 def as_whole(x: Any) -> Any:
     """Emit a number without its digits behind the point as a whole number; what is not a number gives 0.
 
-    So a trial step that comes to nothing looks up something in a table, not beside it.
+    So a trial step that comes to nothing looks up something in a table, not besides it.
     """
     if not isinstance(x, Number):
         return x

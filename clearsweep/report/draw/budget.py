@@ -21,7 +21,7 @@ def tornado(ax: Axes, bars: Sequence[tuple[str, float, float, str, str]], name: 
     ax.axvline(0.0, color=INK, linewidth=1.0)
     ax.set_yticks(places, [bar[0].replace(" and ", "\nand ") for bar in bars])
     ax.tick_params(axis="y", length=0)
-    ax.use_sticky_edges = False  # of bars: there has to be room for the words beside them
+    ax.use_sticky_edges = False  # of bars: there has to be room for the words next to them
     ax.margins(x=0.25)
     ax.set_axisbelow(True)
     ax.set_xlabel(f"change of {name} [%]")

@@ -38,8 +38,8 @@ CELLS_VECTOR = 150  # and with more than this are drawn as pixels
 BINS_DRAWN = 41  # edges of a histogram's bars, at most
 POINTS_VECTOR = 300  # clouds with more points than this are drawn as pixels
 POINTS_DRAWN = 50_000  # of clouds with more, points that others cover are left out
-LINES_BESIDE, NAME_SIZE = 24, 6.5  # names beside a drawing, at least as many lines; points
-LONG = 10  # letters of a curve's name beyond which the names stand above
+LINES_BESIDE, NAME_SIZE = 24, 6.5  # names next to a drawing, at least as many lines; points
+LONG = 10  # letters of a curve's name beyond which the names go above
 CELLS_SEEN = 300  # side by side in a cloud: each is smaller than a point
 DECADES = 8.0  # a figure whose values spread over a larger factor than this is drawn on a logarithmic scale
 
@@ -163,7 +163,7 @@ def strip(ax: Axes, groups: Sequence[tuple[str, np.ndarray]], name: str, scale: 
 
 
 def returned(ax: Axes, rows: Sequence[tuple[str, float, float]]) -> None:
-    """Draw, name by name, the restitution given back beside that asked for; a row is (name, asked for, given back)."""
+    """Draw, name by name, the restitution given back and that asked for; a row is (name, asked for, given back)."""
     names = list(dict.fromkeys(row[0] for row in rows))[::-1]
     for number, (name, wanted, given) in enumerate(rows):
         place = names.index(name)
@@ -210,7 +210,7 @@ def elastic(ax: Axes, depths: np.ndarray, curves: Sequence[tuple[str, np.ndarray
 
 
 def _name_others(ax: Axes, depth: float, ends: Sequence[tuple[str, float]]) -> None:
-    """Name curves beside their right ends (at `depth` on the axis, force in N), each on a line of its own."""
+    """Name curves next to their right ends (at `depth` on the axis, force in N), each on a line of its own."""
     ends = sorted(ends, key=lambda end: end[1])
     low, high = np.log(ax.get_ylim())
     apart = (high - low) / max(len(ends), LINES_BESIDE)
@@ -368,7 +368,7 @@ def histogram(
 
 
 def _places(axis: Axis) -> tuple[np.ndarray, str]:
-    """Return where the values of an axis stand on an abscissa, and its kind."""
+    """Return where the values of an axis are on an abscissa, and its kind."""
     if not axis.numeric:
         return np.arange(len(axis.values), dtype=float), "name"
     places = axis.scale.of(np.asarray(axis.values, float))

@@ -76,7 +76,7 @@ def _coloured(ax: Axes, x: np.ndarray, y: np.ndarray, revolution: np.ndarray) ->
 
 
 def harmonics(ax: Axes, actual: Spectrum, ideal: Spectrum | None, unit: str, name: str) -> None:
-    """Draw amplitudes (SI) over the crank's orders, its harmonics marked, beside those of the ideal mechanism."""
+    """Draw amplitudes (SI) over the crank's orders, its harmonics marked, with those of the ideal mechanism."""
     most = float(actual.amplitude.max())
     scale = wording.scale(unit, most)
     seen = actual.order <= ORDERS
@@ -111,7 +111,7 @@ def shares(ax: Axes, axis: Axis, parts: np.ndarray, names: Sequence[str], colour
 def kinds(ax: Axes, table: np.ndarray, written: np.ndarray, axes: tuple[Axis, Axis], names: Sequence[str]) -> None:
     """Draw the kind, a place in `names`, of every cell, (values of the second axis, of the first); NaN: no case.
 
-    `written` : (the same) what stands in the cells, where they are few.
+    `written` : (the same) what is in the cells, where they are few.
     """
     across, up = axes
     ax.set_facecolor(UNKNOWN)

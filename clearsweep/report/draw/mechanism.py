@@ -24,7 +24,7 @@ _NEAR = 0.02  # of the mechanism's size, from a name to its place
 _WAYS = np.radians(np.arange(45.0, 405.0, 30.0))
 _TOWARDS = np.stack([np.cos(_WAYS), np.sin(_WAYS)], -1)
 _TOWARDS /= abs(_TOWARDS).max(-1, keepdims=True)
-# Where a name may stand: round its place, in each of these ways, beside it or farther off; what is farther costs more.
+# Where a name may be: round its place, in each of these ways, next to it or farther off; what is farther costs more.
 _AROUND = np.concatenate([far * _TOWARDS for far in (1.0, 1.7, 2.6, 4.0)])
 _AWAY = np.repeat([0.0, 2.0, 5.0, 9.0], len(_WAYS))
 
@@ -97,7 +97,7 @@ def _alike(joints: Sequence[simulation.SketchedJoint]) -> list[tuple[np.ndarray,
 
 
 class _Labels:
-    """Names beside what they name, each where it hides least."""
+    """Names next to what they name, each where it hides least."""
 
     def __init__(self, size: float):
         self.size = size  # m, of the mechanism
@@ -109,11 +109,11 @@ class _Labels:
         self.drawn.append(points)
 
     def add(self, text: str, place: np.ndarray, colour: str, weight: str = "normal") -> None:
-        """Ask for `text` beside `place` (m)."""
+        """Ask for `text` next to `place` (m)."""
         self.wanted.append((text, np.asarray(place, dtype=float), colour, weight))
 
     def write(self, ax: Axes) -> None:
-        """Write all names; the limits of the axes have to stand."""
+        """Write all names; the limits of the axes have to stay."""
         point = self._point(ax)
         drawn, taken = np.concatenate(self.drawn), np.empty((0, 4))
         (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()

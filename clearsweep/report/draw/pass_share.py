@@ -11,7 +11,7 @@ from ..study import Axis
 from .comparison import CELLS_VECTOR, WRITTEN
 from .style import INK, name_values
 
-GOOD, BAD, UNKNOWN = "#9fd0e8", "#f2b28c", "#e8ebee"  # pale blue and orange: told apart by any eye, and in grey
+GOOD, BAD, UNKNOWN = "#9fd0e8", "#f2b28c", "#e8ebee"  # pale blue and orange: distinguished by any eye, and in grey
 
 
 DOT_GOOD, DOT_BAD = "#1f5f86", "#a34a12"

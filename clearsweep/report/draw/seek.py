@@ -1,4 +1,4 @@
-"""Drawings of what was sought: intervals that hold a border, over another axis."""
+"""Drawings of what was searched for: intervals that hold a border, over another axis."""
 
 from collections.abc import Sequence
 

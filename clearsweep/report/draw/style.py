@@ -21,8 +21,8 @@ SLANTED: dict[str, Any] = {
     "rotation": 40,
     "ha": "right",
     "rotation_mode": "anchor",
-}  # names that do not fit beside each other
-WIDTH = 36  # characters that fit beside each other below a figure
+}  # names that do not fit next to each other
+WIDTH = 36  # characters that fit next to each other below a figure
 
 
 def over_crank(ax: Axes, angle: np.ndarray, *, legend: bool) -> None:
@@ -84,7 +84,7 @@ def colour_bar(
 
 
 def named_bar(ax: Axes, axis: Axis, norm: Normalize) -> None:
-    """Draw the bar of colours that stand for the values of a grid axis."""
+    """Draw the bar of colours that shows for the values of a grid axis."""
     bar = ax.figure.colorbar(ScalarMappable(norm, "viridis"), ax=ax, fraction=0.05, pad=0.03)
     name_values(bar.ax.yaxis, axis, np.arange(len(axis.values), dtype=float))
     bar.set_label(axis.label())

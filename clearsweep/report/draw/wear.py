@@ -58,7 +58,7 @@ def unrolled(ax: Axes, depth: np.ndarray, length: float) -> None:
 
 
 def joined(depth: np.ndarray, sectors: int) -> np.ndarray:
-    """Return the depths (m) of a body in at most `sectors`: of bins beside each other the deepest."""
+    """Return the depths (m) of a body in at most `sectors`: of bins next to each other the deepest."""
     if len(depth) <= sectors:
         return depth
     deepest: np.ndarray = np.maximum.reduceat(depth, np.arange(sectors) * len(depth) // sectors)

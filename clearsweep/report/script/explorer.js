@@ -34,7 +34,11 @@ class Explorer {
     this.show = data.show;
     this.columns = data.columns.map((column, place) => ({...column, place, values: unpacked(column.values), filter: ""}));
     this.order = this.ids.map((_, i) => i);
-    this.sorted = {column: this.columns.find(column => column.lead) || this.columns[0], falling: true};
+    this.marked = new Set(data.marked || []);
+    this.points = data.points;
+    this.note = data.note || "";
+    const lead = this.columns.find(column => column.lead) || this.columns[0];
+    this.sorted = {column: lead, falling: !lead.rising};
     this.page = 0;
     this.selected = -1;
     this.build();
@@ -83,14 +87,14 @@ class Explorer {
     });
     const figures = this.columns.filter(column => !column.axis), axes = this.columns.filter(column => column.axis);
     const first = [axes[0] || figures[1] || figures[0], this.sorted.column, axes[1] || axes[0] || figures[0]];
-    this.pickers.forEach(([, select], which) => (select.value = first[which].place));
+    this.pickers.forEach(([, select], which) => (select.value = this.points ? this.points[which] : first[which].place));
     this.dotsRoom = element("div", {class: "dots"}, this.dots, this.tip);
     this.detail = element("div", {class: "case note", tabindex: "-1"}, "No case is chosen.");
     this.table = element("table");
     this.turn = element("p", {class: "turn"});
     this.root.append(
       element("p", {class: "note"}, "Drag along an axis to keep a range of it, or write one below a column's head: ",
-        element("code", {}, "5..20"), ", ", element("code", {}, ">=3"), ", a word. Click a line, a point or a row for its case."),
+        element("code", {}, "5..20"), ", ", element("code", {}, ">=3"), ", a word. Click a line, a point or a row for its case. ", this.note),
       element("div", {class: "tools"}, this.count, this.clear, this.choice),
       this.linesRoom,
       element("div", {class: "beside"},
@@ -154,8 +158,10 @@ class Explorer {
   update() {
     this.tests = this.columns.map(column => [column, passes(column.filter)]).filter(([, test]) => test);
     this.keeps = this.order.filter(i => this.kept(i));
-    this.count.textContent = this.keeps.length === this.ids.length
-      ? `${this.ids.length} cases.` : `${this.keeps.length} of ${this.ids.length} cases.`;
+    const left = this.keeps.filter(i => this.marked.has(i)).length;
+    this.count.textContent = (this.keeps.length === this.ids.length
+      ? `${this.ids.length} cases.` : `${this.keeps.length} of ${this.ids.length} cases.`)
+      + (this.marked.size && this.tests.length ? ` ${left} of ${this.marked.size} marked.` : "");
     this.clear.hidden = !this.tests.length;
     for (const column of this.columns.filter(each => each.drawn)) {
       const way = this.sorted.falling ? "descending" : "ascending";
@@ -263,7 +269,8 @@ class Explorer {
     };
     if (this.tests.length) draw(thinned(this.order), colour("line"), 0.5, 1);
     draw(thinned(this.keeps), colour("accent"), Math.min(Math.max(60 / this.keeps.length, 0.05), 0.7), 1);
-    if (this.selected >= 0) draw([this.selected], colour("mark"), 1, 2.5);
+    draw(this.keeps.filter(i => this.marked.has(i)), colour("mark"), 0.9, 1.5);
+    if (this.selected >= 0) draw([this.selected], colour("mark"), 1, 3);
     context.globalAlpha = 1;
     context.textAlign = "center";
     for (const {column, x, high} of this.places) {
@@ -315,9 +322,9 @@ class Explorer {
     context.fillText(this.label(up), -(10 + room[1] / 2), 11);
     context.restore();
     this.spots = thinned(this.keeps).map(i => [i, ...place(i)]).filter(([, x, y]) => Number.isFinite(x + y));
-    context.strokeStyle = colour("soft");
-    context.lineWidth = 0.5;
     for (const [i, x, y] of this.spots) {
+      context.strokeStyle = colour(this.marked.has(i) ? "mark" : "soft");
+      context.lineWidth = this.marked.has(i) ? 2.5 : 0.5;
       context.fillStyle = viridis(this.share(tint, i));
       context.beginPath();
       context.arc(x, y, this.spots.length > 500 ? 2.5 : 4, 0, 2 * Math.PI);

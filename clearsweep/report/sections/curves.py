@@ -16,7 +16,7 @@ from ..shown import in_words
 from ..study import CALLED, Axis, Study, grouped, largest, median, over_other_axes, smallest
 from . import maps
 
-MOST = 7  # curves side by side that can be told apart
+MOST = 7  # curves side by side that can be distinguished
 PICTURES = 6
 LEAST = 3  # values that make a curve
 

@@ -31,7 +31,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def more(study: Study) -> list[Section]:
-    """Return the other axes, what drives the force beside the ideal one, and all main effects in numbers."""
+    """Return the other axes, what drives the force with the ideal one, and all main effects in numbers."""
     if not _comparable(study):
         return []
     joint, pictures = study.hardest_joint(), _leading(study)[MOST:]
@@ -140,7 +140,7 @@ def _curves(study: Study, joint: Joint, place: int, figure: tuple[str, str], *, 
     if not study.has(column):
         return []
     colour = JOINT_COLOURS[place % 3] if several or band else RED
-    dashed = "" if several else figure[1]  # what dashes stand for is explained above the pictures
+    dashed = "" if several else figure[1]  # what dashes represent is explained above the pictures
     name = joint.title if several and band else dashed
     return [Curve(name, colour, band, effect) for effect in main_effects(study, column)]
 

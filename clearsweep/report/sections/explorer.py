@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ...grid.optimised import SENSES
+from ...judging.verdict import MARGIN
 from ..interactive import packed
 from ..section import Block, Interactive, Note, Section
 from ..shown import shown
@@ -13,28 +15,66 @@ TABLES = ("forces", "wear", "output", "certainty")  # whose figures are there
 WIDE = 8.0  # a figure whose values spread over a larger factor than this is drawn on a logarithmic scale
 
 
+def leading(study: Study) -> list[Section]:
+    """Return the section of an optimised run, whose best cases are marked; [] of other runs."""
+    return _sections(study, "Cases that were tried") if _objectives(study) else []
+
+
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] of runs with one case."""
+    """Return the section; [] of runs with one case, or where it leads."""
+    return [] if _objectives(study) else _sections(study, "Explore")
+
+
+def _sections(study: Study, title: str) -> list[Section]:
     if len(study.cases) < 2:
         return []
     kept = _kept(study)
     blocks: list[Block] = []
     if len(kept) < len(study.cases):
         blocks.append(Note(f"{len(kept)} of {len(study.cases)} cases: the worst ones, others drawn by lot."))
-    data = {
-        "ids": "".join(study.cases.index[kept]),
-        "show": "clearsweep show DIR CASE",
-        "columns": [*(_axis(study, axis, kept) for axis in study.swept()), *_figures(study, kept)],
-    }
+    columns = [*(_axis(study, axis, kept) for axis in study.swept()), *_figures(study, kept)]
+    data = {"ids": "".join(study.cases.index[kept]), "show": "clearsweep show DIR CASE", "columns": columns}
+    if _objectives(study):
+        data |= _marked(study, kept, columns)
     without = "The tables below hold the same figures; sorting, filtering and comparing them here needs scripts."
     blocks.append(Interactive("explorer", "all-cases", "All cases, to sort, filter and compare", data, without))
-    return [Section("explore", "Explore", blocks)]
+    return [Section("explore", title, blocks)]
+
+
+def _objectives(study: Study) -> list[str]:
+    """Return the objectives of an optimised run, [] of others."""
+    asked = study.run.grid.get("optimise") or {}
+    return [name for sense in SENSES for name in asked.get(sense, []) if study.has(name)]
+
+
+def _best(study: Study) -> np.ndarray:
+    """Return which cases are the best of an optimised run."""
+    rows = study.run.optimise if _objectives(study) else None
+    best: np.ndarray = study.cases.index.isin([] if rows is None else rows["case_id"].tolist())
+    return best
+
+
+def _marked(study: Study, kept: np.ndarray, columns: list[dict]) -> dict:
+    """Return which cases of an optimised run are marked, and which columns its points show first.
+
+    Of several objectives they are the first two, else the first swept value and the objective.
+    """
+    swept = [place for place, column in enumerate(columns) if column.get("axis")]
+    asked = [place for place, column in enumerate(columns) if column.get("objective")]
+    across, up, *_ = (asked + swept) if len(asked) > 1 else (swept + asked)[:1] + asked
+    return {
+        "marked": np.flatnonzero(_best(study)[kept]).tolist(),
+        "note": "The best cases are marked.",
+        "points": [across, up, swept[0] if len(asked) > 1 else swept[-1]],
+    }
 
 
 def _kept(study: Study) -> np.ndarray:
     """Return the places of the cases that are shown, ascending; ids are hashes, so that the first of them are a lot."""
     if len(study.cases) <= MOST:
         return np.arange(len(study.cases))
+    if _objectives(study):
+        return np.union1d(np.flatnonzero(_best(study))[: MOST // 2], np.arange(MOST // 2))
     lead = study.cases[study.hardest_joint().column(study.lead.figure)].to_numpy(float)
     hardest = np.argsort(lead if study.lead.smallest else -lead, kind="stable")[: MOST // 2]
     return np.union1d(hardest, np.arange(MOST // 2))
@@ -50,19 +90,25 @@ def _axis(study: Study, axis: Axis, kept: np.ndarray) -> dict:
 
 
 def _figures(study: Study, kept: np.ndarray) -> list[dict]:
-    """Return the figures of all joints and of the mechanism, each once."""
-    headings: dict[str, str] = {}
+    """Return the figures of all joints and of the mechanism, each once; of an optimised run objectives come first."""
+    asked = _objectives(study)
+    headings = {name: name for name in asked + [MARGIN] * bool(asked)}  # as the grid has them
+    leading = len(headings)
     for table in TABLES:
         for name, heading in shown(study, table):
             headings.setdefault(name, heading)
-    lead = study.hardest_joint().column(study.lead.figure)
+    lead = asked[0] if asked else study.hardest_joint().column(study.lead.figure)
     first = [name for name in headings if study.has(name)]
-    first.sort(key=lambda name: name != lead)
+    if not asked:
+        first.sort(key=lambda name: name != lead)
     drawn = {*first[:DRAWN], *(joint.column(RATIO) for joint in study.joints[:1])}
+    drawn = {*list(headings)[:leading]} or drawn
+    small = (study.run.grid.get("optimise") or {}).get(SENSES[0], [])
     columns = []
     for name in first:
         scale = study.scale(name)
         column = {"name": headings[name], "unit": scale.unit, "drawn": name in drawn, "lead": name == lead}
+        column |= {"objective": True, "rising": name in small} if name in asked else {}
         columns.append(column | _numbers(study.cases[name].to_numpy(float)[kept] / scale.factor))
     return columns
 

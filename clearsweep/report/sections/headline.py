@@ -28,7 +28,7 @@ def sentences(study: Study) -> list[str]:
 
 
 def _hardest(study: Study) -> list[str]:
-    """Return the largest force peak of all joints beside p99 and the ideal reaction, and the smallest of that joint."""
+    """Return the largest force peak of all joints with p99 and the ideal reaction, and the smallest of that joint."""
     known = [joint for joint in study.joints if study.has(joint.column(PEAK.figure))]
     if not known:
         return ["No contact force was recorded in any case."]
@@ -71,7 +71,7 @@ def wear(study: Study) -> list[str]:
         column = joint.column("wear_depth_max")
         if joint.wears and study.has(column):
             worst = study.cases[column].idxmax()
-            # two spans of time, orders apart: 15.7 nm beside 590 mm
+            # two spans of time, orders apart: 15.7 nm compared with 590 mm
             depth, hours = study.text(worst, column), study.text(worst, joint.column(PER_HOURS))
             points.append(
                 f"Deepest wear in joint {joint.title}: {depth} in the window, at that rate {hours} in 1000 h"

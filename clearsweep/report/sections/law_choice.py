@@ -64,7 +64,7 @@ def _forces(study: Study, matched_cases: Matched, joint: Joint) -> Table:
             Column(name, unit),
             Column(f"{name}, smallest", unit, file_only=True),
             Column(f"{name}, largest", unit, file_only=True),
-            Column(f"{name.removeprefix('force ')} beside other laws"),
+            Column(f"{name.removeprefix('force ')} with other laws"),
         ]
     ratios = {column: _ratios(study, matched_cases, column) for column, _ in figures}
     rows = []

@@ -1,4 +1,4 @@
-"""What a run optimised: the best case beside the one that the grid has written, the front, which limits bind."""
+"""What a run optimised: the best case with the one that the grid has written, the front, which limits bind."""
 
 from typing import Any
 
@@ -61,7 +61,7 @@ def _beside_start(study: Study, rows: list[dict[str, Any]], names: list[str], st
 
 
 def _told_apart(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[str]:
-    """Return of each objective with an interval which cases cannot be told from the best one."""
+    """Return of each objective with an interval which cases cannot be distinguished from the best one."""
     lines = []
     for name in names:
         ends = [f"{name}_{end}" for end in ("low", "high")]
@@ -71,11 +71,15 @@ def _told_apart(study: Study, rows: list[dict[str, Any]], names: list[str]) -> l
         place = study.cases.index.get_loc(rows[0]["case_id"])
         if np.isnan([low[place], high[place]]).any():
             continue
-        alike = int(np.count_nonzero((low <= high[place]) & (high >= low[place]))) - 1
+        within = " within the limits" if rows[0]["limiting"] else ""
+        feasible = study.cases["limits_exceeded"].to_numpy() == "" if "limits_exceeded" in study.cases else True
+        alike = int(np.count_nonzero((low <= high[place]) & (high >= low[place]) & feasible)) - 1
+        if rows[0]["margin"] is not None and rows[0]["margin"] < 0.0:
+            continue  # no case keeps to the limits: others are not the best one either
         own = " to ".join(study.text(rows[0]["case_id"], end) for end in ends)
         lines.append(
-            f"The 95 % interval of {name} of the best case is {own}; {wording.count(alike, 'other case')} cannot be "
-            "told from it, as their intervals overlap."
+            f"The 95 % interval of {name} of the best case is {own}; {wording.count(alike, 'other case')}"
+            f"{within} cannot be distinguished from it, as their intervals overlap."
         )
     lines += [
         f"{name} is the largest peak of a window, which is luck where motion is chaotic; {name}_median and {name}_p95 "

@@ -1,4 +1,4 @@
-"""The peak's own revolution: force, acceleration and torque of the worst cases beside those without clearance."""
+"""The peak's own revolution: force, acceleration and torque of the worst cases with those without clearance."""
 
 from collections.abc import Callable
 

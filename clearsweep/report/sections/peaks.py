@@ -25,7 +25,7 @@ def sections(study: Study) -> list[Section]:
     if study.driven:
         blocks.append(
             Note(
-                "Peak: the largest of the window; beside it the median and the 95 % quantile of the peaks of its "
+                "Peak: the largest of the window; with it the median and the 95 % quantile of the peaks of its "
                 "revolutions, which are one where the motion repeats itself. Load: normal and friction force together. "
                 "p99: exceeded during 1 % of the time, so blind to shorter impacts. Ideal peak: largest reaction of "
                 "the same joint without clearance."
@@ -69,7 +69,7 @@ def _certainty(study: Study) -> Table:
 
 
 def _words_of_columns(study: Study) -> dict[str, dict[str, str]]:
-    """Return what stands in place of errors that check nothing: heading of a column -> case_id -> in words."""
+    """Return what is shown in place of errors that check nothing: heading of a column -> case_id -> in words."""
     return {f"error of force peak{study.where(joint, ' ({})')}": words for joint, words in _beyond_horizon(study)}
 
 
@@ -116,7 +116,7 @@ class _Unchecked(Sequence):
     """The rows of a table, in which the errors that check nothing say so."""
 
     def __init__(self, table: Table, words: dict[str, dict[str, str]]):
-        """Take the table, and heading of a column -> case_id -> what stands there."""
+        """Take the table, and heading of a column -> case_id -> what is shown there."""
         heads = [column.name for column in table.columns]
         self.rows = table.rows
         self.words = {heads.index(heading): words[heading] for heading in words if heading in heads}

@@ -10,13 +10,13 @@ from ..draw import comparison
 from ..draw.style import RED
 from ..picture import Picture, capital
 from ..rank_table import correlations, rank_table
-from ..sample_tables import Judged, effect_table, index_table, limited_figures, limit_table, spread_table
+from ..sample_tables import Judged, effect_table, index_table, limit_table, limited_figures, spread_table
 from ..section import Block, Gallery, Section, Sentences, filled
 from ..sensitivity import Estimate, Setting
 from ..study import Study
 
 HISTOGRAMS = 12  # drawn at most
-INDEPENDENT = ("sobol", "latin-hypercube", "random")  # methods whose points stand for the distributions
+INDEPENDENT = ("sobol", "latin-hypercube", "random")  # methods whose points represent the distributions
 SCATTERED = 3  # figures, and variables of each, that are drawn
 SCATTER_NOTE = (
     "The figures over the variables that go with them most; in brackets the 95 % interval; dashed: the limit, where "

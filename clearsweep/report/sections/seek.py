@@ -1,4 +1,4 @@
-"""What a run sought: the largest or smallest value that keeps to the limits, as an interval, case by case."""
+"""What a run searched for: the largest or smallest value that keeps to the limits, as an interval, case by case."""
 
 from typing import Any, NamedTuple
 
@@ -19,7 +19,7 @@ PICTURED = 2  # answers at least that are drawn over the other axis
 class _Answers(NamedTuple):
     """What was found on one axis."""
 
-    axis: Axis  # that of the value sought
+    axis: Axis  # that of the value searched for
     others: tuple[Axis, ...]
     largest: bool
     each: bool  # for each case of the other axes
@@ -41,7 +41,7 @@ class _Answers(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where nothing was sought, or the search did not come to its end."""
+    """Return the section; [] where nothing was searched for, or the search did not come to its end."""
     answers = _answers(study)
     if answers is None:
         return []
@@ -56,7 +56,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def safest(study: Study) -> list[str]:
-    """Return the largest (or smallest) value that is safe for all cases in a sentence; [] where none was sought."""
+    """Return the largest (or smallest) value that is safe for all cases in a sentence; [] without `seek`."""
     answers = _answers(study)
     if answers is None:
         return []
@@ -93,7 +93,7 @@ def _answers(study: Study) -> _Answers | None:
 
 
 def _fine(axis: Axis, rows: list[dict[str, Any]]) -> Axis:
-    """Return an axis with as many digits as tell the ends of intervals apart."""
+    """Return an axis with as many digits as distinguish the ends of intervals."""
     ends = [(row["seek_low"], row["seek_high"]) for row in rows if row["seek_low"] != row["seek_high"]]
     while axis.digits < 16 and any(axis.number(low) == axis.number(high) for low, high in ends):
         axis = axis._replace(digits=axis.digits + 1)

@@ -89,7 +89,7 @@ def _derived(study: Study) -> list[tuple[str, str]]:
 
 
 def _shortened(value: object) -> str:
-    """Return a value as text, of a checksum as much as tells two apart."""
+    """Return a value as text, of a checksum as much as distinguishes two."""
     text = str(value)
     return f"{text[:CHECKSUM_SHOWN]}..." if re.fullmatch("[0-9a-f]{40,}", text) else text
 

@@ -1,4 +1,4 @@
-"""The cards at the top of the page: the largest figures of the run, each beside what it is to be compared with."""
+"""The cards at the top of the page: the largest figures of the run, each next to what it is to be compared with."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def _cards(study: Study) -> list[tuple[str, str, str]]:
-    """Return name, value with unit, what it is beside; of a figure of joints the worst of all, its joint named."""
+    """Return name, value with unit, what to compare it with; of a figure of joints the worst, its joint named."""
     finished, failed = len(study.cases), len(study.failed)
     missing = study.run.grid.get("counts", {}).get("missing", 0)
     said = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")

@@ -72,7 +72,7 @@ def _answers(study: Study, joint: Joint) -> list[Answer]:
 
 
 def _about(claim: Claim, axis: Axis, joint: Joint) -> bool:
-    """Return whether an axis holds the value that a claim speaks of, in this joint or of the drive."""
+    """Return whether an axis has the value that a claim speaks of, in this joint or of the drive."""
     own = axis.path.startswith(f"joints.{joint.title}.") or axis.path == "drive.speed"
     numbers = axis.numeric and min(axis.values) > 0.0
     return own and numbers and axis.path.endswith(claim.ends)

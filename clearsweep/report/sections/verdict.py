@@ -78,7 +78,7 @@ def ratios(study: Study) -> list[str]:
 
 
 def _motion(study: Study, joint: Joint, case_id: str, usual: list[str]) -> str:
-    """Return what the largest peak of a case is: of every revolution, of every period, or of one beside `usual`."""
+    """Return what the largest peak of a case is: of every revolution, of every period, or of one with `usual`."""
     period = study.cases.at[case_id, "period"] if "period" in study.cases else np.nan
     if period == 1.0:
         return "its motion repeats itself every revolution, and so does this peak"

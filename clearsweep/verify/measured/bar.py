@@ -7,8 +7,8 @@ from ...simulation.trajectory import simulate
 from .points import Row, reference
 
 NAME = "Axial impact on an elastic bar"
-TEXT = """A mass of 0.14 kg strikes the end of a steel bar of 0.21 kg and 3.9e8 N/m, whose other end is held. The
-reference is the continuous bar: Saint-Venant's waves, reflected at the held end, with Hertz's law in the contact as
+TEXT = """A mass of 0.14 kg strikes the end of a steel bar of 0.21 kg and 3.9e8 N/m, whose other end is fixed. The
+reference is the continuous bar: Saint-Venant's waves, reflected at the fixed end, with Hertz's law in the contact as
 Sears had it. In the grid the bar is an `elastic` link of six segments, and the mass a free body with `initial` in a
 joint with clearance. Nothing is fitted. A chain of six springs spreads the wave front over a segment, so it errs most
 where the contact is shortest."""

@@ -1,4 +1,4 @@
-"""Spread of film models: tables of bearings with two grooves beside a plain bearing."""
+"""Spread of film models: tables of bearings with two grooves compared with a plain bearing."""
 
 import math
 
@@ -6,14 +6,14 @@ from .film_at_rest import settled
 from .points import Row, reference
 
 NAME = "Spread of film models"
-TEXT = """Two databooks of bearings with two axial grooves, of 20 and 10 deg, beside a plain bearing by `reynolds`
+TEXT = """Two databooks of bearings with two axial grooves, of 20 and 10 deg, and a plain bearing by `reynolds`
 and `finite` under the same load number S. This is no test: grooves and the film's boundary differ. The differences
 say what the choice of groove and cavity costs.
 
 * Eccentricity: at most 0.033 of the clearance. Attitude: up to 15 deg for length / diameter 1, where the grooves cut
   more of the film; 3 deg and less beyond an eccentricity ratio of 0.7 at length / diameter 0.5.
 * A designer who does not know the grooves of his bearing has its least film within 0.033 of the clearance, but the
-  direction in which it stands only within 15 deg."""
+  direction in which it rests only within 15 deg."""
 LAWS = ("reynolds", "finite")
 BOOKS = ("lund-thomsen", "someya")
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from .points import KINDS, Row
 
-PICTURES = "measured"  # folder of the pictures, beside the page
+PICTURES = "measured"  # folder of the pictures, next to the page
 
 
 def text(rows: list[Row]) -> str:

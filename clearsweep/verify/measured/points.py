@@ -1,4 +1,4 @@
-"""The points that clearsweep is held against, and how one is reported."""
+"""The points that clearsweep is compared against, and how one is reported."""
 
 import functools
 import json
@@ -11,7 +11,7 @@ FILE = "measured.json"  # benchmark -> kind, source, note, points: [[point, quan
 
 
 class Row(NamedTuple):
-    """One figure of a reference beside what is computed for it."""
+    """One figure of a reference compared with what is computed for it."""
 
     benchmark: str
     kind: str  # measured, published or remembered

@@ -14,7 +14,7 @@ from .points import Row, reference
 
 NAME = "Onset of oil whirl"
 TEXT = """A housing of mass M hangs on a turning shaft by its film alone; its weight M g is the load. It is a free
-body with `initial`, of so large a moment of inertia that it does not turn. It starts beside its place of rest.
+body with `initial`, of so large a moment of inertia that it does not turn. It starts next to its place of rest.
 `seek` finds the largest speed at which the film carries no more than 1.02 times the weight after 940 revolutions:
 below the onset the housing has come to rest, above it whirls. The threshold is that speed times sqrt(clearance / g).
 

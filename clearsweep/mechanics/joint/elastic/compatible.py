@@ -36,7 +36,7 @@ from .contract import NEEDS, NODES, elastic_energy, elastic_force, elastic_form
 from .cylinders import inverse_lambert
 from .power import Power, derived_power
 
-WIDEST = math.radians(45.0)  # half-angle up to which it holds: there Persson's load over the same arc is 10 % larger
+WIDEST = math.radians(45.0)  # half-angle up to which it is valid: there Persson's load over the same arc is 10 % larger
 #: Where the tangent of the force over penetration is twice the secant: q, and penetration and force in clearances and
 #: K c; a half-angle of 77.3 degrees.
 END_SHARE, END_DEPTH, END_FORCE = 0.3904034394336609, 1.0747499705677557, 1.303756352688982

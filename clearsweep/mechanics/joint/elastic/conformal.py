@@ -100,7 +100,7 @@ register(
         "bai-zhao-literal",
         "Bai & Zhao's stiffness times a power of the penetration, as printed",
         "F_elastic = K_n pen^n, K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3)",
-        "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; as told by others, not compared with the paper",
+        "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; as reported by others, not compared with the paper",
         (Field("exponent", "1", "n, as printed 1.5", 1.0, 2.0, False, False, default=1.5),),
         contact="line",
         needs=("material",),
@@ -140,7 +140,7 @@ def _foundation(elastic, pen):
 
 
 def foundation_modulus(joint: Joint) -> float:
-    """Return (1 - nu) E / ((1 + nu) (1 - 2 nu) t) in Pa/m, the modulus of a thin layer held at its back."""
+    """Return (1 - nu) E / ((1 + nu) (1 - 2 nu) t) in Pa/m, the modulus of a thin layer fixed at its back."""
     layer = joint.contact.material.bearing
     young, poisson = layer.young, layer.poisson
     if poisson >= 0.5:

@@ -1,6 +1,6 @@
 """What the law of a film declares, and the law of its shear.
 
-A film's force is told in the frame of the line of centres: `radial` along the journal's eccentricity, `tangential`
+A film's force is given in the frame of the line of centres: `radial` along the journal's eccentricity, `tangential`
 along that turned by +90 degrees, both on the journal.  It depends on the eccentricity ratio, on its rate and on the
 effective spin, the spins of journal and bearing less twice that of the line of centres, all of them inertial: so a
 rotation of everything changes nothing.

@@ -11,7 +11,7 @@ NEAR = 1e-9  # of the clearance: a step that begins as close to a corner has jus
 class Corners(NamedTuple):
     """The part of a joint with a film that lets steps end where the film's force has a corner."""
 
-    clamped: float  # m, depth from which the film's formula is held
+    clamped: float  # m, depth from which the film's formula is kept
     begin: float  # m, depth from which the dry contact bears; inf: never
     end: float  # m, depth from which it bears alone; inf: never
     near: float  # m

@@ -118,7 +118,7 @@ register(
         "F_r = -6 mu L R^3 / c^2 |eps'| (4 k eps^2 +- (2 + eps^2) pi q) / ((2 + eps^2) (1 - eps^2)^(3/2)), F_t = 6 pi "
         "mu L R^3 / c^2 eps w q / ((2 + eps^2) (1 - eps^2)^(1/2)), k^2 = (1 - eps^2) (w^2 / (4 eps'^2) + 1 / eps^2), q "
         "= (k + 3) / (k + 3/2) and + for eps' > 0, q = k / (k + 3/2) and - for eps' < 0; w = w_j + w_b - 2 gamma'",
-        "after Pinkus & Sternlicht 1961, Theory of Hydrodynamic Lubrication, as told by Ravn 1998 and Flores, "
+        "after Pinkus & Sternlicht 1961, Theory of Hydrodynamic Lubrication, as reported by Ravn 1998 and Flores, "
         "Ambrosio, Claro & Lankarani 2006; printed signs and brackets put right so that F is continuous at eps' = 0",
         needs=("length",),
         trusted=(LENGTHY,),

@@ -13,9 +13,9 @@ import numpy as np
 
 from ....contracts.catalogue import Law, Range
 from ...compiled import calculus as math
+from ...compiled.array_handle import array_handle, load_item
 from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
-from ...compiled.array_handle import array_handle, load_item
 from ..recipe import RECIPES, register
 from .contract import film_force, film_pressure
 from .short import Short

@@ -14,7 +14,7 @@ from ..recipe import register
 from .contract import film_couples, shear_couple
 
 BALANCED = "M_j = -C - e F_t / 2, M_b = C - e F_t / 2, C = "
-DEFAULT = "butenschoen"  # what `film.friction: by-law` stands for
+DEFAULT = "butenschoen"  # what `film.friction: by-law` represents
 
 
 class Unsheared(NamedTuple):

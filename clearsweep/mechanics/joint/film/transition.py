@@ -98,7 +98,7 @@ register(
         "ramp",
         "from film to dry contact evenly over a width",
         "F = (1 - w) F_film + w F_dry, w = min(1, max(0, (e - clearance - from) / width))",
-        "after Ravn 1998, Multibody Syst. Dyn. 2:1, and Flores, Ambrosio, Claro & Lankarani 2006, as told by others",
+        "after Ravn 1998, Multibody Syst. Dyn. 2:1, and Flores, Ambrosio, Claro & Lankarani 2006, as cited by others",
         notes="The width is to be a few times the surfaces' roughness, 0.5 to 5 um, not a share of the clearance.",
     ),
     (Ramp,),

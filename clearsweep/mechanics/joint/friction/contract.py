@@ -17,7 +17,7 @@ def friction_force(friction, normal, slip):
 
 @family
 def static_limit(friction):
-    """Return the tangential force over the normal one that a law holds while it sticks, 0 if it does not stick.
+    """Return the tangential force over the normal one that a law needs while it sticks, 0 if it does not stick.
 
     Where a friction law of a scene has a member, contacts in the mode STUCK bear what keeps their surfaces from
     sliding.

@@ -108,7 +108,7 @@ register(
         "threlfall",
         "Coulomb friction with an exponential rise",
         "T = -mu N sgn(slip) / divisor times 1 - exp(-3 |slip| / velocity_scale) up to velocity_scale, 0.95 above",
-        "after Threlfall 1978, Mech. Mach. Theory 13:475; both forms as told by others, not compared with the paper",
+        "after Threlfall 1978, Mech. Mach. Theory 13:475; both forms as cited by others, not compared with the paper",
         (
             COEFFICIENT,
             Field("velocity_scale", "m/s", "full friction above this sliding speed"),

@@ -31,7 +31,7 @@ def sign_beyond(law, elastic):
 
 @family
 def with_mass(law, mass):
-    """Return the law, told the mass (kg) that takes part in an impact at its contact as the bodies stand.
+    """Return the law, given the mass (kg) that takes part in an impact at its contact as the bodies are.
 
     Only a law with a member asks for it; see `joint.impact_mass`.
     """

@@ -45,8 +45,8 @@ register(
         "for n = 1.5: F = K pen^1.5 + alpha sqrt(mass K) pen^0.25 rate with sqrt(5) in alpha",
         "Tsuji, Tanaka & Ishida 1992, Powder Technol. 71:239; alpha by Antypov & Elliott 2011, EPL 94:50004",
         (RESTITUTION, MASS),
-        notes="Pulls before the surfaces part, and is not clipped: the restitution holds for a release at zero "
-        "penetration.  Exact for elastic: power; elsewhere n = 1.5 stands in alpha.",
+        notes="Pulls before the surfaces part, and is not clipped: the restitution applies for a release at zero "
+        "penetration.  Exact for elastic: power; elsewhere n = 1.5 is in alpha.",
     ),
     (RootDamper,),
     _make_tsuji,
@@ -126,7 +126,7 @@ register(
         (SPRING, RESTITUTION, MASS),
         uses_elastic=False,
         notes="The force jumps to c times the onset rate at contact, pulls before the surfaces part and is not "
-        "clipped.  The restitution holds for a release at zero penetration.  The law kelvin-voigt with the same "
+        "clipped.  The restitution applies for a release at zero penetration.  The law kelvin-voigt with the same "
         "damping, clipped, gives back more.",
     ),
     (PullingSpring,),
@@ -173,7 +173,7 @@ register(
         uses_elastic=False,
         notes="The force jumps to c times the onset rate at contact and is clipped where it would pull.  A free impact "
         "gives back exp(-(zeta / w) atan2(2 zeta w, 2 zeta^2 - 1)), zeta = c / (2 sqrt(k m)) < 1, w = sqrt(1 - "
-        "zeta^2): more than exp(-pi zeta / w), which holds without clipping.",
+        "zeta^2): more than exp(-pi zeta / w), which applies without clipping.",
     ),
     (ViscousSpring,),
     lambda joint: ViscousSpring(joint.contact.values["damping"]),

@@ -240,7 +240,7 @@ factor_law(
         "gharib-hurmuzlu",
         "for small restitution",
         f"{FACTOR}1 / e",
-        "after Gharib & Hurmuzlu 2012, J. Appl. Mech. 79:064506; as told by others, not compared with the paper",
+        "after Gharib & Hurmuzlu 2012, J. Appl. Mech. 79:064506; as reported by others, not compared with the paper",
         (RESTITUTION,),
         notes="Within 1.5 % of what is asked for up to 0.2, 18 % too little at 0.5; dissipates even where 1 is asked "
         "for, and never gives back more than 0.594.",

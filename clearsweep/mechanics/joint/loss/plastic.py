@@ -178,7 +178,7 @@ register(
         "E* a_m), a_m^2 = R pen_m max(1, least(0.94 x^0.146, 2))",
         "after Kogut & Etsion 2002, J. Appl. Mech. 69:657 (loading; coefficients as in public programs that quote it) "
         "and Etsion, Kligerman & Kadin 2005, Int. J. Solids Struct. 42:3716 (unloading as a Hertzian contact of the "
-        "radius a_m, as told by such a program)",
+        "radius a_m, as used by such a program)",
         (Field("hardness", "Pa", "H, of the softer body"),),
         needs=("material", "hertz"),
         notes="What comes back falls with the speed: nothing is lost up to 1.48 w_c.  Three pieces are published, F / "

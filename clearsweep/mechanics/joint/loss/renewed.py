@@ -43,9 +43,9 @@ class Renewed(NamedTuple):
     """A law of an impact until the contact proves lasting, then a damper without memory."""
 
     impact: tuple  # the law until then
-    elastic: tuple  # of the joint: its energy tells when
+    elastic: tuple  # of the joint: its energy gives when
     damping: float  # 2 zeta, 1
-    mass: float  # kg, that takes part as the bodies stand; told in every state
+    mass: float  # kg, that takes part as the bodies are; told in every state
     doubling_energy: float = 0.0  # J, > 0: energy at which v is 2 v0; < 0: it has passed that, its negative; 0: lasting
 
 

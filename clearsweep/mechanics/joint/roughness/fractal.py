@@ -14,7 +14,7 @@ SERIES = (
     "In series with the elastic law: pen = bulk(F) + approach(F), approach = G^(D-1) a_L^((2-D)/2) with the a_L at "
     "which the spots bear F; solved beforehand for each joint, a table of ln(bulk / pen) over ln pen.  Where the area "
     "A_r = psi^((2-D)/2) D / (2-D) a_L of the spots nears that of the arc of contact, A_n = 2 R_b theta L with the "
-    "half-angle theta of Persson's load, it is held below it, A_r (1 + (A_r / A_n)^8)^(-1/8); from A_r = A_n on a "
+    "half-angle theta of Persson's load, it is kept below it, A_r (1 + (A_r / A_n)^8)^(-1/8); from A_r = A_n on a "
     "remark says so.  The asperities are springs: what they lose is left to the contact law."
 )
 NEEDED = ("length", "material", "bearing_radius")  # of the arc of contact and of E*

@@ -85,7 +85,7 @@ def identify(x: tuple[float, ...], height: tuple[float, ...]) -> Identified:
     steps = np.diff(places)
     step = (places[-1] - places[0]) / (len(places) - 1)
     if len(places) < LEAST_ROWS:
-        raise ValueError(f"has {len(places)} rows; at least {LEAST_ROWS} are needed to tell a dimension")
+        raise ValueError(f"has {len(places)} rows; at least {LEAST_ROWS} are needed to estimate a dimension")
     if np.abs(steps - step).max() > _EVEN * step:
         raise ValueError(f"has steps of x from {steps.min():.4g} to {steps.max():.4g} m; expected even steps")
     heights = heights - np.polyval(np.polyfit(places - places[0], heights, 1), places - places[0])  # levelled

@@ -1,7 +1,7 @@
 """An elastic law with rough surfaces in series: pen = bulk(F) + approach(F).
 
 Bodies and asperities bear the same force F.  With u the part of the penetration that the bodies give, F is the elastic
-law's at u, and pen = u + approach(F(u)) grows with u.  A table holds ln(u / pen) over ln pen as polynomials of degree
+law's at u, and pen = u + approach(F(u)) grows with u.  A table has ln(u / pen) over ln pen as polynomials of degree
 five with four continuous derivatives, and the elastic law itself is evaluated at u.  So smooth surfaces leave it as it
 is, to the last digits; where the load on the asperities has a kink the table rounds it off over a row.
 
@@ -16,9 +16,9 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 
 from ...compiled import calculus
+from ...compiled.array_handle import ArrayHandle, array_handle, load_item
 from ...compiled.dual import as_type_of, plain
 from ...compiled.family import kernel
-from ...compiled.array_handle import ArrayHandle, array_handle, load_item
 from ..elastic.conformal import load_arc
 from ..elastic.contract import elastic_energy, elastic_force, parity
 from .spots import Surface, approach, contact_area, domain_extension, largest_spot
@@ -27,7 +27,7 @@ LEAST, MOST = 1e-13, 0.1  # m, ends of the table: below, the force is a power of
 STEP = 0.04  # of the logarithm of the penetration, from row to row
 SHALLOWEST = 1e-90  # m, that a body is asked the force of
 MOST_STEPS, ENOUGH = 40, 1e-11  # of the search for u at a row: steps, and share by which pen may be off
-BLEND = 8.0  # the spots' area A is held below that of the arc, A_n, as A (1 + (A / A_n)^8)^(-1/8)
+BLEND = 8.0  # the spots' area A is kept below that of the arc, A_n, as A (1 + (A / A_n)^8)^(-1/8)
 NOTICED = 0.01  # of the penetration: what rough surfaces give, below which it does not matter that they are flattened
 _POWERS = 6  # of the polynomial between two rows
 _WIDTH = 2 * _POWERS  # numbers of a row
@@ -68,7 +68,7 @@ class Series(NamedTuple):
 
 @kernel
 def _column(rough, x, column):
-    """Return what stands in a column of the table at x = ln pen, x at least its start."""
+    """Return what is in a column of the table at x = ln pen, x at least its start."""
     position = (x - rough.start) * (1.0 / STEP)
     last = rough.rows - 1.0
     row = int(min(plain(position), last))

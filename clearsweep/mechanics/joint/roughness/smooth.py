@@ -1,4 +1,4 @@
-"""No roughness: for grids that sweep rough surfaces beside smooth ones."""
+"""No roughness: for grids that sweep rough surfaces with smooth ones."""
 
 from typing import NamedTuple
 

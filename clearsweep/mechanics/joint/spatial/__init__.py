@@ -1,7 +1,7 @@
 """A revolute joint in space: a journal with radial and axial clearance in its bearing, in which it may tilt.
 
 Both are cylinders (geometry after Marques, Isaac, Dourado & Flores 2017, Mechanism and Machine Theory 116).  All is
-told in the frame of the journal, whose axis is its z, from the middle of the bearing.  The places where the surfaces
+in the frame of the journal, whose axis is its z, from the middle of the bearing.  The places where the surfaces
 can touch are contacts of their own:
 
     1, 2    an end circle of the journal, at the end of +z and of -z, on the wall of the bore; or, where that is beyond
@@ -11,9 +11,9 @@ can touch are contacts of their own:
 Each is one point, where the surfaces come deepest: on a circle its exact maximiser, as else work is lost.  Force and
 moment act on each body at its own surface point; these lie the penetration apart along the normal, and all powers add
 up to normal force times rate of penetration and friction times sliding speed.  The walls share what the joint bears in
-parallel: each has half of the stiffness at its point (`EndContacts`), or all of it is spread over the length (`Spread`).
+parallel: each has half of the stiffness at its point (`EndContacts`), or all is spread over the length (`Spread`).
 
-Behind these contacts stand two that only tell: the sum of the walls' normal forces as vectors, and their difference in
+Behind these contacts are two that only report: the sum of the walls' normal forces as vectors, and their difference in
 size, with the sine of the tilt as its depth.
 """
 

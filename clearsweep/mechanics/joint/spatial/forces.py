@@ -7,7 +7,7 @@ from ...compiled import calculus as math
 from ...compiled.attitude import in_fixed
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
-from ...compiled.vector import Vector, plus_scaled, cross, dot, minus, plus, times
+from ...compiled.vector import Vector, cross, dot, minus, plus, plus_scaled, times
 from ..contract import CLIPPED, FREE, Contact, Offsets, gap_histories, histories, load, load_histories
 from ..friction.contract import friction_force
 from ..loss.contract import contact_force, lowest_force, sign_beyond
@@ -169,7 +169,7 @@ def _its_equivalent(contact):
 
 @kernel
 def _telling(joint, gap, a, b):
-    """Return the Contacts that only tell, from the Touches of both walls."""
+    """Return the Contacts that only report, from the Touches of both walls."""
     force, whole = plus(a.normal, b.normal), plus(a.force, b.force)
     square = dot(force, force)
     zero = as_type_of(0.0, square)

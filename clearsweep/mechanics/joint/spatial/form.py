@@ -1,4 +1,4 @@
-"""The compiled form of a spatial joint, how its bodies stand, and which contacts and laws it has."""
+"""The compiled form of a spatial joint, how its bodies are, and which contacts and laws it has."""
 
 from typing import NamedTuple
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
-from ...compiled.vector import Vector, plus_scaled, cross, dot, minus, times
+from ...compiled.vector import Vector, cross, dot, minus, plus_scaled, times
 from .form import AtEdges, InBore, Overlapping
 from .points import is_beyond
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
-from ...compiled.vector import Vector, plus_scaled, dot, times
+from ...compiled.vector import Vector, dot, plus_scaled, times
 from .form import AtEdges, Flanged, InBore, Overlapping
 
 ENDS = (1.0, -1.0)  # of the journal, along its z
@@ -61,7 +61,7 @@ def farthest(px, py, kx, ky, radius):
 
 @kernel
 def searched(px, py, kx, ky, radius):
-    """Return the same where the circle leans much, or stands about the axis: by Newton's method between bounds."""
+    """Return the same where the circle leans much, or is about the axis: by Newton's method between bounds."""
     lean = radius * (kx * kx + ky * ky)
     product = kx * px + ky * py
     distance = math.sqrt(px * px + py * py)

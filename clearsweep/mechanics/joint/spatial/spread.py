@@ -10,7 +10,7 @@ from typing import NamedTuple
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
-from ...compiled.vector import Vector, plus_scaled, cross, dot, minus, plus, times
+from ...compiled.vector import Vector, cross, dot, minus, plus, plus_scaled, times
 from ..contract import CLIPPED, Contact, touches
 from ..elastic.contract import elastic_energy
 from ..friction.contract import friction_force

@@ -4,7 +4,7 @@ The load of the arc that lies before the edge of a bin is integrated over the st
 What a bin is worn by is the difference between its edges, so it is the mean over the bin whatever its width.  An edge
 that an end of the arc passes has its integral cut there, as the pressure is not smooth at the ends of the arc.
 
-All that is known at the points of a step lies in one array, point beside point: they are worked on at once, each in a
+All that is known at the points of a step lies in one array, point by point: they are worked on at once, each in a
 lane of a register.
 """
 
@@ -165,7 +165,7 @@ def fit(workspace, row, values, weights):
 
 @kernel
 def fit_points(workspace):
-    """Put the coefficients over the place of what is worn off per place, of the arc's middle and half into `workspace`."""
+    """Put the coefficients of what is worn off per place, of the arc's middle and half into `workspace`."""
     fit(workspace, AREA, RATE, PER_WEIGHT)
     fit(workspace, MIDDLE, COURSE, EVENLY)
     fit(workspace, HALF, HALF_COURSE, EVENLY)
@@ -173,7 +173,7 @@ def fit_points(workspace):
 
 @kernel
 def within(joint, workspace, edge, width):
-    """Put what the arc wears before edges, `width` (rad) apart, that it holds at all points, into WORN."""
+    """Put what the arc wears before edges, `width` (rad) apart, that it has at all points, into WORN."""
     for k in abreast(POINTS):
         angle, total = edge + NUMBERS[k] * width, 0.0
         for i in range(POINTS):
@@ -200,14 +200,14 @@ def find_passing(workspace, end, edge, width):
     """
     row = START if end < 0.0 else STOP
     for i in abreast(POINTS):
-        before = workspace[row * POINTS + i - 1]  # of the first point what stands before its row, which no one reads
+        before = workspace[row * POINTS + i - 1]  # of the first point what is before its row, which no one reads
         way = workspace[row * POINTS + i] - before
         workspace[END * POINTS + i] = before
         workspace[PER_WAY * POINTS + i] = where(way != 0.0, WAYS[i] / where(way != 0.0, way, 1.0), 0.0)
         workspace[END_COURSE * POINTS + i] = workspace[COURSE * POINTS + i] + end * workspace[HALF_COURSE * POINTS + i]
     for i in abreast(POINTS):
         workspace[END_SLOPE * POINTS + i] = TIMES[i] * workspace[END_COURSE * POINTS + i + 1]
-    workspace[END_SLOPE * POINTS + POINTS - 1] = 0.0  # behind the last coefficient stands anything
+    workspace[END_SLOPE * POINTS + POINTS - 1] = 0.0  # behind the last coefficient is anything
     for k in abreast(POINTS):
         angle, x = edge + NUMBERS[k] * width, PLACES[0]
         for i in range(1, POINTS):

@@ -2,7 +2,7 @@
 
 The theory gives the pressure over an arc in closed form, and the load that belongs to the arc.  What is asked for here
 are the arc at a load, sums of the pressure over the arc and over parts of it: smooth functions that no closed form has,
-so polynomials through their values stand for them, each good to what is said beside it.
+so polynomials through their values represent them, each good to what is said of it.
 """
 
 import math

@@ -20,11 +20,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...compiled.array_handle import array_handle, load_item
 from ...compiled.choosing import bits_of
 from ...compiled.direction import SHIFT
 from ...compiled.dual import chained, plain
 from ...compiled.family import inlined
-from ...compiled.array_handle import array_handle, load_item
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline

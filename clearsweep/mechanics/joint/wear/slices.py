@@ -1,7 +1,7 @@
 """Wear of a joint in space, over angle and length: each wall contact bears along a strip, which is cut into slices.
 
 `along_walls` says where the strips lie and how they bear.  Each slice of a strip is worn as a joint in the plane by its
-share of the load; over a step its share is that of the work, so nothing is lost.  The bins of each body stand on its
+share of the load; over a step its share is that of the work, so nothing is lost.  The bins of each body are on its
 own axis, round its own x axis.  What lies beyond a body's end is entered at its end.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from ...compiled.choosing import turns
 from ...compiled.family import family, kernel
-from ...compiled.vector import plus_scaled, cross, dot
+from ...compiled.vector import cross, dot, plus_scaled
 from ...observe.histogram import BETWEEN, DEPTH_COURSE, FORCE, KAPPA_COURSE, PARTS, SLIP_COURSE
 from ..contract import touches
 from ..spatial import ENDS, Flanged, Through, bearing_length, wall_point
@@ -190,7 +190,7 @@ class Lies(NamedTuple):
 def enter_along(depths, factor, bins, lies):
     """Add `depths` (m) round a body, times a factor, to its bins over angle and length.
 
-    lies : where on the body they are; each bin holds the mean over its length.
+    lies : where on the body they are; each bin is the mean over its length.
     """
     per_length = lies.rows / (2.0 * lies.half)
     first, last = _in_bins(lies.begin, lies.half, per_length), _in_bins(lies.end, lies.half, per_length)

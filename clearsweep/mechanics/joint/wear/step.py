@@ -55,7 +55,7 @@ from .passage import (
 )
 
 LEAST = 1e-7  # rad, of half an arc that is looked at
-ANGLES = BETWEEN + 4  # numbers that tell the course of an angle: at the quarters, then its slopes at both ends
+ANGLES = BETWEEN + 4  # numbers that describe the course of an angle: at the quarters, then its slopes at both ends
 WHERE = 3  # such courses of a contact: its angles on both bodies (rad) and, of worn surfaces, how deep it is (m)
 SLOPES = WHERE  # of these courses, per share of the step; from `see` the rates, per second
 #: What a joint in space notes of a contact at the quarters, see `along_walls.Placed`.
@@ -185,7 +185,7 @@ def fit_places(step, j):
 
 @kernel
 def note_way(step, j, account):
-    """Put the way (m) that joint `j` has slid so far into `step.workspace`, taken as even over the step, and add the step's.
+    """Put the way (m) that joint `j` has slid so far into `step.workspace`, even over the step, and add the step's.
 
     Simpson's rule over the course of the sliding speed.
     """

@@ -7,22 +7,22 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contracts.catalogue import Channel
-from ....contracts.machine import GROUND, Aim, At, Schedule, Guide, Machine, Motor, Slot, Stretch
+from ....contracts.machine import GROUND, Aim, At, Guide, Machine, Motor, Schedule, Slot, Stretch
 from ...joint.contract import Load
 from ..contract import Built, IdealMotion, Open
 from ..contract import Ideal as Closed
 from . import members  # noqa: F401 - enters the equations of motion
-from .machine_type import machine_type, kinds_of
 from .binding import bound_of
 from .closure import Alike, ClosureError, MobilityError, extent
 from .cycle import cycle_of
 from .drive import drive_of, driven
 from .equations import function_of
 from .form import AngleAim, Hinge, Planar, PointAim, Slide, Sprung, direction_of, numbered, point_of
-from .spanning_tree import ANGLE, RUN, Coordinate
 from .ideal import Ideal, ideal_of, masses_of, start_of
 from .loads import loads_of, stops_of
+from .machine_type import kinds_of, machine_type
 from .segments import in_segments
+from .spanning_tree import ANGLE, RUN, Coordinate
 
 __all__ = ["Alike", "ClosureError", "MobilityError", "build", "channels", "ideal", "ideal_of", "stops"]
 

@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 
 from ..contract import place
-from .machine_type import MachineType
 from .drive import Steady
 from .equations import function_of
 from .form import Planar
+from .machine_type import MachineType
 from .spanning_tree import ANGLE, RUN, Coordinate
 
 LOOKS = 36  # places of a turn that are looked at

@@ -360,7 +360,7 @@ def _kept_turn(key: bytes, machine: "Alike") -> Turn:
 
 
 class Alike:
-    """A value that is like any other, so that what is kept of it is found by the key beside it alone."""
+    """A value that is like any other, so that what is kept of it is found by the key next to it alone."""
 
     def __init__(self, value: Any):
         self.value = value

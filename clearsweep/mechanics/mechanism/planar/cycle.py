@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.family import kernel
 from ...compiled.array_handle import array_handle, load_item
+from ...compiled.family import kernel
 
 WIDTH = 3  # numbers at a station: value and its first two derivatives by the crank's angle
 

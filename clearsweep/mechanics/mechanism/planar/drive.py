@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import Constant, Schedule, Motor
+from ....contracts.machine import Constant, Motor, Schedule
+from ...compiled.array_handle import array_handle, load_item, row_of
 from ...compiled.dual import plain
 from ...compiled.family import family
-from ...compiled.array_handle import array_handle, load_item, row_of
 
 _WIDTH = 4  # numbers in a row of a speed table: time, angle, speed, acceleration
 

@@ -5,10 +5,10 @@ coordinates (Kane 1961; Shabana 2010, "Computational Dynamics", 3rd ed., chapter
 its LDL factors, which are written out as well.  Where loops bind coordinates, these derivatives go through them.
 """
 
-from .machine_type import MachineType, Vector
-from .spanning_tree import ANGLE, RUN, Coordinate
 from .kinematics import Bodies, Columns
 from .loops import Solver, equations
+from .machine_type import MachineType, Vector
+from .spanning_tree import ANGLE, RUN, Coordinate
 from .writer import Lines, number, packed, tupled
 
 Matrix = dict[tuple[Coordinate, Coordinate], str | None]

@@ -17,15 +17,15 @@ from ...joint.friction.contract import friction_force, static_limit
 from ...joint.guide import GuideGap
 from ..contract import Motion
 from . import dynamics, rubbing
-from .machine_type import MachineType, Vector, machine_type, kinds_of
 from .cycle import at_angle
 from .drive import driven, torque_at
 from .dynamics import mass_of
-from .spanning_tree import RUN, Coordinate
 from .kinematics import Bodies
 from .loads import by_table
+from .machine_type import MachineType, Vector, kinds_of, machine_type
 from .placing import closed, loops, place, step
 from .pose import Pose, Turn
+from .spanning_tree import RUN, Coordinate
 from .writer import Lines, number, tupled
 
 

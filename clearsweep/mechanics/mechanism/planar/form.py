@@ -1,6 +1,6 @@
 """The compiled form of a planar machine: its types say how the bodies hang together, its values how large all is.
 
-A body is numbered by as many empty tuples as stand before it, which take no room; the ground is 0.  Points are measured
+A body is numbered by as many empty tuples as are before it, which take no room; the ground is 0.  Points are measured
 from the centre of mass of their body in its own frame, and those on its x axis or at the centre have types of their
 own, so that nothing is multiplied by their zeros.
 """
@@ -16,7 +16,7 @@ class Mass(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """A further mass of the elastic link before it, held by a spring."""
+    """A further mass of the elastic link before it, fixed by a spring."""
 
     mass: float  # kg
     inertia: float  # kg m^2, about its centre of mass

@@ -23,7 +23,7 @@ def rates_entry(machine, y, rates, _):
 
 
 class FreeMotion(NamedTuple):
-    """Angle (rad) and rate (rad/s) of the crank over n steps, between which DOP853's own polynomials stand."""
+    """Angle (rad) and rate (rad/s) of the crank over n steps, between which DOP853's own polynomials are."""
 
     times: np.ndarray  # (n + 1,) s
     states: np.ndarray  # (n + 1, 2)

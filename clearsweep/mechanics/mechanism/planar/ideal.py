@@ -13,13 +13,13 @@ from ....contracts.machine import (
     At,
     Braking,
     Constant,
-    Schedule,
     Guide,
     Initial,
     Machine,
     Motor,
     Push,
     Rubbing,
+    Schedule,
     Slot,
     Spring,
     Stretch,
@@ -31,8 +31,8 @@ from .closure import Alike, Closure, MobilityError, turn_of
 from .drive import drive_of, torque_at, when
 from .form import Mass, Segment
 from .free_crank import Passage
-from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .loads import by_rows, table_of
+from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .turn import Turn, between
 
 SWEEPS = 200  # over reactions and the friction that they bring
@@ -288,7 +288,7 @@ def _constraints(machine: Machine) -> int:
 
 
 def _bodies_of(load: Any) -> set[str]:
-    """Return the bodies that a load acts on; friction in a joint is told by the joint."""
+    """Return the bodies that a load acts on; friction in a joint is given by the joint."""
     if isinstance(load, Rubbing | Braking):
         return set()
     return {load.first.body, load.second.body} if isinstance(load, Spring) else {load.at.body}

@@ -10,9 +10,9 @@ is -omega_g^2 R_g p_g + 2 omega_g x (velocity of the runs).
 
 from typing import NamedTuple
 
-from .machine_type import MachineType, LoadKind, Vector
-from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .loads import ByAngle, Pushing, Springing
+from .machine_type import LoadKind, MachineType, Vector
+from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .writer import Lines
 
 Columns = dict[Coordinate, Vector]  # derivatives of a place by coordinates

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contracts.machine import Braking, Push, Rubbing, Spring, Tabled
+from ...compiled.array_handle import ArrayHandle, array_handle, load_item, row_of
 from ...compiled.dual import plain
 from ...compiled.family import kernel
-from ...compiled.array_handle import ArrayHandle, array_handle, load_item, row_of
 
 _PARTS = 3  # of what a table gives: force x, y, torque
 _POWERS = 4  # of the polynomials between its rows
@@ -31,7 +31,7 @@ class Table(NamedTuple):
 
     table: ArrayHandle  # address of (rows, _WIDTH) numbers
     rows: float
-    span: float  # rad, after which it repeats; 0: it holds its ends
+    span: float  # rad, after which it repeats; 0: it keeps its ends
 
 
 class ByAngle(NamedTuple):
@@ -100,7 +100,7 @@ def by_table(given, at):
 
 @kernel
 def _polynomial(table, place, x):
-    """Return the cubic whose coefficients, the highest first, stand from `place` on."""
+    """Return the cubic whose coefficients, the highest first, are from `place` on."""
     value = load_item(table, place) * x + load_item(table, place + 1)
     return (value * x + load_item(table, place + 2)) * x + load_item(table, place + 3)
 

@@ -1,6 +1,6 @@
 """Loops of a planar machine that no clearance opens, closed to rounding wherever the machine is looked at.
 
-The joints beside the tree give equations for as many of its coordinates, which are `dependent`: no part of the state, but
+The joints besides the tree give equations for as many of its coordinates, which are `dependent`: not in the state, but
 found from the others by Newton's method, begun where they are in the machine without clearance at the same angle of the
 crank.  Their rates and accelerations follow from the same equations, differentiated.  So nothing drifts, and nothing
 pulls back what would drift.
@@ -9,8 +9,8 @@ pulls back what would drift.
 import itertools
 from typing import NamedTuple
 
-from .spanning_tree import ANGLE, Coordinate
 from .kinematics import Kinematics
+from .spanning_tree import ANGLE, Coordinate
 from .writer import Lines
 
 Row = dict[Coordinate, str | None]

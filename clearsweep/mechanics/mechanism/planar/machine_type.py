@@ -6,8 +6,8 @@ from ...joint.friction.stick import Karnopp
 from ..contract import Open
 from .drive import Free, Steady
 from .form import AlongX, Centre, OnAxis, Planar, PointAim, Segment, Slide, Sprung
-from .spanning_tree import Coordinate, SpanningTree, Link, spanning_tree
 from .loads import Braked, Rubbed, Springing
+from .spanning_tree import Coordinate, Link, SpanningTree, spanning_tree
 
 Vector = tuple[str | None, str | None]
 
@@ -34,7 +34,7 @@ class Rub(NamedTuple):
     load: int  # its number among the loads
     joint: int
     given: bool  # it does not depend on the reaction
-    sticks: bool = False  # below a rate its law holds the bodies
+    sticks: bool = False  # below a rate its law stops the bodies
 
 
 class MachineType(NamedTuple):

@@ -1,9 +1,9 @@
 """The pose of a planar machine from its state, written out for its type."""
 
-from .machine_type import MachineType
-from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .kinematics import Kinematics
 from .loops import Solver, equations
+from .machine_type import MachineType
+from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .writer import Lines, number, packed, tupled
 
 _CLOSED = """def closed(mechanism, known, dependent):
@@ -55,7 +55,7 @@ class _Placing(Kinematics):
             self.shift[body] = (f"x{body}", f"y{body}")
 
     def take_dependent(self) -> None:
-        """Give names to what the tuple `dependent` holds."""
+        """Give names to what the tuple `dependent` contains."""
         for i, item in enumerate(self.machine.dependent):
             self.lines.text.append(f"{self.name(item)} = dependent[{i}]")
             if item.kind == ANGLE:

@@ -1,7 +1,7 @@
 """Friction in joints of a planar machine that have no clearance, or a size of its own, written out for its type.
 
 The friction in a pin is a couple, in a guide a force, by a friction law of the reaction, and the reactions depend on
-all friction.  Both are found in turn until nothing changes: the couples are small beside what the reactions do at the
+all friction.  Both are found in turn until nothing changes: the couples are small besides what the reactions do at the
 length of a body, so that each turn leaves a tenth or less of what was wrong.
 """
 
@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 from ...compiled.family import family
 from ..contract import Motion
-from .machine_type import MachineType, Rub, Vector
 from .dynamics import Dynamics, Row, mass_of
-from .spanning_tree import ANGLE, Coordinate
 from .kinematics import Bodies
 from .loops import Solver, equations
+from .machine_type import MachineType, Rub, Vector
+from .spanning_tree import ANGLE, Coordinate
 from .writer import number, tupled
 
 SWEEPS = 200  # over friction and reactions

@@ -1,6 +1,6 @@
 """Elastic links as chains of masses: each segment of a uniform bar is a spring between two of them.
 
-The masses stand at the ends of the segments (m / 2n at the ends of the bar, m / n between them), the springs have n
+The masses are at the ends of the segments (m / 2n at the ends of the bar, m / n between them), the springs have n
 times the stiffness of the whole: the lumped bar of Craig & Kurdila 2006, "Fundamentals of Structural Dynamics", 2nd
 ed., section 9.1.  All masses turn as one, so that mass, centre of mass and moment of inertia of the link are as given
 where nothing is stretched: what the masses on the line lack of them is shared out evenly.

@@ -18,7 +18,7 @@ class Link(NamedTuple):
     open: bool
     proximal: int  # number of a body, 0 for the ground
     distal: int
-    sprung: bool = False  # holds two masses of an elastic link together
+    sprung: bool = False  # keeps two masses of an elastic link together
 
 
 class Coordinate(NamedTuple):

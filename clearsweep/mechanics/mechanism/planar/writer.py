@@ -60,7 +60,7 @@ class Lines:
 
 
 def number(name: str | None) -> str:
-    """Return a name as it is written where a number has to stand."""
+    """Return a name as it is written where a number has to appear."""
     return "0.0" if name is None else name
 
 

@@ -8,4 +8,4 @@ the length of quaternions.
 from .build import build, seats
 from .spanning_tree import UntiedError, spanning_tree
 
-__all__ = ["UntiedError", "build", "spanning_tree", "seats"]
+__all__ = ["UntiedError", "build", "seats", "spanning_tree"]

@@ -84,7 +84,7 @@ class Seat(NamedTuple):
     """How a journal sits in its bearing."""
 
     depth: float  # m, largest penetration, below 0 where it is apart everywhere
-    overlap: float  # m, of journal and bore along the journal's axis; 0 or less: it is beside its bearing
+    overlap: float  # m, of journal and bore along the journal's axis; 0 or less: it is outside its bearing
 
 
 def seats(built: Built, joints: Mapping) -> dict[str, Seat]:

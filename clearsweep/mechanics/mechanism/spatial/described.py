@@ -14,7 +14,7 @@ from .build import Assembly, Solid, build
 from .spanning_tree import UntiedError, spanning_tree
 
 AXES = ("x", "y", "z")
-_CENTRE = "its centre of mass"  # a point of every body, beside those that the grid names
+_CENTRE = "its centre of mass"  # a point of every body, besides those that the grid names
 
 #: The key of a mechanism that has its bodies move in space.
 FLAG = ("spatial", "its bodies move in space, between spatial joints")

@@ -9,8 +9,8 @@ own frame, where its inertia is, too.
 from typing import Any
 
 from ..planar.writer import number, tupled
-from .machine_type import SPEEDS, MachineType
 from .form import AngleAim, Ball, Driven, Hinge, Loose, Sleeve, Slide
+from .machine_type import SPEEDS, MachineType
 from .writer import AXES, UP, ZERO, Posed
 
 

@@ -9,8 +9,8 @@ from ...joint.spatial import SpatialGap
 from ..contract import Motion
 from ..planar.machine_type import kinds_of
 from . import pose
-from .machine_type import MachineType
 from .dynamics import accelerate
+from .machine_type import MachineType
 from .places import across, describe, energy, gaps, output, place
 
 

@@ -7,7 +7,7 @@ SPEEDS = {Driven: 0, Hinge: 1, Slide: 1, Sleeve: 2, Ball: 3, Loose: 6}
 
 
 class Limb:
-    """A body as its type tells: how it hangs, on which, where its coordinates and speeds begin."""
+    """A body as its type describes: how it hangs, on which, where its coordinates and speeds begin."""
 
     def __init__(self, form: type, parent: int, coordinate: int, speed: int):
         self.form, self.parent, self.coordinate, self.speed = form, parent, coordinate, speed

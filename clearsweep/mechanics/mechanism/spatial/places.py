@@ -1,8 +1,8 @@
 """Where the bodies of a tree are, how they move and what is seen of them, written out for its type."""
 
 from ..planar.writer import number, tupled
-from .machine_type import MachineType
 from .form import AngleAim, Driven, Loose, Sleeve, Slide
+from .machine_type import MachineType
 from .writer import AXES, ZERO, Posed, Writer
 
 

@@ -9,7 +9,7 @@ from ...compiled.vector import Vector
 
 
 class Pose(NamedTuple):
-    """Where the bodies are and how they move; those of each body stand at its number less one."""
+    """Where the bodies are and how they move; those of each body are at its number less one."""
 
     angle: float  # rad, of the crank
     q: tuple  # coordinates

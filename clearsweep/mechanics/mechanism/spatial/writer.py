@@ -4,8 +4,8 @@ A vector is the name of one, or None where it is zero; what it is at a body is i
 """
 
 from ..planar.writer import Lines
-from .machine_type import MachineType
 from .form import Sleeve, Slide
+from .machine_type import MachineType
 
 ZERO = "Vector(0.0, 0.0, 0.0)"
 UP = "Vector(0.0, 0.0, 1.0)"

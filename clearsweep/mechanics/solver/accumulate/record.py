@@ -19,7 +19,7 @@ class Record(NamedTuple):
 
 @kernel
 def share_at(at, independent, moment):
-    """Return the share of the step at which the state's number at `independent` is `moment`, which the step contains."""
+    """Return the share of the step at which the state's number at `independent` is `moment`; the step contains it."""
     work = at[0]
     a, b = 0.0, 1.0
     x = (moment - work.y[independent]) / (work.end[independent] - work.y[independent])

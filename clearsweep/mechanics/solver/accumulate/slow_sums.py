@@ -1,4 +1,4 @@
-"""What is taken from a step of a case beyond what `totals.accumulate_step` adds up: it costs a search, or only some cases ask."""
+"""Sums beyond those of `totals.accumulate_step`: they cost a search, or only some cases need them."""
 
 import math
 
@@ -38,9 +38,12 @@ from ...observe.observables import (
 )
 from ..dop853 import END, WEIGHTS
 from ..event import IMPLICIT, SAMPLES, STEPS
-from ..run_control import WINDOWED
 from ..radau import STAGE_WEIGHTS
+from ..run_control import WINDOWED
 from ..step import with_dense
+from .between import look_between
+from .peaks import highest_between, refined_peak
+from .record import write_samples
 from .step_sums import (
     HIGHEST_ACCELERATION,
     HIGHEST_DEPTH,
@@ -48,8 +51,8 @@ from .step_sums import (
     HIGHEST_FORCE,
     HIGHEST_LOAD,
     HIGHEST_TORQUE,
-    NO_PEAK,
     NEEDS_PEAK_SEARCH,
+    NO_PEAK,
     SUM_LOST,
     SUM_RUBBED,
     course_of,
@@ -59,9 +62,6 @@ from .step_sums import (
     negative_part_of,
     sum_of,
 )
-from .between import look_between
-from .peaks import highest_between, refined_peak
-from .record import write_samples
 from .totals import (
     ACCELERATION_MAX,
     BELOW,
@@ -171,7 +171,7 @@ def note_film(at, h, j, dense):
 
 @kernel
 def seek_maxima(at):
-    """Raise the maxima that may lie between the stages, see `totals.accumulate_step`, to what they are on the dense output."""
+    """Raise the maxima that may lie between the stages to those of the dense output, see `totals.accumulate_step`."""
     work = at[0]
     whole, step, turns, counted = work.totals.whole, work.step, work.turns, work.stepper[WINDOWED] != 0.0
     for j in range(work.mode.size):

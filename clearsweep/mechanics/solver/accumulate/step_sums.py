@@ -1,6 +1,6 @@
 """What a whole step comes to, worked out of one case or of several side by side: its error, sums, courses, maxima.
 
-It stands in `Work.step`, behind the step's length and error: sums over the stages, each times its weight and dt/dtau;
+It is in `Work.step`, behind the step's length and error: sums over the stages, each times its weight and dt/dtau;
 how large an observable is at the stages of a step between whose ends it may have a maximum, else NO_PEAK; the courses
 of dt/dtau and of every contact's force over the step.
 """
@@ -40,11 +40,11 @@ WHOLE = -1  # in place of a row: all of them, a whole step
     ERROR,
     RISE,
     RUN,
-    ACCEPTED,  # not zero where the step is good and holds no event
+    ACCEPTED,  # not zero where the step is good and contains no event
     STIFF,  # not zero where it may be short for what is stiff
     NEEDS_PEAK_SEARCH,  # not zero where a maximum may lie between its stages that is above what it is at their ends
     CONTINUES,  # not zero where the next step begins at its end with nothing changed
-    ON_FAST_PATH,  # not zero where it does and nothing is due, so that its length stands here already
+    ON_FAST_PATH,  # not zero where it does and nothing is due, so that its length is here already
     SUM_DRIVE,
     SUM_GRAVITY,
     SUM_ACCELERATION,
@@ -89,7 +89,7 @@ def step_width(contacts, n):
 
 @inlined
 def sum_of(contact, which):
-    """Return where a sum of a contact stands: SUM_STORED to HIGHEST_LOAD."""
+    """Return where a sum of a contact is: SUM_STORED to HIGHEST_LOAD."""
     return SUMS + SUMS_OF_CONTACT * contact + which
 
 

@@ -29,6 +29,7 @@ from ...observe.observables import (
 from ..dop853 import END
 from ..run_control import WINDOWED
 from .step_sums import (
+    ACCEPTED,
     HIGHEST_ACCELERATION,
     HIGHEST_DEPTH,
     HIGHEST_ERROR,
@@ -36,9 +37,8 @@ from .step_sums import (
     HIGHEST_LOAD,
     HIGHEST_TORQUE,
     LENGTH,
-    NO_PEAK,
     NEEDS_PEAK_SEARCH,
-    ACCEPTED,
+    NO_PEAK,
     SUM_ACCELERATION,
     SUM_DRIVE,
     SUM_FORCE,
@@ -135,10 +135,10 @@ class Accumulators(NamedTuple):
 
 @inlined
 def accumulate_step(accumulators, time):
-    """Enter the steps that stand, see `acceptance.assess_step`; `time` is its place in the state.
+    """Enter the steps that are accepted, see `acceptance.assess_step`; `time` is its place in the state.
 
     Maxima are those at the ends of the step.  Where a larger one may lie between, SEEKS of its `step` is set, and what
-    is to be sought keeps its HIGHEST; of all else that becomes NO_PEAK.
+    is to be searched for keeps its HIGHEST; of all else that becomes NO_PEAK.
     """
     step, stepper = accumulators.step, accumulators.stepper
     accepted = step[ACCEPTED] != 0.0
@@ -152,19 +152,19 @@ def accumulate_step(accumulators, time):
 
 @inlined
 def add(sums, place, some, amount):
-    """Add an amount to a sum where `some` holds."""
+    """Add an amount to a sum where `some` is true."""
     sums[place] = where(some, sums[place] + amount, sums[place])
 
 
 @inlined
 def raise_to(maxima, place, some, value):
-    """Raise a maximum to a value where `some` holds."""
+    """Raise a maximum to a value where `some` is true."""
     maxima[place] = where(some, max(maxima[place], value), maxima[place])
 
 
 @inlined
 def seek_above(step, place, some, least):
-    """Note that a maximum at `place` is to be sought between the stages where it is above the `least` of account."""
+    """Note that a maximum at `place` is to be found between the stages where it is above the `least` of account."""
     peak_possible = some & (step[place] > least)
     step[place] = where(step[ACCEPTED] != 0.0, where(peak_possible, step[place], NO_PEAK), step[place])
     step[NEEDS_PEAK_SEARCH] = where(peak_possible, 1.0, step[NEEDS_PEAK_SEARCH])
