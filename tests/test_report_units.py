@@ -211,7 +211,7 @@ def shared_values(tmp_path_factory):
     ("name", "key", "text"),
     [
         ("kuwabara-kono, lugre", "clearance", "0.5 mm"),
-        ("kuwabara-kono, lugre", "contact.stiffness", "66.1 \u00d7 10⁹ N/m¹·⁵"),
+        ("kuwabara-kono, lugre", "contact.stiffness", "6.61 \u00d7 10¹⁰ N/m¹·⁵"),
         ("kuwabara-kono, lugre", "contact.damping", "120 N s/m¹·⁵"),
         ("kuwabara-kono, lugre", "friction.bristle_stiffness", "5000 1/m"),
         ("kuwabara-kono, lugre", "friction.bristle_damping", "316 s/m"),
@@ -236,7 +236,7 @@ def test_values_beside_the_joints_are_shown_in_their_units(shared_values):
     expected = {
         "mechanism.crank.length": "50 mm",
         "mechanism.crank.mass": "0.3 kg",
-        "mechanism.crank.inertia": "100 \u00d7 10⁻⁶ kg m²",
+        "mechanism.crank.inertia": "1 \u00d7 10⁻⁴ kg m²",
         "mechanism.rod.center": "60 mm",
         "drive.speed": "5000 rpm",
         "simulate.tolerance": "1 \u00d7 10⁻⁸",
