@@ -1,9 +1,12 @@
 """What pictures and tables of a page share is found once: texts are measured, columns are read."""
 
+import re
+
 from matplotlib.backends.backend_agg import RendererAgg
 from report_fake import Run
 
 from clearsweep.report import study
+from clearsweep.report.draw.style import BLUE
 from clearsweep.report.picture import Picture, svg
 
 
@@ -21,6 +24,18 @@ def test_texts_of_pictures_are_measured_once(monkeypatch):
     again = svg(picture, "f1")
     assert asked.count("once") == 1
     assert first == again
+
+
+def test_a_drawing_has_the_colours_of_the_theme_but_white_letters_stay_white():
+    def paint(ax):
+        ax.plot([0.0, 1.0], color=BLUE)
+        ax.text(0.5, 0.5, "on a dark cell", color="white")
+
+    drawing = svg(Picture("A line", "", "A line.", paint), "f1")
+    assert "stroke: var(--curve, #0072b2)" in drawing
+    assert "fill: var(--paper, #ffffff)" in drawing
+    assert drawing.count("fill: white") == 1
+    assert not re.search("(fill|stroke): #(ffffff|1f2933|6b7785)", drawing)
 
 
 def test_columns_of_few_cases_are_read_once(monkeypatch):

@@ -1,6 +1,7 @@
 """What the user wrote, checked and in SI, and the cases it applies for.  Imports neither llvmlite nor numpy."""
 
 from ..contracts.catalogue import Catalogue, Field, Law
+from .assumed_units import as_written
 from .changes import SET, SWEEP, Changed, read_options
 from .defined import NOTHING, Definitions
 from .defined import of_resolved as defined_by
@@ -36,6 +37,7 @@ __all__ = [
     "Seek",
     "Turned",
     "Words",
+    "as_written",
     "check_disk",
     "check_memory",
     "defined_by",

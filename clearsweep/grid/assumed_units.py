@@ -1,7 +1,12 @@
-"""Finds the quantities of a grid that are written as bare numbers, so that SI is assumed for them."""
+"""Finds how the quantities of a grid are written: as bare numbers, so that SI is assumed for them, or in which unit."""
 
-from ..language.quantity import is_bare
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ..language.quantity import WrittenUnit, is_bare, written_unit
 from .document import WrittenValue
+from .fits import noted
+from .key_units import unit
 from .keys import Number
 from .reader import Reader
 
@@ -30,3 +35,38 @@ def _bare(written: WrittenValue | None) -> bool:
     if isinstance(value, list):  # all of it has units or none has
         return any(is_bare(item.value) for item in value[:2])
     return is_bare(value)
+
+
+def written_units(reader: Reader) -> dict[str, WrittenUnit]:
+    """Return path of a quantity -> the unit that it is written in; of an axis that of its first value with a unit.
+
+    Left out is what is written without a unit, as an expression, or as a fit.
+    """
+    units = {}
+    for path, node in reader.shape.items():
+        written = reader.swept.get(path) or reader.written.get(path)
+        if not isinstance(node, Number) or not node.fields(reader.names) or written is None or path in reader.fits:
+            continue
+        exponent = reader.values.get(f"{path.rpartition('.')[0]}.exponent")
+        known = unit(node, reader.names, exponent)
+        readings = (written_unit(each, known) for each in _texts(written.value))
+        first = next((each for each in readings if each), None)
+        if first:
+            units[path] = first
+    return units
+
+
+def as_written(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a grid that is read from its `record` in SI lacks: fits and units as they were written."""
+    units = {path: WrittenUnit(**known) for path, known in record.get("written_units", {}).items()}
+    return {"fits": noted(record), "written_units": units}
+
+
+def _texts(value: Any) -> Iterator[Any]:
+    """Yield what is written at a path: a value, those of a list, or those of a way to write an axis."""
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
+    if inner is None:
+        yield f"1 {value}" if isinstance(value, str) and value[:1].isalpha() else value  # the unit of a logspace
+        return
+    for item in inner:
+        yield from _texts(item.value)

@@ -19,7 +19,7 @@ from ..language.errors import InputError, shown
 from . import checks, identified, variations
 from .added_cases import ADDED
 from .added_cases import rows as added_rows
-from .assumed_units import assumed_units
+from .assumed_units import WrittenUnit, assumed_units, written_units
 from .changes import Changed, put
 from .defined import NOTHING, START, Definitions
 from .document import Problems, name_of_run, override, read
@@ -92,6 +92,7 @@ def load(
         reader.defined,
         reader.optimise,
         reader.identify,
+        written_units(reader),
     )
     if grid.size > MOST_CASES:
         raise InputError(
@@ -157,6 +158,7 @@ class Grid:
     defined: Definitions = NOTHING  # quantities of its own, and the numbers that follow from those that vary
     optimise: Optimise | None = None  # what is to be made small or large
     identify: Identify | None = None  # what is to be found of a measured machine
+    written_units: Mapping[str, WrittenUnit] = field(default_factory=dict)  # path -> the unit that it is written in
     _layout: Layout | None = None
 
     @cached_property

@@ -12,7 +12,7 @@ import tokenize
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .errors import InputError, nearest, shown
 
@@ -124,6 +124,26 @@ def has_unit(value: Any) -> bool:
     """Return whether a quantity is text with a unit."""
     match = _QUANTITY.fullmatch(value) if isinstance(value, str) and len(value) <= _LONGEST else None
     return match is not None and bool(match[2])
+
+
+class WrittenUnit(NamedTuple):
+    """A unit as somebody wrote it: a number before it, times `factor` and plus `offset`, is the value in SI."""
+
+    unit: str
+    factor: float
+    offset: float
+
+
+def written_unit(value: Any, unit: str) -> WrittenUnit | None:
+    """Return the unit that a quantity of the SI `unit` is written in; None for a bare number or what is no quantity."""
+    match = _QUANTITY.fullmatch(value) if isinstance(value, str) and len(value) <= _LONGEST else None
+    if match is None or not match[2]:
+        return None
+    try:
+        zero, unity = (exact(f"{number} {match[2]}", unit) for number in (0, 1))
+    except InputError:
+        return None
+    return WrittenUnit(match[2], float(unity - zero), float(zero))
 
 
 def is_unit(name: str) -> bool:

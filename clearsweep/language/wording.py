@@ -2,8 +2,8 @@
 
 import math
 import re
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
 
 _SUPERSCRIPTS = str.maketrans("-0123456789.", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹·")
 BLANK = "\u00a0"  # number and unit stay on one line
@@ -34,14 +34,19 @@ _LADDERS = {
 
 
 class Scale(NamedTuple):
-    """A unit for people: a value in SI divided by `factor` is the number that is before `unit`."""
+    """A unit for people: a value in SI is the number before `unit` times `factor` plus `offset`."""
 
     factor: float
     unit: str  # '' for none
+    offset: float = 0.0  # SI; of a temperature with another zero
+
+    def of(self, values: Any) -> Any:
+        """Return SI values, a number or an array, as the numbers before the unit."""
+        return (values - self.offset) / self.factor
 
     def number(self, value: float | None, digits: int = 3) -> str:
         """Return an SI value as the number that is before the unit; a dash where there is none."""
-        return DASH if value is None or missing(value) else plain(float(value) / self.factor, digits)
+        return DASH if value is None or missing(value) else plain(self.of(float(value)), digits)
 
     def text(self, value: float | None, digits: int = 3) -> str:
         """Return an SI value as number and unit."""
@@ -53,7 +58,7 @@ class Scale(NamedTuple):
 
     def given_number(self, value: float | None, digits: int = 6) -> str:
         """Return the number of an SI value that somebody chose, with no more digits than it needs."""
-        return DASH if value is None or missing(value) else short(float(value) / self.factor, digits)
+        return DASH if value is None or missing(value) else short(self.of(float(value)), digits)
 
     def joined(self, number: str) -> str:
         """Return a number, or several in a list, with the unit behind."""
@@ -75,6 +80,12 @@ def scale(unit: str, values: Iterable[float | None] | float, *, speed: bool = Fa
         return Scale(1.0, pretty(unit))
     power = math.floor(math.log10(largest) + 1e-12)
     return Scale(10.0**power, f"10{str(power).translate(_SUPERSCRIPTS)}{BLANK}{pretty(unit)}")
+
+
+def as_written(written: Mapping[str, Any]) -> Scale:
+    """Return the scale of a unit that somebody wrote, from what a run notes of it: `unit`, `factor`, `offset`."""
+    name = {"degC": "°C", "deg": "°", "um": "µm", "us": "µs"}.get(written["unit"], written["unit"])
+    return Scale(written["factor"], pretty(name.replace("**", "^")), written["offset"])
 
 
 def text(value: float | None, unit: str, digits: int = 3) -> str:

@@ -46,5 +46,5 @@ def _gather(directory: Path, place: Path, catalogue: Catalogue) -> None:
         raise DirectoryError(f"{directory}: no case of its run is finished yet; `status` tells how far it is")
     grid = grids.load(store.keys_so_far(record, source), catalogue)
     store.check_version(directory, record, grid)
-    grid = dataclasses.replace(grid, fits=grids.noted_fits(record))
+    grid = dataclasses.replace(grid, **grids.as_written(record))
     store.gather(source, grid, np.unique(np.fromiter(grid.identities(), "u8", len(grid))), place)

@@ -14,7 +14,7 @@ from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.figure import Figure
 
-from .draw.style import GREY, INK
+from .draw.style import BLUE, GREY, INK, PALE
 
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # text stays text: searchable, read aloud, small
@@ -41,6 +41,11 @@ STYLE: dict[Any, Any] = {
 
 COLUMN = 4.2  # inches, up to which a picture is made for one column
 LONG = 1000  # characters of a curve's coordinates
+#: Colours of a drawing -> those of the page, which has others in its dark theme.
+THEMED = {INK: "--ink", GREY: "--soft", PALE: "--line", BLUE.lower(): "--curve", "#ffffff": "--paper"}
+THEMED["#f3f6f9"] = "--tint"  # the room of a journal
+_COLOUR = re.compile(rf"((?:fill|stroke): )({'|'.join(THEMED)})\b")
+_LETTERS = re.compile(r"(?<=; fill: )#ffffff(?=\")")  # white ones are on a dark cell of a map in any theme
 PLAYED = 8  # s, that dots take for their way
 
 
@@ -125,6 +130,7 @@ def svg(picture: Picture, key: str) -> str:
     text = re.sub(r'(href="#|url\(#)', rf"\1{key}-", text)
     text = re.sub(r' (?:d|x|y)="[^"]+"', _rounded, text)
     text = re.sub(r"\s*\n\s*", "\n", text)
+    text = _COLOUR.sub(_themed, _LETTERS.sub("white", text))
     if picture.spots:
         text = text.removesuffix("\n").removesuffix("</svg>") + _places(picture.spots, axes) + "</svg>\n"
     if picture.dots:
@@ -162,6 +168,11 @@ def _rounded(attribute: re.Match[str]) -> str:
         lambda number: f"{float(number[0]):.{digits}f}".rstrip("0").rstrip("."),
         attribute[0],
     )
+
+
+def _themed(colour: re.Match[str]) -> str:
+    """Return a colour of a style as the page has it in its present theme."""
+    return f"{colour[1]}var({THEMED[colour[2]]}, {colour[2]})"
 
 
 def _moving(picture: Picture, axes: Axes, key: str) -> str:

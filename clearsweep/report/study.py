@@ -40,6 +40,7 @@ class Axis(NamedTuple):
     values: tuple  # SI floats or strings
     digits: int  # that keep its values apart, at least DIGITS
     scattered: bool = False  # drawn or listed case by case: hardly two cases share a value; `values` in order of size
+    written: bool = False  # its scale is the unit that the grid has it in
     names: Mapping[float, str] = MappingProxyType({})  # value -> what the grid calls it: a fit of ISO 286
 
     @property
@@ -59,7 +60,7 @@ class Axis(NamedTuple):
         """Return the name of a value, or its number to a few digits: for the edge of a figure."""
         if isinstance(value, str):
             return value
-        return self.names.get(value) or wording.short(value / self.scale.factor, 3)
+        return self.names.get(value) or wording.short(self.scale.of(value), 3)
 
     def _named(self, value: float) -> str:
         return f" ({self.names[value]})" if value in self.names else ""
@@ -360,6 +361,8 @@ def _axes(record: Mapping, tried: dict, units: Mapping[str, str], joints: int) -
         else:
             axes.append(_axis(path, different, units.get(path, "1"), joints))
     axes, fits = _alike(axes, units), grid.noted_fits(record)
+    own = {path: wording.as_written(known) for path, known in record.get("written_units", {}).items()}
+    axes = [axis._replace(scale=own[axis.path], written=True) if axis.path in own else axis for axis in axes]
     return tuple(_with_fits(axis, fits.get(axis.path, ()), drawn=axis.path in drawn) for axis in axes)
 
 

@@ -14,6 +14,7 @@ from ..store import durable
 from .study import Axis
 
 SHOWN = 50  # rows of a table on the page and in Markdown; the CSV has all
+EXACT = 15  # digits of a value in another unit than SI
 _MARKUP = str.maketrans({"|": r"\|", "&": "&amp;", "<": "&lt;", ">": "&gt;", "[": r"\[", "`": r"\`", "\\": "\\\\"})
 _FORMULA = ("=", "+", "-", "@")  # a text that begins so is a formula to a spreadsheet
 _UNFIT = re.compile(r"[^\w.-]|^\.+")  # what no name of a file has
@@ -82,11 +83,13 @@ class Table(NamedTuple):
         return files
 
     def csv(self) -> str:
-        """Return the table with all its rows as CSV, in SI with the unit in the head."""
+        """Return the table with all its rows as CSV, in SI, axes in the unit of the grid; the unit is in the head."""
         text = io.StringIO(newline="")
         writer = csv.writer(text)
         writer.writerow([_head(column) for column in self.columns])
-        writer.writerows([_plain(value) for value in row] for row in self.rows)
+        writer.writerows(
+            [_plain(value, column) for value, column in zip(row, self.columns, strict=True)] for row in self.rows
+        )
         return text.getvalue()
 
     def markdown(self) -> str:
@@ -113,7 +116,10 @@ def counted(number: int) -> Quantity:
 
 
 def _head(column: Column) -> str:
-    return _inert(column.name if column.unit in ("1", "") else f"{column.name} [{column.unit}]")
+    unit = column.unit
+    if column.axis is not None and column.axis.written:
+        unit = column.axis.scale.unit.replace(wording.BLANK, "*")
+    return _inert(column.name if unit in ("1", "") else f"{column.name} [{unit}]")
 
 
 def _scale(column: Column, values: list) -> wording.Scale:
@@ -134,8 +140,10 @@ def _cell(value: Any, column: Column, scale: wording.Scale) -> str:
     return scale.number(value) if column.axis is None else column.axis.number(value)
 
 
-def _plain(value: object) -> object:
+def _plain(value: Any, column: Column) -> object:
     value = _bare(value)
+    if column.axis is not None and column.axis.written and not isinstance(value, str) and not missing(value):
+        value = float(f"{column.axis.scale.of(value):.{EXACT}g}")
     return _inert(value) if isinstance(value, str) else "" if missing(value) else value
 
 

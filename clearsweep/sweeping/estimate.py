@@ -134,6 +134,7 @@ def _first(grid: Grid, units: dict[str, str]) -> dict[str, Any]:
         "case_id": grid.case_id(0),
         "values": {path: value for path, value in values.items() if not isinstance(value, dict | list)},
         "units": {path: units[path] for path in values if path in units},
+        "written_units": {path: known._asdict() for path, known in grid.written_units.items() if path in values},
     }
 
 

@@ -41,7 +41,7 @@ def run_merge(
     places = list({Path(directory).resolve(): Path(directory) for directory in directories}.values())
     records = _same_grid(places)
     grid = grids.load({key: records[0][key] for key in records[0]["keys"]}, simulator.catalogue())
-    grid = dataclasses.replace(grid, fits=grids.noted_fits(records[0]))
+    grid = dataclasses.replace(grid, **grids.as_written(records[0]))
     target = store.RunDirectory(out)
     target.check(grid)
     if target.record.exists() and out.resolve() not in {place.resolve() for place in places}:

@@ -14,7 +14,7 @@ from . import identified
 from .lives import Lives, life_lines
 from .pace import Pace, pace_lines
 from .searched import optimise_lines, optimised, refine_lines, seek_facts, seek_lines
-from .settings import friendly, joint_count, setting_text, value_text
+from .settings import friendly, given_text, joint_count, setting_text, value_text
 from .sweep import RunResult
 from .worst_cases import WorstCases
 
@@ -69,6 +69,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "derived": result.derived,
         "warnings": [*result.warnings, *remarks.sentences()],
         "units": run.grid.get("units", {}),
+        "written_units": run.grid.get("written_units", {}),
         "limits": kept.facts(),
         "life": lives.facts(),
         "slowest": pace.slowest,
@@ -279,7 +280,7 @@ def _case_lines(case: dict[str, Any]) -> list[str]:
     for path, value in case["values"].items():
         section, _, key = path.rpartition(".")
         number = isinstance(value, int | float) and not isinstance(value, bool)
-        text = friendly(value, case["units"].get(path, "1"), speed=path.endswith("speed")) if number else str(value)
+        text = given_text(path, value, case["units"].get(path, "1"), case["written_units"]) if number else str(value)
         sections.setdefault(section, []).append(f"{key} {text}")
     return [
         f"the first case ({wording.short_id(case['case_id'])}), with every default:",

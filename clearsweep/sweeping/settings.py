@@ -1,6 +1,6 @@
 """Values of a case in words, as the closing lines of a run have them."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ..language import wording
@@ -12,6 +12,14 @@ def friendly(value: float, unit: str, *, speed: bool = False) -> str:
     if scale.unit.isascii() or scale.unit.startswith("µ"):
         return f"{value / scale.factor:.4g} {scale.unit}".rstrip()
     return f"{value:.4g} {unit}"
+
+
+def given_text(path: str, value: float, unit: str, written: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return a value of the grid in the unit in which it is written there; `written` is run.json's `written_units`."""
+    if path not in written:
+        return friendly(value, unit, speed=path.endswith("speed"))
+    known = written[path]
+    return f"{(value - known['offset']) / known['factor']:.4g} {known['unit']}"
 
 
 def joint_count(paths: Iterable[str]) -> int:
@@ -33,4 +41,4 @@ def value_text(path: str, value: Any, facts: dict[str, Any]) -> str:
     if value is None or isinstance(value, str):
         return value or "-"
     fit = next((f" ({fit['name']})" for fit in facts["fits"].get(path, ()) if fit["mean"] == value), "")
-    return friendly(value, facts["units"].get(path, "1"), speed=path.endswith("speed")) + fit
+    return given_text(path, value, facts["units"].get(path, "1"), facts["written_units"]) + fit

@@ -371,5 +371,5 @@ def _places(axis: Axis) -> tuple[np.ndarray, str]:
     """Return where the values of an axis are on an abscissa, and its kind."""
     if not axis.numeric:
         return np.arange(len(axis.values), dtype=float), "name"
-    places = np.asarray(axis.values, float) / axis.scale.factor
+    places = axis.scale.of(np.asarray(axis.values, float))
     return places, "log" if places.min() > 0.0 and places.max() >= 8.0 * places.min() else "linear"

@@ -34,7 +34,7 @@ ABOVE: dict[str, Any] = {
 def bifurcation(ax: Axes, points: Points, axis: Axis) -> None:
     """Draw where journals are at crank angle 0 of every revolution over the values of an axis, in their clearance."""
     scale = wording.scale("m", [*np.abs(points.x), *np.abs(points.y), *points.clearance])
-    over = points.value / axis.scale.factor
+    over = axis.scale.of(points.value)
     style: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.7, "rasterized": over.size > 60}
     if np.isfinite(points.clearance).all():
         for sign in (-1.0, 1.0):
@@ -128,7 +128,7 @@ def kinds(ax: Axes, table: np.ndarray, written: np.ndarray, axes: tuple[Axis, Ax
     )
     if all(size <= most for size, most in zip(table.shape, WRITTEN, strict=True)):
         for (row, column), words in np.ndenumerate(written):
-            ax.text(column, row, words, ha="center", va="center", fontsize=7, color=INK)
+            ax.text(column, row, words, ha="center", va="center", fontsize=7, color="black")
     name_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))
     name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
     ax.set(xlabel=across.label(), ylabel=up.label())

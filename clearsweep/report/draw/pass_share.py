@@ -50,7 +50,7 @@ def cells(ax: Axes, margins: np.ndarray, failing: np.ndarray, axes: tuple[Axis, 
             number = f"{wording.plain(float(100.0 * margin), 2)}{wording.BLANK}%" if np.isfinite(margin) else ""
             word = wording.DASH if np.isnan(fails) else "no" if fails else "ok"
             text = f"{word}\n{number}".strip()
-            ax.text(column, row, text, ha="center", va="center", fontsize=7, color=INK)
+            ax.text(column, row, text, ha="center", va="center", fontsize=7, color="black")
     for fails, colour, mark in ((False, DOT_GOOD, "o"), (True, DOT_BAD, "X")):
         there = between.failing == fails
         ax.scatter(

@@ -12,8 +12,8 @@ from .style import BLUE, plain_axes
 def intervals(ax: Axes, rows: Sequence[tuple[float, float, float, float]], over: Axis, axis: Axis) -> None:
     """Draw answers: value on the axis `over`, ends of the interval and answer on `axis`, SI."""
     x, low, high, answer = np.array(rows).T
-    x = x / over.scale.factor
-    low, high, answer = (each / axis.scale.factor for each in (low, high, answer))
+    x = over.scale.of(x)
+    low, high, answer = (axis.scale.of(each) for each in (low, high, answer))
     ax.vlines(x, low, high, color=BLUE, linewidth=2.0)
     ax.plot(x, answer, "o-", color=BLUE, markersize=4.0, linewidth=0.8)
     ax.set(xlabel=over.label(), ylabel=axis.label())

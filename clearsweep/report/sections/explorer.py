@@ -84,7 +84,7 @@ def _axis(study: Study, axis: Axis, kept: np.ndarray) -> dict:
     values = study.cases[axis.path].iloc[kept]
     column = {"name": axis.name, "unit": axis.scale.unit, "axis": True, "drawn": True}
     if axis.numeric:
-        return column | _numbers(values.to_numpy(float) / axis.scale.factor)
+        return column | _numbers(axis.scale.of(values.to_numpy(float)))
     places = {value: place for place, value in enumerate(axis.values)}
     return column | {"words": list(axis.values), "values": packed([places.get(value, np.nan) for value in values])}
 

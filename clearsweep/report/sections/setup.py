@@ -18,6 +18,7 @@ ELSEWHERE = (  # in the record of a run, and shown elsewhere or not for people
     "layout",
     "units",
     "fits",
+    "written_units",
     "keys",
     "frame",
     "derived",
@@ -70,7 +71,11 @@ def _text(study: Study, path: str, value: object) -> str:
         return ", ".join(_text(study, f"{path}.{place}", item) for place, item in enumerate(value))
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value)
-    return wording.scale(study.unit(path), value, speed=path == "drive.speed").given(value)
+    written = study.run.grid.get("written_units", {}).get(path)
+    scale = (
+        wording.as_written(written) if written else wording.scale(study.unit(path), value, speed=path == "drive.speed")
+    )
+    return scale.given(value)
 
 
 def _derived(study: Study) -> list[tuple[str, str]]:

@@ -1,0 +1,123 @@
+"""What a grid gives in a unit is shown in that unit: on axes, in tables and CSV files, in closing lines."""
+
+import csv
+import dataclasses
+import io
+
+import pytest
+from report_fake import Run
+
+from clearsweep import grid, simulation
+from clearsweep.language import quantity, wording
+from clearsweep.report import study
+from clearsweep.report.table import Column, Table
+from clearsweep.sweeping import settings
+
+SPEED, CLEARANCE = "drive.speed", "joints.rod-slider.clearance"
+RESTITUTION = "joints.rod-slider.contact.restitution"
+BASE = {
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": "50 mm", "mass": 0.3, "inertia": 1e-4},
+        "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4},
+        "slider": {"mass": "140 g"},
+    },
+    "drive": {"speed": 100.0},
+    "joints": {
+        "rod-slider": {
+            "clearance": "0.1 mm",
+            "bearing_radius": 0.01,
+            "length": 0.02,
+            "contact": {"law": "exact", "stiffness": 6.61e10, "restitution": 0.9},
+        }
+    },
+}
+
+
+def loaded(**ways):
+    return grid.load(BASE | ways, simulation.catalogue())
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "factor", "offset"),
+    [
+        ("60 degC", "K", 1.0, 273.15),
+        ("46 mm^2/s", "m^2/s", 1e-6, 0.0),
+        ("90 %", "1", 0.01, 0.0),
+        ("3 um", "m", 1e-6, 0.0),
+    ],
+)
+def test_a_written_unit_leads_back_to_the_number_that_was_written(text, unit, factor, offset):
+    known = quantity.written_unit(text, unit)
+    assert known == (text.split(" ", 1)[1], pytest.approx(factor), offset)
+    scale = wording.as_written(known._asdict())
+    assert scale.given_number(quantity.read(text, unit)) == text.split(" ")[0]
+
+
+@pytest.mark.parametrize("value", [5.0, "5", "= play", "5 parsecs", "5 kg", None])
+def test_numbers_expressions_and_wrong_units_are_in_no_written_unit(value):
+    assert quantity.written_unit(value, "m") is None
+
+
+def test_axes_and_values_note_the_unit_that_they_are_written_in():
+    over = {SPEED: ["20 Hz", "30 Hz"], CLEARANCE: {"logspace": [-2, -1, 3, "mm"]}, RESTITUTION: [0.5, 0.9]}
+    units = loaded(sweep=over).written_units
+    assert {path: known.unit for path, known in units.items()} == {
+        "mechanism.crank.length": "mm",
+        "mechanism.slider.mass": "g",
+        SPEED: "Hz",
+        CLEARANCE: "mm",
+    }
+
+
+def test_a_drawn_value_notes_the_unit_of_its_distribution():
+    drawn = {"method": "random", "n": 4, "seed": 1, "over": {RESTITUTION: {"uniform": ["50 %", "90 %"]}}}
+    assert loaded(sample=drawn).written_units[RESTITUTION].unit == "%"
+
+
+def test_the_unit_does_not_enter_the_identity_of_a_case():
+    written, bare = loaded(sweep={CLEARANCE: ["50 um"]}), loaded(sweep={CLEARANCE: [5e-5]})
+    assert written.case_id(0) == bare.case_id(0)
+    assert written.frame() == bare.frame()
+
+
+def test_a_grid_read_from_its_record_keeps_fits_and_units():
+    first = loaded(sweep={CLEARANCE: {"fits": ["H7/g6", "H7/f7"]}, SPEED: ["20 Hz"]})
+    record = first.resolved()
+    notes = {
+        "fits": {path: [fit._asdict() for fit in fits] for path, fits in first.fits.items()},
+        "written_units": {path: known._asdict() for path, known in first.written_units.items()},
+    }
+    second = dataclasses.replace(grid.load(record, simulation.catalogue()), **grid.as_written(record | notes))
+    assert (second.fits, second.written_units) == (first.fits, first.written_units)
+    assert CLEARANCE not in first.written_units
+
+
+def axes_of(**units):
+    run = Run(histories=False)
+    run.grid["written_units"] = {
+        path: {"unit": unit, "factor": factor, "offset": 0.0} for path, (unit, factor) in units.items()
+    }
+    return {axis.path: axis for axis in study.prepare(run).axes}
+
+
+def test_an_axis_is_in_the_unit_of_the_grid():
+    axes = axes_of(**{SPEED: ("Hz", quantity.read("1 Hz", "rad/s")), RESTITUTION: ("%", 0.01)})
+    assert axes[SPEED].label() == "crank speed [Hz]"
+    assert axes[RESTITUTION].text(0.9) == "90\u00a0%"
+    assert axes[CLEARANCE].label() == "clearance [mm]"  # it has none of its own: one that suits it
+
+
+def test_a_csv_has_an_axis_in_the_unit_of_the_grid_and_others_in_si():
+    axes = axes_of(**{CLEARANCE: ("um", 1e-6)})
+    columns = (Column("clearance", "m", axes[CLEARANCE]), Column("crank speed", "rad/s", axes[SPEED]))
+    table = Table("key", "title", "", columns, [(2e-4, 100.0), (None, 50.0)])
+    head, first, second = csv.reader(io.StringIO(table.csv()))
+    assert head == ["clearance [µm]", "crank speed [rad/s]"]
+    assert (first, second) == (["200.0", "100.0"], ["", "50.0"])
+
+
+def test_closing_lines_give_a_value_in_the_unit_of_the_grid():
+    written = {"joints.J.thermal.ambient": {"unit": "degC", "factor": 1.0, "offset": 273.15}}
+    assert settings.given_text("joints.J.thermal.ambient", 333.15, "K", written) == "60 degC"
+    assert settings.given_text("joints.J.clearance", 5e-4, "m", written) == "0.5 mm"
