@@ -35,7 +35,7 @@ class JointLayout(NamedTuple):
     wear_bins: int = 0  # angular bins of each body; 0 where no wear is computed
     film: bool = False  # oil between its surfaces
     corners: int = 0  # points that touch by themselves, of a guide's block or a spatial joint; 0: it is one contact
-    auxiliary: int = 0  # contacts behind these that only report, of a spatial joint
+    telling: int = 0  # contacts behind these that only report, of a spatial joint
     wear_rows: int = 1  # bins of wear along each body's length
     friction: bool = False  # between its surfaces
     strength: bool = False  # of its weaker body is known
@@ -44,15 +44,15 @@ class JointLayout(NamedTuple):
     @property
     def has(self) -> set[str]:
         """Return what it has besides contact, as figures need it."""
-        flanged = self.auxiliary and self.corners > WALLS
+        flanged = self.telling and self.corners > WALLS
         parts = {"wear": self.wear_bins, "film": self.film, "friction": self.friction}
-        parts |= {"spatial": self.auxiliary, "axial": flanged, "strength": self.strength, "thermal": self.thermal}
+        parts |= {"spatial": self.telling, "axial": flanged, "strength": self.strength, "thermal": self.thermal}
         return {name for name, there in parts.items() if there}
 
     @property
     def contacts(self) -> tuple[str, ...]:
         """Return the names that its contacts have in the list of events."""
-        return tuple(f"{self.name}_{k + 1}" for k in range(self.corners + self.auxiliary)) or (self.name,)
+        return tuple(f"{self.name}_{k + 1}" for k in range(self.corners + self.telling)) or (self.name,)
 
 
 class Parts(NamedTuple):
@@ -241,9 +241,9 @@ def _channels(catalogue: Catalogue, mechanism: Mechanism, joints: Iterable[Joint
 
 def _inside(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:
     """Yield the time histories of a joint."""
-    yield from catalogue.spatial_channels if joint.auxiliary else catalogue.joint_channels
+    yield from catalogue.spatial_channels if joint.telling else catalogue.joint_channels
     yield from catalogue.film_channels if joint.film else ()
-    for k in range(joint.corners if joint.auxiliary else 0):
+    for k in range(joint.corners if joint.telling else 0):
         for name, unit, text in catalogue.point_channels:
             yield Channel(name.format(k + 1), unit, text.format(k + 1))
 

@@ -191,8 +191,8 @@ def _leaf(parts: list[str]) -> str:
     if parts[-1] in _NAMES:
         body = parts[-2] if len(parts) > 1 and parts[-2] in ("bearing", "journal") else ""
         return _NAMES[parts[-1]] + (f" of the {body}" if body else "")
-    auxiliary = parts if len(parts) < 2 or parts[-1] not in _SPEAKS_FOR_ITSELF else parts[-1:]
-    return " ".join(auxiliary).replace("_", " ").replace("-", " ")
+    significant = parts if len(parts) < 2 or parts[-1] not in _SPEAKS_FOR_ITSELF else parts[-1:]
+    return " ".join(significant).replace("_", " ").replace("-", " ")
 
 
 _AXES = {"0": "x", "1": "y", "2": "z"}  # of the list that a key contains

@@ -98,17 +98,17 @@ def rows_of(layout: Layout) -> list[slice]:
 def bearing_of(layout: Layout) -> list[slice]:
     """Return those of them whose normal forces are those of the joint: of one in space the sum of its walls."""
     pairs = zip(rows_of(layout), layout.joints, strict=True)
-    return [slice(row.start + joint.corners, row.stop - 1) if joint.auxiliary else row for row, joint in pairs]
+    return [slice(row.start + joint.corners, row.stop - 1) if joint.telling else row for row, joint in pairs]
 
 
 def _together(contacts: np.ndarray, joint: JointLayout) -> np.ndarray:
     """Return the sums of a joint, (WIDTH,), from those of its contacts, (contacts, JOINT)."""
     together = np.zeros(WIDTH)
-    touching = contacts[:WALLS] if joint.auxiliary else contacts
+    touching = contacts[:WALLS] if joint.telling else contacts
     together[:JOINT] = touching.sum(axis=0)
     for column in LARGEST:
         together[column] = touching[:, column].max()
-    if joint.auxiliary:
+    if joint.telling:
         points, flanges, (whole, uneven) = contacts[: joint.corners], contacts[WALLS : joint.corners], contacts[-2:]
         for column in (FORCE_SQUARE, FORCE_MAX, LOAD_MAX):
             together[column] = whole[column]
@@ -164,7 +164,7 @@ def wear_of(layout: Layout, totals: Totals | Summed) -> dict[str, tuple[np.ndarr
         if bins:
             kept, rows = min(bins, FINEST), joint.wear_rows
             bearing, journal = depths[:, : kept * rows].reshape(2, rows, kept).swapaxes(1, 2).copy()
-            if not joint.auxiliary:
+            if not joint.telling:
                 bearing, journal = bearing[:, 0], journal[:, 0]
             wear[joint.name] = (bearing, journal) if bins <= FINEST else (finer(bearing, bins), finer(journal, bins))
     return wear

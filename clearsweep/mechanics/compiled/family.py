@@ -209,8 +209,8 @@ def entry(function, scene, arrays, parameters, *, in_lanes=False, width=1):
     """Return the Entry through which `invoke` calls `function(scene pointer, *arrays, integer)`.
 
     arrays : kinds of the items of the arrays, 'f' for float64, 'i' for int64; parameters : the array that
-    `flatten(scene)` gave, or a lane of BatchArrays if they are `in_lanes`, which the caller keeps as long as the Entry is
-    in use; width : 1, or WIDTH for as many cases side by side: NO_ENTRY where that cannot be.
+    `flatten(scene)` gave, or a lane of BatchArrays if they are `in_lanes`, which the caller keeps as long as the Entry
+    is in use; width : 1, or WIDTH for as many cases side by side: NO_ENTRY where that cannot be.
     """
     if _EMPTY.get():
         return NO_ENTRY

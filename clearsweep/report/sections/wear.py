@@ -42,7 +42,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def _note(study: Study) -> str:
-    return NOTE + IN_SPACE if any(joint.auxiliary for joint in study.run.layout.joints) else NOTE
+    return NOTE + IN_SPACE if any(joint.telling for joint in study.run.layout.joints) else NOTE
 
 
 def _coarse(study: Study, joint: Joint) -> list[str]:
