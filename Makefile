@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 BENCH := .venv-bench
 DOCS := .venv-docs
 
-.PHONY: run test test-quick test-plain test-all mutate lint verify bench scale docs torture clean
+.PHONY: run test test-quick test-plain test-all mutate lint verify bench scale docs release torture clean
 
 run: $(READY)
 	$(BIN)/clearsweep run configs/slider_crank.yaml
@@ -87,6 +87,10 @@ $(DOCS)/.ready: pyproject.toml constraints.txt
 	$(DOCS)/bin/python -m pip install --quiet --constraint constraints.txt --editable ".[docs]"
 	touch $@
 
+# the sdist and the wheel of this platform, in dist/; CLEARSWEEP_PLATFORM=linux-aarch64: of that one
+release: $(READY)
+	$(BIN)/python -m build --no-isolation .
+
 # ARGS: --kills N, --lives N, --grids N, --flips N, --exits N, --attempts no, --seed N, --write (docs/reliability.md)
 torture: $(READY)
 	$(BIN)/python tests/reliability.py $(ARGS)
@@ -98,4 +102,4 @@ $(READY): pyproject.toml constraints.txt
 	touch $@
 
 clean:
-	rm -rf $(VENV) $(BENCH) $(DOCS) build site *.egg-info
+	rm -rf $(VENV) $(BENCH) $(DOCS) build dist site *.egg-info
