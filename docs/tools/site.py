@@ -21,6 +21,7 @@ OUTSIDE = (
     "CONTRIBUTING.md",
     "CHANGELOG.md",
     "CITATION.cff",
+    "SECURITY.md",
     "results/*.md",
     "results/accuracy/*.svg",
     "results/measured/*.svg",
