@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 #: By the platform as sysconfig has it: levels of processors, and the tag. The code asks the C library for memcpy and
 #: memset alone, which every glibc has; 2.17, that of manylinux2014, is older than what llvmlite asks for.
@@ -21,7 +23,7 @@ PLATFORMS = {
     "linux-aarch64": (("aarch64",), "manylinux_2_17_aarch64"),
 }
 #: The dependencies that making the code needs; their versions are those of the package.
-NEEDED = ("llvmlite", "numpy", "pint", "ruamel.yaml")
+NEEDED = ("llvmlite", "numpy", "pint", "ruamel-yaml")
 
 
 class LoopHook(BuildHookInterface):
@@ -29,7 +31,7 @@ class LoopHook(BuildHookInterface):
 
     def dependencies(self) -> list[str]:
         """Return what the build needs besides hatchling."""
-        return [text for text in self.metadata.core.dependencies if text.startswith(NEEDED)]
+        return needed(self.metadata.core.dependencies)
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Add the code and the tag; an editable install, which lies in a checkout, has neither."""
@@ -46,6 +48,12 @@ class LoopHook(BuildHookInterface):
         """Remove what was made for the build alone."""
         if version != "editable":
             shutil.rmtree(self.place)
+
+
+def needed(dependencies: list[str]) -> list[str]:
+    """Return the requirements, of those of the package, for making the code; spellings of a name count as one."""
+    named = {canonicalize_name(Requirement(text).name): text for text in dependencies}
+    return [named[name] for name in NEEDED]
 
 
 def wanted() -> tuple[tuple[str, ...], str]:
