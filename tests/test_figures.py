@@ -113,8 +113,8 @@ def test_a_further_figure_is_a_word_of_the_schema_and_a_row_of_the_table_of_colu
     assert f"| `J_force_mean_square` * | N^2 | {TEXT} |  |" in markdown(known).splitlines()
 
 
-def test_the_table_of_columns_in_the_guide_is_made_of_the_figures():
-    text = (ROOT / "docs/guide.md").read_text(encoding="utf-8")
+def test_the_table_of_columns_is_made_of_the_figures():
+    text = (ROOT / "docs/columns.md").read_text(encoding="utf-8")
     assert text.partition("<!-- columns -->\n")[2].startswith(markdown(simulation.catalogue()))
 
 

@@ -210,7 +210,7 @@ identify:
         ("cases: 400", "cases: 400\n  case: 3", "unknown key 'case'; did you mean 'cases'?"),
         ("slider/a: acceleration", "slider/b: acceleration", "there is no channel 'slider/b'"),
         ("slider/a: acceleration", "slider/a: accelaration", "no column 'accelaration'; did you mean 'acceleration'?"),
-        ("identify:\n", "sweep: {drive.speed: [1 rpm, 2 rpm]}\nidentify:\n", "is written together with `sweep`"),
+        ("identify:\n", "sweep: {drive.speed: [1 rpm, 2 rpm]}\nidentify:\n", "conflicts with `sweep`"),
         ("orbits: last", "orbits: none", "needs last"),
         ("FILE", "none.csv", "none.csv"),
     ],

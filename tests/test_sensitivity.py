@@ -14,6 +14,7 @@ from summary_fake import OfFrame
 from clearsweep import report
 from clearsweep.language.errors import InputError
 from clearsweep.report import sample_tables, sensitivity, study
+from clearsweep.report.sections import verdict
 
 pytestmark = pytest.mark.heavy
 
@@ -310,6 +311,20 @@ def test_the_report_flags_what_is_chaotic_and_says_what_was_not_checked(run, aga
     assert row["verdict"] == ("chaotic" if again else "may be chaotic")
     assert row["chance was"] == ("measured" if again else "bounded")
     assert float(row["share of chance"]) == pytest.approx(1.0, abs=0.2)
+
+
+def test_the_verdict_of_a_sample_has_the_probability_with_its_interval(run):
+    def verdict_of(more):
+        made = run(linear, more=f"limits: {{{PEAK}: 14 N}}\n{more}")
+        made.summary["limits_exceeded"] = np.where(made.summary[PEAK] > 14.0, PEAK, "")
+        return made, str(verdict.sections(study.prepare(made))[0].blocks)
+
+    made, said = verdict_of("")
+    beyond = int((made.summary[PEAK] > 14.0).sum())
+    low, high = stats.binomtest(beyond, 64).proportion_ci(0.95, method="exact")
+    wanted = f"probability of {100.0 * beyond / 64:.3g} % (95 %: {100.0 * low:.3g} to {100.0 * high:.3g} %)."
+    assert wanted in said
+    assert "probability" not in verdict_of("sweep: {mechanism.gravity: [0, 1]}\n")[1]  # two samples
 
 
 def test_the_report_tells_spread_and_limits(run, tmp_path):

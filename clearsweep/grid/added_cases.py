@@ -1,8 +1,15 @@
-"""Reads the cases besides the product of a grid's axes, which `seek` and `refine` put there and run.json keeps."""
+"""What the sections that add cases to a grid have in common: `seek`, `refine`, `optimise` and `identify`.
 
+The added cases themselves are written by a run: run.json keeps them.
+"""
+
+from collections.abc import Collection
 from typing import Any
 
+from ..language import quantity
+from ..language.errors import InputError, nearest, shown
 from .document import WrittenValue
+from .keys import Word, value_key
 from .reader import Reader
 
 ADDED = "added"  # in a section that adds cases: dotted path -> the values of the added cases
@@ -31,3 +38,75 @@ def rows(reader: Reader) -> tuple[tuple[Any, ...], ...]:
         reader.problems.add(place, reader.added_in, "has not a value of every swept path for every case; leave it out")
         return ()
     return tuple(zip(*values, strict=True))
+
+
+def section_in(root: WrittenValue, name: str) -> WrittenValue | None:
+    """Return the section of that name, None where there is none."""
+    return root.value.get(name) if isinstance(root.value, dict) else None
+
+
+def section_of(
+    reader: Reader, root: WrittenValue, name: str, keys: Collection[str], example: str
+) -> WrittenValue | None:
+    """Return the section of that name and note unknown keys in it; None where there is none that can be read."""
+    section = section_in(root, name)
+    if section is None:
+        return None
+    if not isinstance(section.value, dict):
+        reader.problems.add(section, name, f"found {shown(section.value)}; expected a section such as {example}")
+        return None
+    for key in section.value:
+        if key not in (*keys, ADDED):
+            sentence = f"unknown key '{key}'{nearest(key, keys)} (allowed: {', '.join(keys)})"
+            reader.problems.add(section.key_place(key), f"{name}.{key}", sentence)
+    return section
+
+
+def over_of(
+    reader: Reader, root: WrittenValue, section: WrittenValue, name: str, others: Collection[str], example: str
+) -> WrittenValue | None:
+    """Return what a section that chooses all cases varies; None where nothing is, or where others choose cases, too."""
+    for other in others:
+        if other in root.value:
+            sentence = f"conflicts with `{other}`; `{name}` chooses all cases itself; remove one of the two"
+            reader.problems.add(section, name, sentence)
+            return None
+    over: WrittenValue | None = section.value.get("over")
+    if over is None or not isinstance(over.value, dict) or not over.value:
+        reader.problems.add(over or section, f"{name}.over", f"names nothing to vary; for example: {example}")
+        return None
+    return over
+
+
+def count(
+    reader: Reader, section: WrittenValue, key: tuple[str, str], allowed: tuple[int, int], default: int | None
+) -> int | None:
+    """Return a whole number of a section, `key` its name and the key in it; None where it is missing or wrong."""
+    content, where = section.value.get(key[1]), ".".join(key)
+    if content is None:
+        if default is None:
+            reader.problems.add(section, where, "is missing; write how many cases there may be")
+        return default
+    try:
+        value = quantity.read(content.value, "1")
+    except InputError as error:
+        reader.problems.add(content, where, str(error))
+        return None
+    if value != int(value) or not allowed[0] <= value <= allowed[1]:
+        sentence = f"found {content.value}; allowed: a whole number from {allowed[0]} to {allowed[1]:,}"
+        reader.problems.add(content, where, sentence)
+        return None
+    return int(value)
+
+
+def always_used(reader: Reader, place: WrittenValue, section: str, path: str) -> None:
+    """Note a swept key that some of the swept laws do not use: cases are added one by one, and each has every value."""
+    node = value_key(reader.shape, path)
+    if isinstance(node, Word):
+        return
+    for chooser in node.choosers():
+        for law in reader.axes.get(chooser, ()):
+            if not node.used(reader.names | {chooser: frozenset({law})}):
+                sentence = f"{path} is not used by {law}; with `{section}` every law that is tried has to use every key"
+                reader.problems.add(place, section, f"{sentence} that is swept")
+                return

@@ -8,12 +8,11 @@ from ..contracts.layout import Layout
 from ..judging import features
 from ..language.errors import InputError, nearest, shown
 from . import measured, optimised
-from .added_cases import ADDED
+from .added_cases import always_used, count, over_of, section_in, section_of
 from .document import WrittenValue
 from .keys import Number
 from .optimised import Choice
 from .reader import Reader
-from .seek import always_used
 
 if TYPE_CHECKING:
     import numpy as np  # loaded only where a file is read
@@ -79,25 +78,10 @@ class Identify(NamedTuple):
 
 def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
     """Return path -> its place and its ends as an axis has them, of what is to be identified."""
-    section = root.value.get(IDENTIFY) if isinstance(root.value, dict) else None
-    if section is None:
-        return {}
-    if not isinstance(section.value, dict):
-        reader.problems.add(section, IDENTIFY, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
-        return {}
-    for key in section.value:
-        if key not in (*KEYS, ADDED):
-            sentence = f"unknown key '{key}'{nearest(key, KEYS)} (allowed: {', '.join(KEYS)})"
-            reader.problems.add(section.key_place(key), f"{IDENTIFY}.{key}", sentence)
-    for other in ("sweep", "zip", "cases", "sample", "seek", "refine", optimised.OPTIMISE, "life"):
-        if other in root.value:
-            sentence = f"is written together with `{other}`; `identify` chooses all cases itself: leave one of them out"
-            reader.problems.add(section, IDENTIFY, sentence)
-            return {}
-    over = section.value.get("over")
-    if over is None or not isinstance(over.value, dict) or not over.value:
-        sentence = f"names nothing to identify; write such as {_EXAMPLE}"
-        reader.problems.add(over or section, f"{IDENTIFY}.over", sentence)
+    section = section_of(reader, root, IDENTIFY, KEYS, _EXAMPLE)
+    others = ("sweep", "zip", "cases", "sample", "seek", "refine", optimised.OPTIMISE, "life")
+    over = over_of(reader, root, section, IDENTIFY, others, _EXAMPLE) if section else None
+    if over is None:
         return {}
     parameters = {}
     for path, written in over.value.items():
@@ -118,7 +102,7 @@ def read(reader: Reader, root: WrittenValue) -> Identify | None:
 
     The signals have no units yet; `check` gives them, when the channels are known.
     """
-    section = root.value.get(IDENTIFY) if isinstance(root.value, dict) else None
+    section = section_in(root, IDENTIFY)
     paths = [path for path, way in reader.way.items() if way == IDENTIFY]
     if section is None or not isinstance(section.value, dict) or not paths or not set(paths) <= reader.axes.keys():
         return None
@@ -127,8 +111,8 @@ def read(reader: Reader, root: WrittenValue) -> Identify | None:
         optimised.check_range(reader, path, IDENTIFY)
         always_used(reader, reader.swept[path], IDENTIFY, path)
     signals, chosen = _signals(reader, section), _features(reader, section)
-    cases = optimised.count(reader, section, (IDENTIFY, "cases"), (optimised.ROUND, MOST_CASES), None)
-    seed = optimised.count(reader, section, (IDENTIFY, "seed"), (0, 2**31), 0)
+    cases = count(reader, section, (IDENTIFY, "cases"), (optimised.ROUND, MOST_CASES), None)
+    seed = count(reader, section, (IDENTIFY, "seed"), (0, 2**31), 0)
     if reader.values.get("save.orbits") != "last":
         place = reader.place("save.orbits")
         sentence = f"found {reader.values.get('save.orbits')}; `identify` needs last: it compares time histories"

@@ -16,14 +16,14 @@ _MATERIAL = (
     Field(
         "yield_strength",
         "Pa",
-        "only for the approach speed at which a contact first yields, `J_yield_speed`; left out: a hardness / 2.8",
+        "yield strength, only for `J_yield_speed`; default: a hardness / 2.8",
         optional=True,
     ),
 )
 
 _ONSET = Word(
     ("first", "renewed"),
-    "how long the rate counts at which a contact began: as long as it lasts, or until it has proved lasting",
+    "how long damping depends on the onset rate of a contact: to its end, or until the contact lasts",
     "renewed",
     sweep=True,
     idle=True,
@@ -45,7 +45,7 @@ def enter_friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
 
 def enter_preload(tree: Shape, path: str, catalogue: Catalogue) -> None:
     """Enter what presses on a joint whether it touches or not."""
-    text = "that presses on the joint all the time, as a seal does: a couple, its friction x bearing_radius"
+    text = "constant force on the joint, such as a seal's; its friction acts as a couple, friction x bearing_radius"
     laws = frozenset(law.name for law in catalogue.of("friction") if not law.remembers)
     use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))
     tree[f"{path}.friction.{PRELOAD}"] = Number((use,))
@@ -64,7 +64,7 @@ def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "
     enter_laws(tree, contact, "law", catalogue.of("law"))
     material = f"{contact}.material"
     tree[material] = Section(
-        "the material of both bodies, or the name of one; gives the stiffness where none is written", "optional"
+        "the material of both bodies, or its name; gives the stiffness unless that is written", "optional"
     )
     enter_material_name(tree, material, "of both bodies")
     for field in _MATERIAL:
@@ -72,7 +72,7 @@ def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "
         tree[f"{material}.{field.name}"] = Number((Use(both, elastic),))
     for body in Materials._fields:
         tree[f"{material}.{body}"] = Section(
-            f"the {body}'s own material, or its name; write both bodies', or neither", "optional"
+            f"the material of the {body}, or its name; write both bodies' materials or neither", "optional"
         )
         enter_material_name(tree, f"{material}.{body}", f"of the {body}")
         for field in _MATERIAL:
@@ -84,7 +84,7 @@ def enter_material_name(tree: Shape, path: str, whose: str) -> None:
     """Enter the key that names a material; the name may also be in place of the section."""
     text = f"the name {whose}' material" if whose.endswith("s") else f"the name of the material {whose}"
     tree[f"{path}.{MATERIAL}"] = Name(
-        tuple(MATERIALS), f"{text}, from `clearsweep list materials`; numbers next to it override its own"
+        tuple(MATERIALS), f"{text}, of `clearsweep list materials`; numbers next to it override its values"
     )
 
 
@@ -101,20 +101,20 @@ def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
         none_of=(f"{contact}.stiffness", f"{contact}.exponent"),
         unless=(f"{contact}.law", hertzian),
     )
-    more = f"default {JOURNAL} where `material` and `length` are written and neither `stiffness` nor `exponent` is"
+    more = f"default {JOURNAL} with `material` and `length` but without `stiffness` and `exponent`"
     return plain._replace(text=f"{plain.text}; {more}", rather=rather)
 
 
 def enter_thermal(tree: Shape, path: str) -> None:
     """Enter the heat balance of a dry joint."""
     thermal = f"{path}.thermal"
-    text = "a heat balance of dry friction gives the temperature: ambient + mean friction power / conductance"
+    text = "heat balance of dry friction: temperature = ambient + mean friction power / conductance"
     tree[thermal] = Section(f"{text}; left out: the joint stays cold", "optional")
     enter_numbers(tree, thermal, THERMAL)
-    text = "thermal expansion, by which the clearance changes; left out: it does not"
+    text = "thermal expansion, which changes the clearance; left out: none"
     tree[f"{thermal}.expansion"] = Section(text, "optional")
     for body in Materials._fields:
-        field = Field(body, "1/K", f"of the {body}; where its material is named, that of the library", low_open=False)
+        field = Field(body, "1/K", f"expansion of the {body}; default: that of its named material", low_open=False)
         enter_numbers(tree, f"{thermal}.expansion", (field,))
 
 
@@ -146,5 +146,5 @@ def pointed(catalogue: Catalogue) -> tuple[Law, ...]:
 
 def first_onset(tree: Shape, contact: str) -> Word:
     """Return the key `onset` where the mass that takes part in an impact is not known."""
-    text = "how long the rate counts at which a contact began: as long as it lasts"
+    text = "how long damping depends on the onset rate of a contact: to its end"
     return word_key(tree, f"{contact}.onset")._replace(options=("first",), default="first", text=text)

@@ -35,12 +35,12 @@ _WEAR = (
     _COEFFICIENT._replace(name="journal_coefficient", text="wear coefficient of the journal; overrides `coefficient`"),
 )
 _RUNNING_IN = (
-    _COEFFICIENT._replace(name="initial", text="wear coefficient of both bodies at first"),
-    _COEFFICIENT._replace(name="steady", text="wear coefficient of both bodies run in; `coefficient` by another name"),
-    _COEFFICIENT._replace(name="bearing_initial", text="of the bearing; overrides `initial`"),
-    _COEFFICIENT._replace(name="journal_initial", text="of the journal; overrides `initial`"),
+    _COEFFICIENT._replace(name="initial", text="initial wear coefficient of both bodies"),
+    _COEFFICIENT._replace(name="steady", text="steady wear coefficient of both bodies; another name of `coefficient`"),
+    _COEFFICIENT._replace(name="bearing_initial", text="initial value of the bearing; overrides `initial`"),
+    _COEFFICIENT._replace(name="journal_initial", text="initial value of the journal; overrides `initial`"),
 )
-_DISTANCE = Field("distance", "m", "way slid in contact over which what is left of the difference falls by e")
+_DISTANCE = Field("distance", "m", "sliding distance over which the remaining difference falls by a factor e")
 _HARDNESS = Field(
     "hardness",
     "Pa",
@@ -50,11 +50,11 @@ _HARDNESS = Field(
 _PV_LIMIT = Field(
     "pv_limit",
     "W/m^2",
-    "pressure times sliding speed that the bearing is; time beyond is counted",
+    "allowed pressure times sliding speed of the bearing; the time above it is counted",
     optional=True,
 )
 _BINS = Field(
-    "bins", "1", "angular bins round each body", 8, 1e6, low_open=False, high_open=False, default=360, whole=True
+    "bins", "1", "angular bins around each body", 8, 1e6, low_open=False, high_open=False, default=360, whole=True
 )
 _LENGTH_BINS = Field(
     "length_bins", "1", "bins along each body", 1, 1000, low_open=False, high_open=False, default=20, whole=True
@@ -65,19 +65,19 @@ _GAP_SIZES = (
     _LENGTH_OF_PIN,
 )
 _GUIDE = (
-    Field("clearance", "m", "between the block and each of the walls, where it is in the middle"),
-    Field("length", "m", "of the block along the guide"),
-    Field("height", "m", "of the block across the guide"),
+    Field("clearance", "m", "between the block and each wall, with the block in the middle"),
+    Field("length", "m", "length of the block along the guide"),
+    Field("height", "m", "height of the block across the guide"),
 )
 _SLOT = (
-    Field("clearance", "m", "between the pin and each of the walls, where it is in the middle"),
+    Field("clearance", "m", "between the pin and each wall, with the pin in the middle"),
     Field("bearing_radius", "m", "half the width of the slot; the pin's radius is smaller by the clearance"),
-    Field("slot_length", "m", "of the slot, between the centres of its rounded ends", low_open=False),
+    Field("slot_length", "m", "length of the slot between the centres of its rounded ends", low_open=False),
 )
 _TIME_LIMIT = Field(
     "time_limit",
     "s",
-    "time after which a crank that is free is given up",
+    "simulated time after which a free crank ends the case",
     0.0,
     1e9,
     high_open=False,
@@ -89,7 +89,7 @@ _TOLERANCE = Field(
 _BUDGET = Field(
     "step_budget",
     "1",
-    "steps, rejected ones included, per revolution of the case after which it is given up",
+    "most steps per revolution of the case, rejected ones included",
     1,
     1e12,
     low_open=False,
@@ -100,7 +100,7 @@ _BUDGETS = (
     _BUDGET._replace(default=1_000_000),
     _BUDGET._replace(
         name="event_budget",
-        text="contact events per revolution of the case after which it is given up",
+        text="most contact events per revolution of the case",
         default=100_000,
     ),
 )
@@ -108,7 +108,7 @@ _SIMULATE = (
     Field(
         "revolutions",
         "1",
-        "crank revolutions, `discard` included; with `until` the fewest",
+        "crank revolutions, `discard` included; with `until` the least number",
         0.0,
         1e9,
         high_open=False,
@@ -117,18 +117,18 @@ _SIMULATE = (
     Field(
         "discard",
         "1",
-        "revolutions before statistics and wear begin; default 2, or 0 where there are no more than 2",
+        "revolutions before statistics and wear begin; default 2, or 0 with at most 2 `revolutions`",
         low_open=False,
         optional=True,
     ),
     _TOLERANCE,
 )
 _UNTIL = (
-    Field("relative_ci", "1", "half-width of the figure's 95 % interval over the figure", 0.0, 1.0, default=0.05),
+    Field("relative_ci", "1", "half-width of the figure's 95 % interval divided by the figure", 0.0, 1.0, default=0.05),
     Field(
         "max_revolutions",
         "1",
-        "revolutions after which the run ends in any case",
+        "most revolutions",
         0.0,
         1e6,
         high_open=False,
@@ -136,15 +136,15 @@ _UNTIL = (
     ),
 )
 _NO_INTERVAL = "maxima, minima and totals have no interval that narrows as a run goes on, so they cannot be judged"
-_HORIZON = Flag("find the Lyapunov exponent and how far into the future the motion can be predicted, by a second run")
-_ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store how far every figure differs")
+_HORIZON = Flag("find the Lyapunov exponent and the horizon of prediction, by a second run")
+_ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store the difference of every figure")
 _IMPACTS = Field(
     "impacts", "1", "impacts after which the run ends", 1, 1e9, low_open=False, high_open=False, default=10, whole=True
 )
 _SAMPLES = Field(
     "samples",
     "1",
-    "samples per revolution; in all where nothing turns",
+    "samples per revolution; of an impact-pair: per run",
     1,
     1e7,
     low_open=False,
@@ -153,12 +153,12 @@ _SAMPLES = Field(
     whole=True,
 )
 _SAVED = Field(
-    "revolutions", "1", "the last revolutions that `last` saves; default 2, or all where there are fewer", optional=True
+    "revolutions", "1", "number of last revolutions that `last` saves; default 2, or all if fewer", optional=True
 )
 _WORST = Field(
     "worst",
     "1",
-    "the revolution of the largest peak is saved, too, of so many cases: those with the largest force_peak_ratio",
+    "number of cases with the largest force_peak_ratio whose revolution of the largest peak is saved",
     1,
     1000,
     low_open=False,
@@ -169,7 +169,7 @@ _WORST = Field(
 _ORBITS = Word(("none", "last", "all"), "which time histories are saved", "last")
 _METHOD = Word(
     ("auto", "explicit", "implicit"),
-    "explicit Runge-Kutta, implicit Radau IIA, or whichever the motion asks for",
+    "explicit Runge-Kutta, implicit Radau IIA, or automatic choice",
     "auto",
 )
 
@@ -231,8 +231,8 @@ def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...])
     enter_numbers(tree, "simulate", _BUDGETS)
     enter_numbers(tree, "simulate", (life_keys.TIME_BUDGET,), sweep=False)
     tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
-    tree["simulate.until"] = Section("end a case when a figure has settled or its motion is periodic", "optional")
-    text = "the column of the summary whose 95 % interval is judged"
+    tree["simulate.until"] = Section("end a case when a figure has settled or the motion is periodic", "optional")
+    text = "the column of the summary with the 95 % interval in question"
     tree["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(others, _NO_INTERVAL))
     enter_numbers(tree, "simulate.until", _UNTIL, sweep=False)
     tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
@@ -276,7 +276,7 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
             _LENGTH_OF_PIN,
         ),
     )
-    tree[f"{path}.journal"] = Word(site.journals, "the body that the journal sits on", site.journals[0])
+    tree[f"{path}.journal"] = Word(site.journals, "the body of the journal", site.journals[0])
     enter_contact(tree, path, catalogue)
     enter_roughness(tree, path, catalogue)
     enter_film(tree, path, catalogue)
@@ -293,16 +293,14 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
     tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
     tree[f"{wear}.{PAIR}"] = Name(
         tuple(PAIRS),
-        "a pair of materials, from `clearsweep list pairs`: gives `coefficient` where none is written, and the law "
-        f"`{LAW}`",
+        f"a pair of `clearsweep list pairs`: gives `coefficient`, unless it is written, and the law `{LAW}`",
     )
     tree[f"{wear}.coefficient_unit"] = Word(
         ("m^2/N", DIMENSIONLESS),
-        "what the coefficients are in; default dimensionless, k times the hardness, for bare numbers next to "
-        "`hardness`",
+        "unit of the coefficients; default dimensionless (k times the hardness) for bare numbers next to `hardness`",
         "m^2/N",
     )
-    tree[f"{wear}.evolve"] = Flag("the shape that wear leaves acts on contact")
+    tree[f"{wear}.evolve"] = Flag("the worn shape acts on the contact")
     tree[f"{wear}.running_in"] = Section("a coefficient that falls as the surfaces run in", "optional")
     _coefficients(tree, wear, _WEAR)
     _coefficients(tree, f"{wear}.running_in", _RUNNING_IN)
@@ -311,7 +309,7 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
     enter_numbers(tree, wear, (_BINS,), sweep=False)
     tree[f"{wear}.pressure"] = Word(
         catalogue.names("pressure"),
-        "the pressure over the contact arc; default hertz-line where there is a material or a pressure_modulus",
+        "the pressure over the contact arc; default hertz-line with a material or a pressure_modulus",
         "mean",
         sweep=True,
         noun="law",

@@ -1,18 +1,20 @@
 """Every key that any grid may contain, mechanism by mechanism: what lists of keys are made of."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from ..contracts.catalogue import Catalogue, Mechanism
-from ..contracts.outline import EVERYTHING, IN_SPACE
+from ..contracts.outline import ANY, EVERYTHING, IN_SPACE, JointOutline
 from .key_table import shape
 from .keys import Shape
 
 
 def full_shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     """Return every dotted path that any grid of this mechanism may contain, NAME standing for what it names."""
-    complete = mechanism.outlined(EVERYTHING)._replace(free=True) if mechanism.outlined else mechanism
-    return shape(complete, catalogue)
+    if not mechanism.outlined:
+        return shape(mechanism, catalogue)
+    complete = mechanism.outlined(EVERYTHING)
+    return shape(complete, catalogue) | shape(complete._replace(free=True), catalogue)  # `horizon` and `time_limit`
 
 
 class KeyTree(NamedTuple):
@@ -20,13 +22,20 @@ class KeyTree(NamedTuple):
 
     mechanism: str  # its name
     keys: Shape
+    joints: Mapping[str, str]  # those that may have clearance -> kind, as in `JointSite`
     spatial: bool = False
 
 
-def key_trees(catalogue: Catalogue) -> Iterator[KeyTree]:
-    """Yield the forms of all mechanisms, NAME standing for what a grid names."""
+def key_trees(catalogue: Catalogue, *, slots: bool = False) -> Iterator[KeyTree]:
+    """Yield the keys of all mechanisms, NAME standing for what a grid names; with `slots` also those of a slot."""
     for mechanism in catalogue.mechanisms:
-        yield KeyTree(mechanism.name, keys=full_shape(mechanism, catalogue))
-        found = mechanism.outlined(IN_SPACE) if mechanism.outlined else mechanism
-        if found.spatial:
-            yield KeyTree(mechanism.name, keys=shape(found, catalogue), spatial=True)
+        complete = mechanism.outlined(EVERYTHING) if mechanism.outlined else mechanism
+        kinds = {site.name: site.kind for site in complete.joints}
+        yield KeyTree(mechanism.name, full_shape(mechanism, catalogue), kinds)
+        if slots and ANY in kinds and mechanism.outlined:
+            slot = mechanism.outlined(EVERYTHING._replace(joints=(JointOutline(ANY, "slot", "", ""),)))
+            yield KeyTree(mechanism.name, shape(slot, catalogue), {ANY: "slot"})
+        in_space = mechanism.outlined(IN_SPACE) if mechanism.outlined else mechanism
+        if in_space.spatial:
+            kinds = {site.name: site.kind for site in in_space.joints}
+            yield KeyTree(mechanism.name, shape(in_space, catalogue), kinds, spatial=True)

@@ -12,20 +12,19 @@ _PATH = "simulate.time_budget"
 TIME_BUDGET = Field(
     "time_budget",
     "s",
-    "process time after which a case is given up, however long it is; no part of its identity; none with `life` unless "
-    "it is written",
+    "most process time of a case; not part of `case_id`; none with `life` unless it is written",
     0.0,
     1e9,
     high_open=False,
     default=600.0,
 )
 _FIELDS = (
-    Field("limit", "m", "what `of` may come to"),
+    Field("limit", "m", "largest acceptable value of `of`"),
     Field(
         "tolerance",
         "1",
-        "largest share of a jump's wear that the rates before and after it may place differently; also the half-width "
-        "of the 95 % interval of a block's wear rate over the rate",
+        "largest share of a jump's wear that the wear rates before and after it may distribute differently; also the "
+        "relative half-width of the 95 % interval of a block's wear rate",
         1e-4,
         0.5,
         low_open=False,
@@ -35,7 +34,7 @@ _FIELDS = (
     Field(
         "max_revolutions",
         "1",
-        "revolutions, `discard` included, after which a block ends however well it knows its wear rate",
+        "most revolutions of a block, `discard` included",
         0.0,
         1e6,
         high_open=False,
@@ -44,7 +43,7 @@ _FIELDS = (
     Field(
         "blocks",
         "1",
-        "blocks of revolutions, at most",
+        "most blocks of revolutions",
         2,
         1e6,
         low_open=False,
@@ -52,7 +51,7 @@ _FIELDS = (
         default=200,
         whole=True,
     ),
-    Field("longest_jump", "1", "revolutions from one block to the next, at most; left out: no bound", optional=True),
+    Field("longest_jump", "1", "most revolutions from one block to the next; left out: no bound", optional=True),
 )
 
 

@@ -5,12 +5,11 @@ from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 from ..language import quantity
-from ..language.errors import InputError, nearest, shown
-from .added_cases import ADDED
+from ..language.errors import nearest, shown
+from .added_cases import always_used, count, over_of, section_in, section_of
 from .document import WrittenValue
 from .keys import Number, Word
 from .reader import Reader
-from .seek import always_used
 
 OPTIMISE = "optimise"
 SENSES = ("minimise", "maximise")
@@ -94,25 +93,10 @@ def ends(column: str) -> tuple[str, str]:
 
 def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
     """Return path -> its place and its values as an axis has them, of what is to vary; note the kinds of choices."""
-    section = root.value.get(OPTIMISE) if isinstance(root.value, dict) else None
-    if section is None:
-        return {}
-    if not isinstance(section.value, dict):
-        reader.problems.add(section, OPTIMISE, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
-        return {}
-    for key in section.value:
-        if key not in (*KEYS, ADDED):
-            sentence = f"unknown key '{key}'{nearest(key, KEYS)} (allowed: {', '.join(KEYS)})"
-            reader.problems.add(section.key_place(key), f"{OPTIMISE}.{key}", sentence)
-    for other in ("sweep", "zip", "cases", "sample", "seek", "refine"):
-        if other in root.value:
-            sentence = f"conflicts with `{other}`; `optimise` chooses all cases itself; remove one of the two"
-            reader.problems.add(section, OPTIMISE, sentence)
-            return {}
-    over = section.value.get("over")
-    if over is None or not isinstance(over.value, dict) or not over.value:
-        place = over or section
-        reader.problems.add(place, f"{OPTIMISE}.over", f"names nothing to vary; for example: {_EXAMPLE}")
+    section = section_of(reader, root, OPTIMISE, KEYS, _EXAMPLE)
+    others = ("sweep", "zip", "cases", "sample", "seek", "refine")
+    over = over_of(reader, root, section, OPTIMISE, others, _EXAMPLE) if section else None
+    if over is None:
         return {}
     variables = {}
     for path, written in over.value.items():
@@ -148,7 +132,7 @@ def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | 
 
 def read(reader: Reader, root: WrittenValue) -> Optimise | None:
     """Return what is to be optimised, the axes being known; None where nothing is or something is wrong."""
-    section = root.value.get(OPTIMISE) if isinstance(root.value, dict) else None
+    section = section_in(root, OPTIMISE)
     paths = [path for path, way in reader.way.items() if way == OPTIMISE]
     if section is None or not isinstance(section.value, dict) or not paths or not set(paths) <= reader.axes.keys():
         return None
@@ -195,27 +179,6 @@ def _objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool]
         sentence = "is missing; write the column to make small, or maximise: the one to make large"
         reader.problems.add(section, f"{OPTIMISE}.{SENSES[0]}", sentence)
     return tuple(objectives)
-
-
-def count(
-    reader: Reader, section: WrittenValue, key: tuple[str, str], allowed: tuple[int, int], default: int | None
-) -> int | None:
-    """Return a whole number of a section, `key` its name and the key in it; None where it is missing or wrong."""
-    written, where = section.value.get(key[1]), ".".join(key)
-    if written is None:
-        if default is None:
-            reader.problems.add(section, where, "is missing; write how many cases there may be")
-        return default
-    try:
-        value = quantity.read(written.value, "1")
-    except InputError as error:
-        reader.problems.add(written, where, str(error))
-        return None
-    if value != int(value) or not allowed[0] <= value <= allowed[1]:
-        sentence = f"found {written.value}; allowed: a whole number from {allowed[0]} to {allowed[1]:,}"
-        reader.problems.add(written, where, sentence)
-        return None
-    return int(value)
 
 
 def start_of(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:

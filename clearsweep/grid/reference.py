@@ -1,7 +1,9 @@
 """The keys of grid files as a page to read, made of the keys there are."""
 
+import math
+import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ..contracts.catalogue import Catalogue, Field
 from ..contracts.outline import ANY
@@ -14,27 +16,34 @@ from .limit_keys import SECTIONS
 from .sampling import DISTRIBUTIONS, METHODS
 from .uncertain import UNCERTAIN
 
-_NEED = {"required": "required", "optional": "may be left out", "implied": "may be left out where all has a default"}
 _SEARCHES = ("seek", "refine", "optimise", "identify")
 _HEAD = """\
 # Keys of a grid file
 
 <!-- written by `clearsweep schema --markdown`; a test compares -->
 
-A grid file is YAML 1.2. Its keys depend on `mechanism.type`; `NAME` represents a name that the grid chooses. A quantity
-is text with a unit (`0.5 mm`, `5000 rpm`) or a bare number in the SI unit given here; any unit of the same dimension
-will do. *Required* means that a key has no default, a dash that it may be left out. Every key can be swept, unless it
-says that it cannot; of words, only the names of laws can. `clearsweep list NAME` says what a law does with its keys.
-The same as a JSON Schema, for editors: `clearsweep schema`.
+A grid file is YAML 1.2. `NAME` is a name that the grid chooses. A quantity is text with a unit (`0.5 mm`, `5000 rpm`)
+or a bare number in the SI unit of the table; any unit of the same dimension is allowed. In the column *default*,
+*required* marks a key without a default and a dash an optional one. Words in italics say which mechanisms or joints
+have a key; without them all have it. Laws before a colon say which laws use it.
+
+Sweeps may vary numbers, except those marked *fixed*, and names of laws. Items of a list have the paths `.0`, `.1`,
+`.2`. `clearsweep list NAME` explains a law and its keys. `clearsweep schema` writes the same keys as a JSON Schema for
+editors.
 """
 _TABLE = "| key | unit | allowed | default | meaning |\n| --- | --- | --- | --- | --- |"
+_JOINT = f"joints.{ANY}"
+#: Sections with the keys of another one: path -> path of the other, and whose keys they are.
+_LIKE = {f"{_JOINT}.axial": (f"{_JOINT}.contact", "flange"), f"loads.{ANY}.friction": (f"{_JOINT}.friction", "load")}
+_KINDS = {"revolute": "pin", "guide": "guide", "slot": "slot", "line": "impact-pair", ANY: "pin"}
+_SPACE = "in space"
 
 
 class _Row(NamedTuple):
     """One line of a table."""
 
     key: str
-    unit: str
+    units: tuple[str, ...]
     allowed: str
     default: str
     text: str
@@ -42,8 +51,12 @@ class _Row(NamedTuple):
     options: tuple[str, ...] = ()  # words that are allowed
 
     def __str__(self) -> str:
-        cells = (f"`{self.key}`", self.unit, self.allowed or _quoted(self.options), self.default, self.text)
+        units = " or ".join(unit or "1" for unit in self.units) if any(self.units) else ""
+        cells = (f"`{self.key}`", units, self.allowed or _quoted(self.options), self.default, self.text)
         return f"| {' | '.join(cell.replace('|', '&#124;').replace('<', '&lt;') for cell in cells)} |"
+
+
+_Places = dict[str, tuple[Section, tuple[_Row, ...]]]  # mechanism, or kind of joint -> a section there
 
 
 def _quoted(words: Iterable[str]) -> str:
@@ -51,188 +64,171 @@ def _quoted(words: Iterable[str]) -> str:
     return ", ".join(f"`{word}`" for word in words)
 
 
-class _Where(NamedTuple):
-    """Whose grids have a section: a mechanism, in the plane or in space; of joints also which of them."""
-
-    mechanism: str
-    spatial: bool
-    joints: tuple[str, ...] = ()
-
-    def name(self) -> str:
-        """Return the title of the mechanism."""
-        return f"{self.mechanism} in space" if self.spatial else self.mechanism
-
-
-_Places = dict[_Where, tuple[Section, tuple[_Row, ...]]]
-
-
 def markdown(catalogue: Catalogue) -> str:
     """Return every key of a grid file with unit, range, default and meaning, as a page in Markdown.
 
     A section that several mechanisms or joints have is there once; a row says which of them has it, unless all have.
     """
+    trees = tuple(key_trees(catalogue, slots=True))
     sections: dict[str, _Places] = {}
-    for tree in key_trees(catalogue):
-        for path, where, section, rows in _sections(tree):
-            if rows:
-                sections.setdefault(path, {})[where] = section, rows
+    for tree in trees:
+        for path, node in tree.keys.items():
+            if isinstance(node, Section) and not node.items and (rows := tuple(_rows(tree.keys, path))):
+                common, place = _common(tree, path)
+                sections.setdefault(common, {}).setdefault(place, (node, rows))
     alike: dict[tuple[_Row, ...], list[str]] = {}
     tops = list(dict.fromkeys(path.partition(".")[0] for path in sections))
     for path, places in sorted(sections.items(), key=lambda item: tops.index(item[0].partition(".")[0])):
         alike.setdefault(tuple(_together(places)), []).append(path)
-    parts = [_HEAD, *_overview(sections)]
+    parts = [_HEAD, *_overview(trees)]
     for rows, paths in alike.items():
-        texts = dict.fromkeys(_sentences(sections[path]) for path in paths)
-        parts += [f"## {_quoted(paths)}\n", " ".join(texts) + "\n", _TABLE, *map(str, rows), ""]
+        like = [other for other, (path, _) in _LIKE.items() if path in paths]
+        texts = _sentences({path: sections[path] for path in paths})
+        parts += [f"## {_quoted([*paths, *like])}\n", f"{texts}\n", _TABLE, *map(str, rows), ""]
     return "\n".join([*parts, _cases(catalogue)])
 
 
-def _sections(tree: KeyTree) -> Iterator[tuple[str, _Where, Section, tuple[_Row, ...]]]:
-    """Yield (path, where, section, rows) of each section; joints with the same sections inside are one, called NAME."""
-    kinds: dict[tuple[str, ...], list[str]] = {}  # the sections within a joint -> joints
-    for joint in (path for path in tree.keys if path.startswith("joints.") and path.count(".") == 1):
-        inside = tuple(each.removeprefix(joint) for each in tree.keys if each.startswith(f"{joint}."))
-        kinds.setdefault(inside, []).append(joint)
-    for path, node in tree.keys.items():
-        if not isinstance(node, Section):
-            continue
-        if not path.startswith("joints."):
-            yield path, _Where(tree.mechanism, tree.spatial), node, tuple(_rows(tree.keys, path))
-            continue
-        joint = ".".join(path.split(".")[:2])
-        alike = next(joints for joints in kinds.values() if joint in joints)
-        if joint == alike[0]:
-            names = tuple(each.removeprefix("joints.") for each in alike)
-            tables = {name: tuple(_rows(tree.keys, path.replace(joint, f"joints.{name}", 1))) for name in names}
-            where = _Where(tree.mechanism, tree.spatial, names if len(kinds) > 1 else ())
-            yield path.replace(joint, f"joints.{ANY}", 1), where, node, _merged(tables)
+def _common(tree: KeyTree, path: str) -> tuple[str, str]:
+    """Return the path under which the page has a section, and the mechanism or the kind of joint that it is of."""
+    place = f"{tree.mechanism} {_SPACE}" if tree.spatial else tree.mechanism
+    first, _, rest = path.partition(".")
+    if first == "joints" and rest:
+        joint, _, inside = rest.partition(".")
+        place = _SPACE if tree.spatial else _KINDS[tree.joints[joint]]
+        path = f"{_JOINT}.{inside}" if inside else _JOINT
+    return _LIKE.get(path, (path, place))
 
 
-def _overview(sections: Mapping[str, _Places]) -> Iterator[str]:
-    """Yield a table of the mechanisms and of the sections that describe their bodies."""
-    yield "| mechanism | its own sections |\n| --- | --- |"
-    names = list(dict.fromkeys(where.name() for places in sections.values() for where in places))
-    for name in names:
-        own = [path for path, places in sections.items() if name in {where.name() for where in places}]
-        listed = _quoted(path for path in own if path.startswith("mechanism."))
-        yield f"| {name} | {listed} |"
+def _overview(trees: Iterable[KeyTree]) -> Iterator[str]:
+    """Yield a table of the mechanisms and of the joints that may have clearance."""
+    yield "| mechanism | joints that may have clearance (body of the journal) |\n| --- | --- |"
+    for tree in trees:
+        words = []
+        for joint, kind in tree.joints.items():
+            journal = tree.keys.get(f"joints.{joint}.journal")
+            body = journal.default if isinstance(journal, Word) and journal.default else ""
+            words.append(f"`{joint}` ({body})" if body else f"`{joint}`" + (", a guide" if kind == "guide" else ""))
+        if set(tree.joints.values()) != {"slot"}:
+            yield f"| {tree.mechanism}{f' {_SPACE}' if tree.spatial else ''} | {', '.join(words)} |"
     yield ""
 
 
 def _together(places: _Places) -> Iterator[_Row]:
     """Yield the rows of a section; those that only some of its mechanisms or joints have say which.
 
-    Rows that differ in laws or options alone are one: which laws a joint can have is in the row of `law`.
+    Rows that differ in units, laws or options alone are one: which laws a joint can have is in the row of `law`.
     """
-    rows: dict[_Row, dict[_Where, _Row]] = {}
-    for where, (_, own) in places.items():
+    rows: dict[_Row, dict[str, list[_Row]]] = {}
+    for place, (_, own) in places.items():
         for row in own:
-            rows.setdefault(row._replace(laws=(), options=()), {})[where] = row
+            rows.setdefault(row._replace(units=(), laws=(), options=()), {}).setdefault(place, []).append(row)
     order, known = list(dict.fromkeys(row.key for row in rows)), tuple[str, ...]()
     for row, owners in sorted(rows.items(), key=lambda item: order.index(item[0].key)):
-        laws = tuple(dict.fromkeys(law for each in owners.values() for law in each.laws))
-        options = tuple(dict.fromkeys(word for each in owners.values() for word in each.options))
+        every = [each for own in owners.values() for each in own]
+        units = tuple(dict.fromkeys(unit for each in every for unit in each.units))
+        laws = tuple(dict.fromkeys(law for each in every for law in each.laws)) if all(r.laws for r in every) else ()
+        options = tuple(dict.fromkeys(word for each in every for word in each.options))
         known = options if row.key == "law" else known
         text = f"{_laws(laws, known)}: {row.text}" if laws else row.text
-        lacking: dict[tuple[str, ...], list[_Where]] = {}
-        for where, each in owners.items():
-            lacking.setdefault(tuple(word for word in options if word not in each.options), []).append(where)
+        lacking: dict[tuple[str, ...], list[str]] = {}
+        for place, each in owners.items():
+            lacking.setdefault(tuple(word for word in options if word not in each[0].options), []).append(place)
         for words, those in lacking.items():
             text += f"; {_only(those, owners)}: without {_quoted(words)}" if words else ""
-        only = _only(owners, places)
-        yield row._replace(text=f"*{only}*: {text}" if only else text, options=options)
+        having = {place for place, (_, own) in places.items() if any({*laws} & {*each.options} for each in own)}
+        only = "" if having == set(owners) else _only(owners, places)  # the row of `law` says where a law is
+        yield row._replace(units=units, text=f"*{only}*: {text}" if only else text, options=options)
 
 
 def _laws(own: Collection[str], known: Collection[str]) -> str:
     """Return the names of laws; where most of a section's have something, of those that have not."""
     others = [name for name in known if name not in own]
-    return f"all but {_quoted(others)}" if 0 < len(others) < len(own) / 2 and {*own} <= {*known} else _quoted(own)
+    if others and len(others) < len(own) and {*own} <= {*known}:
+        return f"all but {_quoted(others)}"
+    return "all" if {*own} == {*known} else _quoted(own)
 
 
-def _only(owners: Collection[_Where], places: Collection[_Where]) -> str:
+def _only(owners: Collection[str], places: Collection[str]) -> str:
     """Return which of several have something, in words; nothing, where all have it."""
     if len(owners) == len(places):
         return ""
-    for spatial, text in ((True, "in space"), (False, "in the plane")):
-        if set(owners) == {where for where in places if where.spatial == spatial}:
+    in_space = {place for place in places if place.endswith(_SPACE)}
+    in_plane = set(places) - in_space - {"impact-pair"}
+    for group, text in ((in_space, _SPACE), (in_plane, "in the plane"), (set(places) - in_space, f"not {_SPACE}")):
+        if set(owners) == group:
             return text
-    others = [where for where in places if where not in owners]
-    return f"not {_named(others, places)}" if len(others) < len(owners) else _named(owners, places)
+    others = [place for place in places if place not in owners]
+    return f"not {', '.join(others)}" if len(others) < len(owners) else ", ".join(owners)
 
 
-def _named(owners: Collection[_Where], places: Collection[_Where]) -> str:
-    """Return the names of the mechanisms and, where it is only some of their joints, of these."""
-    words = []
-    for name in dict.fromkeys(where.name() for where in owners):
-        own, every = ([where for where in those if where.name() == name] for those in (owners, places))
-        joints = "" if len(own) == len(every) else f" ({', '.join(joint for where in own for joint in where.joints)})"
-        words.append(f"{name}{joints}")
-    return ", ".join(words)
-
-
-def _sentences(places: _Places) -> str:
-    """Return what a section is, and whether it is needed; where that differs, for whom."""
-    texts: dict[str, list[_Where]] = {}
-    for where, (section, _) in places.items():
-        texts.setdefault(_sentence(section), []).append(where)
-    return " ".join(f"{text[:-1]} ({only})." if (only := _only(own, places)) else text for text, own in texts.items())
-
-
-def _sentence(section: Section) -> str:
-    """Return what a section is, and whether it is needed."""
-    need = "" if "left out" in section.text else f"; {_NEED[section.need]}"
-    form = f"; a list of {ITEMS[section.items]}" if section.items else ""
-    form += " or one quantity" if section.alone else ""
-    return f"{section.text[0].upper()}{section.text[1:]}{form}{need}."
-
-
-def _merged(tables: dict[str, tuple[_Row, ...]]) -> tuple[_Row, ...]:
-    """Return the rows that several joints have in common; a cell in which they differ says so joint by joint."""
-    merged = []
-    for rows in zip(*tables.values(), strict=True):
-        cells: list[Any] = []
-        for values in zip(*rows, strict=True):
-            each = "; ".join(
-                f"{joint}: {_quoted(value) if isinstance(value, tuple) else value}"
-                for joint, value in zip(tables, values, strict=True)
-            )
-            cells.append(values[0] if len(set(values)) == 1 else each)
-        row = _Row(*cells)
-        merged.append(row if isinstance(row.options, tuple) else row._replace(allowed=row.options, options=()))
-    return tuple(merged)
+def _sentences(sections: Mapping[str, _Places]) -> str:
+    """Return what sections with the same keys are, and whether they are needed; where that differs, for whom."""
+    texts: dict[tuple[str, str], None] = {}
+    for path, places in sections.items():
+        of: dict[tuple[str, str], list[str]] = {}
+        for place, (section, _) in places.items():
+            need = "" if "left out" in section.text else "required" if section.need == "required" else "optional"
+            text = "" if section.text.endswith(f" {path.rpartition('.')[2]}") else _of_body(path, section.text)
+            of.setdefault((text, need), []).append(place)
+        for (text, need), own in of.items():
+            only = _only(own, places)
+            texts[f"{text} ({only})" if only and text else text, need] = None
+    needs = {need for _, need in texts}
+    lines = [text if len(needs) == 1 else f"{text}; {need}" if text and need else text or need for text, need in texts]
+    common = needs if len(needs) == 1 else set()
+    return " ".join(f"{line[0].upper()}{line[1:]}." for line in (*lines, *common) if line)
 
 
 def _rows(tree: Shape, path: str) -> Iterator[_Row]:
-    """Yield the rows of the keys that are directly in the section at `path`."""
+    """Yield the rows of the keys that are directly in the section at `path`; a list is one row."""
     for inner, node in tree.items():
         parent, _, key = inner.rpartition(".")
         if isinstance(tree.get(parent), Number):  # a quantity, or a section in its place
             parent, _, above = parent.rpartition(".")
             key = f"{above}.{key}"
-        if parent != path or isinstance(node, Section):
+        if parent != path:
             continue
-        if isinstance(node, Table):
-            columns = "; ".join(f"`{field.name}` ({field.unit})" for field in node.columns[2] + node.columns[3])
-            yield _Row(key, "", f"a .csv file with columns of {columns}", "-", f"{node.columns.text}; cannot be swept")
+        if isinstance(node, Section):
+            if node.items:
+                yield _list(tree, inner, key, node)
+        elif isinstance(node, Table):
+            columns = ", ".join(f"`{field.name}` ({field.unit})" for field in node.columns[2] + node.columns[3])
+            yield _Row(key, (), f".csv: {columns}", "-", node.columns.text)
         elif isinstance(node, Name):
-            yield _Row(key, "", "a name of a library", "-", f"{node.text}; cannot be swept")
+            yield _Row(key, (), "a name", "-", _of_body(inner, node.text))
         elif isinstance(node, Flag):
             default = "`true`" if node.default else "`false`"
-            yield _Row(key, "", "`true`, `false`", default, f"{node.text}; cannot be swept")
+            yield _Row(key, (), "`true`, `false`", default, node.text)
         elif isinstance(node, Word):
-            default = f"`{node.default}`" if node.default else "required"
-            named = any(ANY in option for option in node.options)
-            options = () if named else tuple(filter(None, node.options))
-            yield _Row(
-                key,
-                "",
-                "a name" if named or not any(options) else "",
-                "-" if named else default,
-                node.text,
-                options=options,
-            )
+            yield _word(inner, key, node)
         else:
             yield from _quantity(tree, inner, key, node)
+
+
+def _word(path: str, key: str, node: Word) -> _Row:
+    """Return the row of a key that holds a word."""
+    default = f"`{node.default}`" if node.default else "required"
+    if path == "simulate.until.figure":
+        return _Row(key, (), "a [column](columns.md) with a star", default, node.text)
+    if path.startswith("joints.") and path.endswith(".journal"):
+        return _Row(key, (), "a body of the joint", "-", node.text)
+    if path in ("life.joint", f"loads.{ANY}.on"):
+        return _Row(key, (), "a name", "required", node.text)
+    if any(ANY in option for option in node.options) or not any(node.options):
+        return _Row(key, (), "a name", "-", node.text)
+    return _Row(key, (), "", default, node.text, options=tuple(filter(None, node.options)))
+
+
+def _list(tree: Shape, path: str, key: str, section: Section) -> _Row:
+    """Return the row of a list, by its items."""
+    nodes = [tree[f"{path}.{k}"] for k in range(section.items)]
+    rows = [next(_quantity(tree, path, key, node)) for node in nodes if isinstance(node, Number)]
+    allowed = f"{ITEMS[section.items]} {'names' if not rows else ', each ' + rows[0].allowed}".replace(" ,", ",")
+    allowed += ", or one quantity" if section.alone else ""
+    defaults = list(dict.fromkeys(row.default for row in rows))
+    default = "required" if section.need == "required" else "-"
+    default = defaults[0] if section.need == "implied" and len(defaults) == 1 else default
+    return _Row(key, rows[0].units if rows else (), allowed, default, section.text)
 
 
 def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[_Row]:
@@ -241,14 +237,39 @@ def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[_Row]:
     elastic = tree.get(f"{'.'.join(path.split('.')[:2])}.contact.elastic")
     for field, when in node.uses:
         always = not when or (isinstance(elastic, Word) and when == elastic.when)
+        always = always or when[-1][0].endswith(".coefficient_unit")  # it decides the unit alone
         meanings.setdefault(field, []).extend(() if always else sorted(when[-1][1]))
     for field, laws in meanings.items():
         default = "-" if field.optional else "required"
-        default = default if field.default is None else f"{field.default:.15g}"
-        fixed = "" if node.sweep else "; cannot be swept"
-        allowed = field._replace(unit="1").allowed()
+        default = default if field.default is None else _number(field.default)
+        text = _of_body(path, field.text)
         unit = "" if field.unit == "1" else field.unit
-        yield _Row(key, unit, allowed, default, f"{field.text}{fixed}", tuple(laws))
+        yield _Row(key, (unit,), _range(field), default, text if node.sweep else f"{text}; *fixed*", tuple(laws))
+
+
+def _of_body(path: str, text: str) -> str:
+    """Return a text so that it is the same for the materials of bearing and journal."""
+    return re.sub(r"\bthe (bearing|journal)\b", "this body", text) if ".material." in path else text
+
+
+def _number(value: float) -> str:
+    """Return a number, a power of ten as one."""
+    text = f"{value:g}" if float(f"{value:g}") == value else f"{value:.15g}"
+    return re.sub(r"e\+?(-?)0?(\d)", r"e\1\2", text)
+
+
+def _range(field: Field) -> str:
+    """Return the values that a key allows, in few words."""
+    low, high = _number(field.low), _number(field.high)
+    if field.low == -math.inf:
+        text = "any"
+    elif field.high == math.inf:
+        text = f"above {low}" if field.low_open else f"at least {low}"
+    elif field.low_open or field.high_open:
+        text = f"{'above' if field.low_open else 'from'} {low}, {'below' if field.high_open else 'up to'} {high}"
+    else:
+        text = f"{low} to {high}"
+    return f"whole, {text}" if field.whole else text
 
 
 def _cases(catalogue: Catalogue) -> str:
@@ -261,7 +282,7 @@ def _cases(catalogue: Catalogue) -> str:
         key: top[key].get("description", "")
         for key in ("name", "define", "sweep", "zip", "sample", *SECTIONS, UNCERTAIN, *_SEARCHES)
     }
-    texts["cases"] = "a table next to the grid, .csv or .parquet: one path with its unit a column, one case a row"
+    texts["cases"] = "a table next to the grid, .csv or .parquet: a column per path, a row per case"
     texts["name"] = texts["name"].replace("<name>", "NAME")
     rows = [
         f"| `{key}` | {texts[key]} |"
@@ -287,8 +308,8 @@ def _cases(catalogue: Catalogue) -> str:
     kinds.append(f"| `fit` | {FORM}, of a radial clearance: between the limits of a fit |")
     sample = [
         "| `method` | one of the designs below |",
-        "| `n` | a whole number, at least 2: how many points |",
-        "| `seed` | a whole number, at least 0, default 0: the same seed gives the same cases |",
+        "| `n` | number of points, at least 2 |",
+        "| `seed` | a whole number, default 0; the same seed gives the same cases |",
         "| `over` | dotted path -> distribution |",
     ]
     return "\n".join(
@@ -314,36 +335,36 @@ def _cases(catalogue: Catalogue) -> str:
 
 def _searches() -> list[str]:
     """Return the sections that add cases, line by line."""
-    row = "| `added` | nothing that is written: run.json keeps the cases here that a run added |"
+    row = "| `added` | do not write it: run.json lists the added cases here |"
     seek = [
-        "| `largest` | the dotted path whose largest value is sought, or several that take the same value |",
-        "| `smallest` | or the path whose smallest value is sought |",
-        "| `between` | [low, high]: the range to look in |",
-        "| `within` | how close the answer has to be, at most a quarter of the range |",
-        "| `among` | {fits: [H7/g6, H7/f7]} in place of both: each fit is judged at its largest clearance |",
+        "| `largest` | the path whose largest value is wanted, or several paths with a common value |",
+        "| `smallest` | the same for the smallest value |",
+        "| `between` | [low, high]: the range of the search |",
+        "| `within` | accuracy of the answer, at most a quarter of the range |",
+        "| `among` | {fits: [H7/g6, H7/f7]} instead of both: each fit counts with its largest clearance |",
         "| `meeting` | `limits`, the default |",
-        "| `for` | `each` case of the other axes, the default, or `all`: the worst of them |",
+        "| `for` | `each` case of the other axes (default), or `all`: the worst case decides |",
         row,
     ]
     refine = [
-        "| `along` | `limits`, the default: whose border the further cases follow |",
-        "| `cases` | a whole number, at least 1: how many there may be |",
+        "| `along` | `limits`, the default: the border to follow |",
+        "| `cases` | most cases to add, a whole number |",
         row,
     ]
     optimise = [
         "| `over` | dotted path -> [low, high], {among: [a, b, ...]} (words, fits, numbers) or {whole: [low, high]} |",
-        "| `minimise` | the column, or columns, to make small |",
-        "| `maximise` | the column, or columns, to make large |",
-        "| `cases` | a whole number, at least 1: how many there may be |",
-        "| `seed` | a whole number, at least 0, default 0, of the sampler |",
+        "| `minimise` | column or columns to minimise |",
+        "| `maximise` | column or columns to maximise |",
+        "| `cases` | most cases to add, a whole number |",
+        "| `seed` | a whole number, default 0 |",
         row,
     ]
     identify = [
         "| `over` | dotted path -> [low, high], the range of its prior |",
-        "| `from` | CSV file next to the grid -> {channel: column}, of what was measured |",
-        "| `cases` | a whole number, at least 16: how many there may be |",
-        "| `features` | a list of rms, peaks, spectrum, impacts; default all of them |",
-        "| `seed` | a whole number, at least 0, default 0, of what is drawn |",
+        "| `from` | CSV file next to the grid -> {channel: column} of the measured signals |",
+        "| `cases` | most cases to add, a whole number of at least 16 |",
+        "| `features` | a list of rms, peaks, spectrum, impacts; default all |",
+        "| `seed` | a whole number, default 0 |",
         row,
     ]
     lines = []

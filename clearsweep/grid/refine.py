@@ -3,13 +3,12 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from ..language import quantity
-from ..language.errors import InputError, nearest, shown
-from .added_cases import ADDED
+from ..language.errors import shown
+from .added_cases import always_used, count, section_of
 from .document import WrittenValue
 from .keys import Number, value_key
 from .reader import Reader
-from .seek import SEEK, always_used
+from .seek import SEEK
 
 REFINE = "refine"
 ALONG = "limits"
@@ -31,17 +30,10 @@ class Refine(NamedTuple):
 
 def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Refine | None:
     """Return how the grid is refined, its axes being known; None where it is not or something is wrong."""
-    section = root.value.get(REFINE) if isinstance(root.value, dict) else None
+    noted = len(reader.problems)
+    section = section_of(reader, root, REFINE, KEYS, _EXAMPLE)
     if section is None:
         return None
-    if not isinstance(section.value, dict):
-        reader.problems.add(section, REFINE, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
-        return None
-    noted = len(reader.problems)
-    for key in section.value:
-        if key not in (*KEYS, ADDED):
-            sentence = f"unknown key '{key}'{nearest(key, KEYS)} (allowed: {', '.join(KEYS)})"
-            reader.problems.add(section.key_place(key), f"{REFINE}.{key}", sentence)
     border = section.value.get("along")
     if border is not None and border.value != ALONG:
         reader.problems.add(border, f"{REFINE}.along", f"found {shown(border.value)}; expected {ALONG}")
@@ -56,7 +48,7 @@ def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Refin
         reader.problems.add(section, REFINE, sentence)
     for path in reader.axes:
         always_used(reader, section, REFINE, path)
-    cases = _cases(reader, section)
+    cases = count(reader, section, (REFINE, "cases"), (1, MOST_CASES), None)
     return None if cases is None or len(reader.problems) > noted else Refine(cases, paths)
 
 
@@ -65,21 +57,3 @@ def _divisible(reader: Reader, path: str) -> bool:
     node = value_key(reader.shape, path)
     whole = not isinstance(node, Number) or any(use.field.whole for use in node.uses)
     return not whole and not path.endswith(".exponent") and len(reader.axes[path]) > 1
-
-
-def _cases(reader: Reader, section: WrittenValue) -> int | None:
-    """Return how many cases may be added, None where that is missing or wrong."""
-    written = section.value.get("cases")
-    if written is None:
-        reader.problems.add(section, f"{REFINE}.cases", "is missing; write how many further cases there may be")
-        return None
-    try:
-        cases = quantity.read(written.value, "1")
-    except InputError as error:
-        reader.problems.add(written, f"{REFINE}.cases", str(error))
-        return None
-    if cases != int(cases) or not 1 <= cases <= MOST_CASES:
-        sentence = f"found {written.value}; allowed: a whole number from 1 to {MOST_CASES:,}"
-        reader.problems.add(written, f"{REFINE}.cases", sentence)
-        return None
-    return int(cases)

@@ -6,12 +6,12 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from ..language import quantity
-from ..language.errors import InputError, nearest, shown
-from .added_cases import ADDED
+from ..language.errors import InputError, shown
+from .added_cases import always_used, section_in, section_of
 from .document import WrittenValue
 from .fits import fits_among
 from .iso286 import Fit
-from .keys import Number, Word, value_key
+from .keys import Number
 from .reader import Reader
 
 SEEK = "seek"
@@ -82,16 +82,9 @@ def range_of(
 
     `values_of` a path gives its values as far as known, from which fits have their sizes.
     """
-    section = root.value.get(SEEK) if isinstance(root.value, dict) else None
+    section = section_of(reader, root, SEEK, KEYS, _EXAMPLE)
     if section is None:
         return None
-    if not isinstance(section.value, dict):
-        reader.problems.add(section, SEEK, f"found {shown(section.value)}; expected a section such as {_EXAMPLE}")
-        return None
-    for key in section.value:
-        if key not in (*KEYS, ADDED):
-            sentence = f"unknown key '{key}'{nearest(key, KEYS)} (allowed: {', '.join(KEYS)})"
-            reader.problems.add(section.key_place(key), f"{SEEK}.{key}", sentence)
     ends = [end for end in ENDS if end in section.value]
     between = section.value.get("between")
     if len(ends) != 1:
@@ -150,7 +143,7 @@ def _among(
 
 def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | None:
     """Return what is searched for, its axis being known; None where nothing is or something is wrong."""
-    section = root.value.get(SEEK) if isinstance(root.value, dict) else None
+    section = section_in(root, SEEK)
     paths = tuple(path for path, way in reader.way.items() if way == SEEK)
     if section is None or not paths or not set(paths) <= reader.axes.keys():
         return None
@@ -205,16 +198,3 @@ def _unit(reader: Reader, path: str) -> str:
     assert isinstance(node, Number)  # others cannot be searched for
     exponents = reader.reached(f"{path.rpartition('.')[0]}.exponent")
     return quantity.exponent_of(node.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
-
-
-def always_used(reader: Reader, place: WrittenValue, section: str, path: str) -> None:
-    """Note a swept key that some of the swept laws do not use: cases are added one by one, and each has every value."""
-    node = value_key(reader.shape, path)
-    if isinstance(node, Word):
-        return
-    for chooser in node.choosers():
-        for law in reader.axes.get(chooser, ()):
-            if not node.used(reader.names | {chooser: frozenset({law})}):
-                sentence = f"{path} is not used by {law}; with `{section}` every law that is tried has to use every key"
-                reader.problems.add(place, section, f"{sentence} that is swept")
-                return

@@ -13,11 +13,11 @@ _SLEEVE = (
     Field("journal_length", "m", "length of the journal; default: that of the bearing", optional=True),
 )
 _AXIAL = Field(
-    "axial_clearance", "m", "between the ends of bearing and journal, where it is in the middle, on each side"
+    "axial_clearance", "m", "between the ends of bearing and journal on each side, with the journal in the middle"
 )
 _MISALIGNED = (
-    ("tilt", "rotation of the bearing in its body, a rotation vector about the body's x and y", "rad", 2),
-    ("offset", "of the bearing's middle in its body, along the body's axes", "m", 3),
+    ("tilt", "rotation vector of the bearing about x and y of its body", "rad", 2),
+    ("offset", "offset of the bearing's middle along the axes of its body", "m", 3),
 )
 
 
@@ -37,13 +37,13 @@ def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
     tree[f"{path}.type"] = Word(("spatial",), "the kind of the joint")
     enter_numbers(tree, path, _SLEEVE)
     tree[f"{path}.flange"] = Flag(
-        "the journal is kept between flanges, `axial_clearance` away on each side", default=True
+        "the bearing has flanges, `axial_clearance` away from the journal on each side", default=True
     )
     elastic = frozenset(law.name for law in catalogue.of("law") if not law.yields)
     tree[f"{path}.walls"] = Word(
         ("spread", "ends"),
-        "where the walls bear; spread: over the whole overlap of journal and bore, stiffness evenly spread; ends: at "
-        "the two ends, half the stiffness each; laws that keep an indentation bear at the ends",
+        "where the walls carry load; spread: evenly over the overlap of journal and bore; ends: at "
+        "the two ends, half the stiffness each; laws with permanent indentation: at the ends",
         "spread",
         sweep=True,
         when=((f"{path}.contact.law", elastic),),

@@ -24,15 +24,11 @@ def enter_film(tree: Shape, path: str, catalogue: Catalogue) -> None:
     tree[f"{film}.law"] = Word(
         catalogue.names("film"), "the law of the film's force", film_keys.DEFAULT_LAW, sweep=True, noun="law"
     )
-    tree[f"{film}.{OIL}"] = Name(
-        tuple(OILS), "an oil, from `clearsweep list oils`: gives `viscosity` at both temperatures and the density"
-    )
+    tree[f"{film}.{OIL}"] = Name(tuple(OILS), "an oil of `clearsweep list oils`: gives viscosities and density")
     enter_numbers(tree, film, (film_keys.VISCOSITY,))
     enter_numbers(tree, f"{film}.viscosity", film_keys.OIL)
     enter_numbers(tree, film, (film_keys.TEMPERATURE, *film_keys.FILM))
-    tree[f"{film}.thermal"] = Section(
-        "a heat balance gives the temperature: ambient + mean loss / conductance", "optional"
-    )
+    tree[f"{film}.thermal"] = Section("heat balance: temperature = ambient + mean loss / conductance", "optional")
     enter_numbers(tree, f"{film}.thermal", film_keys.THERMAL)
     tree[f"{film}.friction"] = Word(
         ("by-law", *catalogue.names("film-friction")),

@@ -73,7 +73,7 @@ def scale(unit: str, values: Iterable[float | None] | float, *, speed: bool = Fa
             return Scale(factor, name) if largest > 0.0 else Scale(1.0, pretty(unit))
     if unit in ("1", "", None) or 1e-3 <= largest < 1e5 or largest == 0.0:
         return Scale(1.0, pretty(unit))
-    power = 3 * math.floor(math.log10(largest) / 3.0)
+    power = math.floor(math.log10(largest) + 1e-12)
     return Scale(10.0**power, f"10{str(power).translate(_SUPERSCRIPTS)}{BLANK}{pretty(unit)}")
 
 

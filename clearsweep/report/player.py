@@ -13,6 +13,7 @@ from .motion import History, courses, saved_of
 from .section import Interactive
 from .study import Study, resolved
 
+ROUNDING = 1e-12  # of the largest value of a curve: such a torque at a dead centre is none
 MOST = 3000  # samples: of longer histories those round the largest force
 DEEPEST = 0.25  # of the clearance, as deep as the deepest penetration is drawn
 WITHOUT = "The motion needs scripts; clearsweep show DIR CASE draws it without."
@@ -99,13 +100,19 @@ def _joints(study: Study, case_id: str, path: Mapping, part: slice) -> list[dict
     return joints
 
 
+def _without_rounding(values: np.ndarray) -> np.ndarray:
+    """Return values whose size is that of rounding errors, next to the largest of them, as 0."""
+    clean: np.ndarray = np.where(np.abs(values) < ROUNDING * np.nanmax(np.abs(values), initial=0.0), 0.0, values)
+    return clean
+
+
 def _charts(study: Study, case_id: str, saved: History, part: slice) -> list[dict]:
     charts = []
     for curve in courses(study, case_id, saved):
         scale = wording.scale(curve.unit, curve.actual[part])
-        lines = [("with clearance", curve.actual, "accent", False)]
+        lines = [("with clearance", _without_rounding(curve.actual), "accent", False)]
         if curve.ideal is not None:
-            lines.append(("ideal", curve.ideal, "mark", True))
+            lines.append(("ideal", _without_rounding(curve.ideal), "mark", True))
         charts.append(
             {
                 "name": curve.name,

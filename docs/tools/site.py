@@ -91,7 +91,8 @@ def on_files(files, config):
 def on_page_markdown(markdown, page, config, files):
     """Return a page with links between docs/ and its surroundings as they are on the site."""
     if (ROOT / "docs" / page.file.src_uri).exists():
-        return markdown.replace("](../", "](")
+        up = "../" * page.file.src_uri.count("/")  # pages of howto/ are one level deeper
+        return markdown.replace(f"]({up}../", f"]({up}")
     return markdown.replace("](docs/", "](").replace("](../docs/", "](../")
 
 

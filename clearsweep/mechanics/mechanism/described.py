@@ -46,7 +46,7 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
 
 def elastic_keys(path: str, points: tuple[str, ...] = ()) -> tuple[Keys, ...]:
     """Return the sections of a link that gives; `points`: its own, where it is not known which two it lies between."""
-    elastic = Keys(f"{path}.elastic", "it gives along the line between its pins; left out: rigid", _ELASTIC, "optional")
+    elastic = Keys(f"{path}.elastic", "elastic along the line of its pins; left out: rigid", _ELASTIC, "optional")
     if not points:
         return (elastic,)
     words = tuple(Choice(str(k), points, f"the {word} point") for k, word in enumerate(("first", "second")))

@@ -11,13 +11,11 @@ from ...contracts.outline import ANY, Outline
 _START = Field("start_angle", "rad", "crank angle at t = 0; default 0", -math.inf, optional=True)
 _FREE = (
     Field("initial_speed", "rad/s", "crank speed at t = 0", low_open=False, default=0.0),
-    Field(
-        "inertia", "kg*m^2", "of a flywheel, added to the crank's about its centre of mass", low_open=False, default=0.0
-    ),
+    Field("inertia", "kg*m^2", "inertia of a flywheel, added to that of the crank", low_open=False, default=0.0),
 )
 _COURSE = Columns(
     "table",
-    "crank speed over time, straight between the rows and constant beyond them",
+    "crank speed over time, linear between the rows and constant beyond them",
     (Field("time", "s", "time", -math.inf),),
     (Field("speed", "rad/s", "crank speed", low_open=False),),
     above_zero=("speed",),
@@ -48,7 +46,7 @@ DRIVES = {
             "a free crank under a constant torque",
             "torque = constant; the crank's angle is a coordinate",
             "",
-            (Field("torque", "N*m", "on the crank", -math.inf), *_FREE, _START),
+            (Field("torque", "N*m", "torque on the crank", -math.inf), *_FREE, _START),
         ),
         Law(
             "drive",
@@ -58,7 +56,7 @@ DRIVES = {
             "",
             (
                 Field("motor.stall_torque", "N*m", "torque at rest"),
-                Field("motor.no_load_speed", "rad/s", "speed at which the torque is gone"),
+                Field("motor.no_load_speed", "rad/s", "speed without torque"),
                 *_FREE,
                 _START,
             ),

@@ -18,7 +18,7 @@ _LINK = (
     Field(
         "center",
         "m",
-        "distance of the centre of mass from the first pin, for the rocker its ground pivot; default: half the length",
+        "distance of the centre of mass from the first pin (rocker: ground pivot); default: half the length",
         -math.inf,
         optional=True,
     ),

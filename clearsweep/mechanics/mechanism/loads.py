@@ -16,12 +16,12 @@ _FORCE = (
     Field("0", "N", "along x, in the fixed frame", -math.inf),
     Field("1", "N", "along y, in the fixed frame", -math.inf),
 )
-_TORQUE = Field("torque", "N*m", "on the body, counter-clockwise", -math.inf, optional=True)
-_SCALE = Field("scale", "1", "factor on all its forces and torques", -math.inf, default=1.0)
+_TORQUE = Field("torque", "N*m", "torque on the body, counter-clockwise", -math.inf, optional=True)
+_SCALE = Field("scale", "1", "factor on all forces and torques of the table", -math.inf, default=1.0)
 _TABLE = Columns(
     "table",
-    "force and torque over the crank angle, repeating over the table's span, or over time, constant beyond it; between "
-    "the rows monotone cubic (PCHIP)",
+    "force and torque over the crank angle, periodic with the table's span, or over time, constant beyond it; "
+    "monotone cubic (PCHIP) between the rows",
     (
         Field("crank_angle", "rad", "crank angle", -math.inf),
         Field("time", "s", "time", -math.inf),
@@ -37,11 +37,11 @@ _ANCHOR = (
     Field("1", "m", "of the anchor in the frame of the first body, y", -math.inf),
 )
 _SPRING = (
-    Field("stiffness", "N/m", "of the spring", low_open=False),
+    Field("stiffness", "N/m", "stiffness of the spring", low_open=False),
     Field("free_length", "m", "length without force", low_open=False, default=0.0),
-    Field("damping", "N*s/m", "of the damper parallel to it", low_open=False, default=0.0),
+    Field("damping", "N*s/m", "coefficient of the damper parallel to it", low_open=False, default=0.0),
 )
-_RADIUS = Field("radius", "m", "of the pin; not of a guide", optional=True)
+_RADIUS = Field("radius", "m", "radius of the pin; not for a guide", optional=True)
 LOADS = {
     law.name: law
     for law in (
@@ -102,7 +102,7 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
     )
     on = Choice("on", bodies, "the body it acts on")
     at = (on, *(chosen if there else ()))
-    force = Keys(f"{path}.force", "a force of fixed direction", _FORCE, "optional")
+    force = Keys(f"{path}.force", "force along x and y of the fixed frame", _FORCE, "optional")
     table = Keys(path, LOADS["table"].summary, (_SCALE,), "optional", at, (_TABLE,))
     ends = tuple(Choice(str(k), tuple(points), f"the {word} body") for k, word in enumerate(("first", "second")))
     where_second = (
@@ -111,7 +111,7 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
     between = Keys(
         f"{path}.between", f"the bodies it joins: the first at `anchor`, the second {where_second}", words=ends
     )
-    anchor = Keys(f"{path}.anchor", "where it acts on to the first body", _ANCHOR)
+    anchor = Keys(f"{path}.anchor", "point of the first body, in its frame", _ANCHOR)
     rubbing = Keys(f"{path}.friction", "the friction", (_RADIUS,), family="friction")
     braking = {
         size: Keys(f"{path}.friction", f"friction of a given {size}", family="friction", given=size) for size in SIZES

@@ -8,9 +8,13 @@ from ...contracts.machine import At, Guide, Pin, Slot
 from ...contracts.outline import ANY, GROUND, JointOutline, Outline
 
 _AXIS = Field(
-    "axis", "rad", "of the line through the proximal point, in its body's frame; not of a pin", -math.inf, default=0.0
+    "axis",
+    "rad",
+    "line through the proximal point, in its body's frame; not for a pin",
+    -math.inf,
+    default=0.0,
 )
-_ALONG = Field("along", "rad", "the direction in which the point is followed", -math.inf, default=0.0)
+_ALONG = Field("along", "rad", "direction of the measured motion of the point", -math.inf, default=0.0)
 
 
 def joint_keys(joint: JointOutline, ends: tuple[str, ...]) -> Iterable[Keys]:
@@ -18,7 +22,7 @@ def joint_keys(joint: JointOutline, ends: tuple[str, ...]) -> Iterable[Keys]:
     path = f"mechanism.joints.{joint.name}"
     kind = Choice("type", ("revolute", "prismatic", "slot"), "a pin, a guide, or a pin in a slot of the proximal body")
     bodies = tuple(filter(None, joint.bodies))
-    journal = (Choice("journal", bodies, "the body that its journal sits on", bodies[-1] if bodies else ANY),)
+    journal = (Choice("journal", bodies, "the body of its journal", bodies[-1] if bodies else ANY),)
     words = (kind,) if joint.type in ("prismatic", "slot") else (kind, *journal)
     yield Keys(path, "a joint", () if joint.type == "revolute" else (_AXIS,), words=words)
     texts = ("the proximal point, body.point", "the distal point")
@@ -30,15 +34,14 @@ def output_keys(outline: Outline) -> Iterable[Keys]:
     """Yield the sections of the start and the output."""
     moving = tuple(body.name for body in outline.bodies if body.name != GROUND)
     start = tuple(
-        Field(body, "rad", "angle near which its loops are closed at the start; default 0", -math.inf, optional=True)
-        for body in moving
+        Field(body, "rad", "initial guess of the body's angle; default 0", -math.inf, optional=True) for body in moving
     )
     yield Keys(
-        "mechanism.start", "angles of bodies at the start, where there are two ways to close a loop", start, "implied"
+        "mechanism.start", "angles of bodies at the start, to choose between two ways to close a loop", start, "implied"
     )
-    body = Choice("body", moving, "the body by whose motion the mechanism is judged")
+    body = Choice("body", moving, "the output body")
     every = tuple(dict.fromkeys(point for body in outline.bodies for point in body.points))
-    point = Choice("point", every, "its point; left out: its angle")
+    point = Choice("point", every, "a point of it; left out: its angle is the output")
     followed = not outline.rotary
     yield Keys(
         "mechanism.output", "the output", (_ALONG,) if followed else (), words=(body, point) if followed else (body,)

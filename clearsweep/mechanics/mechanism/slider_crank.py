@@ -33,8 +33,8 @@ _ROD = (
 )
 _SLIDER = (
     Field("mass", "kg", "mass"),
-    Field("offset", "m", "of the line on which it moves, along y; default 0", -math.inf, optional=True),
-    Field("inertia", "kg*m^2", "about the centre of mass; needed where slider-ground has clearance", optional=True),
+    Field("offset", "m", "offset of its line of motion along y; default 0", -math.inf, optional=True),
+    Field("inertia", "kg*m^2", "moment of inertia; needed if slider-ground has clearance", optional=True),
 )
 _SITES = (
     JointSite("ground-crank", "ground", "crank"),

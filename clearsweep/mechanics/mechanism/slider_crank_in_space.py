@@ -13,7 +13,7 @@ from .spatial.spanning_tree import CYLINDRICAL, REVOLUTE, SPHERICAL
 
 PINS = ("crank-rod", "rod-slider")
 _LENGTH = Field("length", "m", "distance between its pins")
-_IDEAL = "what a joint without clearance allows: a ball, turning and sliding along its pin, or turning alone"
+_IDEAL = "what a pin without clearance allows: all rotations, rotation and sliding along it, or rotation alone"
 
 
 def _center() -> tuple[Field, ...]:
@@ -25,11 +25,11 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
     mass = Field("mass", "kg", "mass")
     about = "principal moments of inertia about the centre of mass, on the axes of its frame"
     closed = tuple(
-        Choice(name, (SPHERICAL, CYLINDRICAL, REVOLUTE), "of this joint, which has no clearance", REVOLUTE)
+        Choice(name, (SPHERICAL, CYLINDRICAL, REVOLUTE), "type of this pin without clearance", REVOLUTE)
         for name in PINS
         if name not in outline.clearances
     )
-    where = "centre of mass; one quantity: along the line of the pins; default: half the length"
+    where = "centre of mass from the first pin; one quantity: along the line of the pins; default: half the length"
     inertia = space.along_axes("kg*m^2", "inertia", 0.0, None)
     return (
         Keys("mechanism.crank", "the crank", (_LENGTH, mass._replace(low_open=False))),

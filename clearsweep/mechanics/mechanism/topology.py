@@ -21,12 +21,12 @@ _BODY = (
 _INITIAL = tuple(
     Field(name, unit, text, -math.inf, default=0.0)
     for name, unit, text in (
-        ("x", "m", "place of its centre of mass in the fixed frame, x"),
+        ("x", "m", "position of its centre of mass in the fixed frame, x"),
         ("y", "m", "the same, y"),
         ("angle", "rad", "angle of its frame, counter-clockwise"),
         ("vx", "m/s", "velocity of its centre of mass, x"),
         ("vy", "m/s", "the same, y"),
-        ("rate", "rad/s", "its angular velocity, counter-clockwise"),
+        ("rate", "rad/s", "angular velocity, counter-clockwise"),
     )
 )
 _GRAVITY = Field("gravity", "m/s^2", "gravity, along -y", -math.inf, default=0.0)
@@ -67,15 +67,15 @@ def _keys(outline: Outline) -> Iterable[Keys]:
         yield Keys(path, "what does not move" if fixed else "a body", () if fixed else _BODY)
         if not fixed:
             center = tuple(field._replace(default=0.0) for field in _PLACE)
-            yield Keys(f"{path}.center", "centre of mass; default: the frame's origin", center, "implied")
-            text = "where and how fast a body starts that no ideal joint fixes; left out: as in the ideal mechanism"
+            yield Keys(f"{path}.center", "centre of mass in the frame of the body", center, "implied")
+            text = "start of a body without ideal joints; left out: as in the ideal mechanism"
             yield Keys(f"{path}.initial", text, _INITIAL, "optional")
         yield Keys(f"{path}.points", "its points by name", need="implied")
         if not fixed:
             yield from described.elastic_keys(path, body.points)
         for point in body.points:
-            yield Keys(f"{path}.points.{point}", "a point", _PLACE)
-    yield Keys("mechanism.joints", "how the bodies hang together, by name")
+            yield Keys(f"{path}.points.{point}", "a point in the frame of its body", _PLACE)
+    yield Keys("mechanism.joints", "the joints between the bodies, by name")
     ends = tuple(f"{body.name}.{point}" for body in outline.bodies for point in body.points)
     for joint in outline.joints:
         yield from joint_keys(joint, ends)

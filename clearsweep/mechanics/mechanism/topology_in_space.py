@@ -17,7 +17,7 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
     pins = tuple(joint.name for joint in outline.joints if joint.type != "prismatic")
     ends = tuple(f"{body.name}.{point}" for body in outline.bodies for point in body.points)
     allowed = tuple(
-        Choice(name, (SPHERICAL, CYLINDRICAL, REVOLUTE), "of this pin, which has no clearance", REVOLUTE)
+        Choice(name, (SPHERICAL, CYLINDRICAL, REVOLUTE), "type of this pin without clearance", REVOLUTE)
         for name in pins
         if name not in outline.clearances
     )
@@ -37,7 +37,7 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
                 Keys(f"{path}.inertia", about, space.along_axes("kg*m^2", "inertia", 0.0, None)),
                 Keys(
                     f"{path}.center",
-                    "centre of mass; default: the frame's origin",
+                    "centre of mass in the frame of the body",
                     space.along_axes("m", "of its frame"),
                     "implied",
                 ),
@@ -46,15 +46,15 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
         keys += [
             Keys(
                 f"{path}.points.{point}",
-                "a point; z along the pins",
+                "a point in the frame of its body; z along the pins",
                 space.along_axes("m", "of the body's frame", default=None),
             )
             for point in body.points
         ]
-    keys.append(Keys("mechanism.joints", "how the bodies hang together, by name"))
+    keys.append(Keys("mechanism.joints", "the joints between the bodies, by name"))
     for joint in outline.joints:
         keys += joint_keys(joint, ends)
-    text = "what a pin without clearance allows: a ball, turning and sliding along it, or turning alone"
+    text = "what a pin without clearance allows: all rotations, rotation and sliding along it, or rotation alone"
     keys.append(Keys("mechanism.ideal", text, words=allowed, need="implied"))
     keys += output_keys(outline)
     keys.append(space.speed_keys())

@@ -6,16 +6,19 @@ import numpy as np
 
 from ...judging import order, verdict
 from ...language import wording
+from .. import sensitivity
 from ..case_table import axis_columns
 from ..draw import pass_share
 from ..main_effects import main_effects
 from ..picture import Picture, capital
+from ..sample_tables import any_exceeded
 from ..section import Block, Gallery, Points, Section, filled
 from ..shown import in_words
 from ..study import Axis, Joint, Study, largest, over_other_axes
 from ..table import Column, Quantity, Table, counted
 from ..worst_case import question, worst_case
 from . import life, maps
+from .sample import INDEPENDENT
 from .seek import safest
 
 MAPS = 3  # pairs of axes at most
@@ -99,7 +102,7 @@ def _kept(study: Study) -> list[str]:
     first = f"{beyond} of {cases} exceed at least one limit." if beyond else f"All of {cases} keep to the limits."
     if "refine" in study.run.grid:
         first += " Cases that refine put at the limits' border are among them, so that this is no share of designs."
-    sentences = [first, *_not_judged(study)]
+    sentences = [first, *_chance(study), *_not_judged(study)]
     if study.has(verdict.MARGIN):
         margins = study.cases[verdict.MARGIN]
         worst, best = margins.idxmin(), margins.idxmax()
@@ -111,6 +114,16 @@ def _kept(study: Study) -> list[str]:
             )
             sentences.append(f"{word} margin: {margin}{_at(study, case_id)}{remark}.")
     return sentences
+
+
+def _chance(study: Study) -> list[str]:
+    """Return how likely a limit is exceeded, where the cases are one random sample; else []."""
+    samples = sensitivity.settings(study.run)
+    if len(samples) != 1 or study.run.grid["sample"]["method"] not in INDEPENDENT:
+        return []
+    chance = sensitivity.exceedance(any_exceeded(study, samples[0]))
+    low, high = (f"{100.0 * end:.3g}" for end in (chance.low, chance.high))
+    return [f"A limit is exceeded with a probability of {100.0 * chance.value:.3g} % (95 %: {low} to {high} %)."]
 
 
 def _not_judged(study: Study) -> list[str]:

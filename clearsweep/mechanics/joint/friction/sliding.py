@@ -76,8 +76,8 @@ register(
         "Ambrosio 2003, in Virtual Nonlinear Multibody Systems, NATO Science Series 103",
         (
             COEFFICIENT,
-            Field("v0", "m/s", "no friction below this sliding speed", low_open=False),
-            Field("v1", "m/s", "full friction above this sliding speed"),
+            Field("v0", "m/s", "sliding speed below which there is no friction", low_open=False),
+            Field("v1", "m/s", "sliding speed of full friction"),
         ),
         notes="No friction at all within the dead band: parts creep.",
         orders=(Order("v0", "v1", "friction grows from v0 to v1"),),
@@ -111,7 +111,7 @@ register(
         "after Threlfall 1978, Mech. Mach. Theory 13:475; both forms as cited by others, not compared with the paper",
         (
             COEFFICIENT,
-            Field("velocity_scale", "m/s", "full friction above this sliding speed"),
+            Field("velocity_scale", "m/s", "sliding speed of full friction"),
             Field(
                 "divisor",
                 "1",
@@ -164,7 +164,7 @@ register(
             COEFFICIENT,
             STATIC,
             Field("velocity_scale", "m/s", "sliding speed at which the static friction is reached"),
-            Field("decay", "s/m", "how fast it falls from static to kinetic friction beyond", low_open=False),
+            Field("decay", "s/m", "rate of the fall from static to kinetic friction", low_open=False),
         ),
         notes="Creeps where it should stick.",
     ),

@@ -10,7 +10,7 @@ from ..recipe import register
 from .contract import RESTITUTION, loss_form
 
 MASS = Field("mass", "kg", "effective mass of the impact, m1 m2 / (m1 + m2)")
-SPRING = Field("stiffness", "N/m", "of the spring")
+SPRING = Field("stiffness", "N/m", "stiffness of the spring")
 DAMPER = Field("damping", "N*s/m", "of the damper", low_open=False)
 
 # ---------------------------------------------------------------------------------------------- root of the stiffness
