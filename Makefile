@@ -1,12 +1,11 @@
-# make run, make test: each sets up everything it needs in .venv; make bench in .venv-bench, make docs in .venv-docs
+# make run, make test: each sets up everything it needs in .venv; make bench in .venv-bench
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 BENCH := .venv-bench
-DOCS := .venv-docs
 
-.PHONY: run test test-quick test-plain test-all mutate lint verify bench scale docs torture clean
+.PHONY: run test test-quick test-plain test-all mutate lint verify bench scale docs release torture clean
 
 run: $(READY)
 	$(BIN)/clearsweep run configs/slider_crank.yaml
@@ -75,17 +74,16 @@ $(BENCH)/.ready: pyproject.toml constraints.txt
 	touch $@
 
 # what is made of the code is made anew, then the site of all pages; any warning is an error
-docs: $(DOCS)/.ready
-	$(DOCS)/bin/clearsweep schema --markdown >docs/grid.md
-	$(DOCS)/bin/python docs/tools/columns.py
-	$(DOCS)/bin/python docs/tools/rooms.py
-	$(DOCS)/bin/python docs/tools/onset.py
-	NO_MKDOCS_2_WARNING=1 $(DOCS)/bin/mkdocs build --quiet --strict
+docs: $(READY)
+	$(BIN)/clearsweep schema --markdown >docs/grid.md
+	$(BIN)/python docs/tools/columns.py
+	$(BIN)/python docs/tools/rooms.py
+	$(BIN)/python docs/tools/onset.py
+	$(BIN)/python -m mkdocs build --quiet --strict
 
-$(DOCS)/.ready: pyproject.toml constraints.txt
-	$(PYTHON) -m venv $(DOCS)
-	$(DOCS)/bin/python -m pip install --quiet --constraint constraints.txt --editable ".[docs]"
-	touch $@
+# the sdist and the wheel of this platform, in dist/; CLEARSWEEP_PLATFORM=linux-aarch64: of that one
+release: $(READY)
+	$(BIN)/python -m build --no-isolation .
 
 # ARGS: --kills N, --lives N, --grids N, --flips N, --exits N, --attempts no, --seed N, --write (docs/reliability.md)
 torture: $(READY)
@@ -98,4 +96,4 @@ $(READY): pyproject.toml constraints.txt
 	touch $@
 
 clean:
-	rm -rf $(VENV) $(BENCH) $(DOCS) build site *.egg-info
+	rm -rf $(VENV) $(BENCH) build dist site *.egg-info

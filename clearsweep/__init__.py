@@ -7,6 +7,11 @@ import importlib
 import os
 from typing import Any
 
+if os.name == "nt":
+    raise ImportError(
+        "clearsweep does not run on Windows, which lacks the file locks and signals that it relies on; "
+        "use the Windows Subsystem for Linux (WSL 2)"
+    )
 os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")  # gives memory back; Arrow's own allocators keep 40 MB
 
 __version__ = "0.1.0"

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 INTERNAL, BAD_INPUT, INTERRUPTED = 1, 2, 130
 RESULTS = Path("results")
+VERSION_HELP = "Show the versions, the level of the processor and the directory of compiled code."
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -86,8 +87,20 @@ class _Verbs(click.Group):
         return super().get_command(ctx, "list" if cmd_name == "laws" else cmd_name)
 
 
+def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> None:
+    """Print the versions, the level of the processor and the directory of compiled code; then exit."""
+    if not asked or context.resilient_parsing:
+        return
+    from .mechanics.trace import cache, objects
+
+    print(f"clearsweep, version {clearsweep.__version__}, model version {clearsweep.MODEL_VERSION}")
+    print(f"processor level: {objects.level()}")
+    print(f"compiled code: {printable(str(cache.prepare()))}")
+    context.exit()
+
+
 @click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
-@click.version_option(clearsweep.__version__, prog_name="clearsweep")
+@click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_show_version, help=VERSION_HELP)
 def verbs() -> None:
     """How much a mechanism shakes, wears and misplaces itself because its revolute joints have clearance."""
 

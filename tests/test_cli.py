@@ -14,8 +14,12 @@ import pytest
 from fake_physics import FAILS, GOOD, Fake, grid
 from ruamel.yaml import YAML
 
+import clearsweep
 from clearsweep import cli, simulation
+from clearsweep.grid import SCHEMA_VERSION
 from clearsweep.language.errors import SchedulerLostError, StorageError
+from clearsweep.mechanics.trace import objects
+from clearsweep.store.record import checksum_of
 from clearsweep.sweeping import estimate, sweep
 from clearsweep.sweeping.signals import Stopped
 
@@ -94,6 +98,32 @@ def test_no_arguments_print_the_help(run_cli):
     code, _, err = run_cli()
     assert code == 0
     assert "Commands:" in err
+
+
+def test_version_says_what_a_report_of_an_error_needs(run_cli):
+    code, out, _ = run_cli("--version")
+    assert code == 0
+    first, level, directory = out.splitlines()
+    assert first == f"clearsweep, version {clearsweep.__version__}, model version {clearsweep.MODEL_VERSION}"
+    assert level == f"processor level: {objects.level()}"
+    assert directory == f"compiled code: {os.environ['NUMBA_CACHE_DIR']}"
+
+
+@pytest.mark.parametrize("verb", ["run", "status", "report", "show", "merge"])
+def test_every_verb_refuses_a_directory_of_an_older_format_and_leaves_it_as_it_was(run_cli, tmp_path, verb):
+    path = written(tmp_path / "g.yaml", grid(3))
+    assert run_cli("run", path, "--out", "old", "-j", 1)[0] == 0
+    file = tmp_path / "old" / "run.json"
+    content = json.loads(file.read_text(encoding="utf-8"))
+    content["frame"]["schema"] = SCHEMA_VERSION - 1
+    file.write_text(json.dumps(content | {"checksum": checksum_of(content)}), encoding="utf-8")
+    before = {p: p.read_bytes() for p in (tmp_path / "old").rglob("*") if p.is_file() and p.name != "lock"}
+    rest = {"run": (path, "--out", "old"), "show": ("old", "a"), "merge": ("old", "--out", "all")}
+    code, _, err = run_cli(verb, *rest.get(verb, ("old",)))
+    assert code == 2
+    assert "another directory" in err  # what to do
+    assert f"schema: there {SCHEMA_VERSION - 1}" in err or f"has form {SCHEMA_VERSION - 1} of run directories" in err
+    assert {p: p.read_bytes() for p in before} == before
 
 
 def test_run_prints_a_short_table_of_the_worst_cases_in_units_for_people(run_cli, tmp_path):

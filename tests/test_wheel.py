@@ -1,12 +1,18 @@
 """The wheel is all that a user needs: built without git, installed into an empty environment, used there."""
 
 import os
+import platform
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
+
+import clearsweep
+from clearsweep.mechanics.trace.cache import stamp
+from clearsweep.mechanics.trace.objects import LEVELS
 
 ROOT = Path(__file__).parents[1]
 PYTHONS = ("3.11", "3.12", "3.13")
@@ -41,16 +47,77 @@ def interpreter(version: str) -> Path:
     pytest.skip(f"there is no Python {version} here")
 
 
-@pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
-    """Return the wheel, built from a copy of the sources that is no repository, with no git to be found."""
-    place = tmp_path_factory.mktemp("wheel")
+def build(place: Path) -> list[Path]:
+    """Return the wheel and the sdist, built from a copy of the sources that is no repository, with no git to be found.
+
+    The wheel is built of what is in the sdist.
+    """
     shutil.copytree(ROOT, place / "source", ignore=LEFT_OUT)
     (place / "bin").mkdir()
-    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", place, place / "source"]
+    command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", place / "dist", place / "source"]
     done(command, place, PATH=str(place / "bin"))
-    (built,) = place.glob("*.whl")
-    return built
+    return sorted((place / "dist").iterdir(), key=lambda path: path.suffix, reverse=True)
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """Return the wheel of this platform."""
+    return build(tmp_path_factory.mktemp("wheel"))[0]
+
+
+def test_windows_is_refused_with_what_to_use():
+    script = "import os; os.name = 'nt'; import clearsweep"
+    result = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.returncode == 1
+    assert "clearsweep does not run on Windows" in result.stderr
+    assert "WSL 2" in result.stderr
+
+
+@pytest.mark.parametrize("name", ["linux-aarch64", "linux-sparc"])
+def test_a_wheel_of_another_platform_is_tagged_or_refused(name):
+    script = "import hatch_build; print(*hatch_build.wanted())"
+    result = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=ROOT,
+        env=os.environ | {"CLEARSWEEP_PLATFORM": name},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if name == "linux-aarch64":
+        assert result.stdout == "('aarch64',) manylinux_2_17_aarch64\n"
+    else:
+        assert "CLEARSWEEP_PLATFORM is linux-sparc; code can be made here for: linux-x86_64" in result.stderr
+
+
+@pytest.mark.slow
+def test_the_sdist_builds_the_same_wheel_with_what_it_asks_for_alone(wheel, tmp_path):
+    (sdist,) = wheel.parent.glob("*.tar.gz")
+    done([sys.executable, "-m", "venv", "venv"], tmp_path)
+    done([tmp_path / "venv/bin/pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", "built", sdist], tmp_path)
+    (other,) = (tmp_path / "built").glob("*.whl")
+    assert other.name == wheel.name
+    first, second = (set(zipfile.ZipFile(path).namelist()) for path in (wheel, other))
+    # another release of llvmlite gives another stamp
+    assert {name for name in first if "/objects/" not in name} == {name for name in second if "/objects/" not in name}
+    assert sum("/objects/" in name for name in first) == sum("/objects/" in name for name in second)
+
+
+@pytest.mark.slow
+def test_two_builds_are_the_same_bytes(wheel, tmp_path):
+    first, second = (wheel, next(wheel.parent.glob("*.tar.gz"))), build(tmp_path)
+    assert [path.name for path in first] == [path.name for path in second]
+    assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
+
+
+@pytest.mark.slow
+def test_the_wheel_has_types_one_version_and_the_loop_of_these_sources(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    assert "clearsweep/py.typed" in names
+    assert wheel.name.startswith(f"clearsweep-{clearsweep.__version__}-py3-none-")
+    if sys.platform == "linux" and platform.machine() == "x86_64":
+        assert wheel.name.endswith("-manylinux_2_17_x86_64.whl")
+        assert sum(f"mechanics/objects/{stamp()}/" in name for name in names) == len(LEVELS)
 
 
 @pytest.mark.slow
@@ -68,6 +135,9 @@ def test_the_wheel_runs_in_an_empty_environment(wheel, version, tmp_path):
     done([command, "init", "grid.yaml"], place, **home)
     done([command, "run", "grid.yaml", "--out", "run", "--jobs", "1"], place, **home)
     done([command, "report", "run"], place, **home)
+    kept = [path.name for path in (tmp_path / "cache").rglob("*.o")]
+    assert kept  # the kind of scene was compiled here
+    assert not [name for name in kept if name.startswith("integrate_at")]  # the loop came with the wheel
     page = (place / "run" / "report.html").read_text(encoding="utf-8")
     assert "<svg" in page
     assert "cases" in done([command, "run", "grid.yaml", "--out", "run"], place, **home)

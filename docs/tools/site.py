@@ -1,12 +1,17 @@
-"""What `mkdocs` needs besides: pages from outside docs/, the reference, and formulas that browsers draw."""
+"""What `mkdocs` needs besides: pages from outside docs/, the reference, formulas that browsers draw, the search."""
 
 import ast
 import html
+import json
 import re
+import sys
 from pathlib import Path
 
 from latex2mathml.converter import convert
 from mkdocs.structure.files import File
+
+sys.path.insert(0, str(Path(__file__).parent))
+import docstrings
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "clearsweep"
@@ -16,6 +21,7 @@ OUTSIDE = (
     "CONTRIBUTING.md",
     "CHANGELOG.md",
     "CITATION.cff",
+    "SECURITY.md",
     "results/*.md",
     "results/accuracy/*.svg",
     "results/measured/*.svg",
@@ -38,23 +44,31 @@ def public() -> str:
     """Return the page of what a program uses, from the table of public names."""
     source = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
     homes = next(node.value for node in source.body if isinstance(node, ast.Assign) and node.targets[0].id == "_HOMES")
-    entries = []
+    parts = ["# From Python", "What `import clearsweep` gives. All else may change from one version to the next."]
     for name, home in ast.literal_eval(homes).items():
-        module = PACKAGE / home.replace(".", "/") / f"{name}.py"  # a module may have the name of its function
-        entries.append(f"::: clearsweep.{home}.{name}{f'.{name}' if module.exists() else ''}\n")
-    head = "# From Python\n\nWhat `import clearsweep` gives. All else may change from one version to the next.\n"
-    return "\n".join([head, *entries])
+        parts.append(docstrings.definition(defined(PACKAGE / home.replace(".", "/"), name)))
+    return "\n\n".join(parts)
+
+
+def defined(home: Path, name: str) -> docstrings.Definition:
+    """Return the definition of a public name, in a module or in one of the package that hands it on."""
+    files = sorted(home.glob("*.py")) if home.is_dir() else [home.with_suffix(".py")]
+    for path in files:
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, docstrings.Definition) and node.name == name:
+                return node
+    raise LookupError(f"{home}: nothing in it defines {name}")
 
 
 def reference(room: str, modules: list[Path]) -> str:
     """Return the page of a room: its own docstring, then that of every module and function."""
     top = "clearsweep" if room == "clearsweep" else f"clearsweep.{room}"
-    headless = "    options:\n      show_root_heading: false\n      show_root_toc_entry: false\n"
-    parts = [f"# {top}\n", f"::: {top}\n{headless}      members: []\n"]
+    package = PACKAGE if room == "clearsweep" else PACKAGE / room
+    parts = [f"# {top}", docstrings.markdown(ast.get_docstring(ast.parse((package / "__init__.py").read_text())) or "")]
     for path in modules:
-        name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
-        parts.append(f"## {name.removeprefix('clearsweep.')}\n\n::: {name}\n{headless}")
-    return "\n".join(parts)
+        name = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+        parts += [f"## {name}", docstrings.module(path)]
+    return "\n\n".join(parts)
 
 
 def on_config(config):
@@ -92,3 +106,17 @@ def _formula(match):
     tag, kind, latex = match.groups()
     display = "block" if kind == "[" else "inline"
     return f'<{tag} class="arithmatex">{convert(html.unescape(latex).strip(), display=display)}</{tag}>'
+
+
+def on_post_build(config):
+    """Make of the index of the search a script, as a page from the disk may not fetch it; remove what would."""
+    place = Path(config.site_dir) / "search"
+    entries = json.loads((place / "search_index.json").read_text(encoding="utf-8"))["docs"]
+    titles = {entry["location"]: entry["title"] for entry in entries if "#" not in entry["location"]}
+    # The text of a page is that of its sections, so it would be shown twice.
+    entries = [
+        entry | {"page": titles[entry["location"].partition("#")[0]]} for entry in entries if "#" in entry["location"]
+    ]
+    for path in place.iterdir():
+        path.unlink()
+    (place / "index.js").write_text(f"window.searchIndex = {json.dumps(entries)};\n", encoding="utf-8")
