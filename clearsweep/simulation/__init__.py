@@ -9,7 +9,6 @@ from ..mechanics.joint.registry import elastic_choices, elastic_forces, jam_angl
 from ..mechanics.joint.wear.contract import FINEST
 from ..mechanics.mechanism.contract import IdealMotion
 from .advice import advice_text, laws_text
-from .ensemble import compile_together, solve_each
 from .ideal import ideal_motion, ideal_peaks, mechanism_of
 from .life_block import Log
 from .peak_revolution import peak_revolution
@@ -29,7 +28,6 @@ __all__ = [
     "catalogue",
     "compile_for",
     "compile_loop",
-    "compile_together",
     "derived",
     "elastic_choices",
     "elastic_forces",

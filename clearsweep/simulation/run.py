@@ -10,12 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..language import phases
-from ..mechanics.compiled.family import NO_ENTRY, flatten, form_number, put_numbers
+from ..mechanics.compiled.family import NO_ENTRY, form_number, put_numbers
 from ..mechanics.compiled.pinned import Pinned
-from ..mechanics.compiled.rows import BatchArrays
 from ..mechanics.coupling.guards import guards_of
 from ..mechanics.coupling.rates import samples_of, slopes_of
-from ..mechanics.coupling.trial_step import attempt_of
+from ..mechanics.coupling.trial_step import rates_of, stages_of, sweep_of
 from ..mechanics.coupling.wear import room_of, wear_of
 from ..mechanics.joint.contract import (
     contact_modes,
@@ -29,12 +28,14 @@ from ..mechanics.joint.places import Offsets, after_joint, first_place, observed
 from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
 from ..mechanics.observe import histogram
 from ..mechanics.observe.histogram import MOMENTS
-from ..mechanics.solver import dop853, loop, newton, run_control
+from ..mechanics.observe.stages import PLACES, STAGES
 from ..mechanics.solver import event as events
+from ..mechanics.solver import loop, newton, run_control
 from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.record import Record
-from ..mechanics.solver.accumulate.step_sums import ON_FAST_PATH, TrialStep, step_width
+from ..mechanics.solver.accumulate.step_sums import step_width
 from ..mechanics.solver.accumulate.turns import Turns
+from ..mechanics.trace.symbols import WIDTH
 from . import watch
 from .lyapunov import Perturbed
 from .progress import Revolutions
@@ -47,45 +48,48 @@ TIME_BUDGET = -1  # a status besides those of the loop
 NO_EVENTS = np.empty((0, 5))
 PIECE = 16384  # bytes: what a short motion without its histograms needs
 
-Lane = dict[str, np.ndarray]  # arrays of one of the cases that lie side by side, see `board_of`
+Arrays = dict[str, np.ndarray]  # by the names of fields of a Work, its Totals and its Turns
 
 
-def board_of(scene: Scene) -> BatchArrays:
-    """Return room for cases of the type of `scene`: for parameters and for what a step reads and fills."""
+def arrays_of(scene: Scene) -> Arrays:
+    """Return what a step of `scene` reads and fills, zeros; `begun`: all that a motion begins with, as one array."""
     contacts, n = len(every_contact(scene.value.joints)), scene.start.size
-    return BatchArrays(
-        {
-            **{name: (shape, float) for name, shape in first_forms(scene).items()},
-            "stepper": ((run_control.AHEAD,), float),
-            **dict.fromkeys(("highest", "since"), ((contacts,), float)),
-            "whole": ((total_columns.WHOLE,), float),
-            "joint": ((contacts, total_columns.JOINT), float),  # up to here a motion needs numbers to begin with
-            **dict.fromkeys(("mode", "rubs"), ((contacts,), np.int64)),
-            **dict.fromkeys(("end", "z"), ((n,), float)),
-            "k": ((dop853.ROWS, n), float),
-            "o": ((dop853.ROWS, observed_columns(scene.value.joints)), float),
-            "step": ((step_width(contacts, n),), float),
-            "bins": ((contacts, total_columns.HIGHEST_BIN + 1), np.int64),
-            "spent": ((contacts, total_columns.BELOW + 1), float),
-        }
-    )
+    begun: dict[str, tuple[int, ...]] = {
+        **first_forms(scene),
+        "stepper": (run_control.AHEAD,),
+        **dict.fromkeys(("highest", "since"), (contacts,)),
+        "whole": (total_columns.WHOLE,),
+        "joint": (contacts, total_columns.JOINT),
+    }
+    step = {
+        "k": (n, PLACES),
+        "o": (observed_columns(scene.value.joints), PLACES),
+        "nodes": (n + 1, STAGES),
+        "f": (n, STAGES),
+        "step": (step_width(contacts),),
+        "spent": (contacts, total_columns.BELOW + 1),
+        "end": (n,),
+        "z": (n,),
+    }
+    numbers, arrays = np.zeros(sum(map(math.prod, begun.values()))), dict[str, np.ndarray]()
+    ends = itertools.accumulate(map(math.prod, begun.values()))
+    for (name, shape), end in zip(begun.items(), ends, strict=True):
+        arrays[name] = numbers[end - math.prod(shape) : end].reshape(shape)
+    arrays |= {name: _aligned(shape) for name, shape in step.items()}
+    whole = {"mode": (contacts,), "rubs": (contacts,), "bins": (contacts, total_columns.HIGHEST_BIN + 1)}
+    return arrays | {name: np.zeros(shape, np.int64) for name, shape in whole.items()} | {"begun": numbers}
 
 
-def lane_of(board: BatchArrays, place: int) -> Lane:
-    """Return the arrays of one of the cases by name; `begun`: all that a motion begins with, as one."""
-    return board.lane(place) | {"begun": board.up_to("joint", place)}
+def _aligned(shape: tuple[int, ...]) -> np.ndarray:
+    """Return zeros whose first number is where a register is loaded from."""
+    numbers = np.zeros(math.prod(shape) + WIDTH)
+    first = -numbers.ctypes.data // 8 % WIDTH
+    return numbers[first : first + math.prod(shape)].reshape(shape)
 
 
-def shared(lane: Lane) -> tuple[TrialStep, total_columns.Accumulators]:
-    """Return those arrays that a step works on, and those by which it is judged and in which it is entered."""
-    tried: Any = _of(TrialStep, lane)
-    entered: Any = _of(total_columns.Accumulators, lane)
-    return TrialStep(**tried), total_columns.Accumulators(**entered)
-
-
-def _of(form: type, lane: Lane) -> Lane:
-    """Return those arrays of a lane that are fields of a NamedTuple."""
-    return {name: lane[name] for name in form.__annotations__ if name in lane}
+def _of(form: type, arrays: Arrays) -> Arrays:
+    """Return those arrays that are fields of a NamedTuple."""
+    return {name: arrays[name] for name in form.__annotations__ if name in arrays}
 
 
 class _Memory:
@@ -142,27 +146,25 @@ class FinalContacts(NamedTuple):
 class Run:
     """The buffers of one integration and what it came to."""
 
-    def __init__(self, start: Start, *, turned: bool = False, lane: Lane | None = None):
-        """Stand at a start; its times are in s or, where a free crank has `turned` as far, in rad.
-
-        lane : where among cases that lie side by side; None: it is alone.
-        """
+    def __init__(self, start: Start, *, turned: bool = False):
+        """Stand at a start; its times are in s or, where a free crank has `turned` as far, in rad."""
         scene, value, contacts = start.scene, start.scene.value, every_contact(start.scene.value.joints)
         internal, self.memory = every_internal_state(value.joints), _Memory()
         n, many, zeros = scene.start.size, len(contacts), self.memory.zeros
         self.number, self.form, self.turned = form_number(value), start.form, turned
-        self.parameters = flatten(value)  # compiled code has its address
+        self.arrays = arrays = arrays_of(scene)
+        self.parameters = arrays["parameters"]  # compiled code has its address
         moment = 2 * len(value.coordinates)
         independent = 0 if scene.crank_clock.free else moment
         self.given = start.given.copy()
         given = parts_of(self.given, start.form, many, len(internal))
-        self.lane = lane = lane or lane_of(board_of(scene), 0)
-        self.totals = _tally_of(scene, many, zeros)._replace(**_of(total_columns.Totals, lane))
+        self.totals = _tally_of(scene, many, zeros)._replace(**_of(total_columns.Totals, arrays))
         samples = zeros((given.times.size, len(scene.layout.channels)))
         self.record = Record(given.times, samples, independent if turned else moment)
         self.work = events.Work(
-            rates=attempt_of(value, lane["parameters"]),
-            takes_steps=1,
+            rates=rates_of(value, self.parameters),
+            sweep=sweep_of(value, self.parameters),
+            observed=stages_of(value, self.parameters),
             sample=samples_of(value, self.parameters) if given.times.size else NO_ENTRY,
             wear=wear_of(value, self.parameters) if self.totals.workspace.size else NO_ENTRY,
             time=moment,
@@ -171,7 +173,6 @@ class Run:
             reference_rate=0.0,
             sigma=0.0,
             longest=0.0,
-            f=np.zeros((7, n)),
             apart=np.array([modes.apart for _, modes in contacts]),
             pressed=np.array([modes.pressed for _, modes in contacts]),
             side=given.side,
@@ -188,8 +189,8 @@ class Run:
             implicit=newton.implicit_of(n, zeros),
             totals=self.totals,
             record=self.record,
-            turns=room_for(given.marks, n, many, zeros)._replace(**_of(Turns, lane)),
-            **_of(events.Work, lane),
+            turns=room_for(given.marks, n, many, zeros)._replace(**_of(Turns, arrays)),
+            **_of(events.Work, arrays),
         )
         self.kept = Pinned(self.work)
         self._begin(start)
@@ -207,11 +208,11 @@ class Run:
     def _begin(self, start: Start) -> None:
         """Do the same where the arrays that are the run's own are zero."""
         work: Any = self.work  # mypy takes its parts for tuples of anything
-        lane, scene, value, begun = self.lane, start.scene, start.scene.value, start.first.size
+        arrays, scene, value, begun = self.arrays, start.scene, start.scene.value, start.first.size
         self.given[:] = start.given
-        lane["begun"][:begun], lane["begun"][begun:] = start.first, 0.0
-        lane["bins"][:], lane["step"][ON_FAST_PATH] = 0, 0.0
-        lane["mode"][:], lane["rubs"][:] = work.pressed if scene.in_contact else work.apart, start.rubs
+        arrays["begun"][:begun], arrays["begun"][begun:] = start.first, 0.0
+        arrays["bins"][:] = 0
+        arrays["mode"][:], arrays["rubs"][:] = work.pressed if scene.in_contact else work.apart, start.rubs
         put_numbers(value, start.first[: self.parameters.size], self.parameters)
         if start.slid:
             self.totals.account[:, SLID] = start.slid
@@ -238,13 +239,12 @@ class Run:
 
     def go_on(self) -> None:
         """Integrate, alone, to where this one ends."""
-        status, waits = np.zeros(1, dtype=np.int64), True
-        lot = Pinned(loop.Lot(np.array([self.kept.address]), status, NO_ENTRY, *shared(self.lane)))
+        waits = True
         while waits:
             began = time.perf_counter()
-            loop.integrate(self.kept, lot)
+            loop.integrate(self.kept)
             self.duration += time.perf_counter() - began
-            waits = not self.ended(int(status[0]))
+            waits = not self.ended(int(self.work.stepper[run_control.STATUS]))
 
     def heed(self, control: run_control.Control) -> None:
         """Let the integration go by `control` from here on."""

@@ -16,8 +16,7 @@ from ..grid import check_memory, history_bytes
 from ..judging.validity import UNBALANCED, UNCHECKED, message_of, unsure_films
 from ..language import phases
 from ..language.errors import InputError, shown
-from ..mechanics.compiled.family import NO_ENTRY, empty_entries
-from ..mechanics.compiled.pinned import Pinned
+from ..mechanics.compiled.family import empty_entries
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop, run_control
 from ..mechanics.solver.accumulate.record import Record
@@ -28,7 +27,7 @@ from .life import Ageing
 from .life_block import BlockRecord, Log, Rates, longest_block, told_by
 from .outcome import trajectory_of
 from .revolutions import Marks, marks_of
-from .run import Run, call, integrate, integrated, shared, use_no_more
+from .run import Run, call, integrate, integrated, use_no_more
 from .scene import Scene, build
 from .start import NOWHERE, control_of, start_of
 from .uncertain import failures, further_lives
@@ -341,8 +340,7 @@ def compile_loop(case: Case) -> None:
     scene = build(case)
     with empty_entries():
         run = Run(start_of(scene, NOWHERE))
-    status = np.zeros(1, dtype=np.int64)
-    loop.compile_for(run.kept, Pinned(loop.Lot(status, status, NO_ENTRY, *shared(run.lane))))
+    loop.compile_for(run.kept)
 
 
 def checked_times(times: ArrayLike, end: float) -> np.ndarray:

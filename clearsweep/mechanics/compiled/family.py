@@ -15,10 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..trace import objects, symbols
+from ..trace import objects
 from ..trace.memory import call_at, viewed
 from ..trace.primitives import ON_ITS_OWN, primitive, traceable
-from ..trace.symbols import WIDTH
 from .plain import is_plain
 
 
@@ -205,24 +204,21 @@ def _walk(value, numbers):
 _TUPLES: dict[tuple, tuple[int, ...]] = {}  # types of a tuple and of what is in it -> where tuples are in it
 
 
-def entry(function, scene, arrays, parameters, *, in_lanes=False, width=1):
+def entry(function, scene, arrays, parameters):
     """Return the Entry through which `invoke` calls `function(scene pointer, *arrays, integer)`.
 
     arrays : kinds of the items of the arrays, 'f' for float64, 'i' for int64; parameters : the array that
-    `flatten(scene)` gave, or a lane of BatchArrays if they are `in_lanes`, which the caller keeps as long as the Entry
-    is in use; width : 1, or WIDTH for as many cases side by side: NO_ENTRY where that cannot be.
+    `flatten(scene)` gave, which the caller keeps as long as the Entry is in use.
     """
     if _EMPTY.get():
         return NO_ENTRY
     if is_plain():
-        if width > 1:
-            return NO_ENTRY
         code = hash((function, id(parameters)))
         _PLAIN[code], _SCENES[id(parameters)] = (function, id(parameters)), scene
         return Entry(code, 0)
-    key = function, form_number(scene), width
+    key = function, form_number(scene)
     if key not in _COMPILED:
-        _COMPILED[key] = objects.compiled(function, scene, kinds(scene), arrays, width=width, in_lanes=in_lanes)
+        _COMPILED[key] = objects.compiled(function, scene, kinds(scene), arrays)
     made = _COMPILED[key]
     return Entry(made.address, parameters.ctypes.data) if made else NO_ENTRY
 
@@ -251,14 +247,5 @@ def shaped(array, shape):
     return array
 
 
-def in_lane(array, shape):
-    """Return what an entry was passed of a lane of BatchArrays as an array of `shape`."""
-    return array
-
-
 primitive(shaped)(viewed)
 
-
-@primitive(in_lane)
-def _view(array, shape):
-    return viewed(array, shape, WIDTH, symbols.trace().width)

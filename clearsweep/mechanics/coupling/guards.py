@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.family import NO_ENTRY, Entry, entry, form_number, in_lane, kernel, map_joints, shaped
+from ..compiled.family import NO_ENTRY, Entry, entry, form_number, kernel, map_joints, shaped
 from ..joint.contract import every_guard, every_part, guard_values, guards, latched, parts
 from ..joint.places import (
     after_joint,
@@ -21,8 +21,7 @@ from ..joint.places import (
     with_current_state,
 )
 from ..observe.observables import column_of, observed_in
-from ..solver.dop853 import END, ROWS
-from ..solver.guarding import EARLIEST
+from ..observe.stages import END, PLACES
 from .impact_mass import joints_at_event
 
 
@@ -54,7 +53,7 @@ class _Values(NamedTuple):
 
     y: np.ndarray  # (n,) state
     latched: np.ndarray  # (contacts + l,)
-    o: np.ndarray  # (ROWS, columns) observables
+    o: np.ndarray  # (columns, PLACES) observables
     row: int  # the row of `o` at the state
     roots: int  # where the roots of penetration begin in `y`
     value: np.ndarray  # (2, g) for the results
@@ -90,7 +89,7 @@ def _evaluate_part(part, _, place, shared):
     start = observed_in(o, 0, contact)
     _put_each(guard_values(law, start, observed_in(o, row, contact), root), staged, place.guard, value)
     if row == END and True in staged:
-        for stage in range(EARLIEST, END):
+        for stage in range(END):
             _raise_each(guard_values(law, start, observed_in(o, stage, contact), root), staged, place.guard, value)
 
 
@@ -114,9 +113,9 @@ def guards_entry(scene, y, latched, o, value, row):
     here = scene[0]
     roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
     shared = _Values(
-        in_lane(y, (roots + size.contact + size.internal,)),
-        in_lane(latched, (size.contact + size.latched,)),
-        in_lane(o, (ROWS, observed_columns(here.joints))),
+        shaped(y, (roots + size.contact + size.internal,)),
+        shaped(latched, (size.contact + size.latched,)),
+        shaped(o, (observed_columns(here.joints), PLACES)),
         row,
         roots,
         shaped(value, (2, size.guard)),
@@ -132,7 +131,7 @@ class _Event(NamedTuple):
 
     y: np.ndarray  # (n,) state, changed
     latched: np.ndarray  # (contacts + l,) changed
-    o: np.ndarray  # (ROWS, columns) observables
+    o: np.ndarray  # (columns, PLACES) observables
     row: int  # the row of `o` at the state
     roots: int
     contact: int
@@ -182,9 +181,9 @@ def latch_entry(scene, y, latched, o, event, row):
     roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
     which = shaped(event, (2,))
     shared = _Event(
-        in_lane(y, (roots + size.contact + size.internal,)),
-        in_lane(latched, (size.contact + size.latched,)),
-        in_lane(o, (ROWS, observed_columns(here.joints))),
+        shaped(y, (roots + size.contact + size.internal,)),
+        shaped(latched, (size.contact + size.latched,)),
+        shaped(o, (observed_columns(here.joints), PLACES)),
         row,
         roots,
         which[0],

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from ...contracts.catalogue import Channel
 from ..compiled.choosing import either, turns
 from ..compiled.dual import Seeded, as_dual, as_type_of, slope
-from ..compiled.family import Entry, entry, in_lane, inlined, kernel, map_joints, shaped
+from ..compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
 from ..joint import spatial
 from ..joint.contract import (
     JointState,
@@ -56,7 +56,6 @@ from ..observe.observables import (
     film_column,
     observe,
 )
-from ..solver.dop853 import END
 from .impact_mass import joints_now
 from .sticking import with_sticking_forces
 from .time_scale import kappa_over_root, time_scale
@@ -123,33 +122,28 @@ def _stays(scene, contact, present, kappa, c):
 _rate_of_root = either(root_rate, _stays)
 
 
-class _Rows(NamedTuple):
-    """Where the rates and observables of contacts go, and what they follow from."""
+class _Seen(NamedTuple):
+    """Where the observables of contacts go."""
 
-    scene: Scene
-    present: JointState
-    kappa: float  # s
-    k: tuple  # (16, n) rates
-    o: tuple  # (16, columns) observables
+    contacts: int  # how many there are
+    o: tuple  # (columns, 16)
     row: int
 
 
 @kernel
 def _put_number(number, _, column, into):
     values, row = into
-    values[row, column] = number
+    values[column, row] = number
 
 
 _put_numbers = map_joints(_put_number, after_number)
 
 
 @inlined
-def _put_contacts(joint, load, place, rows):
-    present, row = rows.present, rows.row
+def _put_contacts(joint, load, place, seen_at):
+    o, row = seen_at.o, seen_at.row
     for i in range(len(load.contacts)):
         contact, c = load.contacts[i], place.contact + i
-        given = rows.scene, contact, present, rows.kappa, c
-        rows.k[row, present.roots + c] = _rate_of_root(touches(present.mode[c]), given)
         lost = power_lost(contact)
         seen = Observed(
             normal=contact.normal,
@@ -161,42 +155,73 @@ def _put_contacts(joint, load, place, rows):
             depth=contact.depth,
             rate=contact.rate,
         )
-        observe(rows.o, row, c, seen)
-        more = extra_observables(contact, row == 0 or row >= END)
-        _put_numbers(more, more, film_column(extent(rows.scene.joints).contact, c, 0), (rows.o, row))
+        observe(o, row, c, seen)
+        more = extra_observables(contact)
+        _put_numbers(more, more, film_column(seen_at.contacts, c, 0), (o, row))
 
 
 _put_all_contacts = map_joints(_put_contacts, after_joint)
 
 
+class _Roots(NamedTuple):
+    """Where the rates of roots of penetration go, and what they follow from."""
+
+    scene: Scene
+    present: JointState
+    kappa: float  # s
+    k: tuple  # (n, 16) rates
+    row: int
+
+
+@inlined
+def _put_roots(joint, load, place, roots):
+    present = roots.present
+    for i in range(len(load.contacts)):
+        c = place.contact + i
+        given = roots.scene, load.contacts[i], present, roots.kappa, c
+        roots.k[present.roots + c, roots.row] = _rate_of_root(touches(present.mode[c]), given)
+
+
+_put_all_roots = map_joints(_put_roots, after_joint)
+
+
 @inlined
 def rates(scene, y, mode, latched, k, o, row):
-    """Put the rates of `y` with respect to tau into `k[row]` and the observables into `o[row]`.
+    """Put the rates of `y` with respect to tau into row `row` of `k` and the observables into that of `o`.
 
-    y : (n,) state; k : (16, n); o : (16, columns); mode : (contacts,) what each contact does; latched : see JointState.
+    y : (n,) state; k : (n, 16) and o : (columns, 16), None where these are not wanted, a row being the last index;
+    mode : (contacts,) what each contact does; latched : see JointState.
     """
     n = len(scene.coordinates)
     time = 2 * n
     p, _, loads, motion = look(scene, y, mode, latched)
-    kinetic, outside = energy(scene.mechanism, p)
-
     kappa = time_scale(scene, y, mode)
-    for i in range(n):
-        k[row, i] = kappa * y[n + i]
-        k[row, n + i] = kappa * motion.accelerations[i]
-    k[row, time] = kappa
-    o[row, KAPPA] = kappa
-    o[row, DRIVE] = motion.torque * crank_rate(scene.mechanism, p, scene.reference_rate)
-    o[row, GRAVITY] = outside + load_power(scene.mechanism, motion)
-    o[row, ACCELERATION] = motion.output
-    o[row, TORQUE] = motion.torque
-    if row == 0 or row >= END:  # wanted where the state is accurate, at the ends of a step and on the interpolant
-        o[row, KINETIC] = kinetic
-        o[row, ERROR], o[row, ERROR_RATE] = output_error(scene.mechanism, p)
-    present = JointState(y, mode, latched, time + 1)
-    rows = _Rows(scene, present, kappa, k, o, row)
-    _put_all_contacts(scene.joints, loads, first_place(scene.joints, time + 1), rows)
-    put_internal_rates(scene.joints, loads, present, kappa, k[row])
+    present, first = JointState(y, mode, latched, time + 1), first_place(scene.joints, time + 1)
+    if k is not None:
+        for i in range(n):
+            k[i, row] = kappa * y[n + i]
+            k[n + i, row] = kappa * motion.accelerations[i]
+        k[time, row] = kappa
+        _put_all_roots(scene.joints, loads, first, _Roots(scene, present, kappa, k, row))
+        put_internal_rates(scene.joints, loads, present, kappa, k[:, row])
+    if o is not None:
+        o[KAPPA, row] = kappa
+        o[DRIVE, row] = motion.torque * crank_rate(scene.mechanism, p, scene.reference_rate)
+        o[KINETIC, row], outside = energy(scene.mechanism, p)
+        o[GRAVITY, row] = outside + load_power(scene.mechanism, motion)
+        o[ACCELERATION, row] = motion.output
+        o[TORQUE, row] = motion.torque
+        o[ERROR, row], o[ERROR_RATE, row] = output_error(scene.mechanism, p)
+        _put_all_contacts(scene.joints, loads, first, _Seen(extent(scene.joints).contact, o, row))
+
+
+@inlined
+def put_root_rates(scene, relative, present, kappa, k, row):
+    """Put the rates of all roots of penetration into a row of `k`, as the Gaps `relative` have them; see `rates`."""
+    loads = loads_of(scene.joints, relative, present)
+    _put_all_roots(
+        scene.joints, loads, first_place(scene.joints, present.roots), _Roots(scene, present, kappa, k, row)
+    )
 
 
 @kernel
@@ -255,9 +280,9 @@ def slopes_entry(scene, y, mode, latched, jacobian, place):
     contacts, n, latching = size_of(here)
     differentiate(
         here,
-        in_lane(y, (n,)),
-        in_lane(mode, (contacts,)),
-        in_lane(latched, (latching,)),
+        shaped(y, (n,)),
+        shaped(mode, (contacts,)),
+        shaped(latched, (latching,)),
         shaped(jacobian, (3, n, n)),
         place,
     )
@@ -333,8 +358,8 @@ def sample_entry(scene, y, mode, latched, side, out, channels):
     here = scene[0]
     contacts, n, latching = size_of(here)
     values = shaped(out, (channels,))
-    side, y = shaped(side, (contacts,)), in_lane(y, (n,))
-    pose, relative, loads, motion = look(here, y, in_lane(mode, (contacts,)), in_lane(latched, (latching,)))
+    side, y = shaped(side, (contacts,)), shaped(y, (n,))
+    pose, relative, loads, motion = look(here, y, shaped(mode, (contacts,)), shaped(latched, (latching,)))
     samples = _Samples(first_place(here.joints, 0), describe(here.mechanism, y, pose, motion, values))
     _put_gaps(here.joints, relative, samples, (values, side))
     _put_forces(here.joints, loads, samples, (values, side))

@@ -1,61 +1,110 @@
-"""A step of the explicit method as one piece of compiled code: its stages and its end.
+"""The right-hand side as compiled code: of one state, and of all stages of a step in one sweep of its iteration.
 
-The right-hand side is in it once, so that the same code evaluates it alone, too.
-
-The same function makes it for one case and, where no formula takes a decision on numbers, for as many as lie side by
-side.  Every operation and its rounding is fixed by it: by which of the two a step was taken cannot be told from its
-bits.
+A sweep has the stages in the lanes of a register.  Where a machine has narrower ones the same operations are done in
+parts: the bits are the same.
 """
 
-from ..compiled.family import WIDTH, Entry, entry, in_lane, inlined
+from ..compiled.choosing import abreast
+from ..compiled.family import Entry, entry, inlined, shaped
+from ..joint.contract import JointState, touches
 from ..joint.places import observed_columns
-from ..solver.accumulate.step_sums import LENGTH, WHOLE, TrialStep, keep_last_stage, step_width
-from ..solver.dop853 import END, ROWS, stage_state
-from .rates import rates, size_of
+from ..mechanism.contract import gaps, place
+from ..observe.stages import PLACES, STAGES
+from ..solver.accumulate.step_sums import CHANGE, LENGTH, step_width
+from ..solver.collocation import A
+from .rates import put_root_rates, rates, size_of, turned_gaps
+from .time_scale import time_scale
 
-ARRAYS = "fiffffff"  # the fields of TrialStep: float64 or int64
+
+def rates_entry(scene, y, mode, latched, k, o, row):
+    """Fill a `row` of rates and observables for a state; from bare pointers; `scene` points at the Scene."""
+    here = scene[0]
+    contacts, n, latching = size_of(here)
+    rates(
+        here,
+        shaped(y, (n,)),
+        shaped(mode, (contacts,)),
+        shaped(latched, (latching,)),
+        shaped(k, (n, PLACES)),
+        shaped(o, (observed_columns(here.joints), PLACES)),
+        row,
+    )
 
 
 @inlined
-def _take(scene, tried, only):
-    """Fill rows 1 to END of rates and observables, `end` getting the state of each.
+def _move(scene, first, last, given):
+    """Move some components of all stages to where their rates lead, and add how far, over the allowed error, squared."""
+    y, weight, k, nodes, h = given
+    n = nodes.shape[0] - 1
+    for c in range(first, last):
+        begin, allowed = y[c], weight[c]
+        for i in abreast(STAGES):
+            total = A[0, i] * k[c, 0]
+            for j in range(1, STAGES):
+                total += A[j, i] * k[c, j]
+            there = begin + h * total
+            moved = (there - nodes[c, i]) * allowed
+            nodes[c, i] = there
+            nodes[n, i] = nodes[n, i] + moved * moved
 
-    `only` : the row that is filled for the state that `end` has, or WHOLE.
-    """
-    first, last = (1, END) if only == WHOLE else (only, only)
-    for row in range(first, last + 1):
-        if only == WHOLE:
-            if row == END:
-                keep_last_stage(tried, tried.end)
-            stage_state(row, tried.step[LENGTH], tried.y, tried.k, tried.end)
-        rates(scene, tried.end, tried.mode, tried.latched, tried.k, tried.o, row)
 
-
-def trial_step_entry(scene, y, mode, latched, weight, k, o, end, step, row):
-    """Take a step, or fill a `row`, with parameters and arrays from bare pointers; `scene` points at the Scene."""
+def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
+    """Evaluate all stages of a step and move them to where their rates lead, see `solver.collocation`."""
     here = scene[0]
     contacts, n, latching = size_of(here)
-    tried = TrialStep(
-        in_lane(y, (n,)),
-        in_lane(mode, (contacts,)),
-        in_lane(latched, (latching,)),
-        in_lane(weight, (n,)),
-        in_lane(k, (ROWS, n)),
-        in_lane(o, (ROWS, observed_columns(here.joints))),
-        in_lane(end, (n,)),
-        in_lane(step, (step_width(contacts, n),)),
-    )
-    _take(here, tried, row)
+    many = len(here.coordinates)
+    y, weight, step = shaped(y, (n,)), shaped(weight, (n,)), shaped(step, (step_width(contacts),))
+    mode, latched = shaped(mode, (contacts,)), shaped(latched, (latching,))
+    k, nodes = shaped(k, (n, PLACES)), shaped(nodes, (n + 1, STAGES))
+    given = y, weight, k, nodes, step[LENGTH]
+    time = 2 * many
+    for i in abreast(STAGES):
+        rates(here, nodes[:, i], mode, latched, k, None, i)
+        nodes[n, i] = 0.0
+    _move(here, many, time, given)
+    _move(here, time + 1 + contacts, n, given)
+    touching = False
+    for c in range(contacts):
+        touching = touching | touches(mode[c])
+    if touching:
+        for i in abreast(STAGES):
+            state = nodes[:, i]
+            relative = turned_gaps(here, state, gaps(here.mechanism, place(here.mechanism, state)))
+            put_root_rates(here, relative, JointState(state, mode, latched, time + 1), time_scale(here, state, mode), k, i)
+        _move(here, time + 1, time + 1 + contacts, given)
+    for i in abreast(STAGES):
+        kappa = time_scale(here, nodes[:, i], mode)
+        for c in range(many):
+            k[c, i] = kappa * nodes[many + c, i]
+        k[time, i] = kappa
+    _move(here, 0, many, given)
+    _move(here, time, time + 1, given)
+    total = nodes[n, 0]
+    for i in range(1, STAGES):
+        total += nodes[n, i]
+    step[CHANGE] = total / n
 
 
-def attempt_of(scene, parameters) -> Entry:
-    """Return the Entry that evaluates and takes steps of `scene`, whose parameters are in a lane."""
-    return entry(trial_step_entry, scene, ARRAYS, parameters, in_lanes=True)
+def observe_entry(scene, nodes, mode, latched, o, _):
+    """Fill the rows of observables of all stages of a step."""
+    here = scene[0]
+    contacts, n, latching = size_of(here)
+    nodes, mode, latched = shaped(nodes, (n + 1, STAGES)), shaped(mode, (contacts,)), shaped(latched, (latching,))
+    o = shaped(o, (observed_columns(here.joints), PLACES))
+    for i in abreast(STAGES):
+        rates(here, nodes[:, i], mode, latched, None, o, i)
 
 
-def together_of(scene, parameters) -> Entry:
-    """Return the Entry that takes a step of WIDTH scenes of the type of `scene`, `parameters` being the first's.
+def rates_of(scene, parameters) -> Entry:
+    """Return the Entry that evaluates the right-hand side of `scene` at a state."""
+    return entry(rates_entry, scene, "fifff", parameters)
 
-    NO_ENTRY where a formula of theirs takes a decision on numbers, which lanes cannot: these cases go one by one.
-    """
-    return entry(trial_step_entry, scene, ARRAYS, parameters, in_lanes=True, width=WIDTH)
+
+def sweep_of(scene, parameters) -> Entry:
+    """Return the Entry that does a sweep of the iteration for `scene`."""
+    return entry(sweep_entry, scene, "fifffff", parameters)
+
+
+def stages_of(scene, parameters) -> Entry:
+    """Return the Entry that fills the observables of all stages of a step of `scene`."""
+    return entry(observe_entry, scene, "fiff", parameters)

@@ -1,7 +1,7 @@
 """The wear of a step: where all joints touch their bodies on the way, and what that takes off them."""
 
 from ..compiled.choosing import abreast
-from ..compiled.family import Entry, entry, in_lane, kernel, shaped
+from ..compiled.family import Entry, entry, kernel, shaped
 from ..joint.nearest import with_body_angles
 from ..joint.places import extent, first_place
 from ..joint.wear.contract import ACCOUNT
@@ -36,7 +36,7 @@ def wear_entry(scene, between, mode, step_values, length, workspace, depths, acc
     step = Step(
         shaped(step_values, (contacts, COURSES, PARTS + 1)),
         shaped(length, (1,))[0],
-        in_lane(mode, (contacts,)),
+        shaped(mode, (contacts,)),
         rooms[ROOM:angles].reshape(contacts, WHERE + SLOPES, MOMENTS),
         rooms[angles:axial].reshape(contacts, ALONG, MOMENTS),
         rooms[axial:scratch].reshape(STRIP, PARTS + 1),

@@ -186,15 +186,12 @@ def _over_its_depth(contact):
 
 
 @family
-def extra_observables(contact, accurate):
-    """Return what is seen of a contact besides a Contact's fields, observables of its own; () where there is nothing.
-
-    accurate : the state is that at an end of a step or on its interpolant.
-    """
+def extra_observables(contact):
+    """Return what is seen of a contact besides a Contact's fields, observables of its own; () where there is nothing."""
 
 
 @extra_observables.member(None)
-def _nothing_beside(contact, accurate):
+def _nothing_beside(contact):
     return ()
 
 

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.choosing import bits_of, number_of, where
+from ..compiled.choosing import abreast, bits_of, number_of, where
 from ..compiled.family import inlined, kernel
-from .observables import NODES, SHARES
+from .stages import NODES, SHARES
 
 # Histogram of the normal force over time: bins of equal ratio within a factor of two of being so, from the bits of the
 # number: BIN_BITS of the mantissa, so a bin is at most 2^-BIN_BITS wide relative to its lower edge.
@@ -34,7 +34,7 @@ def _lagrange(nodes, points):
     return matrix
 
 
-COURSE = np.ascontiguousarray(_lagrange(SHARES, np.arange(PARTS + 1) / PARTS).T)  # (stages, places)
+COURSE = np.ascontiguousarray(_lagrange(SHARES, np.arange(1, PARTS + 1) / PARTS).T)  # (nodes, places behind the start)
 
 
 class Ramp(NamedTuple):
@@ -140,12 +140,12 @@ def follow(o, column, step_values, row):
 
     It is the polynomial through the values at the stages.
     """
-    for i in range(PARTS + 1):
-        step_values[row, i] = 0.0
-    for m in range(NODES.size):
-        here = o[NODES[m], column]
-        for i in range(PARTS + 1):
-            step_values[row, i] += COURSE[m, i] * here
+    step_values[row, 0] = o[column, NODES[0]]
+    for i in abreast(PARTS):
+        total = COURSE[0, i] * o[column, NODES[0]]
+        for m in range(1, NODES.size):
+            total += COURSE[m, i] * o[column, NODES[m]]
+        step_values[row, i + 1] = total
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""What is seen of a motion at every stage of a step: a row of numbers, read by name.
+"""What is seen of a motion at every stage of a step: a column of numbers, read by name.
 
 KAPPA to ERROR_RATE are columns of the whole mechanism; after them is a block for every contact.  LOAD, the square
 of the resultant of normal and tangential force (N^2), and RUBBED, the power of friction (W, what is rubbed off), are
@@ -9,18 +9,11 @@ largest pressure (Pa), the speed (m/s) of the surfaces that shear it, the power 
 
 from typing import NamedTuple
 
-import numpy as np
-
 from ..compiled.family import inlined
 
 KAPPA, DRIVE, GRAVITY, ACCELERATION, TORQUE, KINETIC, ERROR, ERROR_RATE, CONTACTS = range(9)
 NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, LOAD, RUBBED, CONTACT_WIDTH = range(11)
 DRY, DRAINED, DRY_RUBBED, PRESSURE, SPEED, PUMPED, FILM_WIDTH = range(7)
-
-#: Rows whose stages lie at distinct times, and these times as shares of the step.
-NODES = np.array([0, 6, 5, 9, 8, 10, 12])
-SHARES = np.array([0.0, 0.25, 1.0 / 3.0, 0.6, 0.6512820512820513, 0.8571428571428571, 1.0])
-
 
 class Observed(NamedTuple):
     """What is seen of a contact."""
@@ -58,14 +51,14 @@ def observed_in(o, row, contact):
     """Return the Observed of a contact in row `row` of `o`; what is not used of it is not read."""
     block = CONTACTS + CONTACT_WIDTH * contact
     return Observed(
-        normal=o[row, block + NORMAL],
-        stored=o[row, block + STORED],
-        lost=o[row, block + LOST],
-        tangential=o[row, block + TANGENTIAL],
-        slip=o[row, block + SLIP],
-        raw=o[row, block + RAW],
-        depth=o[row, block + DEPTH],
-        rate=o[row, block + RATE],
+        normal=o[block + NORMAL, row],
+        stored=o[block + STORED, row],
+        lost=o[block + LOST, row],
+        tangential=o[block + TANGENTIAL, row],
+        slip=o[block + SLIP, row],
+        raw=o[block + RAW, row],
+        depth=o[block + DEPTH, row],
+        rate=o[block + RATE, row],
     )
 
 
@@ -79,24 +72,24 @@ def observed(at, row, contact):
 def observe(o, row, contact, seen):
     """Put the Observed `seen` of a contact into row `row` of `o`."""
     block = CONTACTS + CONTACT_WIDTH * contact
-    o[row, block + NORMAL] = seen.normal
-    o[row, block + STORED] = seen.stored
-    o[row, block + LOST] = seen.lost
-    o[row, block + TANGENTIAL] = seen.tangential
-    o[row, block + SLIP] = seen.slip
-    o[row, block + RAW] = seen.raw
-    o[row, block + DEPTH] = seen.depth
-    o[row, block + RATE] = seen.rate
+    o[block + NORMAL, row] = seen.normal
+    o[block + STORED, row] = seen.stored
+    o[block + LOST, row] = seen.lost
+    o[block + TANGENTIAL, row] = seen.tangential
+    o[block + SLIP, row] = seen.slip
+    o[block + RAW, row] = seen.raw
+    o[block + DEPTH, row] = seen.depth
+    o[block + RATE, row] = seen.rate
 
 
 @inlined
 def put_load(o, row, contact):
     """Put the square of the resultant force of a contact into row `row` of `o`."""
-    normal, tangential = o[row, column_of(contact, NORMAL)], o[row, column_of(contact, TANGENTIAL)]
-    o[row, column_of(contact, LOAD)] = normal * normal + tangential * tangential
+    normal, tangential = o[column_of(contact, NORMAL), row], o[column_of(contact, TANGENTIAL), row]
+    o[column_of(contact, LOAD), row] = normal * normal + tangential * tangential
 
 
 @inlined
 def put_rubbed(o, row, contact):
     """Put the power of the friction of a contact into row `row` of `o`."""
-    o[row, column_of(contact, RUBBED)] = -o[row, column_of(contact, TANGENTIAL)] * o[row, column_of(contact, SLIP)]
+    o[column_of(contact, RUBBED), row] = -o[column_of(contact, TANGENTIAL), row] * o[column_of(contact, SLIP), row]

@@ -1,122 +1,76 @@
-"""Whether a step is good, whether it can hold an event, how long the next may be, and whether it follows unseen.
-
-All of one case or of several.
+"""Whether a step is good, whether it can hold an event, and how long the next may be.
 
 Free flight is short enough to be searched: a journal may travel so far in a step, see `event.FARTHEST`.
 """
 
+import math
+
 import numpy as np
 
-from ..compiled.choosing import none_of, where
 from ..compiled.family import inlined
 from ..joint.contract import meets, touches
-from ..observe.observables import DEPTH, KAPPA, NODES, RATE, SHARES, SLIP, column_of
-from .accumulate.step_sums import (
-    ACCEPTED,
-    CONTINUES,
-    ERROR,
-    FASTEST,
-    LENGTH,
-    NEEDS_PEAK_SEARCH,
-    ON_FAST_PATH,
-    RISE,
-    RUN,
-    STIFF,
-    sum_of,
-)
-from .choice import FAST
-from .dop853 import END
-from .event import FARTHEST, MARGIN
+from ..observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of
+from ..observe.stages import END, NODES, SHARES, STAGES, START
+from .accumulate.step_sums import ACCEPTED, CONTRACTION, ERROR, FASTEST, LENGTH, STIFF, sum_of
+from .event import FARTHEST, IMPLICIT, MARGIN
 from .guarding import highest_seen, is_looked_at
-from .run_control import (
-    ALONE,
-    DUE,
-    EXPECTED,
-    FAST_STEPS,
-    GROWTH,
-    LONGEST,
-    MOST_FAST_STEPS,
-    NEXT,
-    STOP_AT,
-    TRIES,
-    UNASKED,
-)
+from .run_control import EXPECTED, GROWTH, NEXT, STOP_AT, TRIES
 from .span import deepest_between
 from .step_control import GROW, change_of_length, eighth_power
 
+FEWEST = 0.22  # contraction, which goes with the square of the length, at which a way costs least
+FAST = 0.03  # contraction from which on a step may be short for what is stiff
 STRAY = 2.0  # on how far depths at the stages are above a cubic: bounds how far they are between them
 
 
 @inlined
-def assess_step(accumulators, guards, independent, time):
-    """Note whether trial steps are accepted as they are, and of good ones how long the next may be.
+def assess_step(accumulators, guards, independent, time, method):
+    """Note whether the trial step is accepted as it is, and if it is good how long the next may be.
 
-    guards : Guards, of the one case or, but for their values, of all; `independent`, `time` : places in the state.
-    Steps of cases that go ALONE are not accepted yet.
+    guards : Guards; `independent`, `time` : places in the state.
     """
     step, stepper = accumulators.step, accumulators.stepper
-    h = step[LENGTH]
-    error = max(step[ERROR], eighth_power(travel_ratio(accumulators)))  # the step control takes the eighth root
-    good = (error < 1.0) & (stepper[ALONE] == 0.0)
-    step[ERROR] = where(stepper[ALONE] == 0.0, error, step[ERROR])
-    stiff = where(good & (h * h * step[RISE] > FAST * FAST * step[RUN]), 1.0, 0.0)
-    step[STIFF] = where(stepper[ALONE] == 0.0, stiff, step[STIFF])  # a step to an event is as the longer one was
-    step[ACCEPTED] = where(good & holds_no_event(accumulators, guards, independent, time), 1.0, 0.0)
+    h, error = step[LENGTH], max(step[ERROR], eighth_power(travel_ratio(accumulators)))  # the eighth root is taken
+    step[ERROR], step[ACCEPTED], step[STIFF] = error, 0.0, 0.0
+    if not error < 1.0:
+        return
     change = min(stepper[GROWTH], change_of_length(error, stepper[EXPECTED]))
-    stepper[NEXT] = where(good, h * change, stepper[NEXT])
-    stepper[EXPECTED] = where(good, error * eighth_power(change), stepper[EXPECTED])
-    stepper[GROWTH], stepper[TRIES] = where(good, GROW, stepper[GROWTH]), where(good, 0.0, stepper[TRIES])
-
-
-@inlined
-def note_fast_path(accumulators, independent):
-    """Note which of the steps that were entered are fast, and how long the next is after these.
-
-    Of such a step nothing is wanted but its entry into the histogram, and nothing is due before the next.
-    """
-    step, stepper = accumulators.step, accumulators.stepper
-    settled = (step[ACCEPTED] != 0.0) & (step[NEEDS_PEAK_SEARCH] == 0.0)
-    settled = settled & ((step[STIFF] == 0.0) | (stepper[FAST_STEPS] < stepper[UNASKED]))
-    fast = settled & (accumulators.end[independent] < stepper[DUE]) & (stepper[FAST_STEPS] < stepper[MOST_FAST_STEPS])
-    step[ON_FAST_PATH] = step[CONTINUES] = where(fast, 1.0, 0.0)
-    stepper[FAST_STEPS] = stepper[FAST_STEPS] + step[ON_FAST_PATH]
-    stepper[NEXT] = where(fast, min(stepper[NEXT], stepper[LONGEST] / accumulators.o[END, KAPPA]), stepper[NEXT])
-    step[LENGTH] = where(fast, stepper[NEXT], step[LENGTH])
+    stepper[EXPECTED] = error * eighth_power(change)
+    if method != IMPLICIT and step[CONTRACTION] > FAST:
+        step[STIFF], change = 1.0, min(change, math.sqrt(FEWEST / step[CONTRACTION]))
+    stepper[NEXT], stepper[GROWTH], stepper[TRIES] = h * change, GROW, 0.0
+    if holds_no_event(accumulators, guards, independent, time):
+        step[ACCEPTED] = 1.0
 
 
 @inlined
 def holds_no_event(accumulators, guards, independent, time):
     """Return whether a step contains no event for certain; guards whose values laws give are left out."""
-    y, end, k, o, mode, h = (
-        accumulators.y,
-        accumulators.end,
-        accumulators.k,
-        accumulators.o,
-        accumulators.mode,
-        accumulators.step[LENGTH],
-    )
-    none = end[independent] < accumulators.stepper[STOP_AT]
+    y, end, k, o, mode = accumulators.y, accumulators.end, accumulators.k, accumulators.o, accumulators.mode
+    h = accumulators.step[LENGTH]
+    if not end[independent] < accumulators.stepper[STOP_AT]:
+        return False
     for j in range(mode.size):
-        if not none_of(meets(mode[j])):
-            none = none & (where(meets(mode[j]), least_bound(accumulators, j), -1.0) < 0.0)
+        if meets(mode[j]) and not least_bound(accumulators, j) < 0.0:
+            return False
         # a root of penetration that falls and rises dips by at most a quarter of what either slope makes of it
         root = time + 1 + j
-        lowest, fall, rise = min(y[root], end[root]), k[0, root], k[END, root]
-        dip = where((fall < 0.0) & (rise > 0.0), 0.25 * h * min(-fall, rise), 0.0)
-        none = none & (where(touches(mode[j]), lowest - dip, 1.0) > 0.0)
+        lowest, fall, rise = min(y[root], end[root]), k[root, START], k[root, END]
+        if touches(mode[j]) and not lowest - (0.25 * h * min(-fall, rise) if fall < 0.0 < rise else 0.0) > 0.0:
+            return False
     for g in range(guards.contact.size):
-        if guards.column[g] >= 0:
-            highest = highest_seen(o, guards.column[g], guards.sign[g], guards.at_stages[g])
-            none = none & (where(is_looked_at(guards, g, mode[guards.contact[g]]), highest, -1.0) <= 0.0)
-    return none
+        if guards.column[g] >= 0 and is_looked_at(guards, g, mode[guards.contact[g]]):
+            if highest_seen(o, guards.column[g], guards.sign[g], guards.at_stages[g]) > 0.0:
+                return False
+    return True
 
 
 @inlined
 def least_bound(accumulators, j):
     """Return the least depth (m) that is known to be above all depths of contact `j`, in free flight, on its way."""
     o, h, there = accumulators.o, accumulators.step[LENGTH], column_of(j, DEPTH)
-    fastest = max(accumulators.step[sum_of(j, FASTEST)], o[END, column_of(j, SLIP)] * o[END, KAPPA])
-    return min(deepest_between(o[0, there], o[END, there], MARGIN * h * fastest), highest_control(o, j, h))
+    fastest = max(accumulators.step[sum_of(j, FASTEST)], o[column_of(j, SLIP), END] * o[KAPPA, END])
+    return min(deepest_between(o[there, START], o[there, END], MARGIN * h * fastest), highest_control(o, j, h))
 
 
 @inlined
@@ -129,12 +83,12 @@ def highest_control(o, j, h):
     by Descartes' rule, in Bernstein's form, the curve then goes through zero once at most, and falls there.
     """
     there, speed = column_of(j, DEPTH), column_of(j, RATE)
-    begin, end = o[0, there], o[END, there]
-    rise, fall = h * (o[0, speed] * o[0, KAPPA]), h * (o[END, speed] * o[END, KAPPA])
-    above = 0.0 * begin
-    for m in range(1, NODES.size - 1):
+    begin, end = o[there, START], o[there, END]
+    rise, fall = h * (o[speed, START] * o[KAPPA, START]), h * (o[speed, END] * o[KAPPA, END])
+    above = 0.0
+    for m in range(2, STAGES):  # not so close to an end that rounding would count
         cubic = CUBIC[m, 0] * begin + CUBIC[m, 1] * rise + CUBIC[m, 2] * end + CUBIC[m, 3] * fall
-        above = max(above, (o[NODES[m], there] - cubic) * BUMP[m])
+        above = max(above, (o[there, NODES[m]] - cubic) * BUMP[m])
     second, third = begin + rise / 3.0, end - fall / 3.0  # of the cubic's own
     middle = 0.5 * (second + third) + (STRAY / 6.0) * above
     of_begin, of_end = 0.25 * begin + 0.75 * second, max(0.75 * third + 0.25 * end, end)
@@ -154,8 +108,9 @@ BUMP = np.array([0.0, *(1.0 / (SHARES * (1.0 - SHARES))[1:-1] ** 2), 0.0])  # ov
 def travel_ratio(accumulators):
     """Return how far journals in free flight go in the step, over what they may."""
     step, mode = accumulators.step, accumulators.mode
-    farthest = 0.0 * step[LENGTH]
+    farthest = 0.0
     for j in range(mode.size):
-        ratio = step[LENGTH] * step[sum_of(j, FASTEST)] / (FARTHEST * accumulators.clearance[j])
-        farthest = max(farthest, where(meets(mode[j]), ratio, 0.0))
+        if meets(mode[j]):
+            ratio = step[LENGTH] * step[sum_of(j, FASTEST)] / (FARTHEST * accumulators.clearance[j])
+            farthest = max(farthest, ratio)
     return farthest

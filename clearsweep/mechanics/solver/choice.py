@@ -14,21 +14,23 @@ Counts of evaluations decide, never a clock, and of these only what the motion t
 """
 
 from ..compiled.family import kernel
+from ..observe.stages import STAGES
 from .accumulate.step_sums import STIFF
-from .dop853 import END
 from .event import EVALUATIONS, EXPLICIT, IMPLICIT
 from .radau import ERROR, ORDER
 from .run_control import AUTO, METHOD, SPENT
 
-FAST = 0.8  # h times the largest eigenvalue, from which on a step may be short for what is stiff
 PRICE = 0.62  # of an evaluation in an implicit step, for each number in the state: most of it goes into the matrices
 LOOK = 2.0  # over an implicit step that is worth its price: how far the motion is looked at, and the first such step
 SMALL = 0.5  # error, over the allowed one, that is expected of an implicit step worth its price where it is tried
+SWEEPS = 6.0  # in a step of the explicit method, as a rule: what one of them costs is counted in these
+PER_STEP = 12.0  # evaluations, one after the other, that take as long as such a step
 REST = 2.0  # times as long as the motion was looked at in vain it is not looked at, which costs a lane a few per cent
 LOSS = 4.0  # implicit steps whose price the implicit method may lose before it is left,
 GAINED = 0.1  # and this share of what it has saved before
 BACK = 0.1  # of explicit evaluations: so many have to make up for what was lost before the motion is looked at again
 STEADY = 1.2  # growth of the step that is forgone, as the factors of the matrices can be used again
+STEP_COST = SWEEPS * STAGES
 # Places in Implicit.choice: length of an explicit step before the method changed; explicit evaluations that the
 # implicit one has SAVED since then, and those that it has LOST of them; how many explicit steps are LEFT until the
 # motion is looked at again; of the steps that may be short for what is stiff, length and evaluations, and these without
@@ -60,7 +62,7 @@ def choose_method(at, h, pattern):
     cost, implicit = work.counts[EVALUATIONS] - work.stepper[SPENT], 1 << work.mode.size
     if work.method[0] == IMPLICIT:
         explicit = max(work.proposals[pattern & ~implicit], choice[LIMIT])  # the last one with the same contacts
-        if loses(at, END * h / explicit, cost):
+        if loses(at, PER_STEP * h / explicit, cost):
             work.method[2] = EXPLICIT
     elif choice[LEFT] <= 0.0 and is_stiff(at, h, cost):
         work.method[2] = IMPLICIT
@@ -71,7 +73,7 @@ def choose_method(at, h, pattern):
 @kernel
 def price_of_step(n):
     """Return what an implicit step costs, in explicit ones: two iterations, and Jacobians now and then."""
-    return PRICE * n * (5.0 + 4.0 * n) / END
+    return PRICE * n * (5.0 + 4.0 * n) / PER_STEP
 
 
 @kernel
@@ -102,7 +104,7 @@ def is_stiff(at, h, cost):
     work.method[1] = 0
     if is_longer(at):
         return True
-    choice[LEFT] = REST * choice[COST] / END
+    choice[LEFT] = REST * choice[COST] / PER_STEP
     return False
 
 
@@ -117,13 +119,13 @@ def mark(at, place, y):
 
 @kernel
 def is_longer(at):
-    """Return whether an implicit step worth its price, in explicit steps that cost END evaluations, has a SMALL error.
+    """Return whether an implicit step worth its price, in explicit steps that cost STEP_COST evaluations, has a SMALL error.
 
     Such explicit steps are as long as the last ones or, where these jitter at the limit of stability, as all are.
     """
     n, choice = at[0].y.size, at[0].implicit.choice
     late = (choice[SPAN] - choice[MARKS + ORDER - 1]) / (choice[COST] - choice[EARLY])
-    choice[LIMIT], choice[SAVED], choice[LOST] = END * max(choice[SPAN] / choice[COST], late), 0.0, 0.0
+    choice[LIMIT], choice[SAVED], choice[LOST] = STEP_COST * max(choice[SPAN] / choice[COST], late), 0.0, 0.0
     return ERROR**2 * squared_bend(at, price_of_step(n) * choice[LIMIT]) <= SMALL**2
 
 
@@ -162,7 +164,7 @@ def loses(at, saved, cost):
     gain = saved - PRICE * n * cost
     choice[SAVED] += gain
     choice[LOST] = max(choice[LOST] - gain, 0.0)
-    if choice[LOST] < LOSS * END * price_of_step(n) + GAINED * max(choice[SAVED], 0.0):
+    if choice[LOST] < LOSS * PER_STEP * price_of_step(n) + GAINED * max(choice[SAVED], 0.0):
         return False
-    choice[LEFT] = -min(choice[SAVED], 0.0) / (BACK * END)
+    choice[LEFT] = -min(choice[SAVED], 0.0) / (BACK * PER_STEP)
     return True

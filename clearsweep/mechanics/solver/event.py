@@ -12,9 +12,10 @@ import numpy as np
 from ..compiled.family import Entry, inlined, invoke, kernel
 from ..joint.contract import meets, touches
 from ..observe.observables import KAPPA, observed
+from ..observe.stages import END, SCRATCH, START
 from .accumulate.step_sums import FASTEST, TrialStep, sum_of
 from .accumulate.totals import Accumulators
-from .dop853 import END, SCRATCH, dense_component, dense_state
+from .collocation import dense_component, dense_state
 from .guarding import evaluate_guards, pass_guards
 from .span import Span, cubic_onset, deepest_between, fold
 
@@ -36,7 +37,8 @@ class Work(NamedTuple):
     """
 
     rates: Entry  # the right-hand side
-    takes_steps: int  # 1 if it takes whole steps of the explicit method, too, see `attempt`; 0: it does not
+    sweep: Entry  # a sweep of the iteration of a step, see `collocation`
+    observed: Entry  # the observables of all stages
     sample: Entry  # the time histories
     wear: Entry  # the wear; NO_ENTRY where there is none
     time: int  # place of the time in the state; the roots of penetration, then the internal states follow it
@@ -46,11 +48,12 @@ class Work(NamedTuple):
     sigma: float  # m^0.5, Scene.sigma
     longest: float  # s, a step spans no more
 
-    y: np.ndarray  # (n,) state at the start of the step; from here to `stepper` in a lane of a `rows.BatchArrays`
+    y: np.ndarray  # (n,) state at the start of the step
     end: np.ndarray  # (n,) state at its end
     z: np.ndarray  # (n,) state of a stage or on the dense output
-    k: np.ndarray  # (16, n) rates
-    o: np.ndarray  # (16, columns) observables
+    k: np.ndarray  # (n, PLACES) rates
+    o: np.ndarray  # (columns, PLACES) observables
+    nodes: np.ndarray  # (n + 1, STAGES) states at the stages; last how far the latest sweep moved each of them
     weight: np.ndarray  # (n,) 1 / allowed error
     mode: np.ndarray  # (c,) int64, what each contact does: contract.FREE, PRESSED or another of its joint's modes
     latched: np.ndarray  # (c + l,) what changes at events alone: closing rate (m/s) of each onset, floored; of laws
@@ -59,7 +62,7 @@ class Work(NamedTuple):
     rubs: np.ndarray  # (c,) int64, whether there is friction: 1, else 0
     film: np.ndarray  # (c, 2) m, depth beyond which a film bears not alone, and its formula is kept; inf: never
     stepper: np.ndarray  # (AHEAD,) what the loop goes on with, see plan
-    f: np.ndarray  # (7, n) dense output
+    f: np.ndarray  # (n, STAGES) the interpolant, see `collocation.dense_component`
     apart: np.ndarray  # (c,) int64, the mode to which a separation leads
     pressed: np.ndarray  # (c,) int64, the mode to which an onset leads
     side: np.ndarray  # (c,) Joint.side
@@ -82,14 +85,14 @@ class Work(NamedTuple):
 @kernel
 def fastest(at, j):
     """Return the largest speed of the journal of free contact `j`, m per unit of tau, at the stages."""
-    return max(at[0].step[sum_of(j, FASTEST)], observed(at, END, j).slip * at[0].o[END, KAPPA])
+    return max(at[0].step[sum_of(j, FASTEST)], observed(at, END, j).slip * at[0].o[KAPPA, END])
 
 
 @inlined
-def attempt_to(at, end):
-    """Return the TrialStep of a case whose state at the end is `end`."""
+def trial_of(at):
+    """Return the TrialStep of a case."""
     work = at[0]
-    return TrialStep(work.y, work.mode, work.latched, work.weight, work.k, work.o, end, work.step)
+    return TrialStep(work.y, work.mode, work.k, work.o, work.end, work.step)
 
 
 @inlined
@@ -105,7 +108,7 @@ def evaluate(at, y, row):
     """Put the rates of the state `y` into row `row` of `work.k` and its observables into that of `work.o`."""
     work = at[0]
     work.counts[EVALUATIONS] += 1
-    invoke(work.rates.code, work.rates.parameters, attempt_to(at, y), row)
+    invoke(work.rates.code, work.rates.parameters, (y, work.mode, work.latched, work.k, work.o), row)
 
 
 @kernel
@@ -127,7 +130,7 @@ def approach(at, j, h, x):
 def approach_in_row(at, j, h, row):
     """Return the same where the observables in row `row` are."""
     seen = observed(at, row, j)
-    return seen.depth, seen.rate * at[0].o[row, KAPPA] * h
+    return seen.depth, seen.rate * at[0].o[KAPPA, row] * h
 
 
 @kernel
@@ -247,7 +250,7 @@ def first_onset(at, j, h, until):
     What is behind the share `until` is not wanted.
     """
     xa = 0.0
-    da, sa = approach_in_row(at, j, h, 0)
+    da, sa = approach_in_row(at, j, h, START)
     if da >= 0.0 and sa >= 0.0:
         return 0.0
     reach = MARGIN * h * fastest(at, j)

@@ -6,8 +6,8 @@ from typing import NamedTuple
 from ..compiled.family import kernel
 from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR, touches
 from ..observe.observables import observed
+from ..observe.stages import END
 from .accumulate.totals import APPROACH, CLIPS, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
-from .dop853 import END
 from .event import EVENTS, GUARD, NOTHING, ONSET, SEPARATION, SEPARATIONS
 from .run_control import EVENT_BUDGET, GOING, KEEP_EVENTS, LEFT_BEARING, LOGGED, MOST_EVENTS, OK, PARTINGS
 from .step import go_through, latch

@@ -1,9 +1,7 @@
 """Whether a step passes the guards of joints: functions that change something where they turn positive."""
 
 from ..compiled.family import inlined, invoke, kernel
-from .dop853 import END
-
-EARLIEST = 5  # of the rows of stages that guards are looked for at: before, they are inaccurate and close to the start
+from ..observe.stages import END
 
 
 @inlined
@@ -15,9 +13,9 @@ def is_looked_at(guards, g, mode):
 @inlined
 def highest_seen(o, column, sign, staged):
     """Return the value, at the end of a step, of a guard that is an observable; the largest, if `staged`, of stages."""
-    highest = sign * o[END, column]
-    for row in range(EARLIEST if staged else END, END):
-        highest = max(highest, sign * o[row, column])
+    highest = sign * o[column, END]
+    for row in range(0 if staged else END, END):
+        highest = max(highest, sign * o[column, row])
     return highest
 
 
@@ -27,7 +25,7 @@ def evaluate_guards(at, y, row):
     work, guards = at[0], at[0].guards
     for g in range(guards.contact.size):
         if guards.column[g] >= 0:
-            guards.value[0, g] = guards.value[1, g] = guards.sign[g] * work.o[row, guards.column[g]]
+            guards.value[0, g] = guards.value[1, g] = guards.sign[g] * work.o[guards.column[g], row]
             if row == END and guards.at_stages[g]:
                 guards.value[1, g] = highest_seen(work.o, guards.column[g], guards.sign[g], staged=True)
     ask_laws(at, y, row)

@@ -13,12 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.family import invoke, kernel
+from ..observe.stages import END, SCRATCH, START
 from .choice import CHOICE
-from .dop853 import SCRATCH, dense_component, dense_state
+from .collocation import dense_component, dense_state
 from .event import EVALUATIONS, evaluate
 from .radau import DENSE, GAMMA, LOOK, ORDER, PLACES, ROWS, SPREAD, STAGES, A, C, E
 
-SEEN = np.array([3, 5, 6, 7, 8, 9, 10, 11])  # rows in which observables of the explicit method's stages are looked for
 ITERATIONS = 5  # with the same Jacobians
 CLOSE = 0.03  # of the allowed error: the iteration ends where it expects to be as close as that
 KEEP = 1e-3  # convergence from one iteration to the next that keeps the Jacobians for the next step
@@ -212,7 +212,7 @@ def correct(at, h):
         for i in range(n):
             rise = 0.0
             for m in range(STAGES):
-                rise += A[s, m] * work.k[ROWS[m], i]
+                rise += A[s, m] * work.k[i, ROWS[m]]
             change[unknown(s, i, work.time)] = h * rise - stages[s * n + i]
     substitute(work.implicit.newton, work.implicit.pivots, change)
     size = 0.0
@@ -265,7 +265,7 @@ def filtered_error(at, h, row):
         total = 0.0
         for s in range(STAGES):
             total += E[s] * stages[s * n + i]
-        offset[i] = work.k[row, i] + GAMMA / h * total
+        offset[i] = work.k[i, row] + GAMMA / h * total
     substitute(work.implicit.small, work.implicit.small_pivots, offset)
     size = 0.0
     for i in range(n):
@@ -290,11 +290,11 @@ def implicit_step(at, h):
             total = 0.0
             for s in range(STAGES):
                 total += DENSE[row, s] * stages[s * n + i]
-            work.f[row, i] = total
-        for row in range(STAGES, 7):
-            work.f[row, i] = 0.0
+            work.f[i, row] = total
+        for row in range(STAGES, work.f.shape[1]):
+            work.f[i, row] = 0.0
     past[LENGTH], past[AFTER] = h, 0.0
-    error = filtered_error(at, h, 0)
+    error = filtered_error(at, h, START)
     if error >= 1.0:
         for i in range(n):
             work.z[i] = work.y[i] + work.implicit.offset[i]
@@ -309,11 +309,11 @@ def look_along(at):
     """Put observables where the explicit method has its stages: the polynomial through those of start and stages."""
     work = at[0]
     for column in range(work.o.shape[1]):
-        for row in SEEN:
-            total = LOOK[row, 0] * work.o[0, column]
+        for row in range(END):
+            total = LOOK[row, 0] * work.o[column, START]
             for s in range(STAGES):
-                total += LOOK[row, 1 + s] * work.o[ROWS[s], column]
-            work.o[row, column] = total
+                total += LOOK[row, 1 + s] * work.o[column, ROWS[s]]
+            work.o[column, row] = total
 
 
 @kernel

@@ -8,7 +8,8 @@ import math
 
 import numpy as np
 
-from .dop853 import NODE_SHARES, SCRATCH, shapes
+from ..observe.stages import END, OTHERS, SHARES
+from .collocation import shapes
 
 A = np.array(
     [
@@ -43,10 +44,9 @@ E = _error_weights()
 ERROR = abs(E @ C**ORDER) / math.factorial(ORDER)
 DENSE = np.linalg.inv(shapes(C)[:, :STAGES])  # from the stages to the first rows of the dense output
 #: From start and stages to where the explicit method has its stages, by the polynomial through all.
-LOOK = np.vander(NODE_SHARES, ORDER) @ np.linalg.inv(np.vander(np.append(0.0, C)))
-#: Rows of rates and observables in which the stages are, which nothing else needs, and the weights of all rows.
-ROWS = np.array([1, 2, 4, 13, 14])
-STAGE_WEIGHTS = np.zeros(SCRATCH)
+LOOK = np.vander(SHARES[1 : 1 + END], ORDER) @ np.linalg.inv(np.vander(np.append(0.0, C)))
+ROWS = np.arange(OTHERS, OTHERS + STAGES)  # in which rates and observables of the stages are
+STAGE_WEIGHTS = np.zeros(OTHERS + STAGES)
 STAGE_WEIGHTS[ROWS] = A[-1]
 PLACES = np.array([0, 2, 4])  # stages at which there are Jacobians
 SPREAD = np.vander(C, PLACES.size) @ np.linalg.inv(np.vander(C[PLACES]))  # from these to all stages, by a parabola

@@ -30,9 +30,5 @@ WINDOW, LAST, PARTINGS, MOST_STEPS, MOST_EVENTS, KEEP_EVENTS, METHOD, PAUSE, STR
 # where along the run the next step has to end; of a free crank how far it was, from where it has to move on, and since
 # when (s)
 NEXT, GROWTH, EXPECTED, TRIES, SPENT, REST, WINDOWED, LOGGED, BEGUN, STOP_AT, FARTHEST, ANGLE, SINCE = range(13)
-# then whether a step is being taken again to end at an event; the share of the longer step, what event, of which
-# contact, and evaluations before it; whether the step is judged by itself, not with others
-LANDING, SHARE, KIND, CONTACT, BEFORE, ALONE = range(13, 19)
-# then how long (s) a step may be; whether a step can take the fast path, see `acceptance.note_fast_path`; up to where
-# along the run, how many in a row, how many are not tested for stiffness, and how many are not counted yet
-LONGEST, CAN_TAKE_FAST_PATH, DUE, MOST_FAST_STEPS, UNASKED, FAST_STEPS, AHEAD = range(19, 26)
+# then how the latest call of the loop ended
+STATUS, AHEAD = 13, 14

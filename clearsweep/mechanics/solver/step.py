@@ -1,23 +1,21 @@
-"""One step: its stages, its dense output, and the step again where an event cuts it short."""
+"""One step: its stages, found by iteration, and the step again where an event cuts it short."""
 
-from ..compiled.family import inlined, invoke, kernel
-from ..compiled.rows import in_rows
+import math
+
+from ..compiled.family import invoke, kernel
 from ..joint.contract import SAME
 from ..observe.observables import KAPPA, observed
+from ..observe.stages import END, STAGES, START
 from .accumulate.step_sums import (
+    CHANGE,
+    CONTRACTION,
     ERROR,
     FASTEST,
     LENGTH,
-    WHOLE,
-    follow_along,
-    keep_last_stage,
-    look_for_peaks,
-    look_for_speeds,
-    sum_along,
     sum_of,
     sum_up,
 )
-from .dop853 import END, dense_coefficients, stage_state
+from .collocation import WEIGHTS, begin_stages, continue_stages, dense_state, error_norm, interpolate
 from .event import (
     EVALUATIONS,
     IMPLICIT,
@@ -25,13 +23,18 @@ from .event import (
     ONSET,
     SEPARATION,
     STOP,
-    attempt_to,
     evaluate,
     first_event,
+    trial_of,
 )
 from .guarding import evaluate_guards, looked_at
-from .newton import FAILED, fall_back, implicit_step
+from .newton import AFTER, FAILED, fall_back, implicit_step
+from .newton import LENGTH as PAST_LENGTH
 from .radau import STAGE_WEIGHTS
+
+MOST_SWEEPS = 16
+CLOSE = 0.03  # of the allowed error: the iteration ends where it expects to be as close as that
+HOPELESS = 0.8  # contraction at which the iteration is given up
 
 
 @kernel
@@ -57,89 +60,123 @@ def go_through(at, g, y, row):
 def begin_step(at):
     """Evaluate the start of a step at which something has changed, and pass the guards that are passed there."""
     work, guards = at[0], at[0].guards
-    evaluate(at, work.y, 0)
+    evaluate(at, work.y, START)
     changed, waiting = False, True
     for g in range(guards.contact.size):
         if guards.at_start[g] and looked_at(at, g):
             if waiting:
-                evaluate_guards(at, work.y, 0)
+                evaluate_guards(at, work.y, START)
                 waiting = False
             if guards.value[0, g] > 0.0:
-                go_through(at, g, work.y, 0)
+                go_through(at, g, work.y, START)
                 changed = True
     if changed:
-        evaluate(at, work.y, 0)
-
-
-@inlined
-def take_stage(at, h, row):
-    """Fill a row of rates and observables; those below are there already."""
-    stage_state(row, h, at[0].y, at[0].k, at[0].z)
-    evaluate(at, at[0].z, row)
+        evaluate(at, work.y, START)
 
 
 @kernel
-def run_stages(at, h, first, last):
-    """Fill rows `first` to `last` - 1 of rates and observables; row 0 is there already."""
-    for row in range(first, last):
-        take_stage(at, h, row)
-
-
-@kernel
-def finish_dense(at, h):
-    """Make the dense output of the step that has just been taken."""
+def guess_stages(at, h):
+    """Put a guess of the stages of a step of length `h` into `work.nodes`."""
     work = at[0]
-    if work.method[0] == IMPLICIT:
-        return  # the implicit step made it
-    take_stage(at, h, END + 1)  # one by one: of each row alone its formula is compiled
-    take_stage(at, h, END + 2)
-    take_stage(at, h, END + 3)
-    dense_coefficients(h, work.y, work.end, work.k, work.f)
+    past = work.implicit.past
+    if past[PAST_LENGTH] > 0.0:
+        continue_stages(h / past[PAST_LENGTH], past[AFTER], work.y, work.f, work.nodes)
+    else:
+        begin_stages(h, work.y, work.k, work.nodes)
 
 
 @kernel
-def with_dense(at, h, dense):
-    """Make the dense output unless it is there; return that it is."""
-    if not dense:
-        finish_dense(at, h)
-    return True
-
-
-@kernel
-def finish_ends(at):
-    """Evaluate the rates and observables at the end of a step and sum up; an explicit one has done so."""
+def sweep(at):
+    """Move all stages once; return how far, over the allowed error."""
     work = at[0]
-    if work.method[0] == IMPLICIT:
-        evaluate(at, work.end, END)
-        tried = in_rows(attempt_to(at, work.end), 1)
-        sum_along(tried, STAGE_WEIGHTS)
-        follow_along(tried)
-        look_for_peaks(tried)
+    given = work.y, work.mode, work.latched, work.weight, work.k, work.nodes, work.step
+    invoke(work.sweep.code, work.sweep.parameters, given, 0)
+    work.counts[EVALUATIONS] += STAGES
+    return math.sqrt(work.step[CHANGE])
+
+
+@kernel
+def observe_stages(at):
+    """Fill the observables at all stages."""
+    work = at[0]
+    invoke(work.observed.code, work.observed.parameters, (work.nodes, work.mode, work.latched, work.o), 0)
+    work.counts[EVALUATIONS] += STAGES
+
+
+@kernel
+def solve_stages(at):
+    """Move the stages until they fulfil their equations; return whether they do.
+
+    They do where the distance that is left, from how much less each sweep moves them, is CLOSE.
+    """
+    before, contraction = sweep(at), 1.0
+    if not before < math.inf:
+        return False
+    begin = before
+    for count in range(1, MOST_SWEEPS):
+        moved = sweep(at)
+        contraction = moved / before if before > 0.0 else 0.0
+        at[0].step[CONTRACTION] = (moved / begin) ** (1.0 / count) if begin > 0.0 else 0.0
+        if moved * contraction <= CLOSE * (1.0 - contraction):
+            return True
+        if not (contraction < HOPELESS or count < 3):
+            return False
+        before = moved
+    return False
+
+
+@kernel
+def collocate(at, h):
+    """Find the stages of a step of length `h`, with them its end, interpolant and error."""
+    work = at[0]
+    past = work.implicit.past
+    guess_stages(at, h)
+    if not solve_stages(at):
+        work.step[ERROR] = FAILED
+        return
+    for i in range(work.y.size):
+        work.end[i] = work.nodes[i, END]
+    interpolate(h, work.k, work.f)
+    past[PAST_LENGTH], past[AFTER] = h, 0.0
+    work.step[ERROR] = error_norm(work.f, work.weight)
+
+
+@kernel
+def finish(at):
+    """Fill what the step in hand, which is good or ends at an event, comes to."""
+    if at[0].method[0] == IMPLICIT:
+        evaluate(at, at[0].end, END)
+        sum_up(trial_of(at), STAGE_WEIGHTS)
+    else:
+        observe_stages(at)
+        sum_up(trial_of(at), WEIGHTS)
 
 
 @kernel
 def take_step(at):
-    """Take the step whose length is in `work.step`: fill `work.end`, row END and what the step comes to."""
+    """Take the step whose length is in `work.step`: fill `work.end`, the stages and what the step comes to."""
     work, h = at[0], at[0].step[LENGTH]
-    tried = attempt_to(at, work.end)
     if work.method[0] == IMPLICIT:
         work.step[ERROR] = implicit_step(at, h)
-        if work.step[ERROR] == FAILED:  # what is seen at its stages is that of some step before
-            for j in range(work.mode.size):
-                work.step[sum_of(j, FASTEST)] = 0.0
-        else:
-            look_for_speeds(in_rows(tried, 1))
-        if work.step[ERROR] < 1.0:
-            finish_ends(at)
-        return
-    if work.takes_steps != 0:  # whose evaluations the loop counts
-        invoke(work.rates.code, work.rates.parameters, tried, WHOLE)
     else:
-        run_stages(at, h, 1, END)
-        stage_state(END, h, work.y, work.k, work.end)
-        keep_last_stage(tried, work.z)
-        evaluate(at, work.end, END)
-    sum_up(in_rows(tried, 1))
+        collocate(at, h)
+    if work.step[ERROR] < 1.0:
+        finish(at)
+    else:
+        for j in range(work.mode.size):  # what is seen is that of some step before
+            work.step[sum_of(j, FASTEST)] = 0.0
+
+
+@kernel
+def shorten(at, share):
+    """Put a `share` of the step that was taken in its place, as its interpolant has it."""
+    work = at[0]
+    if work.method[0] == IMPLICIT:
+        fall_back(at, share)
+    else:
+        continue_stages(share, 0.0, work.y, work.f, work.nodes)
+        sweep(at)
+        dense_state(share, work.y, work.f, work.end)
 
 
 @kernel
@@ -151,20 +188,20 @@ def step_to_event(at, share, event, h):
     work = at[0]
     kind, contact, stop = event
     if work.step[ERROR] == FAILED:  # the interpolant of the longer step has to do
-        fall_back(at, share)
+        shorten(at, share)
     if not work.step[ERROR] < 1.0:
-        finish_ends(at)
+        finish(at)
     miss, slope = 0.0, 0.0
     if kind == ONSET:
         seen = observed(at, END, contact)
-        miss, slope = seen.depth, seen.rate * work.o[END, KAPPA]
+        miss, slope = seen.depth, seen.rate * work.o[KAPPA, END]
     elif kind == SEPARATION:
-        miss, slope = work.end[work.time + 1 + contact], work.k[END, work.time + 1 + contact]
+        miss, slope = work.end[work.time + 1 + contact], work.k[work.time + 1 + contact, END]
     elif kind == STOP:
-        miss, slope = work.end[work.independent] - stop, work.k[END, work.independent]
+        miss, slope = work.end[work.independent] - stop, work.k[work.independent, END]
     if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # Newton, once; not where the event is all but tangential
         for i in range(work.end.size):
-            work.end[i] -= work.k[END, i] * miss / slope
+            work.end[i] -= work.k[i, END] * miss / slope
     if kind == STOP:
         work.end[work.independent] = stop
 
@@ -177,7 +214,6 @@ def find_first_event(at, h, stop):
     """
     work = at[0]
     before = work.counts[EVALUATIONS]
-    finish_dense(at, h)
     share, kind, contact = first_event(at, h, stop)
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
     return share, kind, contact

@@ -107,6 +107,8 @@ def _module(body: Callable, items: str, width: int) -> ir.Module:
     hand.module.triple = _triple()
     kinds = [ADDRESS] * (1 + len(items)) + [WHOLE]
     entry = ir.Function(hand.module, ir.FunctionType(ir.VoidType(), kinds), "entry")
+    for pointer in entry.args[1:-1]:
+        pointer.add_attribute("noalias")  # so that what was loaded need not be loaded again behind every store
     hand.builder = ir.IRBuilder(entry.append_basic_block())
     with symbols.in_hand(hand):
         arrays = [

@@ -1,8 +1,8 @@
 """Where between the stages of a step an observable is largest."""
 
 from ...compiled.family import kernel
-from ...observe.observables import NODES, SHARES, put_load
-from ..dop853 import SCRATCH
+from ...observe.observables import put_load
+from ...observe.stages import NODES, SCRATCH, SHARES
 from ..event import evaluate_dense
 
 
@@ -11,7 +11,7 @@ def highest_node(o, column, sign):
     """Return the node of the stage at which an observable, times `sign`, is largest."""
     best = 0
     for m in range(1, NODES.size):
-        if sign * o[NODES[m], column] > sign * o[NODES[best], column]:
+        if sign * o[column, NODES[m]] > sign * o[column, NODES[best]]:
             best = m
     return best
 
@@ -24,7 +24,7 @@ def observable_at(at, x, column):
     for j in range(work.mode.size):
         if work.rubs[j]:
             put_load(work.o, SCRATCH, j)
-    return work.o[SCRATCH, column]
+    return work.o[column, SCRATCH]
 
 
 @kernel

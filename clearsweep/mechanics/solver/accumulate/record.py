@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled.family import invoke, kernel, pointer_to
-from ..dop853 import dense_component, dense_state
+from ..collocation import dense_component, dense_state
 from ..event import SAMPLES
 
 

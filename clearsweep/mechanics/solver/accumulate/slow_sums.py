@@ -24,7 +24,6 @@ from ...observe.observables import (
     DRY_RUBBED,
     ERROR,
     LOAD,
-    NODES,
     NORMAL,
     PRESSURE,
     PUMPED,
@@ -36,11 +35,11 @@ from ...observe.observables import (
     film_column,
     put_rubbed,
 )
-from ..dop853 import END, WEIGHTS
+from ...observe.stages import END, NODES, START
+from ..collocation import WEIGHTS
 from ..event import IMPLICIT, SAMPLES, STEPS
 from ..radau import STAGE_WEIGHTS
 from ..run_control import WINDOWED
-from ..step import with_dense
 from .between import look_between
 from .peaks import highest_between, refined_peak
 from .record import write_samples
@@ -139,11 +138,8 @@ def follow_contact(at, j, duration):
 
 
 @kernel
-def note_film(at, h, j, dense):
-    """Add up heat and forces of contact `j`, which has a film, and update its largest dry force and pressure.
-
-    Return whether the dense output is made now.
-    """
+def note_film(at, h, j):
+    """Add up heat and forces of contact `j`, which has a film, and update its largest dry force and pressure."""
     work = at[0]
     o, step, row, contacts = work.o, work.step, work.totals.joint[j], work.mode.size
     weights = STAGE_WEIGHTS if work.method[0] == IMPLICIT else WEIGHTS
@@ -154,19 +150,16 @@ def note_film(at, h, j, dense):
     dry = film_column(contacts, j, DRY)
     row[DRY_FORCE_TIME] += h * integral_of_size(o, dry, weights)
     row[LOAD_TIME] += h * integral_of_size(o, column_of(j, NORMAL), weights)
-    best = max(o[0, dry], o[END, dry])
+    best = max(o[dry, START], o[dry, END])
     if highest_inside(o, dry, 1.0) > 0.9 * row[DRY_MAX]:
-        dense = with_dense(at, h, dense)
         best = max(best, highest_between(at, dry, 1.0))
     row[DRY_MAX] = max(row[DRY_MAX], best)
     pressure = film_column(contacts, j, PRESSURE)
-    best = max(o[0, pressure], o[END, pressure])
+    best = max(o[pressure, START], o[pressure, END])
     if best > 0.95 * row[PRESSURE_MAX]:  # between the ends of a step it is known on the interpolant alone
-        dense = with_dense(at, h, dense)
         best = max(best, refined_peak(at, pressure, 1.0, NODES.size // 2))
     row[PRESSURE_MAX] = max(row[PRESSURE_MAX], best)
-    row[SPEED_MOST] = max(row[SPEED_MOST], o[END, film_column(contacts, j, SPEED)])
-    return dense
+    row[SPEED_MOST] = max(row[SPEED_MOST], o[film_column(contacts, j, SPEED), END])
 
 
 @kernel
@@ -190,10 +183,10 @@ def seek_maxima(at):
         (TORQUE, TORQUE_MAX, HIGHEST_TORQUE),
     ):
         if step[within] > NO_PEAK:
-            best = highest_between(at, column, math.copysign(1.0, work.o[END, column]))
+            best = highest_between(at, column, math.copysign(1.0, work.o[column, END]))
             whole[place] = max(whole[place], best)
     if step[HIGHEST_ERROR] > NO_PEAK:
-        sign = math.copysign(1.0, work.o[END, ERROR])
+        sign = math.copysign(1.0, work.o[ERROR, END])
         whole[ERROR_MAX] = max(whole[ERROR_MAX], refined_peak(at, ERROR, sign, NODES.size // 2))
 
 
@@ -203,7 +196,7 @@ def note_speed(at, h):
     work = at[0]
     whole, place = work.totals.whole, work.independent + work.time // 2
     begin, end = work.y[place], work.end[place]
-    first, last = h * work.k[0, place], h * work.k[END, place]
+    first, last = h * work.k[place, START], h * work.k[place, END]
     lean, bend = 3.0 * (end - begin) - 2.0 * first - last, first + last - 2.0 * (end - begin)
     low, high = min(begin, end), max(begin, end)
     root = lean * lean - 3.0 * bend * first
@@ -222,7 +215,7 @@ def note_wear(at, h):
     work = at[0]
     totals = work.totals
     totals.length[0] = h
-    look_between(at, h, totals.between)
+    look_between(at, totals.between)
     step = (totals.between, work.mode, totals.step_values, totals.length, totals.workspace)
     invoke(
         work.wear.code,
@@ -233,29 +226,27 @@ def note_wear(at, h):
 
 
 @kernel
-def note_step(at, h, dense):
-    """Take all that is wanted beyond from a step of length `h` that was entered; `dense`: its dense output is made."""
+def note_step(at, h):
+    """Take all that is wanted beyond from a step of length `h` that was entered."""
     work = at[0]
     record, time, counted = work.record, work.time, work.stepper[WINDOWED] != 0.0
     work.counts[STEPS] += 1
     if work.step[NEEDS_PEAK_SEARCH] != 0.0:
-        dense = with_dense(at, h, dense)
         seek_maxima(at)
     if counted:
         touching = False
         for j in range(work.mode.size):
             touching = touching or touches(work.mode[j])
             if acts(work.mode[j]) and work.film[j, 1] < math.inf:
-                dense = note_film(at, h, j, dense)
+                note_film(at, h, j)
         add_courses(at)
         if work.independent != time:
             note_speed(at, h)
         if work.wear.code != 0 and touching:
             note_wear(at, h)
-    dense = note_turns(at, h, dense)
+    note_turns(at)
     i = work.counts[SAMPLES]
     if i < record.times.size and record.times[i] <= work.end[record.independent]:
-        with_dense(at, h, dense)
         write_samples(at)
 
 

@@ -26,7 +26,7 @@ from ...observe.observables import (
     column_of,
     put_load,
 )
-from ..dop853 import END
+from ...observe.stages import END, NODES, START
 from ..run_control import WINDOWED
 from .step_sums import (
     ACCEPTED,
@@ -194,7 +194,7 @@ def enter_powers(accumulators, accepted, counted):
             accumulators.film[j, 1] == math.inf
         )  # the shear of a film is in its tangential force
         add(joint, (j, FRICTION_ENERGY), counted & acting & dry, h * step[sum_of(j, SUM_RUBBED)])
-    kinetic = o[END, KINETIC]
+    kinetic = o[KINETIC, END]
     gain = kinetic - whole[KINETIC_START] + whole[ENERGY_STORED] + whole[ENERGY_LOST] + whole[ENERGY_RUBBED]
     raise_to(whole, RESIDUAL, accepted, abs(whole[WORK_DRIVE] + whole[WORK_GRAVITY] - gain))
     raise_to(whole, KINETIC_MAX, accepted, kinetic)
@@ -208,7 +208,7 @@ def enter_contact(accumulators, j, accepted, counted, duration):
     force, depth, load = column_of(j, NORMAL), column_of(j, DEPTH), column_of(j, LOAD)
     accumulators.since[j] = max(accumulators.since[j], accumulators.highest[j])  # of the step before
     seek_above(step, sum_of(j, HIGHEST_FORCE), accepted & acting, 0.9 * min(joint[j, PEAK], accumulators.since[j]))
-    best = max(o[0, force], o[END, force])
+    best = max(o[force, START], o[force, END])
     raise_to(joint, (j, PEAK), accepted & acting, best)
     raise_to(joint, (j, FORCE_MAX), counted & acting, best)
     accumulators.highest[j] = where(accepted, where(acting, best, 0.0), accumulators.highest[j])
@@ -218,18 +218,18 @@ def enter_contact(accumulators, j, accepted, counted, duration):
         accumulators.film[j, 1] < math.inf, 0.02 * accumulators.clearance[j], 0.0
     )
     seek_above(step, sum_of(j, HIGHEST_DEPTH), counted & acting, least)
-    raise_to(joint, (j, DEPTH_MAX), counted, max(where(acting, o[0, depth], o[END, depth]), o[END, depth]))
+    raise_to(joint, (j, DEPTH_MAX), counted, max(where(acting, o[depth, START], o[depth, END]), o[depth, END]))
     step[sum_of(j, HIGHEST_LOAD)] = as_type_of(NO_PEAK, duration)
     if none_of(counted & acting):
         return
     enter_course(accumulators, j, duration)
     if none_of(rubs):
         return
-    for row in range(END + 1):
+    for row in NODES:
         put_load(o, row, j)
     step[sum_of(j, HIGHEST_LOAD)] = highest_inside(o, load, as_type_of(1.0, duration))
     seek_above(step, sum_of(j, HIGHEST_LOAD), counted & acting & rubs, 0.96 * joint[j, LOAD_MAX])
-    raise_to(joint, (j, LOAD_MAX), counted & acting & rubs, max(o[0, load], o[END, load]))
+    raise_to(joint, (j, LOAD_MAX), counted & acting & rubs, max(o[load, START], o[load, END]))
 
 
 @inlined
@@ -269,10 +269,10 @@ def enter_motion(accumulators, counted):
         (TORQUE, TORQUE_MAX, HIGHEST_TORQUE),
     ):
         seek_above(step, within, counted, 0.98 * whole[place])
-        raise_to(whole, place, counted, max(abs(o[0, column]), abs(o[END, column])))
-    best, sign = max(abs(o[0, ERROR]), abs(o[END, ERROR])), math.copysign(1.0, o[END, ERROR])
-    rise, fall = sign * o[0, ERROR_RATE], sign * o[END, ERROR_RATE]
-    highest = best + 0.25 * step[LENGTH] * o[0, KAPPA] * min(rise, -fall)  # a parabola's rise above the higher end
+        raise_to(whole, place, counted, max(abs(o[column, START]), abs(o[column, END])))
+    best, sign = max(abs(o[ERROR, START]), abs(o[ERROR, END])), math.copysign(1.0, o[ERROR, END])
+    rise, fall = sign * o[ERROR_RATE, START], sign * o[ERROR_RATE, END]
+    highest = best + 0.25 * step[LENGTH] * o[KAPPA, START] * min(rise, -fall)  # a parabola's rise above the higher end
     step[HIGHEST_ERROR] = where((rise > 0.0) & (fall < 0.0), highest, NO_PEAK)
     seek_above(step, HIGHEST_ERROR, counted, whole[ERROR_MAX])
     raise_to(whole, ERROR_MAX, counted, best)

@@ -6,9 +6,9 @@ import numpy as np
 
 from ...compiled.family import kernel
 from ...observe.observables import NORMAL, column_of
-from ..dop853 import END, SCRATCH, dense_state
+from ...observe.stages import END, SCRATCH
+from ..collocation import dense_state
 from ..event import evaluate_dense
-from ..step import with_dense
 from .peaks import observable_at
 from .record import share_at
 
@@ -47,8 +47,8 @@ def take_peaks(at, i, x):
         row = SCRATCH
     for j in range(work.mode.size):
         column, highest = column_of(j, NORMAL), turns.highest[j]
-        here = work.o[row, column] if highest > 0.0 else 0.0
-        after = max(here, work.o[END, column]) if highest > 0.0 else 0.0
+        here = work.o[column, row] if highest > 0.0 else 0.0
+        after = max(here, work.o[column, END]) if highest > 0.0 else 0.0
         before = here
         if highest > after:
             rises = x < 1.0 and observable_at(at, min(x + BESIDE, 1.0), column) > here
@@ -60,15 +60,14 @@ def take_peaks(at, i, x):
 
 
 @kernel
-def note_turns(at, h, dense):
-    """Pass the marks within the step of length `h`; return whether its dense output is made now."""
+def note_turns(at):
+    """Pass the marks within the step in hand."""
     work = at[0]
     turns = work.turns
     i = turns.passed[0]
     while i < turns.marks.size and turns.marks[i] <= work.end[work.independent]:
         x = 1.0
         if turns.marks[i] < work.end[work.independent]:
-            dense = with_dense(at, h, dense)
             x = share_at(at, work.independent, turns.marks[i])
         take_peaks(at, i, x)
         if x < 1.0:
@@ -77,4 +76,3 @@ def note_turns(at, h, dense):
             turns.states[i, c] = work.z[c] if x < 1.0 else work.end[c]
         i += 1
     turns.passed[0] = i
-    return dense

@@ -1,0 +1,22 @@
+"""The stages of a step, and where in a row of numbers what is found at each of them is."""
+
+import numpy as np
+
+#: The stages as shares of the step: Radau's points, zeros of d^7/dx^7 x^7 (x - 1)^8.
+POINTS = (
+    0.022479386438712497,
+    0.11467905316090424,
+    0.26578982278458946,
+    0.45284637366944464,
+    0.6473752828868303,
+    0.8197593082631076,
+    0.9437374394630779,
+    1.0,
+)
+STAGES = len(POINTS)
+#: Places of rates and observables: at the stages, the last of which is the END of the step, at its START, and in any
+#: state on the interpolant; from OTHERS on those of the implicit method.
+END, START, SCRATCH, OTHERS, PLACES = 7, 8, 9, 10, 16
+#: The places at distinct times of a step, in their order: its start and its stages; and these times as shares of it.
+NODES = np.array([START, *range(STAGES)])
+SHARES = np.array([0.0, *POINTS])
