@@ -123,7 +123,6 @@ class Fake:
     def compile_for(case):
         """Do nothing."""
 
-    compile_together = compile_for
     solve_each = None  # one after the other, as they are made to fail
 
     @staticmethod

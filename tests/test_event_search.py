@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, NODES, RATE, SHARES, SLIP, column_of, columns
+from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of, columns
+from clearsweep.mechanics.observe.stages import END, NODES, PLACES, SCRATCH, SHARES, START
 from clearsweep.mechanics.solver import acceptance, event
 from clearsweep.mechanics.solver.accumulate.step_sums import FASTEST, step_width, sum_of
-from clearsweep.mechanics.solver.dop853 import END, ROWS, SCRATCH
 from clearsweep.mechanics.solver.span import deepest_between
 
 
@@ -21,13 +21,13 @@ def onset(monkeypatch):
     """
 
     def found(depth, slope, fast):
-        o, step = np.zeros((ROWS, columns(1))), np.zeros(step_width(1, 0))
-        o[:, KAPPA], o[:, column_of(0, SLIP)], step[sum_of(0, FASTEST)] = 1.0, fast, fast
+        o, step = np.zeros((columns(1), PLACES)), np.zeros(step_width(1))
+        o[KAPPA], o[column_of(0, SLIP)], step[sum_of(0, FASTEST)] = 1.0, fast, fast
 
         def look(_, x, row=SCRATCH):
-            o[row, column_of(0, DEPTH)], o[row, column_of(0, RATE)] = depth(x), slope(x)
+            o[column_of(0, DEPTH), row], o[column_of(0, RATE), row] = depth(x), slope(x)
 
-        look(None, 0.0, 0)
+        look(None, 0.0, START)
         look(None, 1.0, END)
         monkeypatch.setattr(event, "evaluate_dense", look)
         return event.first_onset((SimpleNamespace(o=o, step=step),), 0, 1.0, 1.0)
@@ -73,10 +73,10 @@ def test_a_journal_that_leaves_is_pressed_back_and_falls_between_two_looks_touch
 
 def control(path: np.poly1d) -> float:
     """Return the highest control point of the curve above a path whose depths at the stages are exact."""
-    o = np.zeros((ROWS, columns(1)))
-    o[:, KAPPA] = 2.0
+    o = np.zeros((columns(1), PLACES))
+    o[KAPPA] = 2.0
     for row, x in zip(NODES, SHARES, strict=True):
-        o[row, column_of(0, DEPTH)], o[row, column_of(0, RATE)] = path(x), path.deriv()(x)
+        o[column_of(0, DEPTH), row], o[column_of(0, RATE), row] = path(x), path.deriv()(x)
     return acceptance.highest_control(o, 0, 0.5)
 
 

@@ -92,10 +92,10 @@ def test_a_law_that_pulls_is_named_before_the_run(law, pulls):
 
 @pytest.mark.filterwarnings("ignore:overflow")
 def test_a_step_that_overflows_is_rejected():
-    from clearsweep.mechanics.solver.dop853 import error_norm
+    from clearsweep.mechanics.solver.collocation import error_norm
 
-    rates = np.zeros((16, 4))
-    rates[5, 2] = 1e200
-    assert error_norm(1.0, rates, np.ones(4)) == np.inf
-    rates[5, 2] = np.nan
-    assert not error_norm(1.0, rates, np.ones(4)) < 1.0
+    coefficients = np.zeros((4, 8))
+    coefficients[2, 7] = 1e200
+    assert error_norm(coefficients, np.ones(4)) == np.inf
+    coefficients[2, 7] = np.nan
+    assert not error_norm(coefficients, np.ones(4)) < 1.0

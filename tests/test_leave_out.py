@@ -28,7 +28,7 @@ def scene(**changes):
 
 def code_of(made):
     """Return the compiled code of the right-hand side of a scene, as text."""
-    return str(objects.traced(trial_step.trial_step_entry, made.value, trial_step.ARRAYS))
+    return str(objects.traced(trial_step.rates_entry, made.value, "fifff"))
 
 
 def test_a_frictionless_scene_compiles_no_friction():

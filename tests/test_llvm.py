@@ -76,12 +76,11 @@ def test_all_levels_that_run_here_give_the_same_bits(monkeypatch):
     assert len(set(result)) == 1
 
 
-@pytest.mark.parametrize("width", [1, 8])
-def test_an_object_for_another_kind_of_processor_asks_for_nothing_more_and_links(tmp_path, monkeypatch, width):
+def test_an_object_for_another_kind_of_processor_asks_for_nothing_more_and_links(tmp_path, monkeypatch):
     """A step of a slider-crank with friction; linking needs that processor's linker.  Nobody has run it."""
     case = clearsweep.load_case(slider_crank("rod-slider", changes={"joints.rod-slider.friction": TANH}))
     monkeypatch.setattr(objects, "_WANTED", ["aarch64"])
-    made = objects.traced(trial_step.trial_step_entry, case.value, trial_step.ARRAYS, width=width, spread=True)
+    made = objects.traced(trial_step.sweep_entry, case.value, "fifffff")
     content = objects.object_of(made)
     assert int.from_bytes(content[0x12:0x14], "little") == 183  # of AArch64, in ELF
     assert undefined(content) <= SYMBOLS

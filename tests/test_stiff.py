@@ -6,7 +6,8 @@ from mechanism_cases import PAIR, changed, slider_crank
 
 import clearsweep
 from clearsweep.mechanics.solver import newton, radau
-from clearsweep.mechanics.solver.dop853 import NODE_SHARES, shapes
+from clearsweep.mechanics.observe.stages import SHARES
+from clearsweep.mechanics.solver.collocation import shapes
 from clearsweep.verify import extremes, stability, stiff
 
 pytestmark = pytest.mark.heavy
@@ -54,7 +55,7 @@ def test_stages_say_what_lies_between_them():
     shares = np.linspace(0.0, 1.0, 7)
     stages = radau.C**5 - 2.0 * radau.C  # above a start at 0
     assert shapes(shares)[:, :5] @ radau.DENSE @ stages == pytest.approx(shares**5 - 2.0 * shares, abs=1e-13)
-    seen = np.array(NODE_SHARES)
+    seen = SHARES[1:8]
     assert radau.LOOK @ np.append(1.0, 1.0 + stages) == pytest.approx(1.0 + seen**5 - 2.0 * seen, abs=1e-13)
     assert radau.SPREAD @ radau.C[radau.PLACES] ** 2 == pytest.approx(radau.C**2, abs=1e-13)
 

@@ -1,17 +1,16 @@
-"""What Python bodies become: machine code does what they do, for one case and in each of several lanes."""
+"""What Python bodies become: machine code does what they do, for one state and in each of several lanes."""
 
-import itertools
 from pathlib import Path
 
 import numpy as np
 import pytest
-from traced_states import State, code_of, filled, states
+from traced_states import observed, rates_of, states
 
 from clearsweep import simulation
 from clearsweep.grid import load
-from clearsweep.mechanics.compiled.family import WIDTH, form_number
+from clearsweep.mechanics.compiled.family import form_number
 from clearsweep.mechanics.coupling import trial_step
-from clearsweep.mechanics.solver.dop853 import END
+from clearsweep.mechanics.observe.stages import STAGES
 
 CONFIGS = sorted(path.name for path in (Path(__file__).parents[1] / "configs").glob("*.yaml"))
 MOST = 3  # kinds of scenes of a grid that are looked at
@@ -28,14 +27,11 @@ def scenes(name):
 
 
 @pytest.mark.parametrize("name", CONFIGS)
-def test_every_scene_of_the_examples_goes_one_by_one_and_side_by_side_with_the_same_bits(name):
+def test_the_stages_of_every_scene_of_the_examples_are_looked_at_at_once_with_the_bits_of_each(name):
     for scene in scenes(name):
-        codes = {width: code_of(scene, width) for width in (1, WIDTH)}
-        for row, seed in itertools.product((5, END), (7, 8)):
+        for seed in (7, 8):
             state = states(scene, seed)
-            first, eight = (filled(code, state, row, width) for width, code in codes.items())
-            np.testing.assert_array_equal(first.k, eight.k)
-            np.testing.assert_array_equal(first.o, eight.o)
+            np.testing.assert_array_equal(rates_of(scene, state).o, observed(scene, state).o)
 
 
 @pytest.mark.parametrize("name", CONFIGS)
@@ -43,10 +39,10 @@ def test_machine_code_does_what_the_body_does(name):
     """To rounding: where nothing fuses, sums of products differ in their last digits, and what cancels by more."""
     for scene in scenes(name):
         state = states(scene)
-        result = filled(code_of(scene, 1), state, END, 1)
-        for place in range(WIDTH):
-            plain = State(*(np.ascontiguousarray(array[..., place]) for array in state))
-            trial_step.trial_step_entry((scene.value,), *plain[1:], END)
-            for ours, theirs in ((result.k, plain.k), (result.o, plain.o)):
-                size = np.maximum(np.abs(theirs[END]), 1e-6 * np.abs(theirs[END]).max())
-                np.testing.assert_array_less(np.abs(ours[END, :, place] - theirs[END]), 1e-9 * size + 1e-300)
+        result = rates_of(scene, state)
+        for row in range(STAGES):
+            y = np.ascontiguousarray(state.nodes[:-1, row])
+            trial_step.rates_entry((scene.value,), y, state.mode, state.latched, state.k, state.o, row)
+            for ours, theirs in ((result.k, state.k), (result.o, state.o)):
+                size = np.maximum(np.abs(theirs[:, row]), 1e-6 * np.abs(theirs[:, row]).max())
+                np.testing.assert_array_less(np.abs(ours[:, row] - theirs[:, row]), 1e-9 * size + 1e-300)

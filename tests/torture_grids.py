@@ -228,7 +228,7 @@ class Short:
     def compile_for(self, case):
         """Compile nothing."""
 
-    compile_loop = compile_together = compile_for
+    compile_loop = compile_for
     solve_each = None  # each case is cut short
 
     def solve(self, case):

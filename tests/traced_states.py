@@ -5,51 +5,42 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearsweep.mechanics.compiled.family import WIDTH, form_number, numbers_of
+from clearsweep.mechanics.compiled.family import form_number, kinds, numbers_of
 from clearsweep.mechanics.coupling import rates, trial_step
 from clearsweep.mechanics.joint.places import observed_columns
-from clearsweep.mechanics.solver.accumulate.step_sums import step_width
-from clearsweep.mechanics.solver.dop853 import ROWS
+from clearsweep.mechanics.observe.stages import PLACES, STAGES
 from clearsweep.mechanics.trace import objects
+from clearsweep.mechanics.trace.symbols import WIDTH
 
 
 class State(NamedTuple):
-    """Arrays of several cases, as an Attempt has them, and the parameters of their scenes."""
+    """Eight states of a scene, as the stages of a step, and what is made of them."""
 
     parameters: np.ndarray
-    y: np.ndarray
+    nodes: np.ndarray  # (n + 1, STAGES)
     mode: np.ndarray
     latched: np.ndarray
-    weight: np.ndarray
-    k: np.ndarray
-    o: np.ndarray
-    end: np.ndarray
-    step: np.ndarray
-
-    def lane(self, place):
-        """Return the arrays of one case."""
-        return State(*(array[..., place] for array in self))
+    k: np.ndarray  # (n, PLACES)
+    o: np.ndarray  # (columns, PLACES)
 
 
 def states(scene, seed=7):
-    """Return the State of WIDTH cases of one scene, each somewhere else, in contact or not."""
+    """Return the State of a scene, each of them somewhere else, in contact or not."""
     drawn, value = np.random.default_rng(seed), scene.value
     contacts, n, latching = rates.size_of(value)
     clearance, half = value.joints[0].clearance, len(value.coordinates)
-    start = np.resize(scene.start, n)[:, None] * np.ones(WIDTH)
+    start = np.resize(scene.start, n)[:, None] * np.ones(STAGES)
     start[2 * half + 1 :] = 0.0
     size = np.zeros(n)
     size[:half], size[half : 2 * half], size[2 * half] = 0.3 * clearance, 0.1, 1e-4
     size[2 * half + 1 :] = math.sqrt(0.01 * clearance)
-    y = start + size[:, None] * drawn.normal(size=(n, WIDTH))
-    y[2 * half + 1 :] = np.abs(y[2 * half + 1 :])
-    mode = drawn.integers(0, 2, size=(contacts, WIDTH))
-    numbers = np.array(numbers_of(value), dtype=float)[:, None] * np.ones(WIDTH)
-    shapes = ((latching,), (n,), (ROWS, n), (ROWS, observed_columns(value.joints)), (n,), (step_width(contacts, n),))
-    latched, weight, k, o, end, step = (np.zeros((*shape, WIDTH)) for shape in shapes)
-    latched[:], end[:] = 0.5, y
-    made = State(numbers, y, mode, latched, weight, k, o, end, step)
-    return State(*(np.ascontiguousarray(array) for array in made))
+    nodes = np.zeros((n + 1, STAGES))
+    nodes[:n] = start + size[:, None] * drawn.normal(size=(n, STAGES))
+    nodes[2 * half + 1 : n] = np.abs(nodes[2 * half + 1 : n])
+    mode = drawn.integers(0, 2, size=contacts)
+    numbers = np.array(numbers_of(value), dtype=float)
+    k, o = np.zeros((n, PLACES)), np.zeros((observed_columns(value.joints), PLACES))
+    return State(*map(aligned, (numbers, nodes, mode, np.full(latching, 0.5), k, o)))
 
 
 def aligned(array):
@@ -61,26 +52,32 @@ def aligned(array):
     return copied
 
 
-def code_of(scene, width):
-    """Return the machine code of a step of so many cases; that of a kind of scene is made once."""
-    key = form_number(scene.value), width
+def code_of(scene, function, items):
+    """Return the machine code of a function of `trial_step` for a scene; that of a kind of scene is made once."""
+    key = form_number(scene.value), function
     if key not in _CODE:
-        _CODE[key] = _made(scene, width)
+        _CODE[key] = objects.compiled(function, scene.value, kinds(scene.value), items)
     return _CODE[key]
 
 
 _CODE = {}
 
 
-def _made(scene, width):
-    made = objects.traced(trial_step.trial_step_entry, scene.value, trial_step.ARRAYS, width=width, spread=True)
-    return objects.loaded(objects.object_of(made))
-
-
-def filled(code, state, row, width):
-    """Return the State after machine code has filled a row of all lanes, one by one or side by side."""
+def rates_of(scene, state):
+    """Return the State whose stages machine code has filled with rates and observables, one after the other."""
     result = State(*map(aligned, state))
-    call = objects.function_at(code.address, len(trial_step.ARRAYS))
-    for place in range(0, WIDTH, width):
-        call(*(array.ctypes.data + 8 * place for array in result), row)
+    call = objects.function_at(code_of(scene, trial_step.rates_entry, "fifff").address, 5)
+    for row in range(STAGES):
+        y = np.ascontiguousarray(result.nodes[:-1, row])
+        given = result.parameters, y, result.mode, result.latched, result.k, result.o
+        call(*(array.ctypes.data for array in given), row)
+    return result
+
+
+def observed(scene, state):
+    """Return the State whose stages machine code has filled with observables, all at once."""
+    result = State(*map(aligned, state))
+    call = objects.function_at(code_of(scene, trial_step.observe_entry, "fiff").address, 4)
+    given = result.parameters, result.nodes, result.mode, result.latched, result.o
+    call(*(array.ctypes.data for array in given), 0)
     return result

@@ -164,8 +164,7 @@ def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> list[Timed]
         workers = executors.Local(1, load=simulator.load)
         try:
             kinds = worker_pool.kinds(grid, pending, simulator)
-            together = worker_pool.go_together(simulator, len(pending), len(kinds))
-            worker_pool.warm(workers, kinds, simulator, directory, together=together)
+            worker_pool.warm(workers, kinds, simulator, directory)
             working = store.Working(directory, "0" * 16)
             return _timed(workers, simulator, [grid.case(k) for k in pending[chosen(len(pending))].tolist()], working)
         finally:

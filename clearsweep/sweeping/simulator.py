@@ -16,7 +16,6 @@ class _Functions(NamedTuple):
     signature: Callable[[Case], Hashable] = simulation.signature
     compile_for: Callable[[Case], None] = simulation.compile_for
     compile_loop: Callable[[Case], None] = simulation.compile_loop
-    compile_together: Callable[[Case], None] = simulation.compile_together
     solve: Callable[..., Trajectory] = simulation.solve
     peak: Callable[[Case, int, float], Peak] = simulation.peak_revolution
     solve_each: Callable[[Iterable[Case]], Iterator[tuple[int, Trajectory | Exception]]] | None = simulation.solve_each

@@ -57,9 +57,6 @@ class Simulator(Protocol):
     def compile_loop(self, case: Case, /) -> None:
         """Compile what a case shares with all others, or load it from the cache."""
 
-    def compile_together(self, case: Case, /) -> None:
-        """Compile what `solve_each` needs with it."""
-
     def solve(self, case: Case, log: store.Unfinished | None = None, /) -> Trajectory:
         """Return the result of a case; only one with a life is given a log, and goes on from it."""
 

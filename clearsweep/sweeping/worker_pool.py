@@ -70,7 +70,7 @@ class WorkerPool:
         with phases.phase("looking at the kinds of scenes"):
             listed = kinds(grid, pending, self.simulator)
         together = not self.options.case_timeout and go_together(self.simulator, len(pending), len(listed))
-        workers = self._hired(listed, len(pending), together=together)
+        workers = self._hired(listed, len(pending))
         job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, together)
         batches = Batches(pending, ids, workers.jobs, grids.usual_history(grid))
         with phases.phase(display := progress.Cases(len(pending))):
@@ -126,11 +126,11 @@ class WorkerPool:
             found.append(peak)
         return found
 
-    def _hired(self, kinds_of_scenes: list[Case], pending: int, *, together: bool) -> executors.Executor:
+    def _hired(self, kinds_of_scenes: list[Case], pending: int) -> executors.Executor:
         """Return the workers, started and their code compiled."""
         if self.workers is None:
             workers = self._hire(pending)
-            warm(workers, kinds_of_scenes, self.simulator, self.directory.path.resolve(), together=together)
+            warm(workers, kinds_of_scenes, self.simulator, self.directory.path.resolve())
             self.ready = time.monotonic()
         assert self.workers is not None  # hired
         return self.workers
@@ -208,21 +208,18 @@ def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[C
 
 
 def go_together(simulator: Simulator, pending: int, listed: int) -> bool:
-    """Return whether so many cases, of so many kinds of scenes, are worth compiling what solves several at a time."""
+    """Return whether so many cases, of so many kinds of scenes, are worth solving several at a time."""
     return simulator.solve_each is not None and pending >= MANY * listed
 
 
-def warm(
-    workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path, *, together: bool = False
-) -> None:
+def warm(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> None:
     """Compile all that cases of these kinds need, so that every worker finds it in the cache: each part in one of them.
 
     directory : of the run, in whose folder for passing files they keep their progress.
 
     What fails there fails again as a case, where it is recorded.
     """
-    each = (simulator.compile_for, simulator.compile_together) if together else (simulator.compile_for,)
-    parts = [(simulator.compile_loop, cases[0]), *((part, case) for case in cases for part in each)]
+    parts = [(simulator.compile_loop, cases[0]), *((simulator.compile_for, case) for case in cases)]
     kept = [store.Working(directory, secrets.token_hex(8)) for _ in parts]
 
     def look() -> list[phases.Progress]:

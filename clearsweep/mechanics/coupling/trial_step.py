@@ -39,10 +39,9 @@ def _move(scene, first, last, given):
     for c in range(first, last):
         begin, allowed = y[c], weight[c]
         for i in abreast(STAGES):
-            total = A[0, i] * k[c, 0]
-            for j in range(1, STAGES):
-                total += A[j, i] * k[c, j]
-            there = begin + h * total
+            early = (A[0, i] * k[c, 0] + A[1, i] * k[c, 1]) + (A[2, i] * k[c, 2] + A[3, i] * k[c, 3])
+            late = (A[4, i] * k[c, 4] + A[5, i] * k[c, 5]) + (A[6, i] * k[c, 6] + A[7, i] * k[c, 7])
+            there = begin + h * (early + late)
             moved = (there - nodes[c, i]) * allowed
             nodes[c, i] = there
             nodes[n, i] = nodes[n, i] + moved * moved

@@ -109,19 +109,18 @@ def solve_stages(at):
 
     They do where the distance that is left, from how much less each sweep moves them, is CLOSE.
     """
-    before, contraction = sweep(at), 1.0
+    step, before, earlier = at[0].step, sweep(at), 0.0
     if not before < math.inf:
         return False
-    begin = before
     for count in range(1, MOST_SWEEPS):
         moved = sweep(at)
         contraction = moved / before if before > 0.0 else 0.0
-        at[0].step[CONTRACTION] = (moved / begin) ** (1.0 / count) if begin > 0.0 else 0.0
+        step[CONTRACTION] = max(contraction, earlier) if count < 3 else math.sqrt(contraction * earlier)
         if moved * contraction <= CLOSE * (1.0 - contraction):
             return True
         if not (contraction < HOPELESS or count < 3):
             return False
-        before = moved
+        before, earlier = moved, contraction
     return False
 
 
