@@ -5,8 +5,8 @@ import pytest
 from mechanism_cases import PAIR, changed, slider_crank
 
 import clearsweep
-from clearsweep.mechanics.solver import newton, radau
 from clearsweep.mechanics.observe.stages import SHARES
+from clearsweep.mechanics.solver import newton, radau
 from clearsweep.mechanics.solver.collocation import shapes
 from clearsweep.verify import extremes, stability, stiff
 

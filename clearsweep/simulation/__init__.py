@@ -9,6 +9,7 @@ from ..mechanics.joint.registry import elastic_choices, elastic_forces, jam_angl
 from ..mechanics.joint.wear.contract import FINEST
 from ..mechanics.mechanism.contract import IdealMotion
 from .advice import advice_text, laws_text
+from .ensemble import solve_each
 from .ideal import ideal_motion, ideal_peaks, mechanism_of
 from .life_block import Log
 from .peak_revolution import peak_revolution

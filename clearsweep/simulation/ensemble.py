@@ -11,7 +11,7 @@ from .heat import has_balance
 from .outcome import Outcome, outcome_of, periods_of, to_trajectory
 from .run import integrate, run_at, use_no_more, wants_events
 from .scene import Scene, build
-from .trajectory import extent_of, simulate, with_limits
+from .trajectory import extent_of, simulate, timed, with_limits
 
 OFTEN = 0.05  # s of processor time after which the cases that have ended meanwhile are reported, all at once
 
@@ -59,6 +59,7 @@ def is_plain(scene: Scene) -> bool:
 
 def _integrated(place: int, scene: Scene, begin: float) -> Integrated:
     """Return a plain scene, which is made ready since `begin`, integrated."""
+    scene = timed(scene)
     extent = extent_of(scene)
     run = run_at(scene, extent.times, turned=False, marks=extent.marks)
     seconds = time.perf_counter() - begin

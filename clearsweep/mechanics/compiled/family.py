@@ -248,4 +248,3 @@ def shaped(array, shape):
 
 
 primitive(shaped)(viewed)
-

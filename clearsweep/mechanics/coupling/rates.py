@@ -219,9 +219,7 @@ def rates(scene, y, mode, latched, k, o, row):
 def put_root_rates(scene, relative, present, kappa, k, row):
     """Put the rates of all roots of penetration into a row of `k`, as the Gaps `relative` have them; see `rates`."""
     loads = loads_of(scene.joints, relative, present)
-    _put_all_roots(
-        scene.joints, loads, first_place(scene.joints, present.roots), _Roots(scene, present, kappa, k, row)
-    )
+    _put_all_roots(scene.joints, loads, first_place(scene.joints, present.roots), _Roots(scene, present, kappa, k, row))
 
 
 @kernel

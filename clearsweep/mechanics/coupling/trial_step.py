@@ -69,7 +69,9 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
         for i in abreast(STAGES):
             state = nodes[:, i]
             relative = turned_gaps(here, state, gaps(here.mechanism, place(here.mechanism, state)))
-            put_root_rates(here, relative, JointState(state, mode, latched, time + 1), time_scale(here, state, mode), k, i)
+            put_root_rates(
+                here, relative, JointState(state, mode, latched, time + 1), time_scale(here, state, mode), k, i
+            )
         _move(here, time + 1, time + 1 + contacts, given)
     for i in abreast(STAGES):
         kappa = time_scale(here, nodes[:, i], mode)

@@ -50,7 +50,9 @@ def _about_middle(coefficients: list[Fraction]) -> list[Fraction]:
 _INTEGRALS = [[c / (k + 1) for k, c in enumerate(part)] for part in _lagrange()]  # over x, divided by x
 C = np.array(POINTS)
 #: (of the stage that gives, of the stage that gets): the integral up to each stage.
-A = np.array([[float(sum(c * Fraction(x) ** (k + 1) for k, c in enumerate(part))) for x in POINTS] for part in _INTEGRALS])
+A = np.array(
+    [[float(sum(c * Fraction(x) ** (k + 1) for k, c in enumerate(part))) for x in POINTS] for part in _INTEGRALS]
+)
 #: (stage, power): from h times the rates at the stages to the coefficients of the interpolant, see `dense_component`.
 DENSE = np.array([[float(c) for c in _about_middle(part)] for part in _INTEGRALS])
 WEIGHTS = np.ascontiguousarray(A[:, -1])

@@ -1,33 +1,22 @@
-"""Cases that are integrated side by side: each comes to what it comes to alone, whatever goes with it."""
-
-from pathlib import Path
+"""Many cases in turn: each comes to what it comes to alone, whatever goes before it."""
 
 import numpy as np
 import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep import grid, simulation
-from clearsweep.mechanics.compiled.family import NO_ENTRY, empty_entries
-from clearsweep.mechanics.compiled.pinned import Pinned, TypeKey
+from clearsweep import simulation
+from clearsweep.mechanics.compiled.family import empty_entries
+from clearsweep.mechanics.compiled.pinned import TypeKey
 from clearsweep.mechanics.observe.histogram import BINS
 from clearsweep.mechanics.solver import loop
-from clearsweep.mechanics.solver.choice import COST
-from clearsweep.mechanics.solver.event import EVALUATIONS, REJECTED, STEPS
-from clearsweep.mechanics.solver.run_control import FAST_STEPS, GOING, OK
 from clearsweep.simulation import ensemble, run
 from clearsweep.simulation.revolutions import marks_of
-from clearsweep.simulation.start import NOWHERE, control_of, start_of
+from clearsweep.simulation.start import start_of
 
-CASES = 11  # no multiple of what a register holds
+CASES = 11
 TIMED = {"run_time", "setup_time"}
 SETTINGS = {"simulate.revolutions": 0.6, "simulate.tolerance": 1e-7, "save.orbits": "all"}
-
-
-@pytest.fixture
-def together(monkeypatch):
-    """Integrate side by side however few cases there are."""
-    monkeypatch.setattr(ensemble, "MANY", 1)
 
 
 def cases(*joints, count=CASES, **changes):
@@ -61,48 +50,29 @@ def same(first, other):
     return alike and histories and sections and worn and said and np.array_equal(first.events, other.events)
 
 
-def alone_and_together(listed):
-    """Return the results of cases one by one, and those of all of them side by side."""
+def alone_and_in_turn(listed):
+    """Return the results of cases one by one, and those of all of them in turn."""
     result = dict(simulation.solve_each(listed))
     return [simulation.solve(case) for case in listed], [result[place] for place in range(len(listed))]
 
 
-def test_a_case_is_the_same_alone_beside_others_and_in_any_order(together):
+def test_a_case_is_the_same_alone_beside_others_and_in_any_order():
     listed = cases()
-    alone, beside = alone_and_together(listed)
+    alone, beside = alone_and_in_turn(listed)
     assert all(map(same, alone, beside))
     assert len({trajectory.summary["steps"] for trajectory in alone}) > CASES // 2  # they do differ from each other
     backwards = dict(simulation.solve_each(listed[::-1]))
     assert all(same(first, backwards[CASES - 1 - place]) for place, first in enumerate(alone))
 
 
-ELASTIC = {"mechanism.rod.elastic": {"axial_stiffness": 4e8, "segments": 2, "damping": 0.02}}
-SEALED = {
-    "loads": {
-        "seal": {
-            "on": "slider-ground",
-            "friction": {"law": "karnopp", "force": 20, "static_force": 30, "stribeck_velocity": 1, "band": 1e-4},
-        }
-    }
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("changes", [ELASTIC, SEALED], ids=["elastic rod", "seal that sticks"])
-def test_links_that_give_and_guides_that_stick_are_the_same_alone_and_beside_others(together, changes):
-    alone, beside = alone_and_together(cases(**changes))
-    assert all(map(same, alone, beside))
-    assert {trajectory.status for trajectory in alone} == {"ok"}
-
-
-def test_windows_marks_and_methods_of_one_case_are_not_those_beside_it(together):
+def test_windows_marks_and_methods_of_one_case_are_not_those_beside_it():
     """Some pass marks and open their windows while others are on their way to them; one goes by the implicit method."""
     settings = {"simulate.revolutions": 2.2, "save.orbits": "none"}
     listed = cases(count=9, **settings)
     for place, case in enumerate(listed):
         method = "implicit" if place == 2 else "auto"
         listed[place] = case._replace(simulate=case.simulate._replace(method=method, discard=0.1 + 0.5 * (place % 3)))
-    alone, beside = alone_and_together(listed)
+    alone, beside = alone_and_in_turn(listed)
     assert all(map(same, alone, beside))
     assert len({trajectory.summary["rod_slider_force_peak_median"] for trajectory in alone}) == len(listed)
 
@@ -122,20 +92,7 @@ def test_a_case_leaves_nothing_to_the_next_one_that_uses_its_arrays():
     assert all(same(path, anew) for path in result[::2])
 
 
-def test_steps_are_taken_side_by_side_where_that_is_possible(together, monkeypatch):
-    asked = []
-
-    def watched(model, lot):
-        asked.append((len(lot.value.addresses), lot.value.together.code != 0))
-        return integrate(model, lot)
-
-    integrate = loop.integrate
-    monkeypatch.setattr(ensemble.loop, "integrate", watched)
-    list(simulation.solve_each(cases()))
-    assert max(asked) == (min(CASES, ensemble.WIDTH), True)
-
-
-def test_what_happens_to_one_case_happens_to_none_beside_it(together):
+def test_what_happens_to_one_case_happens_to_none_beside_it():
     listed = cases()
     short = listed[3]._replace(simulate=listed[3].simulate._replace(step_budget=50))
     hasty = listed[5]._replace(simulate=listed[5].simulate._replace(event_budget=1))
@@ -150,19 +107,7 @@ def test_what_happens_to_one_case_happens_to_none_beside_it(together):
     assert all(same(simulation.solve(listed[place]), result[place]) for place in untouched)
 
 
-def test_a_budget_that_just_suffices_or_just_does_not_comes_to_the_same_beside_others(together):
-    listed = cases(**{"save.orbits": "none"})
-    taken = [simulation.solve(case).summary for case in listed]
-    for place, more in enumerate([0, -1, 1, 0, -1]):
-        steps = taken[place]["steps"] + taken[place]["steps_rejected"] + more
-        listed[place] = listed[place]._replace(simulate=listed[place].simulate._replace(step_budget=steps))
-    alone, beside = alone_and_together(listed)
-    assert all(map(same, alone, beside))
-    assert {alone[1].status, alone[4].status} == {"step-budget"}
-    assert [path.status for place, path in enumerate(alone) if place not in (1, 4)] == ["ok"] * (CASES - 2)
-
-
-def test_a_case_without_time_ends_as_alone_and_leaves_those_beside_it_as_they_are(together):
+def test_a_case_without_time_ends_as_alone_and_leaves_those_beside_it_as_they_are():
     listed = cases(**{"save.orbits": "none"})
     alone = [simulation.solve(case) for case in listed]
     hasty = listed[4]._replace(simulate=listed[4].simulate._replace(revolutions=1e9, time_budget=1e-3))
@@ -171,7 +116,7 @@ def test_a_case_without_time_ends_as_alone_and_leaves_those_beside_it_as_they_ar
     assert all(same(alone[place], result[place]) for place in range(CASES) if place != 4)
 
 
-def test_what_goes_wrong_with_one_case_on_the_way_is_its_own(together, monkeypatch):
+def test_what_goes_wrong_with_one_case_on_the_way_is_its_own(monkeypatch):
     def ended(self, status):
         if self.value.joints[0].clearance == unlucky:
             raise MemoryError("no room")
@@ -198,41 +143,17 @@ def test_a_crank_that_comes_to_rest_too_early_is_refused_as_it_is_alone(tmp_path
     assert "comes to rest" in str(error)
 
 
-@pytest.mark.slow
-def test_values_that_are_zero_make_scenes_of_another_type_which_go_by_themselves(together):
-    offsets = [0.0, 0.01, 0.0, 0.01, 0.0]
-    listed = [cases(count=1, **{"mechanism.slider.offset": offset})[0] for offset in offsets]
-    assert all(map(same, *alone_and_together(listed)))
-
-
-def test_a_log_that_is_full_is_taken_away_and_the_motion_goes_on(together, monkeypatch):
+def test_a_log_that_is_full_is_taken_away_and_the_motion_goes_on(monkeypatch):
     listed = cases(count=4)
     whole = [simulation.solve(case).events for case in listed]
     assert max(map(len, whole)) > 8
     monkeypatch.setattr(run.loop, "LOG", 4)
-    alone, beside = alone_and_together(listed)
+    alone, beside = alone_and_in_turn(listed)
     for first, *others in zip(whole, alone, beside, strict=True):
         assert all(np.array_equal(first, other.events) for other in others)
 
 
-def test_time_that_went_to_other_cases_does_not_count(together, monkeypatch):
-    clock = [0.0]
-
-    def slow(*given):
-        clock[0] += 1.0
-        integrate(*given)
-
-    integrate = loop.integrate
-    monkeypatch.setattr(ensemble.loop, "integrate", slow)
-    monkeypatch.setattr(ensemble.time, "process_time", lambda: clock[0])
-    monkeypatch.setattr(run.loop, "LOG", 4)  # so that they pause on the way, when they are asked how long they took
-    limited = [case._replace(simulate=case.simulate._replace(time_budget=20.0)) for case in cases(count=ensemble.WIDTH)]
-    statuses = [trajectory.status for _, trajectory in simulation.solve_each(limited)]
-    assert clock[0] > 40.0  # two budgets
-    assert statuses == ["ok"] * ensemble.WIDTH
-
-
-def test_what_has_ended_is_told_before_others_have_begun_where_they_take_long(together, monkeypatch):
+def test_what_has_ended_is_told_before_others_have_begun_where_they_take_long(monkeypatch):
     began = []
 
     def slow(*given):
@@ -240,7 +161,7 @@ def test_what_has_ended_is_told_before_others_have_begun_where_they_take_long(to
         integrate(*given)
 
     integrate, listed = loop.integrate, cases()
-    monkeypatch.setattr(ensemble.loop, "integrate", slow)
+    monkeypatch.setattr(run.loop, "integrate", slow)
     monkeypatch.setattr(ensemble.time, "process_time", lambda: float(len(began)))
     result = simulation.solve_each(listed)
     place, first = next(result)
@@ -250,21 +171,12 @@ def test_what_has_ended_is_told_before_others_have_begun_where_they_take_long(to
     assert early < len(began) / 2
 
 
-def test_cases_go_by_themselves_where_their_step_together_cannot_be_made(together, monkeypatch):
-    def unmade(*given):
-        raise MemoryError
-
-    monkeypatch.setattr(ensemble, "together_of", unmade)
-    listed = cases(count=3)
-    assert all(same(simulation.solve(listed[place]), result) for place, result in simulation.solve_each(listed))
-
-
 def test_one_contact_and_several_are_of_one_form_to_the_loop():
     forms = set()
     for joints in (("rod-slider",), ("ground-crank", "rod-slider")):
         with empty_entries():
             first = run.Run(start_of(simulation.build(cases(*joints, count=1)[0]), np.empty(0)))
-        forms.add((repr(TypeKey(first.work)), *(repr(TypeKey(arrays)) for arrays in run.shared(first.lane))))
+        forms.add(repr(TypeKey(first.work)))
     assert len(forms) == 1
 
 
@@ -273,7 +185,7 @@ def test_one_contact_and_several_are_of_one_form_to_the_loop():
 #: Fields of a Work that the type of a scene decides, and those that are written before they are read.
 OF_TYPE = {"apart", "pressed", "ended_by", "contact", "modes", "leads_to", "at_stages", "at_start", "of_state"}
 OF_TYPE |= {"counted", "ends_run", "column", "sign"}
-SCRATCH = {"end", "z", "k", "o", "f", "step", "bins", "spent", "log", "control"}
+SCRATCH = {"end", "z", "k", "o", "f", "nodes", "step", "bins", "spent", "log", "control"}
 WORN = {
     "joints.rod-slider.length": 0.02,
     "joints.rod-slider.wear": {"law": "archard", "coefficient": 2e-14, "bins": 36},
@@ -313,91 +225,9 @@ def test_a_run_that_begins_another_scene_is_as_one_made_for_it(changes):
     pairs = zip(arrays_in(used.work), arrays_in(new.work), strict=True)
     differing = [name for (name, was), (_, is_new) in pairs if name not in SCRATCH and not np.array_equal(was, is_new)]
     assert not differing
-    assert np.array_equal(used.lane["parameters"], new.lane["parameters"])
+    assert np.array_equal(used.parameters, new.parameters)
     for numbers in ("reference_rate", "sigma", "longest"):
         assert getattr(used.work, numbers) == getattr(new.work, numbers) != getattr(first.value, numbers, 0.0)
 
 
-def test_a_calm_step_comes_to_what_one_does_that_is_looked_at():
-    """A run that pauses after every step looks at each; it only evaluates anew where it goes on, but after the last."""
-    _, case = cases(count=2, **{"simulate.tolerance": 1e-4, "simulate.revolutions": 2.2})
-    scene = simulation.build(case)
-    control = control_of(scene, scene.crank_clock.at(2.2), keep_events=True)
-    times, marks, runs, events = np.linspace(0.0, 1e-3, 5), marks_of(scene, 2.2), [], []
-    for stretch in (control.stretch, 1):
-        runs.append(run.Run(start_of(scene, times, marks)))
-        events.append(runs[-1].go(control._replace(stretch=stretch))[1])
-    calm, paused = (first.work for first in runs)
-    message = {
-        "whole",
-        "joint",
-        "histogram",
-        "samples",
-        "states",
-        "peaks",
-        "passed",
-        "end",
-        "mode",
-        "method",
-        "proposals",
-    }
-    message.add("choice")  # of the method, by evaluations
-    for (name, first), (_, other) in zip(arrays_in(calm), arrays_in(paused), strict=True):
-        assert name not in message or np.array_equal(first, other), name
-    assert np.array_equal(*events)
-    again = paused.counts - calm.counts
-    assert again[EVALUATIONS] == again.sum() == calm.counts[STEPS] - 1 > 100
-    assert calm.implicit.choice[COST] > 0.0  # somebody asked
-    assert calm.counts[REJECTED] > 0
-
-
-def test_most_steps_are_calm():
-    """What a case in another lane has not counted yet, when one ends, are its fast steps."""
-    scenes = [simulation.build(case) for case in cases(count=2, **{"save.orbits": "none"})]
-    board = run.board_of(scenes[0])
-    runs = [run.Run(start_of(scene, NOWHERE), lane=run.lane_of(board, lane)) for lane, scene in enumerate(scenes)]
-    for first, scene in zip(runs, scenes, strict=True):
-        run.start(first, control_of(scene, scene.crank_clock.at(0.6), keep_events=False))
-    addresses, status, most = np.array([first.kept.address for first in runs]), np.zeros(2, np.int64), 0.0
-    lot = Pinned(loop.Lot(addresses, status, NO_ENTRY, *run.shared(runs[0].lane)))
-    for end in np.linspace(0.1, 0.5, 40):
-        runs[0].heed(control_of(scenes[0], scenes[0].crank_clock.at(end), keep_events=False))
-        loop.integrate(runs[0].kept, lot)
-        most = max(most, runs[1].work.stepper[FAST_STEPS])
-    assert status.tolist() == [OK, GOING]
-    assert most > 5.0
-
-
 # ---------------------------------------------------------------------------------------------- what goes side by side
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {},
-        {"joints.rod-slider.contact.onset": "first"},
-        {"joints.rod-slider.contact.exponent": 1.2},
-        {"mechanism.gravity": 9.81, "simulate.start": "seated"},
-        {"joints.rod-slider.friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": 0.01}},
-        {"joints.rod-slider.friction": {"law": "threlfall", "coefficient": 0.1, "velocity_scale": 0.01}},
-        {"joints.rod-slider.wear": {"law": "archard", "coefficient": 1e-15}},
-    ],
-)
-def test_what_can_go_side_by_side_comes_to_the_same(changes, together):
-    assert all(map(same, *alone_and_together(cases(**changes))))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "joints", [("crank-rod",), ("ground-crank", "rod-slider"), ("ground-crank", "crank-rod", "rod-slider")]
-)
-def test_any_opening_comes_to_the_same(joints, together):
-    assert all(map(same, *alone_and_together(cases(*joints))))
-
-
-@pytest.mark.parametrize("name", ["lubricated", "worn_slider_crank", "probabilistic", "four_bar"])
-def test_lanes_without_a_case_do_no_harm(name, together):
-    """Tables are read at addresses that are among the parameters, in every lane."""
-    result = grid.load(Path(__file__).parents[1] / "configs" / f"{name}.yaml", simulation.catalogue())
-    assert all(map(same, *alone_and_together([result.case(i) for i in range(3)])))
