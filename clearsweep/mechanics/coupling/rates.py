@@ -128,6 +128,7 @@ class _Seen(NamedTuple):
     contacts: int  # how many there are
     o: tuple  # (columns, 16)
     row: int
+    accurate: bool  # whether the state is one of the motion
 
 
 @kernel
@@ -156,7 +157,7 @@ def _put_contacts(joint, load, place, seen_at):
             rate=contact.rate,
         )
         observe(o, row, c, seen)
-        more = extra_observables(contact)
+        more = extra_observables(contact, seen_at.accurate)
         _put_numbers(more, more, film_column(seen_at.contacts, c, 0), (o, row))
 
 
@@ -186,11 +187,12 @@ _put_all_roots = map_joints(_put_roots, after_joint)
 
 
 @inlined
-def rates(scene, y, mode, latched, k, o, row):
+def rates(scene, y, mode, latched, k, o, row, accurate):
     """Put the rates of `y` with respect to tau into row `row` of `k` and the observables into that of `o`.
 
     y : (n,) state; k : (n, 16) and o : (columns, 16), None where these are not wanted, a row being the last index;
-    mode : (contacts,) what each contact does; latched : see JointState.
+    mode : (contacts,) what each contact does; latched : see JointState; accurate : whether the state is one of the
+    motion, none that an iteration passes.
     """
     n = len(scene.coordinates)
     time = 2 * n
@@ -212,7 +214,7 @@ def rates(scene, y, mode, latched, k, o, row):
         o[ACCELERATION, row] = motion.output
         o[TORQUE, row] = motion.torque
         o[ERROR, row], o[ERROR_RATE, row] = output_error(scene.mechanism, p)
-        _put_all_contacts(scene.joints, loads, first, _Seen(extent(scene.joints).contact, o, row))
+        _put_all_contacts(scene.joints, loads, first, _Seen(extent(scene.joints).contact, o, row, accurate))
 
 
 @inlined

@@ -9,7 +9,7 @@ from ..compiled.family import Entry, entry, inlined, shaped
 from ..joint.contract import JointState, touches
 from ..joint.places import observed_columns
 from ..mechanism.contract import gaps, place
-from ..observe.stages import PLACES, STAGES
+from ..observe.stages import OTHERS, PLACES, STAGES
 from ..solver.accumulate.step_sums import CHANGE, LENGTH, step_width
 from ..solver.collocation import A
 from .rates import put_root_rates, rates, size_of, turned_gaps
@@ -28,6 +28,7 @@ def rates_entry(scene, y, mode, latched, k, o, row):
         shaped(k, (n, PLACES)),
         shaped(o, (observed_columns(here.joints), PLACES)),
         row,
+        row < OTHERS,
     )
 
 
@@ -58,7 +59,7 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     given = y, weight, k, nodes, step[LENGTH]
     time = 2 * many
     for i in abreast(STAGES):
-        rates(here, nodes[:, i], mode, latched, k, None, i)
+        rates(here, nodes[:, i], mode, latched, k, None, i, False)
         nodes[n, i] = 0.0
     _move(here, many, time, given)
     _move(here, time + 1 + contacts, n, given)
@@ -93,7 +94,7 @@ def observe_entry(scene, nodes, mode, latched, o, _):
     nodes, mode, latched = shaped(nodes, (n + 1, STAGES)), shaped(mode, (contacts,)), shaped(latched, (latching,))
     o = shaped(o, (observed_columns(here.joints), PLACES))
     for i in abreast(STAGES):
-        rates(here, nodes[:, i], mode, latched, None, o, i)
+        rates(here, nodes[:, i], mode, latched, None, o, i, True)
 
 
 def rates_of(scene, parameters) -> Entry:

@@ -186,12 +186,15 @@ def _over_its_depth(contact):
 
 
 @family
-def extra_observables(contact):
-    """Return what is seen of a contact besides a Contact's fields, observables of its own; () where there is nothing."""
+def extra_observables(contact, accurate):
+    """Return what is seen of a contact besides a Contact's fields, observables of its own; () where there is nothing.
+
+    accurate : the state is one of the motion, none that an iteration passes.
+    """
 
 
 @extra_observables.member(None)
-def _nothing_beside(contact):
+def _nothing_beside(contact, accurate):
     return ()
 
 

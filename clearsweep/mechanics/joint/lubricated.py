@@ -341,9 +341,9 @@ def _of_all_but_the_resultant_slip(contact):
 
 
 @extra_observables.member(FilmContact)
-def _of_the_film(contact):
+def _of_the_film(contact, accurate):
     law, motion = contact.highest
-    pressure = film_pressure(law, motion)
+    pressure = film_pressure(law, motion) if accurate else 0.0
     return contact.dry, contact.drained, contact.rubbed, pressure, contact.speed, contact.pumped
 
 
