@@ -183,6 +183,7 @@ class Run:
             counts=zeros(events.COUNTS, dtype=np.int64),
             method=zeros(3, dtype=np.int64),
             proposals=zeros(2 << many),
+            paces=zeros(2 << many),
             control=np.zeros(len(run_control.Control._fields)),
             log=np.empty((loop.LOG, 5)),
             slopes=zeros(2, dtype=np.int64),

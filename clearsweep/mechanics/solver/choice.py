@@ -68,6 +68,7 @@ def choose_method(at, h, pattern):
         work.method[2] = IMPLICIT
         work.proposals[pattern] = choice[LIMIT]
         work.proposals[pattern | implicit] = LOOK * price_of_step(work.y.size) * choice[LIMIT]
+        work.paces[pattern | implicit] = work.paces[pattern]
 
 
 @kernel

@@ -73,6 +73,7 @@ class Work(NamedTuple):
     method: np.ndarray  # (3,) int64: method in use, steps in a row that speak for the other, method of the next step
     slopes: np.ndarray  # (2,) int64, the Entry of the rates' derivatives; zeros until the motion turns out to be stiff
     proposals: np.ndarray  # (2^(1+c),) step length by method and contacts that touch, 0: none yet
+    paces: np.ndarray  # (2^(1+c),) m/s, the rate at which the fastest of these contacts began
     control: np.ndarray  # (len(Control),) what ends the motion, see plan.Control
     log: np.ndarray  # (LOG, 5) events since the motion was last looked at, see passing.Event
     guards: tuple  # joint.guards.Guards

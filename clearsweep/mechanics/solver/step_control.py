@@ -44,10 +44,13 @@ def change_of_length(error, expected):
 
 @kernel
 def first_length(at, proposals, pattern):
-    """Return a step length to begin with: the last one of the same contacts that touch, else a guess."""
+    """Return a step length to begin with: the last one of the same contacts that touch, else a guess.
+
+    A contact lasts the longer along tau the slower it begins: about as one over the root of that rate.
+    """
     work = at[0]
     if proposals[pattern] > 0.0:
-        return proposals[pattern]
+        return proposals[pattern] * math.sqrt(work.paces[pattern] / pace_of(at))
     length = 0.01 / work.reference_rate
     for j in range(work.mode.size):
         if touches(work.mode[j]):  # until the penetration is a hundredth of the clearance
@@ -64,6 +67,16 @@ def proposal_of(at):
         if touches(work.mode[j]):
             pattern |= 1 << j
     return pattern
+
+
+@kernel
+def pace_of(at):
+    """Return the rate, m/s, at which the fastest of the contacts that touch began; 1 where none does."""
+    work, fastest = at[0], 0.0
+    for j in range(work.mode.size):
+        if touches(work.mode[j]):
+            fastest = max(fastest, work.latched[j])
+    return fastest if fastest > 0.0 else 1.0
 
 
 @kernel
