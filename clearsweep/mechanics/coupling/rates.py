@@ -79,10 +79,10 @@ def _turned_gaps(scene, y, relative):
 @kernel
 def turned_gaps(scene, y, relative):
     """Return the Gaps `relative` of a scene at the state `y`; those of worn joints know how far bodies are turned."""
-    return _turned_gaps(scene, y, relative) if _some_worn(map(type, scene.joints)) else relative
+    return _turned_gaps(scene, y, relative) if some_worn(map(type, scene.joints)) else relative
 
 
-def _some_worn(kinds):
+def some_worn(kinds):
     """Return whether a type of joint asks for the angles of its bodies."""
     return any(form in with_angles.members for form in kinds)
 

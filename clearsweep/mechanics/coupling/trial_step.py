@@ -4,7 +4,7 @@ A sweep has the stages in the lanes of a register.  Where a machine has narrower
 parts: the bits are the same.
 """
 
-from ..compiled.choosing import abreast
+from ..compiled.choosing import abreast, turns
 from ..compiled.family import Entry, entry, inlined, shaped
 from ..joint.contract import JointState, touches
 from ..joint.places import observed_columns
@@ -12,7 +12,7 @@ from ..mechanism.contract import gaps, place
 from ..observe.stages import OTHERS, PLACES, STAGES
 from ..solver.accumulate.step_sums import CHANGE, LENGTH, step_width
 from ..solver.collocation import A
-from .rates import put_root_rates, rates, size_of, turned_gaps
+from .rates import put_root_rates, rates, size_of, some_worn, turned_gaps
 from .time_scale import time_scale
 
 
@@ -30,6 +30,11 @@ def rates_entry(scene, y, mode, latched, k, o, row):
         row,
         row < OTHERS,
     )
+
+
+def in_turn_or_at_once(joints):
+    """Return what counts the stages: on worn surfaces, where each looks up places of its own, one after the other."""
+    return turns if some_worn(map(type, joints)) else abreast
 
 
 @inlined
@@ -58,7 +63,8 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     k, nodes = shaped(k, (n, PLACES)), shaped(nodes, (n + 1, STAGES))
     given = y, weight, k, nodes, step[LENGTH]
     time = 2 * many
-    for i in abreast(STAGES):
+    each = in_turn_or_at_once(here.joints)
+    for i in each(STAGES):
         rates(here, nodes[:, i], mode, latched, k, None, i, False)
         nodes[n, i] = 0.0
     _move(here, many, time, given)
@@ -67,7 +73,7 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     for c in range(contacts):
         touching = touching | touches(mode[c])
     if touching:
-        for i in abreast(STAGES):
+        for i in each(STAGES):
             state = nodes[:, i]
             relative = turned_gaps(here, state, gaps(here.mechanism, place(here.mechanism, state)))
             put_root_rates(
@@ -93,7 +99,8 @@ def observe_entry(scene, nodes, mode, latched, o, _):
     contacts, n, latching = size_of(here)
     nodes, mode, latched = shaped(nodes, (n + 1, STAGES)), shaped(mode, (contacts,)), shaped(latched, (latching,))
     o = shaped(o, (observed_columns(here.joints), PLACES))
-    for i in abreast(STAGES):
+    each = in_turn_or_at_once(here.joints)
+    for i in each(STAGES):
         rates(here, nodes[:, i], mode, latched, None, o, i, True)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
 from ..compiled import calculus as math
+from ..compiled.choosing import turns
 from ..compiled.direction import direction
 from ..compiled.dual import Dual, plain
 from ..compiled.family import family, inlined, kernel, map_joints
@@ -118,7 +119,7 @@ def halley(surfaces, angle, turned, radial, across):
 def searched(surfaces, x, y, turned):
     """Return the angle (rad) of the deepest point, of LOOKS places at first, then by Newton's method in a bracket."""
     deepest, middle, width = -math.inf, 0.0, 2.0 * math.pi / LOOKS
-    for i in range(LOOKS):
+    for i in turns(LOOKS):
         c, s = direction(i * width)
         h, _, _, _ = worn_at(surfaces.bearing, i * width - turned[0])
         other, _, _, _ = worn_at(surfaces.journal, i * width - turned[1])
@@ -151,7 +152,7 @@ def deepest_angle(joint, x, y, turned, close):
     """Return the angle (rad) at which the surfaces are closest, up to a last step."""
     surfaces = surfaces_of(joint)
     steep, bent = joint.bearing.steepest + joint.journal.steepest, joint.bearing.bent + joint.journal.bent
-    square = x * x + y * y
+    square, angle, found = x * x + y * y, 0.0 * x, False
     if square > steep * steep + bent * bent:
         begin = about(y, x)
         step, opens = halley(surfaces, begin, turned, math.sqrt(square), 0.0)
@@ -160,11 +161,14 @@ def deepest_angle(joint, x, y, turned, close):
             if not (opens and abs(angle - begin) < 0.5 * math.pi):
                 break
             if abs(step) < close:
-                return angle
+                found = True
+                break
             c, s = direction(angle)
             step, opens = halley(surfaces, angle, turned, x * c + y * s, y * c - x * s)
             angle += step
-    return searched(surfaces, x, y, turned)
+    if not found:  # in some lane: what follows a return would be worked out for none, too
+        angle = searched(surfaces, x, y, turned)
+    return angle
 
 
 @inlined
