@@ -4,7 +4,7 @@ import json
 import pickle
 
 import pytest
-from grid_fake import CONFIGS, CONTACT, JOINT, TEXT, load
+from fake_runs import CONFIGS, CONTACT, JOINT, TEXT, load
 
 from clearsweep.grid.resolve import case_of
 

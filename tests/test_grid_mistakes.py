@@ -4,7 +4,7 @@ import os
 import time
 
 import pytest
-from grid_fake import CONTACT, JOINT, TEXT, load
+from fake_runs import CONTACT, JOINT, TEXT, load
 from hypothesis import given
 from hypothesis import strategies as st
 

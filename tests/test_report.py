@@ -7,10 +7,9 @@ import re
 import xml.etree.ElementTree as ET
 
 import fake_physics
-import fake_sweeps
 import numpy as np
 import pytest
-from report_fake import RPM, SWEEP, Run
+from fake_runs import RPM, SWEEP, Run
 
 import clearsweep
 from clearsweep import report, store
@@ -226,7 +225,7 @@ def test_values_that_a_case_does_not_use_are_left_out(tmp_path):
 
 def test_stored_run_is_read_as_the_store_hands_it_out(tmp_path):
     grid = fake_physics.grid(masses=3, gravities=(fake_physics.GOOD, fake_physics.FAILS), wear=True)
-    fake_sweeps.sweep(grid, tmp_path / "run", executor="serial", show_progress=False)
+    fake_physics.sweep(grid, tmp_path / "run", executor="serial", show_progress=False)
     run = store.open(tmp_path / "run")
     text = Page(report.write(run, tmp_path / "run.html").read_text(encoding="utf-8")).text
     assert "3 of 6" in text

@@ -3,12 +3,11 @@
 import csv
 
 import fake_physics
-import fake_sweeps
 import numpy as np
 import pandas as pd
 import pytest
+from fake_runs import RPM, Run
 from matplotlib.figure import Figure
-from report_fake import RPM, Run
 
 from clearsweep import report, store
 from clearsweep.report import kinds, spectrum, strobe, study
@@ -248,7 +247,7 @@ def test_a_film_does_not_fly():
 
 def test_events_are_read_in_blocks_as_they_are_read_case_by_case(tmp_path, monkeypatch):
     grid = fake_physics.grid(masses=3, gravities=(fake_physics.GOOD, fake_physics.FAILS))
-    fake_sweeps.sweep(grid, tmp_path / "run", executor="serial", show_progress=False)
+    fake_physics.sweep(grid, tmp_path / "run", executor="serial", show_progress=False)
     run = store.open(tmp_path / "run")
     monkeypatch.setattr("clearsweep.store.read.GROUP_ROWS", 4)
     blocks = list(run.event_blocks())

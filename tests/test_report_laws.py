@@ -5,8 +5,8 @@ import re
 
 import numpy as np
 import pytest
+from fake_runs import RPM, Run
 from mechanism_cases import PAIR, changed
-from report_fake import RPM, Run
 from test_report import Page
 
 from clearsweep import grid, report, simulation

@@ -7,7 +7,7 @@ import typing
 import numpy as np
 import pandas as pd
 import pytest
-from report_fake import CRANK, ROD, RPM, Run
+from fake_runs import CRANK, ROD, RPM, Run
 from test_report import Page
 
 from clearsweep import report, simulation

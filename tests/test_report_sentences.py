@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 import pytest
+from fake_runs import Run
 from matplotlib.figure import Figure
-from report_fake import Run
 
 from clearsweep.judging import validity
 from clearsweep.language import wording

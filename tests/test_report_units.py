@@ -4,9 +4,9 @@ import re
 
 import fake_physics
 import pytest
-from fake_sweeps import sweep
+from fake_physics import sweep
+from fake_runs import Run
 from mechanism_cases import PAIR, changed
-from report_fake import Run
 
 from clearsweep import grid, report, simulation
 from clearsweep.grid.key_table import shape

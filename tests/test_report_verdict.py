@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from report_fake import Run
+from fake_runs import Run
 from test_refine import Arc, off_border, refined
 from test_seek import MASS, quiet, sought
 

@@ -5,9 +5,8 @@ import base64
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from grid_fake import CONFIGS
+from fake_runs import CONFIGS, RPM, Run
 from matplotlib.figure import Figure
-from report_fake import RPM, Run
 
 from clearsweep.cli import verbs
 from clearsweep.contracts.results import Trajectory
