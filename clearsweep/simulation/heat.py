@@ -1,11 +1,11 @@
-"""The temperature at which a joint settles: what it loses is led away.
+"""Temperature of a joint in equilibrium of its losses and the heat that is led away.
 
-The warmer its oil, the thinner that is; the warmer a dry joint, the wider or narrower its clearance.
-
-It is the equilibrium, T = ambient + mean loss / conductance of every joint with a heat balance, not the hours of
-warming up.  The case is run at a temperature, its loss gives the next one by the secant method, until the two differ by
-no more than CLOSE or NEAR of the rise above ambient.  After PATIENT runs a difference within the scatter of the
-revolutions is accepted, too, up to UNSURE of the rise.  The first guess, the ambient, is never accepted.
+The warmer the oil of a joint, the thinner it is; the warmer a dry joint, the wider or narrower its clearance. The
+temperature is that of equilibrium, T = ambient + mean loss / conductance of every joint with a heat balance; the hours
+of warming up are left out. The case is run at a temperature, and its loss gives the next one by the secant method,
+until the two differ by no more than CLOSE or NEAR of the rise above ambient. After PATIENT runs a difference within the
+scatter of the revolutions is accepted, too, up to UNSURE of the rise. The first guess, the ambient temperature, is
+never accepted.
 """
 
 import dataclasses
@@ -33,7 +33,7 @@ TIGHTEST = 0.01  # of the cold clearance: a joint that is warmer than where this
 
 
 class Balance(NamedTuple):
-    """Where the heat balances of a case are, joint by joint."""
+    """Temperatures of the joints of a case, and where their heat balances point."""
 
     temperature: dict[str, float]  # K, by column name
     width: dict[str, float]  # K, half of the 95 % interval; inf: too few revolutions to give one

@@ -1,4 +1,4 @@
-"""What an integration came to: its trajectory with the figures, the status in words."""
+"""From a finished integration to its trajectory: figures, histories, and the status in words."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -86,7 +86,7 @@ def _ended(scene: Scene, run: Run) -> tuple[str, str]:
 
 
 class Outcome(NamedTuple):
-    """What an integration came to, taken from a run before another one may begin in its place."""
+    """Results of an integration, copied from a run before its buffers are used again."""
 
     scene: Scene
     status: str
@@ -111,7 +111,7 @@ class Outcome(NamedTuple):
 
 
 def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
-    """Return what an integration up to `end` (s; rad where the crank is free) came to."""
+    """Return the results of an integration up to `end` (s; rad where the crank is free)."""
     turns: Any = run.work.turns  # mypy takes it for a tuple of anything
     failed, duration = run.status != run_control.OK, _duration(scene, run, end)
     totals, rarely = by_joint(run.totals, scene.layout), RARELY * duration
@@ -157,7 +157,7 @@ def periods_of(outcomes: Sequence[Outcome]) -> list[int | None]:
 
 
 def to_trajectory(outcome: Outcome, period: int | None) -> Trajectory:
-    """Return the trajectory that an integration came to, whose motion has this period."""
+    """Return the trajectory of an outcome whose motion has this period."""
     scene, window = outcome.scene, window_of(outcome, period)
     units, failed = shared_by(scene.layout).units.copy(), outcome.status != "ok"
     summary = figures_of(window, failed=failed)
@@ -172,7 +172,7 @@ def to_trajectory(outcome: Outcome, period: int | None) -> Trajectory:
 
 
 def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
-    """Return the trajectory that an integration up to `end` (s; rad where the crank is free) came to."""
+    """Return the trajectory of an integration up to `end` (s; rad where the crank is free)."""
     outcome = outcome_of(scene, run, end)
     return to_trajectory(outcome, *periods_of([outcome]))
 
@@ -248,7 +248,7 @@ def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
 
 
 def window_of(outcome: Outcome, period: int | None) -> Window:
-    """Return what figures are functions of."""
+    """Return the Window from which figures are computed."""
     scene, settings = outcome.scene, outcome.scene.case.simulate
     totals = Summed(outcome.whole, outcome.joint, outcome.wear, outcome.account)
     return Window(

@@ -1,4 +1,4 @@
-"""What is to be remarked on a finished case: laws past their range, films past their limit, figures nobody meant."""
+"""Remarks on a finished case: laws beyond their range, films beyond their limit, implausible figures."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -28,7 +28,7 @@ from .window import Window
 
 
 def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the remarks on a finished case, '' for each that there is no reason for."""
+    """Return the remarks on a finished case, '' for each that does not apply."""
     parts = list(zip(scene.layout.joints, scene.case.joints, strict=True))
     shares = [(joint, summary[f"{part.name}_law_limit_fraction"]) for part, joint in parts]
     limits = past_limits(
@@ -52,7 +52,7 @@ def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
 
 
 def _lubricated(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Iterator[Lubricated]:
-    """Yield what became of every film."""
+    """Yield the state of every film."""
     for place, joint in enumerate(scene.case.joints):
         if joint.film:
             fed, drained = window.totals.joint[place, [FED_ENERGY, DRAINED_ENERGY]]
@@ -79,7 +79,7 @@ def passive_film(joint: Joint) -> str:
 
 
 def _nonsense(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return remarks on figures of a finished case that cannot be meant, '' for each that can."""
+    """Return the remarks on implausible figures of a finished case, '' for each that does not apply."""
     joints = [
         Reached(
             joint.name,

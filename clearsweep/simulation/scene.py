@@ -37,7 +37,7 @@ _LARGEST_WEAR = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, it is beyond
 
 @dataclass(frozen=True)
 class Scene:
-    """A case made ready: its compiled form and where it starts."""
+    """A case ready to run: its compiled form and its initial state."""
 
     case: Case
     mechanism: Mechanism
@@ -198,7 +198,7 @@ def _seated(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any]) -> t
 
 
 def signature(case: Case) -> tuple:
-    """Return what decides the compiled code of a case: the types in its scene."""
+    """Return the key of the compiled code of a case: the types in its scene."""
     joints = tuple(
         (
             joint.name,
@@ -220,14 +220,14 @@ def _types(term: tuple) -> str:
 
 
 def derived(case: Case) -> dict[str, tuple[float, str]]:
-    """Return what follows from other values of a case: dotted path -> (value, unit)."""
+    """Return the derived values of a case: dotted path -> (value, unit)."""
     return {
         f"joints.{joint.name}.{key}": value for joint in case.joints for key, value in registry.derived(joint).items()
     }
 
 
 def warnings(case: Case) -> list[str]:
-    """Return sentences about values of a case that may not be what was meant."""
+    """Return sentences about suspicious values of a case."""
     sentences = []
     for joint in case.joints:
         if registry.pulls(joint):

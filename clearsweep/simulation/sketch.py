@@ -1,4 +1,4 @@
-"""Where the bodies of a mechanism are as it starts: what a picture of it is drawn from."""
+"""Bodies, joints and loads of a mechanism at its start, as drawings need them."""
 
 import math
 from collections.abc import Callable

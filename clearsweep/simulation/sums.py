@@ -19,7 +19,7 @@ from .window import LEAST_DRY, RARELY, Summed, Window
 
 
 def half_width(values: np.ndarray) -> float:
-    """Return half the width of the 95 % interval of the mean of what follows each other."""
+    """Return the half-width of the 95 % interval of the mean of successive values."""
     from scipy.special import stdtrit
 
     count = len(values)

@@ -1,4 +1,4 @@
-"""The figures of merit of joints that wear, as `figures` has the others."""
+"""The figures of merit of joints that wear."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""The stretch of a run over which figures are taken: all that their formulas are functions of."""
+"""The window of a run: all that the formulas of figures are functions of."""
 
 import math
 from collections.abc import Mapping
@@ -49,7 +49,7 @@ class Summed(NamedTuple):
 
 
 class Window(NamedTuple):
-    """What a run came to after `discard`: what formulas of figures are functions of, with a joint's place."""
+    """Results of a run after `discard`; formulas of figures are functions of a Window and a joint's index."""
 
     case: Case
     mechanism: Mechanism
@@ -72,7 +72,7 @@ class Window(NamedTuple):
 
 
 def by_joint(totals: Totals, layout: Layout) -> Totals:
-    """Return what was summed up contact by contact as joint by joint: of a guide what its corners come to together.
+    """Return the sums of joints from those of contacts: the sums of a guide combine those of its corners.
 
     Counts, squares and histograms are added; of what is largest, and of times in contact, the largest counts.  Of a
     joint in space these are its walls, but forces are those of the sum of the walls.
@@ -90,7 +90,7 @@ def by_joint(totals: Totals, layout: Layout) -> Totals:
 
 
 def rows_of(layout: Layout) -> list[slice]:
-    """Return the contacts of each joint, in the row of all."""
+    """Return the indices of the contacts of each joint among all contacts."""
     ends = np.cumsum([len(joint.contacts) for joint in layout.joints])
     return [slice(end - len(joint.contacts), end) for end, joint in zip(ends, layout.joints, strict=True)]
 
