@@ -1,4 +1,4 @@
-"""How all that a user names or reads is described: laws, mechanisms, figures of merit, time histories."""
+"""Descriptions of all that a user names or reads: laws, mechanisms, figures of merit, time histories."""
 
 import math
 from collections.abc import Callable
@@ -54,7 +54,7 @@ def _is_sized(value: float) -> bool:
 
 
 class Range(NamedTuple):
-    """What a law asks of a value that is not its own."""
+    """A range that a law requires of a value outside its own keys."""
 
     path: str  # within the joint, such as 'clearance'; of `Law.trusted` what simulation.advice measures, too
     low: float  # allowed, like all between
@@ -287,7 +287,7 @@ class Figure(NamedTuple):
 
 
 class Catalogue(NamedTuple):
-    """All there is to choose from, and all that a case may give."""
+    """All laws and mechanisms of a grid, and all figures and channels of a case."""
 
     laws: tuple[Law, ...]
     mechanisms: tuple[Mechanism, ...] = ()  # the first one is meant where none is named

@@ -1,4 +1,4 @@
-"""What a case of a grid gives: its columns and time histories, with names, units and meaning, worked out once."""
+"""Columns and time histories of the cases of a grid, with names, units and meaning."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
@@ -29,7 +29,7 @@ class Column(NamedTuple):
 
 
 class JointLayout(NamedTuple):
-    """What decides what is stored about a clearance joint."""
+    """Properties of a clearance joint that decide what is stored of it."""
 
     name: str  # 'rod_slider': the name of the joint in columns and channels
     wear_bins: int = 0  # angular bins of each body; 0 where no wear is computed
@@ -69,7 +69,7 @@ class Parts(NamedTuple):
 
 
 def parts_of(case: Case) -> Parts:
-    """Return what of a case decides its layout."""
+    """Return the parts of a case that decide its layout."""
     simulate = case.simulate
     joints = tuple(
         JointLayout(
@@ -106,7 +106,7 @@ def _points(joint: Joint) -> tuple[int, int]:
 
 
 class Layout(NamedTuple):
-    """What a scene has and gives; every case of a grid shares it."""
+    """Joints, columns and channels of a scene; every case of a grid shares it."""
 
     mechanism: str
     turns: bool  # a drive turns it: there are revolutions

@@ -44,7 +44,7 @@ def enter_friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
 
 
 def enter_preload(tree: Shape, path: str, catalogue: Catalogue) -> None:
-    """Enter what presses on a joint whether it touches or not."""
+    """Enter the preload of a joint, which also acts without contact."""
     text = "constant force on the joint, such as a seal's; its friction acts as a couple, friction x bearing_radius"
     laws = frozenset(law.name for law in catalogue.of("friction") if not law.remembers)
     use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))
