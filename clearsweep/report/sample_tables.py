@@ -1,4 +1,4 @@
-"""What a sample says in tables: how figures spread, how likely limits are exceeded, what drives the spread."""
+"""Tables of a sample: spread of figures, chance to exceed limits, variables that drive the spread."""
 
 import itertools
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from .table import Column, Quantity, Table, counted
 
 
 class Judged(NamedTuple):
-    """One figure of merit whose spread is shown."""
+    """A figure of merit whose spread is shown."""
 
     column: str
     name: str
@@ -221,7 +221,7 @@ def _chance_cells(chance: Chance, verdict: str, *, shown: bool) -> list[Quantity
 
 
 def _blur(effect: Effect) -> str:
-    """Return what is to be said of an effect compared with its scatter, '' for nothing."""
+    """Return the remark on an effect compared with its scatter, '' for none."""
     if effect.chaotic:
         return "chaotic: scatter as large as the effect"
     blurred = effect.blurred()
@@ -229,7 +229,7 @@ def _blur(effect: Effect) -> str:
 
 
 def _advice(figures: list[str], verdict: str) -> str:
-    """Return what to do about figures that are chaotic or may be."""
+    """Return advice on figures that are chaotic or may be."""
     several = len(figures) > 1
     state = f"{'are' if several else 'is'} {'' if verdict == 'chaotic' else 'not known to be free of '}"
     state += "chaotic here" if verdict == "chaotic" else "chaos here"

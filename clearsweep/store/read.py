@@ -1,4 +1,4 @@
-"""Reads what a run left: its summary, orbits, events and wear; what is not as it was written is named."""
+"""Reads the results of a run: summary, orbits, events and wear; damaged files are reported by name."""
 
 import contextlib
 import os

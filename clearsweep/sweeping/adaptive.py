@@ -16,13 +16,13 @@ Look = Callable[[Grid, int], store.CaseResults | None]
 
 
 class Search(Protocol):
-    """What decides which cases come next."""
+    """A search that chooses the next cases."""
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Take in how the cases of a grid from the index `first` on compare to its limits."""
+        """Record how the cases of a grid, from the index `first` on, compare to its limits."""
 
     def wanted(self) -> Sequence[Point]:
-        """Return where the next cases are, of what is known; none where that is enough."""
+        """Return the points of the next cases; none if no more are needed."""
 
 
 def run(grid: Grid, search: Search, look: Look) -> tuple[Grid, bool]:

@@ -1,4 +1,4 @@
-"""What a sweep would cost: a few of its cases are timed, nothing is stored."""
+"""Estimates the cost of a sweep: a few of its cases are timed, nothing is stored."""
 
 import itertools
 import math
@@ -31,7 +31,7 @@ EVENT_BYTES = 26  # of one event in orbits.h5
 
 
 class Estimate(NamedTuple):
-    """What a run of a grid would do and cost."""
+    """Estimated work and cost of a run of a grid."""
 
     cases: int  # of the grid, or of its shard
     pending: int  # cases that the directory does not hold yet

@@ -92,7 +92,7 @@ def _restitution(study: Study) -> list[str]:
 
 
 def repeating(study: Study) -> list[str]:
-    """Return how many motions repeat themselves or are known to be chaotic, and so what a single peak is worth."""
+    """Return the number of periodic and of chaotic motions, and the weight that a single peak thus has."""
     if "period" not in study.cases:
         return []
     periods, count = study.cases["period"], len(study.cases)
@@ -135,7 +135,7 @@ def _beside_median(study: Study, joint: Joint) -> str:
 
 
 def limits(study: Study) -> list[str]:
-    """Return where the cases leave what their laws are made for, as the run's closing words say it."""
+    """Return where cases leave the range of their laws, in the words of the closing lines of the run."""
     joints = [joint.name for joint in study.joints]
     remarks = validity.Remarks(joints)
     cases = {"case_id": study.cases.index}

@@ -1,4 +1,4 @@
-"""How motions are of their kind: bearing, flying or striking; repeating or not; what they look like once a turn."""
+"""Kinds of motion: contact, flight or impacts; periodic or not; Poincaré sections and spectra."""
 
 from collections.abc import Sequence
 

@@ -61,7 +61,7 @@ def _beside_start(study: Study, rows: list[dict[str, Any]], names: list[str], st
 
 
 def _told_apart(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[str]:
-    """Return of each objective with an interval which cases cannot be distinguished from the best one."""
+    """Return, for each objective with an interval, the cases that cannot be distinguished from the best one."""
     lines = []
     for name in names:
         ends = [f"{name}_{end}" for end in ("low", "high")]

@@ -17,7 +17,7 @@ PICTURED = 2  # answers at least that are drawn over the other axis
 
 
 class _Answers(NamedTuple):
-    """What was found on one axis."""
+    """The answers on one axis."""
 
     axis: Axis  # that of the value searched for
     others: tuple[Axis, ...]

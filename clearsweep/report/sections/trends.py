@@ -79,7 +79,7 @@ def _about(claim: Claim, axis: Axis, joint: Joint) -> bool:
 
 
 def _with_value(study: Study, joint: Joint, claim: Claim, axis: Axis) -> Answer:
-    """Return what pairs of cases that differ in the value of an axis alone say to a claim."""
+    """Return the answer to a claim from pairs of cases that differ in the value of one axis alone."""
     table = matched(study, axis).table(study, joint.column(PER_STROKES))
     estimate, pairs = power(table.columns.to_numpy(float), table.to_numpy(float))
     ends = sorted((claim.sign * estimate.low, claim.sign * estimate.high))
