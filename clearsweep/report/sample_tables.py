@@ -167,9 +167,8 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
     ]
     if not measured:
         sentences.append(
-            "Chaos was not measured in this run, only bounded: its share of the variance is at most the "
-            "smallest total index of a variable that moves anything. simulate: {error_check: true} "
-            "measures it."
+            "Chaos was not measured in this run, only bounded. Its share of the variance is at most the smallest "
+            "total index of a variable that has an effect. simulate: {error_check: true} measures it."
         )
     return Table("sensitivity", "Sobol indices", note, columns, rows), sentences
 
@@ -199,9 +198,8 @@ def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]
                 head = (figure.name, figure.unit, *point_cells(study, sample), names[effect.path])
                 rows.append((*head, *cells, _blur(effect)))
     note = (
-        "One variable at a time, the others at their medians. Scatter: how far the figure moves under disturbances "
-        "of one part in a thousand million of the variables' ranges, or a tenth of the tolerance where the run "
-        "tried that too."
+        "One variable at a time, the others at their medians. Scatter: change of the figure under disturbances of "
+        "1e-9 of the variables' ranges, or at a tenth of the tolerance if that was run."
     )
     sentences = [_advice(list(chaotic), "chaotic")] if chaotic else []
     return Table("one_at_a_time", "One-at-a-time effects", note, columns, rows), sentences

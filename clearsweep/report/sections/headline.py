@@ -106,7 +106,7 @@ def repeating(study: Study) -> list[str]:
     if len(repeated) < count:
         rest, suffix = wording.count(count, "motion"), _beside_median(study, study.hardest_joint())
         points.append(
-            f"{count - len(repeated)} of {rest} were not seen to repeat themselves within the window: compare these by "
+            f"{count - len(repeated)} of {rest} were not seen to repeat themselves within the window. Compare these by "
             f"the median of the peaks of revolutions, by rms or p99{suffix}."
         )
     return points

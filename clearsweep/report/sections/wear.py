@@ -59,7 +59,7 @@ def _coarse(study: Study, joint: Joint) -> list[str]:
     return [
         f"In joint {joint.title} {bins} bins are too coarse in {len(coarse):,} of "
         f"{wording.count(len(study.cases), 'case')}: more than 5 % of the wear comes from contact arcs narrower than "
-        f"five bins, so that depths are means over the bins, not peaks; {remedy}."
+        f"five bins. Depths there are means over the bins, not peaks; {remedy}."
     ]
 
 
