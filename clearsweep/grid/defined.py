@@ -1,6 +1,6 @@
 """Reads `define`: user-defined quantities, and the expressions of them that are used in place of numbers.
 
-An expression is text that begins with `=`.  It is worked out before anything else is read, so that all other readers
+An expression is text that begins with `=`.  It is evaluated before anything else is read, so that all other readers
 see quantities.  Where a name varies, the numbers that are made of it are worked out again for every case.
 """
 

@@ -88,9 +88,9 @@ class Life(NamedTuple):
 
 
 def lived(measure: Callable[[np.ndarray], Any], criterion: Judge, settings: Plan, start: np.ndarray) -> Life | None:
-    """Return how what wears goes on from `start`, (n,), to its limit; None where a block failed.
+    """Return the life from the worn state `start`, (n,), to its limit; None where a block failed.
 
-    measure : what has worn -> the Block that is run with it, None where it failed
+    measure : worn state -> the Block that is run in it, None where it failed
     """
     first = measure(start)
     if first is None:
@@ -184,7 +184,7 @@ def revolutions_to(limit: float, criterion: Judge, here: Node, fastest: float) -
 
 
 def _root(function: Callable[[float], float], last: float) -> float:
-    """Return where a function that is below zero at 0 and not at `last` comes to zero."""
+    """Return the zero of a function that is below zero at 0 and not at `last`."""
     from scipy.optimize import brentq
 
     return float(brentq(function, 0.0, last, xtol=1e-14 * last, rtol=1e-14))

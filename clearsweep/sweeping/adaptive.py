@@ -26,7 +26,7 @@ class Search(Protocol):
 
 
 def run(grid: Grid, search: Search, look: Look) -> tuple[Grid, bool]:
-    """Run a grid and what a search adds to it by `look`; return the grid with that, and whether it came to its end."""
+    """Run a grid and the cases that a search adds, by `look`; return the grid with them, and whether it completed."""
     grid, first = grid.without_added(), 0
     while results := look(grid, first):
         search.learn(grid, first, results)

@@ -209,7 +209,7 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
 
 
 def _joined(first: Timed, second: Timed) -> Timed:
-    """Return the time of a case of which the first attempt came to no end of its set-up, which the second one found."""
+    """Return the time of a case from a first attempt that did not finish its set-up and from a second attempt."""
     setup = first.spent if first.seconds is None and first.once <= COMPILED else 0.0
     seconds = None if second.seconds is None else second.seconds + setup
     return second._replace(seconds=seconds, spent=first.spent + second.spent)

@@ -28,7 +28,7 @@ class Pace:
         self.slowest: dict[str, Any] | None = None
 
     def add(self, block: Mapping[str, np.ndarray], known: Callable[[int], dict[str, Any]]) -> None:
-        """Take in some finished cases; known : place in the block -> which case that is."""
+        """Add finished cases; known : place in the block -> which case that is."""
         if not self.columns:
             return
         spent = block[SPENT].astype(float)

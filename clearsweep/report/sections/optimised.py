@@ -18,7 +18,7 @@ FRONT = 2  # cases, from which on there is a front to draw
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where nothing was optimised, or the run did not come to its end."""
+    """Return the section; [] where nothing was optimised, or the run did not end."""
     if "optimise" not in study.run.grid:
         return []
     frame = study.run.optimise

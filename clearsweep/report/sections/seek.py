@@ -41,7 +41,7 @@ class _Answers(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where nothing was searched for, or the search did not come to its end."""
+    """Return the section; [] where nothing was searched for, or the search did not end."""
     answers = _answers(study)
     if answers is None:
         return []
