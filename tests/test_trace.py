@@ -5,20 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from law_cases import RECIPES, joint
-from mechanism_cases import slider_crank
-from test_every_transition import case_of as in_transition
-from test_film import oiled
-from test_roughness import rough
 from traced_states import State, code_of, filled, states
 
-import clearsweep
 from clearsweep import simulation
 from clearsweep.grid import load
 from clearsweep.mechanics.compiled.family import WIDTH, form_number
 from clearsweep.mechanics.coupling import trial_step
 from clearsweep.mechanics.solver.dop853 import END
-from clearsweep.mechanics.trace import objects
 
 CONFIGS = sorted(path.name for path in (Path(__file__).parents[1] / "configs").glob("*.yaml"))
 MOST = 3  # kinds of scenes of a grid that are looked at
@@ -57,30 +50,3 @@ def test_machine_code_does_what_the_body_does(name):
             for ours, theirs in ((result.k, plain.k), (result.o, plain.o)):
                 size = np.maximum(np.abs(theirs[END]), 1e-6 * np.abs(theirs[END]).max())
                 np.testing.assert_array_less(np.abs(ours[END, :, place] - theirs[END]), 1e-9 * size + 1e-300)
-
-
-# ---------------------------------------------------------------------------------------------- what is vectorised
-
-#: Family -> a joint with the law of that name; laws of wear are no part of a step.
-JOINTS = {
-    "law": joint,
-    "elastic": lambda name: joint("exact", name),
-    "friction": lambda name: joint(friction=name),
-    "roughness": lambda name: rough(law=name),
-    "film": oiled,
-    "film-friction": lambda name: oiled(friction=name),
-    "transition": in_transition,
-}
-
-
-def vectorised(joint):
-    """Trace a step of as many slider-cranks with this joint as a register has lanes; NotTraceableError says why not."""
-    case = clearsweep.load_case(slider_crank("rod-slider")).case
-    scene = simulation.build(case._replace(joints=(joint,)))
-    objects.traced(trial_step.trial_step_entry, scene.value, trial_step.ARRAYS, width=WIDTH, spread=True)
-
-
-@pytest.mark.heavy
-@pytest.mark.parametrize(("family", "name"), [key for key in RECIPES if key[0] not in ("pressure", "wear")])
-def test_steps_with_every_law_are_vectorised(family, name):
-    vectorised(JOINTS[family](name))

@@ -227,7 +227,7 @@ def derived(case: Case) -> dict[str, tuple[float, str]]:
 
 
 def warnings(case: Case) -> list[str]:
-    """Return sentences about suspicious values of a case."""
+    """Return sentences about values of a case that may not be what was meant."""
     sentences = []
     for joint in case.joints:
         if registry.pulls(joint):

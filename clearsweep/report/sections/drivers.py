@@ -16,24 +16,22 @@ from ..study import RATIO, Joint, Study
 from ..table import Column, Quantity, Table
 
 _FORCE = ((PEAK.figure, "peak"), ("force_rms", "rms"))
-MOST = 4  # axes shown at first, the strongest; the others are in a folded section
-NOTED = 9  # values of an axis up to which the description of a picture lists every median
+MOST = 4  # axes that are drawn at once, the strongest; the rest is folded
+NOTED = 9  # values of an axis up to which the text of a picture gives each median
 
 
 def sections(study: Study) -> list[Section]:
     """Return the section with pictures of the strongest axes; [] if no two cases share the value of an axis."""
     if not _comparable(study):
         return []
-    points = Points(sentences(study, study.hardest_joint()))
+    said = Points(sentences(study, study.hardest_joint()))
     return [
-        Section(
-            "drivers", "What drives it", filled([points, Gallery(_note(study), _leading(study)[:MOST], small=True)])
-        )
+        Section("drivers", "What drives it", filled([said, Gallery(_note(study), _leading(study)[:MOST], small=True)]))
     ]
 
 
 def more(study: Study) -> list[Section]:
-    """Return the pictures of the other axes and of the force over the ideal one, and the table of all main effects."""
+    """Return the other axes, what drives the force with the ideal one, and all main effects in numbers."""
     if not _comparable(study):
         return []
     joint, pictures = study.hardest_joint(), _leading(study)[MOST:]
@@ -106,7 +104,7 @@ def _leading(study: Study) -> list[Picture]:
 
 
 def ideal_varies(study: Study, joint: Joint) -> bool:
-    """Return whether the ideal force varies; else force over ideal force is force over a constant."""
+    """Return whether a force over that of the ideal joint shows anything that the force itself does not."""
     column = joint.column("force_peak_ideal")
     return study.has(column) and study.cases[column].nunique() > 1
 
