@@ -21,8 +21,8 @@ say what the choice of groove and cavity costs.
 * **Stiffness K and damping B** are slopes of the film's force where the journal rests. x is along the load, y is 90 deg
   on with the shaft, W the load, c the clearance and w the shaft's speed. The books have B_xy = B_yx.
 * A plain bearing (`reynolds`) has the tabulated K_xy within 12 %, B_xx within 17 %. Its K_xx is 0.45 to 1.1 times the
-  tabulated one, and its B_yy 0.8 to 3.4 times. The grooves lie at either side of the load: they take away damping across it, most
-  of all in long, lightly loaded bearings.
+  tabulated one, and its B_yy 0.8 to 3.4 times. The grooves lie at either side of the load: they take away damping
+  across it, most of all in long, lightly loaded bearings.
 * **Threshold speed**: from where a rigid rotor whirls, over sqrt(g / c), by Routh's criterion from either set of
   coefficients. A plain bearing has up to 27 % more. Grooved ones of length / diameter 1 and light load have 2.0 to 2.1,
   the plain one 2.5. So grooves explain the difference in the section on oil whirl.
