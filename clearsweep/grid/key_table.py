@@ -74,6 +74,10 @@ _SLOT = (
     Field("bearing_radius", "m", "half the width of the slot; the pin's radius is smaller by the clearance"),
     Field("slot_length", "m", "length of the slot between the centres of its rounded ends", low_open=False),
 )
+_STICKING_GUIDE = (
+    "a guide with clearance touches at up to four corners, which would share one sticking force; take lugre or "
+    "elasto-plastic, which stick by their bristles, or a guide without clearance under a load with this friction"
+)
 _TIME_LIMIT = Field(
     "time_limit",
     "s",
@@ -337,6 +341,10 @@ def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> Non
         del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
     enter_friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.sticks)))
+    refused = {law.name: _STICKING_GUIDE for law in catalogue.of("friction") if law.sticks}
+    friction = tree[f"{path}.friction.law"]
+    assert isinstance(friction, Word)
+    tree[f"{path}.friction.law"] = friction._replace(refused=refused)
 
 
 def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:

@@ -23,7 +23,8 @@ s/m that do not fall. Nothing is fitted.
 * `lugre` is the law of the paper: end state with the bend of its bristles, slips and peak speed. The bend is that with
   which the law gives the friction at 25 s.
 * `elasto-plastic` has the same cycle. It does not creep before it breaks away, so it rests a little elsewhere.
-* `karnopp` sticks, which guides with clearance do not know yet. It is not compared."""
+* `karnopp` is not compared: a guide with clearance touches at several corners, which would share one sticking force.
+  The grid refuses it there and names the laws with bristles."""
 END, STEP = 25.0, 1e-3  # s
 SLIPS = 1e-3  # m/s: speed from which it slips
 DAMPING = 1e5**0.5
