@@ -2,13 +2,13 @@
 
 from ..contracts.case import Materials
 from ..contracts.catalogue import Catalogue, Field, Law
+from ..contracts.layout import PRELOAD
 from .film_keys import THERMAL
 from .keys import Condition, Name, Number, Rather, Section, Shape, Table, Use, Word, word_key
 from .library import MATERIALS
 from .naming import MATERIAL
 
 JOURNAL = "compatible"  # the elastic law of a journal in a bearing
-PRELOAD = "preload"  # the key of a force on a joint with clearance, and the form of load that it makes
 
 _MATERIAL = (
     Field("young", "Pa", "Young's modulus"),

@@ -191,7 +191,8 @@ def _guides(reader: Reader, sticking: set[str]) -> None:
         if site.kind == "guide" and inertia in reader.shape and not reader.there(inertia):
             sentence = f"is missing; with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
             reader.problems.add(reader.place("mechanism.slider"), inertia, sentence)
-        for other in (other for other in reader.shape if other.endswith(".wear") and other.startswith("joints.")):
+        worn = (other for other in reader.shape if other.endswith(".wear") and other.startswith("joints."))
+        for other in worn if site.kind == "guide" else ():
             sentence = f"is not computed with clearance in {site.name}, a {site.kind}; leave it out"
             reader.problems.add(reader.place(other), other, sentence)
         for other in (path for path in reader.names if path.endswith(".friction.law")):

@@ -319,7 +319,7 @@ def unsure_films(joints: Iterable[tuple[str, float, float, float]]) -> str:
 
 
 def friction_heat(joints: Iterable[tuple[str, float, float | None]]) -> str:
-    """Return the remark on dry joints that their friction heats by more than HEATING: (joint, W, W/K or None)."""
+    """Return the remark on dry joints that friction heats by more than HEATING: (joint, W, W/K or None)."""
     hot = [
         f"{joint}: friction power {power:.3g} W {'heats' if leads else 'would heat'} a dry joint by "
         f"{'' if leads else 'some '}{power / (leads or LEADS):.3g} K at {leads or LEADS:g} W/K"

@@ -15,7 +15,7 @@ from ..mechanics.solver.accumulate import totals as total_columns
 from . import film_figures, life_figures, wear_figures
 from .peak_figures import PEAKS, RETURNS, ideal_peak
 from .spatial_figures import SPATIAL
-from .sums import ForceExceeded, Mean, PerRevolution, RootMean
+from .sums import ForceExceeded, Mean, PerRevolution, RootMean, of_joint
 from .window import Window
 
 
@@ -344,11 +344,12 @@ def column_of(layout: Layout, name: str) -> tuple[Figure, int | None]:
     """Return the figure of a column of the summary and the index of its joint; None: of no joint."""
     column = next(column for column in layout.columns if column.name == name)
     figure = next(figure for figure in FIGURES if figure.name == column.figure)
-    return figure, _places(layout).get(column.joint)
+    return of_joint(figure, layout, column.joint), _places(layout).get(column.joint)
 
 
 def _places(layout: Layout) -> dict[str, int]:
-    return {joint.name: place for place, joint in enumerate(layout.joints)}
+    places = {joint.name: place for place, joint in enumerate(layout.joints)}
+    return places | {joint: place for place, joint in enumerate(layout.rubbing)}
 
 
 def figures_of(window: Window, *, failed: bool = False) -> dict:
@@ -392,7 +393,7 @@ def _formulas(layout: Layout, figures: tuple[Figure, ...]) -> list[_Formula]:
     known, places = {figure.name: figure for figure in figures}, _places(layout)
     formulas: list[_Formula] = []
     for column in layout.columns:
-        figure = known.get(column.figure)
+        figure = column.figure in known and of_joint(known[column.figure], layout, column.joint)
         formula = figure and (figure.sums.value if figure.settles else figure.value)
         if figure and formula:
             formulas.append((column.name, formula, places.get(column.joint), int if figure.kind == "int" else float))

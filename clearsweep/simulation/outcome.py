@@ -91,10 +91,11 @@ class Outcome(NamedTuple):
     scene: Scene
     status: str
     message: str  # why it failed, '' where it did not
-    whole: np.ndarray  # of the Totals by joint, likewise the next three
+    whole: np.ndarray  # of the Totals by joint, likewise the next four
     joint: np.ndarray
     wear: np.ndarray
     account: np.ndarray
+    friction: np.ndarray
     exceeded: list[float]  # by joint, see `Window`
     dry: list[float]  # likewise
     turns: Any  # Turns
@@ -124,6 +125,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
         joint=totals.joint.copy(),
         wear=totals.wear.copy(),
         account=totals.account.copy(),
+        friction=totals.friction.copy(),
         exceeded=[
             force_exceeded(histogram[: highest + 1], rarely)
             for histogram, highest in zip(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), strict=True)
@@ -250,7 +252,7 @@ def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
 def window_of(outcome: Outcome, period: int | None) -> Window:
     """Return the Window from which figures are computed."""
     scene, settings = outcome.scene, outcome.scene.case.simulate
-    totals = Summed(outcome.whole, outcome.joint, outcome.wear, outcome.account)
+    totals = Summed(outcome.whole, outcome.joint, outcome.wear, outcome.account, outcome.friction)
     return Window(
         case=scene.case,
         mechanism=scene.mechanism,

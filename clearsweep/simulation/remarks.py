@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..contracts.case import Joint
+from ..contracts.case import Joint, column_name
+from ..contracts.layout import FRICTION_POWER
 from ..judging.validity import (
     Lubricated,
     Reached,
@@ -38,9 +39,16 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
     dry = [(part, joint) for part, joint in parts if part.friction and not part.film]
     leads = [joint.thermal.conductance if joint.thermal else None for _, joint in dry]
     powers = [(joint.name, summary[f"{part.name}_friction_power"]) for part, joint in dry]
-    heat = friction_heat([(*power, lead) for power, lead in zip(powers, leads, strict=True)])
+    ideal = [(name, summary[f"{column_name(name)}_{FRICTION_POWER}"], None) for name in _rubbing(scene)]
+    heat = friction_heat([*((*power, lead) for power, lead in zip(powers, leads, strict=True)), *ideal])
     balls = ball_stiffness([joint.name for _, joint in parts if scene.mechanism.turns and registry.is_ball(joint)])
     return limits, kept_onsets(_lasting(scene, window)), *oiled, heat, balls, *_nonsense(scene, window, summary)
+
+
+def _rubbing(scene: Scene) -> list[str]:
+    """Return the joints without clearance that have friction, as their grid names them."""
+    names = dict.fromkeys(load.values["on"] for load in scene.case.loads if load.friction)
+    return [name for name in names if column_name(name) in scene.layout.rubbing]
 
 
 def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:

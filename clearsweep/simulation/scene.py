@@ -27,7 +27,7 @@ from ..mechanics.joint.worn import seat, worn_in
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built, body_angles, gaps, place
 from ..mechanics.mechanism.spatial import seats
-from . import crank_clock, figures
+from . import crank_clock, figures, links
 from .ideal import ideal_motion, mechanism_of
 
 _LAYOUTS: dict[Parts, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with what they were made of
@@ -228,7 +228,7 @@ def derived(case: Case) -> dict[str, tuple[float, str]]:
 
 def warnings(case: Case) -> list[str]:
     """Return sentences about values of a case that may not be what was meant."""
-    sentences = []
+    sentences = links.warnings(case)
     for joint in case.joints:
         if registry.pulls(joint):
             sentences.append(

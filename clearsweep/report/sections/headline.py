@@ -4,6 +4,7 @@ from collections import Counter
 
 import numpy as np
 
+from ...contracts.layout import FRICTION_POWER
 from ...judging import validity
 from ...language import wording
 from ..case_table import AT_ONCE, axis_columns
@@ -24,7 +25,7 @@ def sections(study: Study) -> list[Section]:
 
 def sentences(study: Study) -> list[str]:
     """Return the largest and the smallest figures of the finished cases, one sentence or two per entry."""
-    return [*_hardest(study), *_output(study), *_restitution(study)]
+    return [*_hardest(study), *_output(study), *_restitution(study), *_friction(study)]
 
 
 def _hardest(study: Study) -> list[str]:
@@ -49,6 +50,19 @@ def _hardest(study: Study) -> list[str]:
 
 def _at(study: Study, case_id: str) -> str:
     return f" at {study.setting(case_id)}" if study.swept() else ""
+
+
+def _friction(study: Study) -> list[str]:
+    """Return the friction power of the joints without clearance that have friction."""
+    opened, points = {joint.name for joint in study.joints}, []
+    for column in study.run.layout.columns:
+        if column.figure == FRICTION_POWER and column.joint not in opened and study.has(column.name):
+            powers = study.cases[column.name]
+            ends = wording.alike(dict.fromkeys((float(powers.min()), float(powers.max()))), "W")
+            points.append(
+                f"Friction in joint {column.joint}, which has no clearance, takes {' to '.join(ends)} on average."
+            )
+    return points
 
 
 def _output(study: Study) -> list[str]:

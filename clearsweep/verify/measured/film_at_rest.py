@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -25,12 +26,22 @@ TURNS = 30
 LAWS = {"1": ("reynolds", "finite"), "0.5": ("reynolds", "finite"), "0.25": ("reynolds", "finite", "short")}
 
 
-def settled(law: str, slenderness: float, sommerfeld: float) -> dict[str, float]:
-    """Return what a bearing of this length / diameter comes to under F = So L D mu w / psi^2."""
-    load = sommerfeld * slenderness * (2.0 * RADIUS) ** 2 * VISCOSITY * SPEED * (RADIUS / CLEARANCE) ** 2
+def load_of(slenderness: float, sommerfeld: float) -> float:
+    """Return the load (N) of a bearing of this length / diameter: F = So L D mu w / psi^2."""
+    return sommerfeld * slenderness * (2.0 * RADIUS) ** 2 * VISCOSITY * SPEED * (RADIUS / CLEARANCE) ** 2
+
+
+def rig(law: str, slenderness: float, sommerfeld: float) -> dict[str, Any]:
+    """Return the grid of a bearing of this length / diameter under its load."""
     film = {"law": law, "viscosity": VISCOSITY}
     joint = {"clearance": CLEARANCE, "bearing_radius": RADIUS, "length": 2.0 * RADIUS * slenderness, "film": film}
-    trajectory = bearing.run(bearing.grid(joint, SPEED, load, mass=MASS, revolutions=TURNS))
+    return bearing.grid(joint, SPEED, load_of(slenderness, sommerfeld), mass=MASS, revolutions=TURNS)
+
+
+def settled(law: str, slenderness: float, sommerfeld: float) -> dict[str, float]:
+    """Return what a bearing of this length / diameter comes to under its load."""
+    load = load_of(slenderness, sommerfeld)
+    trajectory = bearing.run(rig(law, slenderness, sommerfeld))
     return {
         "eccentricity ratio": bearing.eccentricity(trajectory) / CLEARANCE,
         "attitude": math.degrees(bearing.attitude(trajectory)),
