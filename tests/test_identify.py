@@ -5,9 +5,8 @@ import re
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from fake_physics import Fake, grid, trajectory
-from fake_sweeps import sweep
-from grid_fake import TEXT
+from fake_physics import Fake, grid, sweep, trajectory
+from fake_runs import TEXT
 
 import clearsweep
 from clearsweep import grid as grids

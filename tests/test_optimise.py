@@ -5,10 +5,9 @@ import itertools
 
 import pyarrow.parquet as pq
 import pytest
-from fake_physics import CATALOGUE, FAILS, GOOD, Fake, grid
-from fake_sweeps import sweep
-from grid_fake import JOINT, TEXT
-from grid_fake import load as grid_load
+from fake_physics import CATALOGUE, FAILS, GOOD, Fake, grid, sweep
+from fake_runs import JOINT, TEXT
+from fake_runs import load as grid_load
 
 import clearsweep
 from clearsweep import grid as grids

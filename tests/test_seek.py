@@ -3,10 +3,9 @@
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from fake_physics import FAILS, GOOD, Fake, grid, trajectory
-from fake_sweeps import sweep
-from grid_fake import TEXT as GRID_TEXT
-from grid_fake import load as grid_load
+from fake_physics import FAILS, GOOD, Fake, grid, sweep, trajectory
+from fake_runs import TEXT as GRID_TEXT
+from fake_runs import load as grid_load
 from test_sweep import parts, program, same_results, wait_for
 
 import clearsweep

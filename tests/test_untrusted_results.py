@@ -4,7 +4,6 @@ import copy
 import json
 
 import fake_physics
-import fake_sweeps
 import pytest
 from test_seek import sought
 from test_sweep import same_results
@@ -22,7 +21,7 @@ PAYLOAD = "../<img src=x onerror=alert(1)>"
 
 
 def swept(source, out):
-    return fake_sweeps.sweep(source, out, executor="serial", show_progress=False)
+    return fake_physics.sweep(source, out, executor="serial", show_progress=False)
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Finds how the quantities of a grid are written: as bare numbers, so that SI is assumed for them, or in which unit."""
+"""Finds quantities of a grid that are bare numbers, for which SI is assumed, and the units of all others."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -57,7 +57,7 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
 
 
 def as_written(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a grid that is read from its `record` in SI lacks: fits and units as they were written."""
+    """Return fits and units as they were written, which a grid that is read from its `record` in SI lacks."""
     units = {path: WrittenUnit(**known) for path, known in record.get("written_units", {}).items()}
     return {"fits": noted(record), "written_units": units}
 

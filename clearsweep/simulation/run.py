@@ -13,7 +13,7 @@ from ..language import phases
 from ..mechanics.compiled.family import NO_ENTRY, form_number, put_numbers
 from ..mechanics.compiled.pinned import Pinned
 from ..mechanics.coupling.guards import guards_of
-from ..mechanics.coupling.rates import samples_of, slopes_of
+from ..mechanics.coupling.rates import observed_width, samples_of, slopes_of
 from ..mechanics.coupling.trial_step import rates_of, stages_of, sweep_of
 from ..mechanics.coupling.wear import room_of, wear_of
 from ..mechanics.joint.contract import (
@@ -24,8 +24,9 @@ from ..mechanics.joint.contract import (
     touches,
 )
 from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
-from ..mechanics.joint.places import Offsets, after_joint, first_place, observed_columns, with_current_state
+from ..mechanics.joint.places import Offsets, after_joint, first_place, with_current_state
 from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
+from ..mechanics.mechanism.contract import friction_loads
 from ..mechanics.observe import histogram
 from ..mechanics.observe.histogram import MOMENTS
 from ..mechanics.observe.stages import PLACES, STAGES
@@ -63,7 +64,7 @@ def arrays_of(scene: Scene) -> Arrays:
     }
     step = {
         "k": (n, PLACES),
-        "o": (observed_columns(scene.value.joints), PLACES),
+        "o": (observed_width(scene.value), PLACES),
         "nodes": (n + 1, STAGES),
         "f": (n, STAGES),
         "step": (step_width(contacts),),
@@ -130,6 +131,7 @@ def _tally_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> 
         workspace=zeros(room_of(contacts, bins) if worn else 0),
         wear=zeros(2 * contacts * bins),
         account=zeros((contacts, ACCOUNT)),
+        friction=zeros(friction_loads(scene.value.mechanism)),
     )
 
 

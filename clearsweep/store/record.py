@@ -1,4 +1,4 @@
-"""run.json: what a run was asked, by what it ran, what it came to; it carries a checksum of itself."""
+"""run.json: the grid, the versions and the results of a run; it contains a checksum of itself."""
 
 import datetime
 import functools

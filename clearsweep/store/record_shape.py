@@ -197,6 +197,7 @@ _LAYOUT = {
     "channels": _list(_fields(Column, _GIVEN | {"name": _CHANNEL})),
     "until": _NAME_OR_NONE,
     "life": _NAME_OR_NONE,
+    "frictions": _list(_NAME),
     **dict.fromkeys(_some("turns", "horizon", "error_check"), _FLAG),
 }
 _SPAN = _sections({"unit": _UNIT, "min": _NUMBER, "max": _NUMBER}, {})

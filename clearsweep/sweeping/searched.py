@@ -117,7 +117,7 @@ def _needed(limits: Iterable[Limit], units: Mapping[str, str], margins: Mapping[
 
 
 def refine_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the lines on what `refine` came to."""
+    """Return the lines on the results of `refine`."""
     refinement = facts["refined"]
     if not refinement:
         return []

@@ -12,7 +12,7 @@ from .bisection import Border, scan, search
 
 
 class Answer(NamedTuple):
-    """What was found for one case of the other axes, or for the worst of them; SI."""
+    """Answer for one case of the other axes, or for the worst of them; SI."""
 
     point: Point
     value: float | None  # the last one that is safe; None: none is
@@ -50,7 +50,7 @@ class Seeking:
         return tuple(range(self.seek.last + 1)) if self.seek.fits else scan(self.seek.last)
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Take in how the cases of a grid from the index `first` on compare to its limits."""
+        """Record how the cases of a grid, from the index `first` on, compare to its limits."""
         for index in range(first, len(grid)):
             point = grid.point(index)
             place = self.asked[[point.pop(path) for path in self.seek.paths].pop()]
@@ -79,7 +79,7 @@ class Seeking:
         return self.others[j] | dict.fromkeys(self.seek.paths, value)
 
     def _answer(self, subject: tuple[int, ...]) -> Answer:
-        """Return what the probes of some cases of the other axes say."""
+        """Return the answer from the probes of some cases of the other axes."""
         known, seek = self._known(subject), self.seek
         border = every(known, seek.last) if seek.fits else search(known, seek.last).border
         assert border is not None  # nothing is wanted any more
@@ -113,7 +113,7 @@ class Seeking:
 
 
 def _deciding(known: dict[int, bool], border: Border, last: int) -> int:
-    """Return the place that says what the limiting column is: the first bad one beyond the border."""
+    """Return the place from which the limiting column is taken: the first bad one beyond the border."""
     if border.good is None:
         return min((place for place, good in known.items() if not good), default=0)
     return min((place for place, good in known.items() if place > border.good and not good), default=last)
@@ -136,7 +136,7 @@ def _others(grid: Grid, seek: Seek) -> list[Point]:
 
 
 def _probe(results: store.CaseResults, index: int) -> _Probe:
-    """Return what the case at an index of a grid gave."""
+    """Return the result of the case at an index of a grid."""
     status = results.status[index]
     if status != "ok":
         return _Probe(good=False, margin=-np.inf, limiting=status, margins={})

@@ -22,7 +22,7 @@ _OF_METHOD = ("simulate.", "save.", "uncertain.")  # keys that are no part of th
 
 
 class Effect(NamedTuple):
-    """What one key does to the margin where none of the values tried keeps to the limits."""
+    """Effect of one key on the margin where no value that was tried keeps to the limits."""
 
     path: str
     value: float  # SI, as the grid has it

@@ -274,7 +274,7 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
     for taken in grid.taken:
         unit, typical, low, high = taken.value
         ranges[f"{taken.path} ({taken.name})"] = {"unit": unit, "min": typical, "max": typical}
-        ranges[f"{taken.path} ({taken.name}, published range)"] = {"unit": unit, "min": low, "max": high}
+        ranges[f"{taken.path} ({taken.name}, range)"] = {"unit": unit, "min": low, "max": high}
     for index in np.unique(np.linspace(0, len(grid) - 1, SAMPLED_CASES).round().astype(int)).tolist():
         case = grid.case(index)
         for name, (value, unit) in simulator.derived(case).items():

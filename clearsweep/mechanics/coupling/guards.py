@@ -16,13 +16,13 @@ from ..joint.places import (
     after_part,
     extent,
     first_place,
-    observed_columns,
     where_internal,
     with_current_state,
 )
 from ..observe.observables import column_of, observed_in
 from ..observe.stages import END, PLACES
 from .impact_mass import joints_at_event
+from .rates import observed_width
 
 
 class Guards(NamedTuple):
@@ -115,7 +115,7 @@ def guards_entry(scene, y, latched, o, value, row):
     shared = _Values(
         shaped(y, (roots + size.contact + size.internal,)),
         shaped(latched, (size.contact + size.latched,)),
-        shaped(o, (observed_columns(here.joints), PLACES)),
+        shaped(o, (observed_width(here), PLACES)),
         row,
         roots,
         shaped(value, (2, size.guard)),
@@ -183,7 +183,7 @@ def latch_entry(scene, y, latched, o, event, row):
     shared = _Event(
         shaped(y, (roots + size.contact + size.internal,)),
         shaped(latched, (size.contact + size.latched,)),
-        shaped(o, (observed_columns(here.joints), PLACES)),
+        shaped(o, (observed_width(here), PLACES)),
         row,
         roots,
         which[0],

@@ -31,13 +31,23 @@ from ..joint.contract import (
 )
 from ..joint.loads import loads_of, put_internal_rates
 from ..joint.nearest import with_angles, with_body_angles
-from ..joint.places import after_joint, after_number, channels_beside_those, extent, first_place, histories_of
+from ..joint.places import (
+    after_joint,
+    after_number,
+    channels_beside_those,
+    extent,
+    first_place,
+    histories_of,
+    observed_columns,
+)
 from ..mechanism.contract import (
     accelerate,
     body_angles,
     crank_rate,
     describe,
     energy,
+    friction_loads,
+    friction_powers,
     gaps,
     load_power,
     output_error,
@@ -214,6 +224,9 @@ def rates(scene, y, mode, latched, k, o, row, accurate):
         o[ACCELERATION, row] = motion.output
         o[TORQUE, row] = motion.torque
         o[ERROR, row], o[ERROR_RATE, row] = output_error(scene.mechanism, p)
+        powers, behind = friction_powers(scene.mechanism, motion), observed_columns(scene.joints)
+        for i in range(len(powers)):
+            o[behind + i, row] = powers[i]
         _put_all_contacts(scene.joints, loads, first, _Seen(extent(scene.joints).contact, o, row, accurate))
 
 
@@ -222,6 +235,12 @@ def put_root_rates(scene, relative, present, kappa, k, row):
     """Put the rates of all roots of penetration into a row of `k`, as the Gaps `relative` have them; see `rates`."""
     loads = loads_of(scene.joints, relative, present)
     _put_all_roots(scene.joints, loads, first_place(scene.joints, present.roots), _Roots(scene, present, kappa, k, row))
+
+
+@inlined
+def observed_width(scene):
+    """Return how many observables a scene has: those of its joints, and behind them the power of each friction load."""
+    return observed_columns(scene.joints) + friction_loads(scene.mechanism)
 
 
 @kernel

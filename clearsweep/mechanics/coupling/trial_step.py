@@ -7,12 +7,11 @@ parts: the bits are the same.
 from ..compiled.choosing import abreast, turns
 from ..compiled.family import Entry, entry, inlined, shaped
 from ..joint.contract import JointState, touches
-from ..joint.places import observed_columns
 from ..mechanism.contract import gaps, place
 from ..observe.stages import OTHERS, PLACES, STAGES
 from ..solver.accumulate.step_sums import CHANGE, LENGTH, step_width
 from ..solver.collocation import A
-from .rates import put_root_rates, rates, size_of, some_worn, turned_gaps
+from .rates import observed_width, put_root_rates, rates, size_of, some_worn, turned_gaps
 from .time_scale import time_scale
 
 
@@ -26,7 +25,7 @@ def rates_entry(scene, y, mode, latched, k, o, row):
         shaped(mode, (contacts,)),
         shaped(latched, (latching,)),
         shaped(k, (n, PLACES)),
-        shaped(o, (observed_columns(here.joints), PLACES)),
+        shaped(o, (observed_width(here), PLACES)),
         row,
         row < OTHERS,
     )
@@ -98,7 +97,7 @@ def observe_entry(scene, nodes, mode, latched, o, _):
     here = scene[0]
     contacts, n, latching = size_of(here)
     nodes, mode, latched = shaped(nodes, (n + 1, STAGES)), shaped(mode, (contacts,)), shaped(latched, (latching,))
-    o = shaped(o, (observed_columns(here.joints), PLACES))
+    o = shaped(o, (observed_width(here), PLACES))
     each = in_turn_or_at_once(here.joints)
     for i in each(STAGES):
         rates(here, nodes[:, i], mode, latched, None, o, i, True)

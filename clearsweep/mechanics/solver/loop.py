@@ -63,11 +63,13 @@ from .run_control import (
     WINDOWED,
 )
 from .step import begin_step, find_first_event, step_to_event, take_step
-from .step_control import GROW, MOST_TRIES, first_length, next_length, pace_of, proposal_of, shrinking
+from .step_control import MOST_TRIES, first_length, next_length, pace_of, proposal_of, shrinking
 
 BACK = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn back, as it does for a moment when joints knock
 HARDLY = 1e-4  # rad: how far it has to come in the time that it is given
-AFTER_EVENT = 0.8  # growth of the second step after an event: at the onset of a contact the motion bends less than later
+AFTER_EVENT = (
+    0.8  # growth of the second step after an event: at the onset of a contact the motion bends less than later
+)
 LOG = 512  # events that are logged before whoever called has to take them away
 
 
@@ -128,7 +130,11 @@ def begin(at):
 def begin_anew(at):
     """Note the length of the first step after something has changed; nothing is known of its error."""
     stepper = at[0].stepper
-    stepper[NEXT], stepper[GROWTH], stepper[EXPECTED] = first_length(at, at[0].proposals, proposal_of(at)), AFTER_EVENT, 0.0
+    stepper[NEXT], stepper[GROWTH], stepper[EXPECTED] = (
+        first_length(at, at[0].proposals, proposal_of(at)),
+        AFTER_EVENT,
+        0.0,
+    )
 
 
 @kernel

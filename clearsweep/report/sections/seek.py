@@ -17,7 +17,7 @@ PICTURED = 2  # answers at least that are drawn over the other axis
 
 
 class _Answers(NamedTuple):
-    """What was found on one axis."""
+    """The answers on one axis."""
 
     axis: Axis  # that of the value searched for
     others: tuple[Axis, ...]
@@ -41,7 +41,7 @@ class _Answers(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where nothing was searched for, or the search did not come to its end."""
+    """Return the section; [] where nothing was searched for, or the search did not end."""
     answers = _answers(study)
     if answers is None:
         return []
