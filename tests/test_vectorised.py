@@ -1,4 +1,4 @@
-"""Every scene is vectorised: a step with any law can be traced for as many cases as a register has lanes."""
+"""Every scene is vectorised: with any law the stages of a step can be traced in the lanes of a register."""
 
 import pytest
 from law_cases import RECIPES, joint
@@ -9,7 +9,6 @@ from test_roughness import rough
 
 import clearsweep
 from clearsweep import simulation
-from clearsweep.mechanics.compiled.family import WIDTH
 from clearsweep.mechanics.coupling import trial_step
 from clearsweep.mechanics.trace import objects
 
@@ -28,10 +27,10 @@ JOINTS = {
 
 
 def vectorised(joint):
-    """Trace a step of as many slider-cranks with this joint as a register has lanes; NotTraceableError says why not."""
+    """Trace the stages of a step of a slider-crank with this joint; NotTraceableError says why not."""
     case = clearsweep.load_case(slider_crank("rod-slider")).case
     scene = simulation.build(case._replace(joints=(joint,)))
-    objects.traced(trial_step.trial_step_entry, scene.value, trial_step.ARRAYS, width=WIDTH, spread=True)
+    objects.traced(trial_step.sweep_entry, scene.value, "fifffff")
 
 
 @pytest.mark.parametrize(("family", "name"), [key for key in RECIPES if key[0] not in ("pressure", "wear")])

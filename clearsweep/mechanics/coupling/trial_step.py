@@ -38,7 +38,7 @@ def in_turn_or_at_once(joints):
 
 @inlined
 def _move(scene, first, last, given):
-    """Move some components of all stages to where their rates lead, and add how far, over the allowed error, squared."""
+    """Move some components of all stages to where their rates lead; add up how far, over the allowed error, squared."""
     y, weight, k, nodes, h = given
     n = nodes.shape[0] - 1
     for c in range(first, last):

@@ -59,9 +59,9 @@ def holds_no_event(accumulators, guards, independent, time):
         if touches(mode[j]) and not lowest - (0.25 * h * min(-fall, rise) if fall < 0.0 < rise else 0.0) > 0.0:
             return False
     for g in range(guards.contact.size):
-        if guards.column[g] >= 0 and is_looked_at(guards, g, mode[guards.contact[g]]):
-            if highest_seen(o, guards.column[g], guards.sign[g], guards.at_stages[g]) > 0.0:
-                return False
+        seen = guards.column[g] >= 0 and is_looked_at(guards, g, mode[guards.contact[g]])
+        if seen and highest_seen(o, guards.column[g], guards.sign[g], guards.at_stages[g]) > 0.0:
+            return False
     return True
 
 

@@ -1,14 +1,12 @@
 """Which method the next step takes: the one that costs less for the same time.
 
-An explicit step costs END evaluations, however many numbers the state has.  An implicit one costs evaluations, too, and
+An explicit step costs some sweeps, however many numbers the state has.  An implicit one costs evaluations and
 matrices that grow with the number of unknowns.  The price of all this in evaluations was measured on the cases of
 `verify.stiff`, with 6, 11 and 16 numbers in the state.
 
 Where the motion is stiff, an explicit step is short for a motion that hardly bends within it.  How fast small errors
-change is seen from two stages at the end of the step (Hairer & Wanner, "Solving Ordinary Differential Equations II",
-2nd ed., IV.2); how the motion bends, from states as far apart as within an implicit step.  The eigenvalue alone says
-nothing: where the tolerance is tight, errors of what is stiff keep the steps within a third of the limit of stability,
-where those of a motion that is not stiff are, too.
+change is seen from how the iteration of a step contracts; how the motion bends, from states as far apart as within an
+implicit step.  The contraction alone says nothing: that of a motion that is not stiff is as slow now and then.
 
 Counts of evaluations decide, never a clock, and of these only what the motion takes: not what is asked besides it.
 """
@@ -120,7 +118,7 @@ def mark(at, place, y):
 
 @kernel
 def is_longer(at):
-    """Return whether an implicit step worth its price, in explicit steps that cost STEP_COST evaluations, has a SMALL error.
+    """Return whether an implicit step worth its price in explicit steps has a SMALL error.
 
     Such explicit steps are as long as the last ones or, where these jitter at the limit of stability, as all are.
     """
