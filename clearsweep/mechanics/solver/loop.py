@@ -33,6 +33,7 @@ from .newton import LENGTH as PAST_LENGTH
 from .run_control import (
     ANGLE,
     BEGUN,
+    CONTACT,
     EXPECTED,
     FARTHEST,
     GOING,
@@ -214,6 +215,7 @@ def land(at, h, event):
     work = at[0]
     stepper, windowed = work.stepper, work.stepper[WINDOWED] != 0.0
     share, kind, contact = event
+    stepper[CONTACT] = contact
     before, work.step[LENGTH] = work.counts[EVALUATIONS], h * share
     take_step(at)
     step_to_event(at, share, (kind, contact, stepper[STOP_AT]), work.step[LENGTH])

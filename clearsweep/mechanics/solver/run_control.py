@@ -30,5 +30,5 @@ WINDOW, LAST, PARTINGS, MOST_STEPS, MOST_EVENTS, KEEP_EVENTS, METHOD, PAUSE, STR
 # where along the run the next step has to end; of a free crank how far it was, from where it has to move on, and since
 # when (s)
 NEXT, GROWTH, EXPECTED, TRIES, SPENT, REST, WINDOWED, LOGGED, BEGUN, STOP_AT, FARTHEST, ANGLE, SINCE = range(13)
-# then how the latest call of the loop ended
-STATUS, AHEAD = 13, 14
+# then how the latest call of the loop ended, and the contact of the latest event
+STATUS, CONTACT, AHEAD = 13, 14, 15
