@@ -143,7 +143,7 @@ def jacobian_error(names, friction, state=None):
             work.z[:] = y
             work.z[column] += x * size[column]
             evaluate(work, work.z)
-            return work.k[0].copy()
+            return work.k[:, 0].copy()
 
         return rates
 

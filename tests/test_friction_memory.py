@@ -231,14 +231,14 @@ def test_the_first_contact_is_that_of_scipy_in_time(friction):
     ours = clearsweep.simulate(made, times=[onset["t"], end])
     channels = ("rod/angle", "slider/x", "rod/rate", "slider/v")
     start = np.array([*(ours[name][0] for name in channels), 0.0])
-    k, o = np.zeros((16, made.start.size)), np.zeros((16, 40))
+    k, o = np.zeros((made.start.size, 16)), np.zeros((40, 16))
     state, rate = np.array([PRESSED]), np.array([onset["rate"]])
 
     def slope(t, y):
         gap = np.hypot(*places(y, t)) - 0.5e-3
         full = np.array([*y[: 2 * n], t, math.sqrt(max(gap, 1e-16)), y[2 * n]])
         rates(value, full, state, rate, k, o, 0)
-        return np.delete(k[0], [2 * n, 2 * n + 1]) / k[0, 2 * n]
+        return np.delete(k[:, 0], [2 * n, 2 * n + 1]) / k[2 * n, 0]
 
     def places(y, t):
         gap = gaps(value.mechanism, place(value.mechanism, np.array([*y[: 2 * n], t])))[0]

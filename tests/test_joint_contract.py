@@ -27,6 +27,7 @@ from clearsweep.mechanics.joint.contract import (
     touches,
 )
 from clearsweep.mechanics.joint.friction.contract import Frictionless, friction_force
+from clearsweep.mechanics.observe.stages import STAGES
 from clearsweep.mechanics.solver import event
 from clearsweep.mechanics.solver.accumulate import totals
 from clearsweep.simulation.run import integrated
@@ -237,7 +238,7 @@ def test_a_joint_that_acts_without_contact_is_never_searched_for_one():
     assert run.totals.joint[0, totals.CONTACT_TIME] == 0.0
     assert run.totals.whole[totals.RESIDUAL] < 1e-9 * run.totals.whole[totals.KINETIC_MAX]
     assert len(run.events) == 0
-    assert run.work.counts[event.LOCATING] <= 20  # for the end alone
+    assert run.work.counts[event.LOCATING] <= 4 * STAGES  # for the end alone
 
 
 class Walls(NamedTuple):

@@ -89,7 +89,7 @@ def test_one_open_joint_integrates_two_coordinates(joints):
 
 
 def test_the_same_program_runs_uncompiled():
-    """With the compiler off the same code runs as plain Python and gives the same motion to rounding."""
+    """With the compiler off the same code runs as plain Python and gives the same motion, to the end of iterations."""
     program = (
         "import sys; sys.path.insert(0, 'tests')\n"
         "import clearsweep\n"
@@ -102,7 +102,7 @@ def test_the_same_program_runs_uncompiled():
         "'rod_slider_wear_volume', 'steps')), repr(float(t['slider/x'][-1])))"
     )
     compiled, plain = told_both_ways(program)
-    assert compiled == pytest.approx(plain, rel=1e-9, abs=0.0)
+    assert compiled == pytest.approx(plain, rel=1e-7, abs=0.0)
 
 
 def test_compiled_code_is_kept_under_a_stamp_of_its_sources(tmp_path, monkeypatch):

@@ -24,6 +24,7 @@ from clearsweep.mechanics.joint.loss.renewed import PRESSED_ON, TURNED, renewed
 from clearsweep.mechanics.joint.rebound import approach_loss
 from clearsweep.mechanics.mechanism.contract import energy, gaps, impact_masses, place
 from clearsweep.mechanics.observe.observables import Observed, observed_in
+from clearsweep.mechanics.observe.stages import START
 from clearsweep.mechanics.solver import run_control
 from clearsweep.simulation import scene as scenes
 from clearsweep.simulation.run import Run, onset_rates
@@ -225,7 +226,7 @@ def test_a_contact_turns_lasting_where_its_rate_is_zero():
     for before, after in steps(run, control_of(made, 0.5 * period(made), keep_events=False)):
         if before != 0.0 and after == 0.0 and touches(int(run.work.mode[0])):
             turned += 1
-            assert abs(observed_in(run.work.o, 0, 0).rate) < 1e-9
+            assert abs(observed_in(run.work.o, START, 0).rate) < 1e-9
     assert turned >= 1
 
 
@@ -236,8 +237,8 @@ def test_the_error_follows_the_tolerance():
         return run.work.end[:2]
 
     truth = end(1e-13)
-    errors = [np.abs(end(tolerance) - truth).max() for tolerance in (1e-5, 1e-7, 1e-9, 1e-11)]
-    assert all(later < 0.1 * earlier for earlier, later in pairwise(errors)), errors
+    errors = [np.abs(end(tolerance) - truth).max() for tolerance in (1e-3, 1e-5, 1e-7, 1e-9)]
+    assert all(later < max(0.1 * earlier, 1e-14) for earlier, later in pairwise(errors)), errors
 
 
 @pytest.mark.slow

@@ -8,10 +8,10 @@ from traced_states import aligned
 
 from clearsweep.mechanics.compiled.choosing import abreast, either, looked_up, turns, where
 from clearsweep.mechanics.compiled.dual import Dual, slope
-from clearsweep.mechanics.compiled.family import WIDTH, inlined, kernel
+from clearsweep.mechanics.compiled.family import inlined, kernel
 from clearsweep.mechanics.trace import calls, objects
 from clearsweep.mechanics.trace.memory import View
-from clearsweep.mechanics.trace.symbols import DOUBLE, NotTraceableError
+from clearsweep.mechanics.trace.symbols import DOUBLE, WIDTH, NotTraceableError
 
 TABLE = np.array([[float(i * i), float(-i)] for i in range(8)])
 

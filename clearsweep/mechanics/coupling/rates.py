@@ -197,7 +197,7 @@ _put_all_roots = map_joints(_put_roots, after_joint)
 
 
 @inlined
-def rates(scene, y, mode, latched, k, o, row, accurate):
+def rates(scene, y, mode, latched, k, o, row, accurate=True):
     """Put the rates of `y` with respect to tau into row `row` of `k` and the observables into that of `o`.
 
     y : (n,) state; k : (n, 16) and o : (columns, 16), None where these are not wanted, a row being the last index;

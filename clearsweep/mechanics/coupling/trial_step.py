@@ -100,7 +100,7 @@ def observe_entry(scene, nodes, mode, latched, o, _):
     o = shaped(o, (observed_width(here), PLACES))
     each = in_turn_or_at_once(here.joints)
     for i in each(STAGES):
-        rates(here, nodes[:, i], mode, latched, None, o, i, True)
+        rates(here, nodes[:, i], mode, latched, None, o, i)
 
 
 def rates_of(scene, parameters) -> Entry:

@@ -174,7 +174,8 @@ def shorten(at, share):
         fall_back(at, share)
     else:
         continue_stages(share, 0.0, work.y, work.f, work.nodes)
-        sweep(at)
+        sweep(at)  # for the rates; it may move the stages away from each other
+        continue_stages(share, 0.0, work.y, work.f, work.nodes)
         dense_state(share, work.y, work.f, work.end)
 
 

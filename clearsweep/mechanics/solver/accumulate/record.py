@@ -57,6 +57,8 @@ def write_samples(at):
     while i < record.times.size and record.times[i] <= work.end[independent]:
         dense_state(share_at(at, independent, record.times[i]), work.y, work.f, work.z)
         work.z[independent] = record.times[i]
+        for j in range(work.mode.size):  # close to a separation the interpolant may be below it by rounding
+            work.z[work.time + 1 + j] = max(work.z[work.time + 1 + j], 0.0)
         write_sample(at, work.z, record.samples[i])
         i += 1
     work.counts[SAMPLES] = i
