@@ -82,7 +82,6 @@ ENDS = "tests/test_plain.py -k at_its_bearing"
 STICKS = "tests/test_plain.py -k stick"
 SCENES = "tests/test_plain.py"
 TOTALS, RAMPS = "mechanics/solver/accumulate/totals.py", "tests/test_tally.py"
-FAST_PATH, BESIDE = "mechanics/solver/fast_path.py", "tests/test_side_by_side.py -k 'fast_path or fast'"
 HISTOGRAM, ALONG = "mechanics/observe/histogram.py", "mechanics/solver/accumulate/step_sums.py"
 STORE, SHARDS = "tests/test_store.py", "tests/test_shards.py"
 STRANGERS = "tests/test_strangers.py -k 'not report'"
@@ -183,21 +182,6 @@ MUTATIONS = (
         "if x > best: best, kind, contact = x, what",
         SCENES,
     ),
-    # steps that are not looked at
-    Mutation(
-        FAST_PATH,
-        "count_fast_steps",
-        "stepper[SPENT] = work.counts[EVALUATIONS]",
-        "stepper[SPENT] += END * fast",
-        BESIDE,
-    ),
-    Mutation(FAST_PATH, "count_fast_steps", "choice[LEFT] -= stepper[FAST_STEPS]", "choice[LEFT] -= 0.0", BESIDE),
-    Mutation(FAST_PATH, "limit_fast_steps", "due = min(due, turns.marks[mark])", "due = due", BESIDE),
-    Mutation(FAST_PATH, "limit_fast_steps", "due = min(due, record.times[sample])", "due = due", BESIDE),
-    Mutation(
-        ACCEPTANCE, "note_fast_path", "(stepper[FAST_STEPS] < stepper[UNASKED])", "(stepper[FAST_STEPS] >= 0.0)", BESIDE
-    ),
-    Mutation(ACCEPTANCE, "note_fast_path", "fast = settled & (", "fast = (step[ACCEPTED] < 0.0) & (", BESIDE),
     # the histogram and the sums
     Mutation(HISTOGRAM, "BIN_BITS", "8", "4", RAMPS),
     Mutation(

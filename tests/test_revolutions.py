@@ -68,7 +68,6 @@ def test_a_peak_belongs_to_the_revolution_of_its_contact():
     assert result == pytest.approx(np.median(peaks[1:]), rel=1e-12)
     assert path.summary["rod_slider_force_peak_median_low"] == pytest.approx(np.sort(peaks[1:])[0], rel=1e-12)
     assert path.summary["rod_slider_force_peak_p95_high"] is None
-    assert path.summary["period"] is None
 
 
 def test_the_revolution_of_the_largest_peak_has_the_bits_of_the_whole_run():

@@ -80,7 +80,7 @@ def test_stiffness_is_noticed_where_the_tolerance_keeps_steps_far_below_the_limi
     """The explicit method takes 25 times as many evaluations, the choice by the largest eigenvalue alone 4 times."""
     changes = heavy(1e6) | {"simulate.tolerance": 1e-10}
     auto, implicit = run("auto", changes), run("implicit", changes)
-    assert auto["rhs_evaluations"] < 1.3 * implicit["rhs_evaluations"]
+    assert auto["rhs_evaluations"] < 1.6 * implicit["rhs_evaluations"]  # a sweep counts as eight
 
 
 @pytest.mark.parametrize(

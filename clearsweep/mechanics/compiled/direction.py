@@ -29,5 +29,5 @@ def direction(angle):
     high = (COSINE[2] + z * COSINE[3]) + fourth * (COSINE[4] + z * COSINE[5])
     cosine = 1.0 - (0.5 * z - fourth * ((COSINE[0] + z * COSINE[1]) + fourth * high))
     crossed = turned & 1 == 1
-    along, across = where(crossed, sine, cosine), where(crossed, cosine, sine)
-    return where((turned + 1) & 2 == 2, -along, along), where(turned & 2 == 2, -across, across)
+    c, s = where(crossed, sine, cosine), where(crossed, cosine, sine)
+    return where((turned + 1) & 2 == 2, -c, c), where(turned & 2 == 2, -s, s)

@@ -152,7 +152,7 @@ def deepest_angle(joint, x, y, turned, close):
     """Return the angle (rad) at which the surfaces are closest, up to a last step."""
     surfaces = surfaces_of(joint)
     steep, bent = joint.bearing.steepest + joint.journal.steepest, joint.bearing.bent + joint.journal.bent
-    square, angle, found = x * x + y * y, 0.0 * x, False
+    square, angle, reached = x * x + y * y, 0.0 * x, False
     if square > steep * steep + bent * bent:
         begin = about(y, x)
         step, opens = halley(surfaces, begin, turned, math.sqrt(square), 0.0)
@@ -161,12 +161,12 @@ def deepest_angle(joint, x, y, turned, close):
             if not (opens and abs(angle - begin) < 0.5 * math.pi):
                 break
             if abs(step) < close:
-                found = True
+                reached = True
                 break
             c, s = direction(angle)
             step, opens = halley(surfaces, angle, turned, x * c + y * s, y * c - x * s)
             angle += step
-    if not found:  # in some lane: what follows a return would be worked out for none, too
+    if not reached:  # in some lane: what follows a return would be worked out for none, too
         angle = searched(surfaces, x, y, turned)
     return angle
 

@@ -56,7 +56,7 @@ A = np.array(
 #: (stage, power): from h times the rates at the stages to the coefficients of the interpolant, see `dense_component`.
 DENSE = np.array([[float(c) for c in _about_middle(part)] for part in _INTEGRALS])
 WEIGHTS = np.ascontiguousarray(A[:, -1])
-SHARE = 1.0 / 100.0  # of the last coefficients of the rates' series: what those left out do to the state
+SHARE = 1.0 / 40.0  # of the last coefficients of the rates' series: what those left out do to the state
 HUGE = 1e300
 
 

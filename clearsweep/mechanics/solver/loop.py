@@ -86,7 +86,7 @@ def advance(at):
 
 
 @kernel
-def enter(at):
+def accept(at):
     """Enter the step, which is accepted."""
     at[0].step[ACCEPTED] = 1.0
     accumulate_step(accumulators_of(at), at[0].time)
@@ -207,7 +207,7 @@ def reject(at, h):
 
 
 @kernel
-def land(at, h, event):
+def cut_at_event(at, h, event):
     """End the step of length `h` at an event: (share of it, kind, contact); return GOING or the end of the run.
 
     All that is wanted is taken from what is before the event, and what it changes is changed.
@@ -221,7 +221,7 @@ def land(at, h, event):
     step_to_event(at, share, (kind, contact, stepper[STOP_AT]), work.step[LENGTH])
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
     choose_method(at, work.step[LENGTH], proposal_of(at))
-    enter(at)
+    accept(at)
     note_step(at, work.step[LENGTH])
     if kind == STOP:
         if stepper[STOP_AT] == target_of(at):
@@ -254,8 +254,8 @@ def go_on(at):
     if step[ACCEPTED] == 0.0 or may_pass_by_law(at):
         share, kind, contact = find_first_event(at, h, stepper[STOP_AT])
         if kind != NOTHING:
-            return land(at, h, (share, kind, contact))
-    enter(at)
+            return cut_at_event(at, h, (share, kind, contact))
+    accept(at)
     choose_method(at, h, pattern)
     note_step(at, h)
     advance(at)
