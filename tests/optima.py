@@ -148,7 +148,7 @@ def table(rows):
         said = f"{name}: {every[0]['cases']} cases by brute force; {len(runs)} seeds of {runs[0]['cases']} cases: "
         if len(problem["minimise"]) == 1:
             off = [100.0 * (row["points"][0][0] / known[0, 0] - 1.0) if row["points"] else np.inf for row in runs]
-            said += f"above its best by {np.median(off):.2f} % in the median, {max(off):.2f} % at most"
+            said += f"{np.median(off):+.2f} % from its best in the median, {max(off):+.2f} % at most (-: better)"
         else:
             reference = known.max(axis=0)
             whole = hypervolume(known, reference)
