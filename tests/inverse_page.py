@@ -87,7 +87,7 @@ def times(measured: list[dict[str, Any]]) -> str:
     own = [row["processor_seconds_beside_the_cases"] for row in measured]
     said = f"{np.median(own):.1f} s in the median, {max(own):.1f} s at most"
     return (
-        f"Processor time apart from the cases, of {len(own)} runs with `--out results/inverse/rigs_times.jsonl`: {said}.\n"
+        f"Processor time apart from the cases, of {len(own)} runs (`--out results/inverse/rigs_times.jsonl`):\n{said}. "
         "Other programs on the same cores lengthen it."
     )
 
