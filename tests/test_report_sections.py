@@ -11,7 +11,7 @@ from fake_runs import CRANK, ROD, RPM, Run
 from matplotlib.figure import Figure
 from test_refine import Arc, off_border, refined
 from test_report import Page
-from test_seek import MASS, quiet, sought
+from test_seek import MASS, quiet, searching
 
 import clearsweep
 from clearsweep import report, simulation
@@ -581,13 +581,13 @@ def told(result, place=0):
 
 @pytest.mark.parametrize(("whom", "limit"), [("each", 0.3137), ("all", 0.3137), ("each", 0.05), ("each", 1.0)])
 def test_what_was_sought_stands_in_the_verdict_and_in_a_section_of_its_own(tmp_path, whom, limit):
-    source = sought(limit, gravities=(0.0, 1e-3))
+    source = searching(limit, gravities=(0.0, 1e-3))
     source["seek"]["for"] = whom
     quiet(source, tmp_path / "run")
     run = clearsweep.open(tmp_path / "run")
     prepared = study.prepare(run)
     (part,) = answers.sections(prepared)
-    (table,) = part.tables
+    table = part.tables[0]
     frame = run.seek
     assert [row[-5] for row in table.rows] == pytest.approx(frame[f"seek.{MASS}"].tolist(), rel=1e-12, nan_ok=True)
     assert len(table.rows) == (2 if whom == "each" else 1)

@@ -43,8 +43,9 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
     Left out is what is written without a unit, as an expression, or as a fit.
     """
     units = {}
+    among_fits = [path for path, way in reader.way.items() if way == "seek"] if reader.among else []
     for path, node in reader.shape.items():
-        written = reader.swept.get(path) or reader.written.get(path)
+        written = reader.written.get(path) if path in among_fits else reader.swept.get(path) or reader.written.get(path)
         if not isinstance(node, Number) or not node.fields(reader.names) or written is None or path in reader.fits:
             continue
         exponent = reader.values.get(f"{path.rpartition('.')[0]}.exponent")
