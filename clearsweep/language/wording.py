@@ -144,6 +144,14 @@ def count(number: int, noun: str, plural: str | None = None) -> str:
     return f"{_thousands(str(int(number)))} {noun if number == 1 else plural or noun + 's'}"
 
 
+def size(count: float) -> str:
+    """Return a number of bytes as '12 MB'."""
+    for factor, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
+        if count >= factor:
+            return f"{count / factor:.3g} {unit}"
+    return f"{count:.0f} B"
+
+
 def duration(seconds: float) -> str:
     """Return a duration as '3 s', '4 min 20 s' or '5 h 10 min'."""
     if seconds < 1.0:
