@@ -300,7 +300,10 @@ def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
 @click.argument("name", required=False)
 @click.option("--for", "grid", type=_PATH, metavar="GRID", help="Say which laws suit its joints, and why.")
 def list_(name: str | None, grid: Path | None) -> None:
-    """Print all mechanisms, drives, loads and laws, or one by NAME; also `materials`, `oils` and `pairs`."""
+    """Print all mechanisms, drives, loads and laws, or explain NAME.
+
+    NAME is one of these, `materials`, `oils`, `pairs`, or a key of a grid: `seek`, `joints.rod-slider.clearance`.
+    """
     from . import simulation
 
     click.echo(printable(simulation.advice_text(grid, name)) if grid else simulation.laws_text(name))
