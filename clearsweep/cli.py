@@ -13,6 +13,8 @@ import clearsweep
 
 from . import streams
 from .language.errors import ClearsweepError, InputError, printable, writing
+from .language.wording import SYSTEMS
+from .language.wording import units as shown_in
 from .sweeping import resources
 
 if TYPE_CHECKING:
@@ -101,6 +103,7 @@ _PATH = click.Path(path_type=Path)
 _directory = click.argument("directory", type=_PATH, metavar="DIR")
 _json = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
 _summary_json = click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, in SI units.")
+_units = click.option("--units", type=click.Choice(SYSTEMS), default=SYSTEMS[0], help="System of the units shown.")
 
 
 @click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -126,6 +129,7 @@ def verbs() -> None:
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Address of a running dask scheduler; default: start one locally.")
 @click.option("--shard", metavar="I/N", help="Run only part I of N equal parts; `merge` joins them.")
+@_units
 @_summary_json
 def run(  # noqa: PLR0913 - one argument per option
     grid: Path,
@@ -140,6 +144,7 @@ def run(  # noqa: PLR0913 - one argument per option
     executor: str,
     scheduler: str | None,
     shard: str | None,
+    units: str,
     as_json: bool,
 ) -> int:
     """Run the cases of a grid; a second run resumes and computes only missing cases."""
@@ -167,8 +172,9 @@ def run(  # noqa: PLR0913 - one argument per option
         max_failures=max_failures,
         shard=shard,
     )
-    facts = run_summary.of_run(result)
-    click.echo(json.dumps(facts, indent=2) if as_json else printable(run_summary.run_text(facts)))
+    with shown_in(units):
+        facts = run_summary.of_run(result)
+        click.echo(json.dumps(facts, indent=2) if as_json else printable(run_summary.run_text(facts)))
     return result.exit_code
 
 
@@ -200,14 +206,16 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 @click.option("--median", is_flag=True, help="Maps show the median over hidden axes, not the worst case.")
 @click.option("--all", "all_cases", is_flag=True, help="Report all cases in DIR, not only those of the last grid.")
 @click.option("--partial", is_flag=True, help="Report the finished cases of an unfinished run.")
+@_units
 @click.option("--json", "as_json", is_flag=True, help="Print the names of the files as JSON.")
-def report(
+def report(  # noqa: PLR0913 - one argument per option
     directories: tuple[Path, ...],
     out: Path | None,
     overlay: Path | None,
     median: bool,
     all_cases: bool,
     partial: bool,
+    units: str,
     **more: Any,
 ) -> None:
     """Write the report of a run (default: the newest in results/) as one offline HTML page.
@@ -223,7 +231,7 @@ def report(
             "report: takes one run (with or without --all, --overlay), or two runs to compare; remove the others"
         )
     if len(directories) == 2:
-        with writing():
+        with writing(), shown_in(units):
             first, second = (reports.open(directory, partial=partial) for directory in directories)
             _write(reports.compared(first, second), out or second.directory / "compared.html", **more)
         return
@@ -233,6 +241,7 @@ def report(
             complete_run(directory) if all_cases else contextlib.nullcontext(reports.open(directory, partial=partial))
         ) as stored,
         writing(),
+        shown_in(units),
     ):
         page = reports.of(stored, typical=median, measured=overlay)
         _write(page, out or directory / "report.html", **more)

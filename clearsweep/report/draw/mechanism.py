@@ -11,6 +11,7 @@ from matplotlib.transforms import Affine2D
 
 from ... import simulation
 from ...contracts.machine import GROUND
+from ...language import wording
 from .style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED
 
 _COLOURS = (BLUE, GREEN, ORANGE, PURPLE, "#56B4E9", "#8C6D31")
@@ -80,10 +81,11 @@ def paint(ax: Axes, sketch: simulation.Sketch) -> None:
     ax.set_xlim(across)
     ax.set_ylim(upward)
     labels.write(ax)
-    ax.xaxis.set_major_formatter(lambda value, _: f"{1e3 * value:g}")
-    ax.yaxis.set_major_formatter(lambda value, _: f"{1e3 * value:g}")
-    ax.set_xlabel("x [mm]")
-    ax.set_ylabel("y [mm]")
+    factor, unit, _ = wording.scale("m", 0.01)  # mm, or in
+    ax.xaxis.set_major_formatter(lambda value, _: f"{value / factor:.6g}")
+    ax.yaxis.set_major_formatter(lambda value, _: f"{value / factor:.6g}")
+    ax.set_xlabel(f"x [{unit}]")
+    ax.set_ylabel(f"y [{unit}]")
     ax.spines[["top", "right"]].set_visible(False)
     ax.tick_params(length=2)
 
