@@ -326,7 +326,7 @@ def draw(grid: Path, out: Path | None) -> None:
     from . import report as reports
 
     with writing():
-        page = reports.draw(grid, out or Path(f"{grid.stem}.svg"))
+        page = reports.draw_grid(grid, out or Path(f"{grid.stem}.svg"))
     click.echo(page)
 
 

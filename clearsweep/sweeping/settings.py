@@ -9,6 +9,7 @@ from ..language import wording
 def friendly(value: float, unit: str, *, speed: bool = False) -> str:
     """Return a value as it could be written in a grid: '0.5 mm', '5000 rpm', '6.61e+10 N/m^1.5'."""
     scale = wording.scale(unit, value, speed=speed)
+    scale = scale._replace(unit="deg") if scale.unit == "°" else scale
     if scale.unit.replace(wording.BLANK, " ").isascii() or scale.unit.startswith("µ"):
         return f"{value / scale.factor:.4g} {scale.unit}".rstrip()
     return f"{value:.4g} {unit}"
