@@ -190,7 +190,7 @@ def test_widths_of_words_are_those_of_the_font():
     [
         lambda ax: ax.annotate("there", (0.0, 0.0)),
         lambda ax: ax.plot(np.zeros(5000), np.zeros(5000), "o"),
-        lambda ax: ax.plot([0.0, 1.0], [0.0, 1.0], ls=(0, (6, 3))),
+        lambda ax: ax.plot([0.0, 1.0], [0.0, 1.0], drawstyle="steps"),
         lambda ax: (ax.plot([0.0, 1.0], label="a"), ax.legend()),
         lambda ax: ax.pcolormesh(np.arange(101), np.arange(101), np.zeros((100, 100)), cmap="viridis"),
     ],
@@ -201,9 +201,31 @@ def test_what_these_axes_cannot_draw_is_drawn_by_matplotlib(paint):
     assert svg(Picture("t", "", "alt", paint), "f1").startswith("<svg ")
 
 
-def test_a_page_is_drawn_without_matplotlib_but_its_mechanism_and_worn_bodies(monkeypatch):
-    asked, real = [], picture._by_matplotlib
-    monkeypatch.setattr(picture, "_by_matplotlib", lambda shown, key: asked.append(shown.title) or real(shown, key))
-    text = report.of(Run(wear=True)).text()
-    assert text.count("<svg ") > 20
-    assert all(title.startswith(("The mechanism", "Bearing", "Journal on", "Journal in")) for title in asked), asked
+def around(ax):
+    angles = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)
+    ax.fill(angles, 2.0 + np.cos(angles), facecolor=(BLUE, 0.25), edgecolor=BLUE, linewidth=1.2)
+    ax.plot([0.5 * np.pi], [2.0], "o", color=BLUE, markersize=4)
+    ax.set_xticks(np.radians(np.arange(0, 360, 90)))
+    ax.set_rlabel_position(22.5)
+    ax.set_ylim(0.0, 4.0)
+    ax.grid(color="#c3ccd5", linewidth=0.5)
+    ax.set_xlabel("depth [m]")
+
+
+def test_polar_axes_have_angles_counter_clockwise_and_radii_from_the_middle():
+    sheet = plot.sheet_of(SIZE, "polar")
+    around(sheet.axes)
+    text, box = sheet.svg("f1")
+    assert box.wide == box.high
+    x, y = (float(each) for each in sheet.axes.points(0.5 * np.pi, 2.0, box))
+    assert (x, y) == (pytest.approx(box.left + 0.5 * box.wide), pytest.approx(box.top + 0.25 * box.high))
+    assert f"M{x:.2f}".rstrip("0") in text
+    assert re.findall(r">(\d+)°<", text) == ["0", "90", "180", "270"]
+    assert "nan" not in text
+    with pytest.raises(plot.UnsupportedError):
+        plot.sheet_of(SIZE, "3d")
+
+
+def test_a_page_is_drawn_without_matplotlib(monkeypatch):
+    monkeypatch.setattr(picture, "_by_matplotlib", lambda shown, key: pytest.fail(shown.title))
+    assert report.of(Run(wear=True)).text().count("<svg ") > 20

@@ -136,22 +136,19 @@ def svg(picture: Picture, key: str) -> str:
 
 def _plotted(picture: Picture, key: str) -> tuple[str, ToPoints]:
     """Return a picture as SVG by axes of our own, and where its points are."""
-    if picture.projection is not None:
-        raise plot.UnsupportedError(picture.projection)
-    sheet = plot.Sheet(picture.size)
+    sheet = plot.sheet_of(picture.size, picture.projection)
     picture.paint(sheet.axes)
     text, box = sheet.svg(key)
-    ax = sheet.axes
 
     def at(points: Any) -> np.ndarray:
         x, y = np.asarray(points, float).T
-        return np.stack([box.left + ax.xaxis.share(x) * box.wide, box.top + (1.0 - ax.yaxis.share(y)) * box.high], -1)
+        return np.stack(sheet.axes.points(x, y, box), -1)
 
     return text, at
 
 
 def _by_matplotlib(picture: Picture, key: str) -> tuple[str, ToPoints]:
-    """Return the same by matplotlib, which draws everything: polar, in space, with arrows or thousands of points."""
+    """Return the same by matplotlib, which draws everything: in space, with arrows or thousands of points."""
     with rc_context({**STYLE, "svg.hashsalt": key}):
         figure, axes = drawn(picture)
         lay_out(figure)

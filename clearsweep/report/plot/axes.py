@@ -9,14 +9,14 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_hex, to_rgba
 from matplotlib.patches import Circle, Patch
 
-from .items import Entry, Item, Marks, Spines, Stroke, Words
+from .items import PAPER, Box, Entry, Item, Marks, Spines, Stroke, Words
 from .side import Side, UnsupportedError
 
 MOST_POINTS, MOST_CORNERS, MOST_CELLS = 4_000, 20_000, 3_000  # beyond, a picture has pixels
 COLOURS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728")  # of what has no colour of its own
 _DASHES = {"--": "3.7 1.6", "-.": "6.4 1.6 1 1.6", ":": "1 1.65"}  # of a line one point wide
 _FORM = re.compile(r"(--|-\.|-|:)?([o.|_sDxX+])?(--|-\.|-|:)?")
-_WORDS = {"ha", "va", "fontsize", "color", "weight"}
+_WORDS = {"ha", "va", "fontsize", "color", "weight", "bbox", "zorder"}
 
 
 class Axes:
@@ -30,12 +30,16 @@ class Axes:
         self.entries: list[Entry] = []
         self.spines = Spines(dict.fromkeys(("left", "bottom", "right", "top"), True))
         self.ruled: dict[str, Any] = {}
-        self.face, self.equal = "#ffffff", False
+        self.face, self.equal = PAPER, False
         self.key: dict[str, Any] | None = None  # of the legend
         self.lines = 0
 
     def __getattr__(self, name: str) -> Any:
         raise UnsupportedError(name)
+
+    def points(self, x: Any, y: Any, box: Box) -> tuple[np.ndarray, np.ndarray]:
+        """Return where numbers of both sides are on the sheet, in points from its upper left corner."""
+        return box.left + self.xaxis.share(x) * box.wide, box.top + (1.0 - self.yaxis.share(y)) * box.high
 
     def plot(self, *values: Any, label: str | None = None, zorder: float = 2.0, **look: Any) -> list[None]:
         """Draw a line, or points, or both."""
@@ -69,13 +73,14 @@ class Axes:
             "markerfacecolor",
             "alpha",
         }
-        if not {*look} <= known | {"rasterized"} or not isinstance(look.get("linestyle", ""), str):
+        if not {*look} <= known | {"rasterized", "solid_capstyle"}:
             raise UnsupportedError(f"plot: {sorted(look)}")
         colour = to_hex(look["color"] if look.get("color") is not None else COLOURS[self.lines % len(COLOURS)])
         marker, alpha = look.get("marker", marker), look.get("alpha") or 1.0
-        style = str(look.get("linestyle", (before or after or "") if form else "-"))
+        style: Any = look.get("linestyle", (before or after or "") if form else "-")
         width = look.get("linewidth", 1.5)
-        stroke = Stroke(colour, width, _DASHES.get(style, ""), alpha)
+        dash = _DASHES.get(style, "") if isinstance(style, str) else " ".join(map(str, style[1]))  # (offset, lengths)
+        stroke = Stroke(colour, width, dash, alpha, look.get("solid_capstyle", "butt"))
         if not marker:
             return (stroke if style else None), None
         filled, edge = look.get("markerfacecolor", ""), look.get("markeredgewidth", 1.0)
@@ -140,6 +145,16 @@ class Axes:
         there = np.isfinite(low) & np.isfinite(high)
         x, low, high = x[there], low[there], high[there]
         self._area(np.r_[x, x[::-1]], np.r_[low, high[::-1]], to_hex(color), alpha)
+
+    def fill(
+        self, x: Any, y: Any, *, facecolor: Any, edgecolor: Any, linewidth: float = 1.0, zorder: float = 1.0
+    ) -> None:
+        """Fill what a closed line surrounds, and draw the line."""
+        x, y = np.asarray(x, float), np.asarray(y, float)
+        *_, alpha = to_rgba(facecolor)
+        self._area(x, y, to_hex(facecolor), float(alpha), zorder)
+        edge = Stroke(to_hex(edgecolor), linewidth)
+        self._line(np.append(x, x[:1]), np.append(y, y[:1]), edge, None, zorder, across=False)
 
     def _area(self, x: np.ndarray, y: np.ndarray, colour: str, alpha: float, order: float = 1.0) -> None:
         self.xaxis.add(x)
@@ -236,7 +251,9 @@ class Axes:
         if not {*look} <= _WORDS:
             raise UnsupportedError(f"text: {sorted(look)}")
         ha, va, size = look.get("ha", "left"), look.get("va", "baseline"), look.get("fontsize", 9.0)
-        style = Words(words, ha, va, size, to_hex(look.get("color", "#1f2933")), look.get("weight", "normal"))
+        style = Words(
+            words, ha, va, size, to_hex(look.get("color", "#1f2933")), look.get("weight", "normal"), look.get("bbox")
+        )
         self.items.append(Item("words", np.array([x], float), np.array([y], float), style, 3.0))
 
     def add_patch(self, patch: Patch) -> None:
@@ -329,6 +346,10 @@ class Axes:
 
     def _sides(self, which: str) -> Iterator[Side]:
         yield from (side for side in (self.xaxis, self.yaxis) if which in ("both", side.axis_name))
+
+    def get_figure(self, *, root: bool = True) -> Any:
+        """Return the sheet."""
+        return self.figure
 
     def get_xaxis_transform(self) -> tuple[str, "Axes"]:
         """Return what says that an ordinate is a share of the height."""

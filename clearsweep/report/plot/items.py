@@ -4,14 +4,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+PAPER = "#ffffff"  # behind all
+
 
 class Stroke(NamedTuple):
     """How a line is drawn."""
 
     colour: str
     width: float = 1.5  # points
-    dash: str = ""
+    dash: str = ""  # lengths of lines and gaps, in widths
     alpha: float = 1.0
+    cap: str = "butt"
 
 
 class Marks(NamedTuple):
@@ -55,6 +58,7 @@ class Words(NamedTuple):
     size: float
     colour: str
     weight: str
+    halo: dict[str, Any] | None = None  # what is behind: facecolor, alpha, pad (points)
 
 
 class Spines(dict):

@@ -27,6 +27,7 @@ _OTHERS = {
 }
 _USUAL = 600
 INK = "#1f2933"
+_FAMILY = "font-family: 'DejaVu Sans', sans-serif"
 LINE = 1.17  # height of a line over the size of its letters
 
 
@@ -54,7 +55,7 @@ def text(
     lines = words.split("\n")
     y = y + (0.36 * size - 0.5 * 1.17 * size * (len(lines) - 1) if middle else 0.0)
     turned = f' transform="rotate({turn:g} {x:.2f} {y:.2f})"' if turn else ""
-    style = f"font-size: {size:g}px; font-family: 'DejaVu Sans'; text-anchor: {anchor}; {look or f'fill: {INK}'}"
+    style = f"font-size: {size:g}px; {_FAMILY}; text-anchor: {anchor}; {look or f'fill: {INK}'}"
     inside = html.escape(lines[0])
     if len(lines) > 1:
         rows = (

@@ -1,12 +1,11 @@
 """Lines, points, areas, cells and words as SVG."""
 
-from typing import Any
-
 import numpy as np
+from matplotlib.colors import to_hex
 
 from .axes import Axes
 from .items import Box, Item, Marks, Stroke, Words
-from .letters import text
+from .letters import height, text, width
 
 LONG = 300  # corners of a path beyond which a tenth of a point is enough
 _ANCHORS = {"left": "start", "center": "middle", "right": "end"}
@@ -18,9 +17,9 @@ def drawn(item: Item, ax: Axes, box: Box) -> str:
         return _cells(item, ax, box)
     if item.kind == "ellipse":
         return _ellipse(item, ax, box)
-    across = item.x if item.upright else ax.xaxis.share(item.x)
-    up = item.y if item.across else ax.yaxis.share(item.y)
-    x, y = box.left + across * box.wide, box.top + (1.0 - up) * box.high
+    x, y = ax.points(item.x, item.y, box)
+    x = box.left + item.x * box.wide if item.upright else x
+    y = box.top + (1.0 - item.y) * box.high if item.across else y
     match item.kind:
         case "line":
             return line(path(x, y), item.look)
@@ -57,6 +56,7 @@ def line(shape: str, stroke: Stroke) -> str:
     style = f"fill: none; stroke: {stroke.colour}; stroke-width: {stroke.width:g}"
     style += f"; stroke-dasharray: {dash}" if dash else ""
     style += f"; stroke-opacity: {stroke.alpha:g}" if stroke.alpha < 1.0 else ""
+    style += f"; stroke-linecap: {stroke.cap}" if stroke.cap != "butt" else ""
     return f'<path d="{shape}" style="{style}; stroke-linejoin: round"/>' if shape else ""
 
 
@@ -135,6 +135,21 @@ def _ellipse(item: Item, ax: Axes, box: Box) -> str:
 
 
 def _words(x: float, y: float, words: Words) -> str:
-    look: dict[str, Any] = {"middle": words.va == "center"}
     weight = f"font-weight: {words.weight}; " if words.weight != "normal" else ""
-    return text(words.text, x, y, words.size, _ANCHORS[words.ha], look=f"{weight}fill: {words.colour}", **look)
+    look = f"{weight}fill: {words.colour}"
+    return _halo(x, y, words) + text(
+        words.text, x, y, words.size, _ANCHORS[words.ha], look=look, middle=words.va == "center"
+    )
+
+
+def _halo(x: float, y: float, words: Words) -> str:
+    """Return what is behind words in the middle of a place, '' where nothing is."""
+    if not words.halo:
+        return ""
+    pad = float(words.halo.get("pad", 1.0))
+    wide, high = width(words.text, words.size) + 2.0 * pad, height(words.text, words.size) + 2.0 * pad
+    style = f"fill: {to_hex(words.halo['facecolor'])}; fill-opacity: {words.halo.get('alpha', 1.0):g}"
+    return (
+        f'<rect x="{x - 0.5 * wide:.2f}" y="{y - 0.5 * high:.2f}" width="{wide:.2f}" height="{high:.2f}" '
+        f'style="{style}"/>'
+    )

@@ -8,17 +8,14 @@ from matplotlib.colors import LogNorm, to_hex
 
 from . import legends, marks
 from .axes import Axes
-from .items import Box
+from .items import PAPER, Box
 from .letters import height, text, width
 from .side import Side
 
 GREY = "#6b7785"
 PAD, GAP, LABEL = 4.0, 3.5, 9.0  # points: round the sheet, from a tick to its name, of the letters of a name
-BAR, APART, STOPS = (
-    10.0,
-    7.0,
-    12,
-)  # points: of a bar of colours, from the axes to it; colours that its shades are made of
+BAR, APART = 10.0, 7.0  # points: of a bar of colours, from the axes to it
+STOPS = 12  # colours of which the shades of a bar are made
 
 
 class Bar:
@@ -53,8 +50,12 @@ class Sheet:
     def __init__(self, size: tuple[float, float]):
         """Take the size in inches."""
         self.wide, self.high = (72.0 * side for side in size)
-        self.axes = Axes(self)
+        self.axes: Axes = Axes(self)
         self.bar: Bar | None = None
+
+    def get_size_inches(self) -> np.ndarray:
+        """Return width and height in inches."""
+        return np.array([self.wide, self.high]) / 72.0
 
     def colorbar(self, coloured: ScalarMappable, **_: Any) -> Bar:
         """Return a bar of colours to the right of the axes."""
@@ -65,14 +66,14 @@ class Sheet:
         """Return the place that names, ticks, legend and bar leave to the axes."""
         ax = self.axes
         above, right = legends.size(ax)
-        left = PAD + _tick_width(ax.yaxis, self.high - 50.0) + _named(ax.yaxis)
+        left = PAD + _tick_width(ax.yaxis, self.high - 50.0) + named(ax.yaxis)
         right += PAD + (
-            APART + BAR + _tick_width(self.bar.ax.yaxis, self.high - 50.0) + _named(self.bar.ax.yaxis)
+            APART + BAR + _tick_width(self.bar.ax.yaxis, self.high - 50.0) + named(self.bar.ax.yaxis)
             if self.bar
             else 0.0
         )
         names = ax.xaxis.ticks(self.wide - left - right)
-        below = PAD + _below(ax.xaxis, [name for _, name in names]) + _named(ax.xaxis)
+        below = PAD + _below(ax.xaxis, [name for _, name in names]) + named(ax.xaxis)
         top = PAD + max(above, 0.5 * ax.yaxis.size)
         if names and not self.bar and not ax.xaxis.style.get("rotation"):
             place, name = names[-1]
@@ -95,10 +96,14 @@ class Sheet:
             'xmlns="http://www.w3.org/2000/svg">',
             f'<clipPath id="{clip}"><rect x="{box.left:.2f}" y="{box.top:.2f}" width="{box.wide:.2f}" '
             f'height="{box.high:.2f}"/></clipPath>',
-            f'<rect x="{box.left:.2f}" y="{box.top:.2f}" width="{box.wide:.2f}" height="{box.high:.2f}" '
-            f'style="fill: {ax.face}"/>',
+            f'<rect width="{self.wide:g}" height="{self.high:g}" style="fill: {PAPER}"/>',
         ]
         ticks = {"x": ax.xaxis.ticks(box.wide), "y": ax.yaxis.ticks(box.high)}
+        if ax.face != PAPER:
+            parts.append(
+                f'<rect x="{box.left:.2f}" y="{box.top:.2f}" width="{box.wide:.2f}" height="{box.high:.2f}" '
+                f'style="fill: {ax.face}"/>'
+            )
         if ax.ruled:
             parts.append(self._grid(ticks, box))
         items = sorted(ax.items, key=lambda item: item.order)
@@ -156,7 +161,7 @@ class Sheet:
             words.append(text(name, box.left - side.tick_length - GAP, y, side.size, "end", middle=True))
         under = self.high - PAD - 0.22 * LABEL
         if ax.equal:
-            under = foot + _below(ax.xaxis, [name for _, name in ticks["x"]]) + _named(ax.xaxis) - 0.22 * LABEL
+            under = foot + _below(ax.xaxis, [name for _, name in ticks["x"]]) + named(ax.xaxis) - 0.22 * LABEL
         words.append(text(ax.xaxis.label, box.left + 0.5 * box.wide, under, LABEL, "middle"))
         baseline = box.left - _tick_width(ax.yaxis, box.high) - 0.5 * LABEL
         words.append(text(ax.yaxis.label, baseline, box.top + 0.5 * box.high, LABEL, "middle", turn=-90.0))
@@ -180,7 +185,7 @@ class Sheet:
             path.append(f"M{left + BAR:.2f} {y:.2f}h{side.tick_length:g}")
             parts.append(text(name, left + BAR + side.tick_length + GAP, y, side.size, "start", middle=True))
         parts.append(f'<path d="{"".join(path)}" style="stroke: {GREY}; stroke-width: 0.8"/>' if path else "")
-        x = left + BAR + _tick_width(side, box.high) + _named(side) - 0.3 * LABEL
+        x = left + BAR + _tick_width(side, box.high) + named(side) - 0.3 * LABEL
         parts.append(text(side.label, x, box.top + 0.5 * box.high, LABEL, "middle", turn=-90.0))
         return "\n".join(filter(None, parts))
 
@@ -199,6 +204,6 @@ def _below(side: Side, names: list[str]) -> float:
     return side.tick_length + GAP + max((height(name, side.size) for name in names), default=0.0)
 
 
-def _named(side: Side) -> float:
+def named(side: Side) -> float:
     """Return the room of the name of a side."""
     return height(side.label, LABEL) + 3.0 if side.label else 0.0
