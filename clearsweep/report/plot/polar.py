@@ -42,9 +42,9 @@ class PolarSheet(Sheet):
     def box(self) -> Box:
         """Return the square round the disc."""
         side = self.axes.xaxis
-        beside = PAD + APART + width("360°", side.size)
+        margin = PAD + APART + width("360°", side.size)
         above, below = PAD + APART + 1.2 * side.size, PAD + APART + 1.2 * side.size + named(side)
-        across = min(self.wide - 2.0 * beside, self.high - above - below)
+        across = min(self.wide - 2.0 * margin, self.high - above - below)
         return Box(0.5 * (self.wide - across), above + 0.5 * (self.high - above - below - across), across, across)
 
     def _grid(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
