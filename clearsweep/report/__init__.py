@@ -87,7 +87,7 @@ def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
     return single.show(run, case_id, Path(out))
 
 
-def draw(source: str | Path, out: str | Path) -> Path:
+def draw_grid(source: str | Path, out: str | Path) -> Path:
     """Draw the mechanism of a grid at its start, as SVG or PNG by the ending of `out`; return its path."""
     _load_drawing()
     from . import mechanism

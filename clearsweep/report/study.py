@@ -361,8 +361,9 @@ def _axes(record: Mapping, tried: dict, units: Mapping[str, str], joints: int) -
         else:
             axes.append(_axis(path, different, units.get(path, "1"), joints))
     axes, fits = _alike(axes, units), grid.noted_fits(record)
-    own = {path: wording.as_written(known) for path, known in record.get("written_units", {}).items()}
-    axes = [axis._replace(scale=own[axis.path], written=True) if axis.path in own else axis for axis in axes]
+    noted = record.get("written_units", {})
+    own = {axis.path: wording.written_scale(noted.get(axis.path), units.get(axis.path, "1")) for axis in axes}
+    axes = [axis._replace(scale=scale, written=True) if (scale := own[axis.path]) else axis for axis in axes]
     return tuple(_with_fits(axis, fits.get(axis.path, ()), drawn=axis.path in drawn) for axis in axes)
 
 

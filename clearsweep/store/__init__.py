@@ -18,6 +18,7 @@ from .case_results import (
 )
 from .compare import difference
 from .directory import SCRATCH, RunDirectory, commit
+from .disk import clean, clean_text
 from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_far
 from .read import StoredRun, newest, verify
 from .record import check_form, now, read_record
@@ -42,6 +43,8 @@ __all__ = [
     "case_text",
     "check_form",
     "check_version",
+    "clean",
+    "clean_text",
     "commit",
     "difference",
     "gather",

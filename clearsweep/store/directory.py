@@ -142,6 +142,18 @@ class RunDirectory:
                 self.write_record(grid, start=now(), end=None, **facts)
             yield self
 
+    @contextlib.contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the lock of a directory in which no grid runs; raise DirectoryError where a run works there."""
+        with contextlib.ExitStack() as at_end:
+            try:
+                self._lock(at_end.enter_context(durable.opened_lock(self.path / LOCK)))
+            except DirectoryError:
+                raise
+            except OSError as error:
+                raise self._not_writable(error) from error
+            yield
+
     def _not_writable(self, error: OSError) -> DirectoryError:
         return DirectoryError(f"{self.path}: cannot be written ({error.strerror}); choose another directory with --out")
 
@@ -192,7 +204,7 @@ class RunDirectory:
         damage = self.look()
         notes += [f"{sentence}; its cases run again" for sentence in damage.values()]
         needed = {batch.orbits for batch in self.batches} | {batch.orbits for batch in self.others}
-        left = [*damage, *(path for path in _of_batches(self.orbits) if path not in needed)]
+        left = [*damage, *(path for path in files_of_batches(self.orbits) if path not in needed)]
         for path in left:
             if durable.checksum(path)[:HASH_LENGTH] == named_hash(path):
                 durable.discard(path)
@@ -212,7 +224,7 @@ class RunDirectory:
         Without `histories` their files are not read.
         """
         self.batches, self.others, damage = [], [], {}
-        for path in _of_batches(self.summaries):
+        for path in files_of_batches(self.summaries):
             content = durable.read(path)
             if hashlib.sha256(content).hexdigest()[:HASH_LENGTH] != named_hash(path):
                 damage[path] = f"{path.relative_to(self.path)}: damaged (its checksum differs)"
@@ -269,7 +281,7 @@ class RunDirectory:
 
     def committed(self) -> set[str]:
         """Return the names of all batches that are committed by now."""
-        return {path.name.partition("-")[0] for path in _of_batches(self.summaries)}
+        return {path.name.partition("-")[0] for path in files_of_batches(self.summaries)}
 
     def committed_as(self, batch: str) -> str | None:
         """Return the name of the summary that `batch` committed, None where it committed nothing."""
@@ -324,7 +336,7 @@ def commit(directory: Path, form: ResultSchema, batch: str, rows: list[Row]) -> 
     return name
 
 
-def _of_batches(folder: Path) -> list[Path]:
+def files_of_batches(folder: Path) -> list[Path]:
     """Return the files in a folder that have the names of files of batches, in order; others are not a run's."""
     return sorted(path for path in folder.iterdir() if named_hash(path)) if folder.exists() else []
 

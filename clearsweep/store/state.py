@@ -7,6 +7,7 @@ import numpy as np
 
 from ..language import phases
 from ..language.errors import DirectoryError
+from . import disk
 from .directory import ANSWER_FILES, FINAL_FILES, RunDirectory
 from .read import verify
 from .record import RECORD_FILE, check_form, read_record
@@ -21,7 +22,8 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
     `cases` are those of the grid, `missing` those of them without a result; None while a run works on other values of
     the axes than the last one.  `ok` and `failed` count what is committed.  `at_work` has the progress of every worker
     that has been at its case for some time: what it does, s so far, s left (None: unknown), of a life also its block
-    and the wear of the limit, m.  `damage` has a sentence for each file that is not what was written.
+    and the wear of the limit, m.  `disk` has sizes in bytes.  `damage` has a sentence for each file that is
+    not what was written.
 
     Raise DirectoryError where there is no run, or none that can be read.
     """
@@ -51,6 +53,7 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
             for name in (*FINAL_FILES, *ANSWER_FILES, RECORD_FILE)
             if (directory / name).exists()
         },
+        "disk": disk.use(directory),
         "every_file": every_file,
         "damage": damage,
     }
@@ -101,6 +104,7 @@ def status_text(facts: dict[str, Any]) -> str:
             f"{facts['ok']:,} ok, {facts['failed']:,} failed{left}",
             *(each["text"] for each in facts["at_work"]),
             f"Files: {', '.join(facts['files'])}",
+            f"Disk: {disk.use_text(facts['disk'])}",
             *([] if facts["damage"] else [f"Checksums: {checked}"]),
         ]
     )

@@ -248,7 +248,7 @@ def estimate_text(facts: dict[str, Any]) -> str:
             f"{friendly(facts['longest'], 's')})"
         )
     if facts["pending"]:
-        lines.append(f"storage: about {size(facts['bytes'])}")
+        lines.append(f"storage: about {wording.size(facts['bytes'])}")
     lines += [f"Note: {sentence}" for sentence in facts["warnings"]]
     return plain("\n".join(lines))
 
@@ -290,14 +290,6 @@ def _case_lines(case: dict[str, Any]) -> list[str]:
 def cases(count: int) -> str:
     """Return '1 case' or '1,200 cases'."""
     return f"{count:,} case" + "s" * (count != 1)
-
-
-def size(count: float) -> str:
-    """Return a number of bytes as '12 MB'."""
-    for factor, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
-        if count >= factor:
-            return f"{count / factor:.3g} {unit}"
-    return f"{count:.0f} B"
 
 
 def plain(text: str) -> str:
