@@ -65,18 +65,25 @@ def combined(
     factors: Sequence[Factor | Step],
     axes: Mapping[str, tuple[Any, ...]],
     texts_of: Callable[[Mapping[str, Any]], dict[str, str]],
+    part: range,
 ) -> Iterator[tuple[Words, dict[str, str]]]:
-    """Yield law names and texts of the values of every case, in order; `texts_of` gives those of a part of a point."""
+    """Yield law names and texts of the values of the cases whose indices are in `part`, a range of step 1, in order.
+
+    `texts_of` gives the texts of a part of a point.  Cases before the range cost nothing.
+    """
     if not factors:
-        yield frozenset(), {}
+        if len(part):
+            yield frozenset(), {}
         return
     *before, last = factors
 
-    def rows() -> Iterator[tuple[Words, dict[str, str]]]:
-        points = (last.point(k, axes) for k in range(last.size))
+    def rows(some: range) -> Iterator[tuple[Words, dict[str, str]]]:
+        points = (last.point(k, axes) for k in some)
         return ((words_at(point), texts_of(point)) for point in points)
 
-    kept = list(rows()) if last.size <= KEPT else None
-    for words, texts in combined(before, axes, texts_of):
-        for more, further in rows() if kept is None else kept:
+    kept = list(rows(range(last.size))) if last.size <= KEPT else None
+    outer = range(part.start // last.size, -(-part.stop // last.size))
+    for k, (words, texts) in zip(outer, combined(before, axes, texts_of, outer), strict=True):
+        begin, end = max(part.start - k * last.size, 0), min(part.stop - k * last.size, last.size)
+        for more, further in rows(range(begin, end)) if kept is None else kept[begin:end]:
             yield words | more, texts | further

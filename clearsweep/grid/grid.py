@@ -40,7 +40,7 @@ from .values import read_keys
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
 SCHEMA_VERSION = 4
-MOST_CASES = 20_000_000  # their identities alone take 160 MB and, at 5 us each, 100 s
+MOST_CASES = 200_000_000  # their summaries take some 100 GB
 
 _WORST = "save.worst"  # what is found of a finished run
 
@@ -235,22 +235,37 @@ class Grid:
     def _tree(self, point: Mapping[str, Value]) -> dict[str, Any]:
         return self._pattern(words_at(point)).case({**point, **self.defined.at(point)})
 
-    def identities(self) -> Iterator[int]:
-        """Yield what `case_id` says of every case, in order, as numbers below 2**64."""
+    def identities(self, part: range | None = None) -> Iterator[int]:
+        """Yield what `case_id` says of every case, in order, as numbers below 2**64.
+
+        part : of these cases alone, a range of indices of step 1; cases before it cost nothing.
+        """
+        part = range(self.size) if part is None else part
         texts = Texts(self._shape, {*self.axes, *self.defined.follow})
         if self.defined.follow:  # of numbers that may be made of several axes
-            for point in map(self.point, range(self.size)):
+            for point in map(self.point, part):
                 yield number_of(self._pattern(words_at(point)).text % texts.of({**point, **self.defined.at(point)}))
             return
-        for words, varied in combined(self._factors, self.axes, texts.of):
+        for words, varied in combined(self._factors, self.axes, texts.of, self._of_product(part)):
             yield number_of(self._pattern(words).text % varied)
-        for point in map(self.point, range(self._product, self.size)):
+        for point in map(self.point, range(max(part.start, self._product), part.stop)):
             yield number_of(self._pattern(words_at(point)).text % texts.of(point))
 
-    def words(self) -> Iterator[Words]:
-        """Yield the swept law names of every case, in order."""
-        yield from (words for words, _ in combined(self._factors, self.axes, lambda _: {}))
-        yield from map(words_at, map(self.point, range(self._product, self.size)))
+    def words(self, part: range | None = None) -> Iterator[Words]:
+        """Yield the swept law names of every case, or of those of a `part`, in order."""
+        part = range(self.size) if part is None else part
+        yield from (words for words, _ in combined(self._factors, self.axes, lambda _: {}, self._of_product(part)))
+        yield from map(words_at, map(self.point, range(max(part.start, self._product), part.stop)))
+
+    def _of_product(self, part: range) -> range:
+        """Return what a range of indices has of those that are not added."""
+        return range(min(part.start, self._product), min(part.stop, self._product))
+
+    @property
+    def may_repeat(self) -> bool:
+        """Return whether two cases may be the same: no axis has a value twice, so only what is made of axes may be."""
+        patience = f"simulate.{PATIENCE}" in self.axes
+        return bool(self.defined.follow or self.added_cases or self._steps or patience)
 
     def frame(self) -> dict[str, Any]:
         """Return what a run directory holds fixed: dotted path -> value of all that is not swept, `save` included."""
