@@ -41,6 +41,7 @@ from .values import read_keys
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
 SCHEMA_VERSION = 4
 MOST_CASES = 200_000_000  # their summaries take some 100 GB
+MOST_IDENTITIES = 20_000_000  # that are kept in memory where cases may be the same or are added: 160 MB, and 100 s
 
 _WORST = "save.worst"  # what is found of a finished run
 
@@ -94,9 +95,11 @@ def load(
         reader.identify,
         written_units(reader),
     )
-    if grid.size > MOST_CASES:
+    searched = grid.seek or grid.refine or grid.optimise or grid.identify
+    most = MOST_IDENTITIES if searched or grid.may_repeat else MOST_CASES
+    if grid.size > most:
         raise InputError(
-            f"{file or 'the grid'}: has {grid.size:,} cases; at most {MOST_CASES:,} can be run: take fewer values on "
+            f"{file or 'the grid'}: has {grid.size:,} cases; at most {most:,} can be run: take fewer values on "
             "the axes, or draw cases with `sample`"
         )
     for index in {0, grid.size - 1} if reader.mechanism.refusal else ():

@@ -5,6 +5,7 @@ from pathlib import Path
 import pyarrow
 
 from .assemble import merge
+from .blocks import BLOCKS, DATASET, Block, Cut, digest_of, discard_from, numbers_of_blocks, read_mark
 from .batch import Axis, ResultSchema, Row, id_text, open_table
 from .case_results import (
     OPTIMISE_FILE,
@@ -17,10 +18,12 @@ from .case_results import (
     write_sample,
 )
 from .compare import difference
-from .directory import SCRATCH, RunDirectory, commit
+from .directory import FINAL_FILES, SCRATCH, RunDirectory, commit
+from .finish import finish_block
 from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_far
 from .read import StoredRun, newest, verify
-from .record import check_form, now, read_record
+from .read_blocks import BlockedRun
+from .record import check_form, now, plain, read_record
 from .state import status, status_text
 from .unfinished import Unfinished
 from .working import Working, case_text
@@ -47,6 +50,7 @@ __all__ = [
     "gather",
     "histories",
     "id_text",
+    "is_cut",
     "is_unfinished",
     "keys_of_all",
     "keys_so_far",
@@ -64,12 +68,29 @@ __all__ = [
     "write_answers",
     "write_best",
     "write_sample",
+    "BLOCKS",
+    "DATASET",
+    "Block",
+    "BlockedRun",
+    "Cut",
+    "FINAL_FILES",
+    "digest_of",
+    "discard_from",
+    "finish_block",
+    "numbers_of_blocks",
+    "plain",
+    "read_mark",
 ]
 
 
 def open(directory: str | Path) -> StoredRun:
     """Return the run in `directory`: its summary, orbits, events and wear; raise DirectoryError where there is none."""
-    return StoredRun(directory)
+    return BlockedRun(directory) if is_cut(directory) else StoredRun(directory)
+
+
+def is_cut(directory: str | Path) -> bool:
+    """Return whether the run in a directory is cut into blocks; raise DirectoryError where there is none."""
+    return "blocks" in read_record(Path(directory))
 
 
 def use_one_thread() -> None:

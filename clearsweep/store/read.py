@@ -50,6 +50,23 @@ class StoredRun:
         self._check()
         self.layout = Layout.read(self.grid["layout"])
 
+    def _path(self, name: str) -> Path:
+        """Return where a final file is."""
+        return self.place / name
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Return the names of what a reader looks for in the directory."""
+        return (*FINAL_FILES, RECORD_FILE)
+
+    def marks(self) -> list[dict[str, Any]]:
+        """Return the marks of its blocks, none where it is not cut."""
+        return []
+
+    def striking(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
+        """Yield what `blocks` does, of a run that is cut for the rows that stand out."""
+        return self.blocks(columns)
+
     def _check(self) -> None:
         """Raise DirectoryError where the merged files are missing, damaged, of different runs or of another form."""
         check_form(self.place, self.grid)
@@ -95,7 +112,7 @@ class StoredRun:
     @contextlib.contextmanager
     def _orbits(self) -> Iterator[h5py.File]:
         """Yield orbits.h5, whose parts are checked as they are read; DamagedError where one is not what was written."""
-        path = self.place / ORBITS_FILE
+        path = self._path(ORBITS_FILE)
         durable.check_regular(path)
         try:
             with h5py.File(path, "r") as file:
@@ -110,7 +127,7 @@ class StoredRun:
     @contextlib.contextmanager
     def _table(self, name: str = SUMMARY_FILE) -> Iterator[pq.ParquetFile]:
         """Yield a table, whose pages are checked as they are read; DamagedError as `_orbits`."""
-        path = self.place / name
+        path = self._path(name)
         try:
             with open_table(path) as table:
                 yield table

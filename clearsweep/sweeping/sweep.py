@@ -15,7 +15,7 @@ from .. import store
 from ..contracts.results import Peak
 from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
-from . import adaptive, executors, identified, progress, resources, signals
+from . import adaptive, blockwise, executors, identified, progress, resources, signals
 from .identifying import Identified, Identifying
 from .optimising import Optimised, Optimising
 from .refining import Refined, Refining
@@ -150,6 +150,8 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
             "shard: the cases that `refine` adds follow from all others; run the shards of the grid without it, merge "
             "them, and run the grid with it where they were merged to"
         )
+    if cut := store.Cut.of(grid, str(shard or "")):
+        return _run_cut(grid, out, options, simulator, (cut, shard, begin))
     with phases.phase("looking at the cases"):
         ids = case_ids(grid)
         wanted = shard.ids(ids) if shard else each_once(ids)
@@ -199,6 +201,42 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         optimised=best,
         identified=machine,
         refined=search.result() if isinstance(search, Refining) and complete else None,
+    )
+
+
+def _run_cut(
+    grid: grids.Grid,
+    out: str | Path | None,
+    options: Options,
+    simulator: Simulator,
+    known_of_run: tuple[store.Cut, Shard | None, float],
+) -> RunResult:
+    """Run a grid that is cut into blocks; known_of_run : how it is cut, the shard, and when the run began."""
+    cut, shard, begin = known_of_run
+    with phases.phase("looking at the cases"):
+        doubles = blockwise.doubles_of(grid)
+        derived, warnings = facts(grid, simulator)
+    known: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
+    directory = directory_of(grid, out, shard)
+    job = blockwise.BlockJob(directory.path.absolute(), grid, simulator, options, cut, shard, doubles)
+    wanted = blockwise.count_wanted(job)
+    blocks = {"size": cut.size, "count": cut.count, "numbers": []}
+    with signals.catching(), directory.open_for(grid, counts={"cases": wanted}, blocks=blocks, **known):
+        start = store.now()
+        with phases.phase("reading what the directory holds"):
+            for sentence in directory.recover():
+                progress.say(sentence)
+        with WorkerPool(directory, options, simulator) as worker_pool:
+            outcome = blockwise.run_blocks(job, worker_pool, directory)
+            counts = blockwise.conclude(directory, job, outcome, (outcome.ran, wanted), start=start, **known)
+    return RunResult(
+        directory.path,
+        **counts,
+        seconds=time.monotonic() - begin,
+        case_seconds=outcome.case_seconds,
+        start_up=(worker_pool.ready or begin) - begin,
+        derived=derived,
+        warnings=tuple(warnings),
     )
 
 
