@@ -1,8 +1,12 @@
 """How the cases of a grid are numbered: factors whose product they are, made of blocks or of rows in step."""
 
+import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import accumulate, product
 from typing import Any, NamedTuple
+
+from .keys import Shape, Word, value_key
 
 KEPT = 4096  # rows of a factor that are kept while all cases are gone through
 
@@ -54,6 +58,30 @@ class Step(NamedTuple):
     def point(self, index: int, axes: Mapping[str, tuple[Any, ...]]) -> dict[str, Any]:
         """Return the values of these axes at `index`."""
         return {path: axes[path][self.rows[index]] for path in self.paths}
+
+
+def step_of(paths: tuple[str, ...], axes: Mapping[str, tuple[Any, ...]]) -> Step:
+    """Return axes in step, of equal rows only the first."""
+    rows: dict[tuple[Any, ...], int] = {}
+    for row, values in enumerate(zip(*(axes[path] for path in paths), strict=True)):
+        rows.setdefault(values, row)
+    return Step(paths, tuple(rows.values()))
+
+
+def factor_of(
+    paths: list[str], axes: Mapping[str, tuple[Any, ...]], shape: Shape, names_in_grid: Mapping[str, frozenset[str]]
+) -> Factor:
+    """Return the blocks of axes that belong together, each combination of law names that differs once."""
+    words = [path for path in paths if isinstance(shape[path], Word)]
+    blocks = {}
+    for choice in product(*(axes[path] for path in words)):
+        names = dict(names_in_grid) | {path: frozenset({word}) for path, word in zip(words, choice, strict=True)}
+        chosen = {
+            path: word if value_key(shape, path).used(names) else None for path, word in zip(words, choice, strict=True)
+        }
+        used = tuple(path for path in paths if path not in chosen and value_key(shape, path).used(names))
+        blocks[tuple(chosen.values())] = Block(chosen, used, math.prod(len(axes[path]) for path in used))
+    return Factor(tuple(blocks.values()), tuple(accumulate(block.size for block in blocks.values())))
 
 
 def words_at(point: Mapping[str, Any]) -> Words:

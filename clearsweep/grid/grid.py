@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import accumulate, product
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,7 @@ from .assumed_units import WrittenUnit, assumed_units, written_units
 from .changes import Changed, put
 from .defined import NOTHING, START, Definitions
 from .document import Problems, name_of_run, override, read
-from .enumeration import Block, Factor, Step, Words, combined, words_at
+from .enumeration import Factor, Step, Words, combined, factor_of, step_of, words_at
 from .identified import IDENTIFY, Identify
 from .iso286 import Fit
 from .key_units import unit
@@ -375,7 +374,7 @@ class Grid:
     @cached_property
     def _factors(self) -> tuple[Factor | Step, ...]:
         """Return the factors of the product: axes in step, a section whose law names are swept, each other axis."""
-        steps = tuple(self._step(paths) for paths in self._steps.values())
+        steps = tuple(step_of(paths, self.axes) for paths in self._steps.values())
         groups: dict[str, list[str]] = {}
         sweep = self._ways.get("sweep", ())
         for path in sweep:
@@ -383,28 +382,7 @@ class Grid:
             swept = [chooser for chooser in node.choosers() if chooser in sweep]
             together = path if isinstance(node, Word) else swept[0] if swept else None
             groups.setdefault(together.rpartition(".")[0] if together else path, []).append(path)
-        return (*(self._factor(paths) for paths in groups.values()), *steps)
-
-    def _step(self, paths: tuple[str, ...]) -> Step:
-        """Return axes in step, of equal rows only the first."""
-        rows: dict[tuple[Any, ...], int] = {}
-        for row, values in enumerate(zip(*(self.axes[path] for path in paths), strict=True)):
-            rows.setdefault(values, row)
-        return Step(paths, tuple(rows.values()))
-
-    def _factor(self, paths: list[str]) -> Factor:
-        """Return the blocks of axes that belong together, each combination of law names that differs once."""
-        words = [path for path in paths if isinstance(self._shape[path], Word)]
-        blocks = {}
-        for choice in product(*(self.axes[path] for path in words)):
-            names = self._names | {path: frozenset({word}) for path, word in zip(words, choice, strict=True)}
-            chosen = {
-                path: word if value_key(self._shape, path).used(names) else None
-                for path, word in zip(words, choice, strict=True)
-            }
-            used = tuple(path for path in paths if path not in chosen and value_key(self._shape, path).used(names))
-            blocks[tuple(chosen.values())] = Block(chosen, used, math.prod(len(self.axes[path]) for path in used))
-        return Factor(tuple(blocks.values()), tuple(accumulate(block.size for block in blocks.values())))
+        return (*(factor_of(paths, self.axes, self._shape, self._names) for paths in groups.values()), *steps)
 
     @cached_property
     def _pairs(self) -> tuple[str, ...]:

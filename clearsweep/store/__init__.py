@@ -5,8 +5,8 @@ from pathlib import Path
 import pyarrow
 
 from .assemble import merge
-from .blocks import BLOCKS, DATASET, Block, Cut, digest_of, discard_from, numbers_of_blocks, read_mark
 from .batch import Axis, ResultSchema, Row, id_text, open_table
+from .blocks import BLOCKS, DATASET, Block, Cut, digest_of, discard_from, numbers_of_blocks, read_mark
 from .case_results import (
     OPTIMISE_FILE,
     SEEK_FILE,
@@ -24,20 +24,28 @@ from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_
 from .read import StoredRun, newest, verify
 from .read_blocks import BlockedRun
 from .record import check_form, now, plain, read_record
+from .sampled import SampledRun
 from .state import status, status_text
 from .unfinished import Unfinished
 from .working import Working, case_text
 from .worst import Worst
 
 __all__ = [
+    "BLOCKS",
+    "DATASET",
+    "FINAL_FILES",
     "OPTIMISE_FILE",
     "SCRATCH",
     "SEEK_FILE",
     "Axis",
+    "Block",
+    "BlockedRun",
     "CaseResults",
+    "Cut",
     "ResultSchema",
     "Row",
     "RunDirectory",
+    "SampledRun",
     "StoredRun",
     "Unfinished",
     "Working",
@@ -47,6 +55,9 @@ __all__ = [
     "check_version",
     "commit",
     "difference",
+    "digest_of",
+    "discard_from",
+    "finish_block",
     "gather",
     "histories",
     "id_text",
@@ -57,8 +68,11 @@ __all__ = [
     "merge",
     "newest",
     "now",
+    "numbers_of_blocks",
     "open",
     "open_table",
+    "plain",
+    "read_mark",
     "read_record",
     "read_results",
     "status",
@@ -68,18 +82,6 @@ __all__ = [
     "write_answers",
     "write_best",
     "write_sample",
-    "BLOCKS",
-    "DATASET",
-    "Block",
-    "BlockedRun",
-    "Cut",
-    "FINAL_FILES",
-    "digest_of",
-    "discard_from",
-    "finish_block",
-    "numbers_of_blocks",
-    "plain",
-    "read_mark",
 ]
 
 

@@ -84,9 +84,7 @@ def merge(
                 with h5py.File(orbits, "r+", libver=FORMAT) as file:
                     write_worst(file, form, peaks)
             with phases.phase(f"writing {SUMMARY_FILE}") as writing:
-                write_summary(
-                    summary, run, form, rows, mark, lambda _, before: writing.note(share=before / len(rows))
-                )
+                write_summary(summary, run, form, rows, mark, lambda _, before: writing.note(share=before / len(rows)))
             for path in (summary, orbits):
                 durable.sync(path)
         durable.sync(run.path)

@@ -10,6 +10,7 @@ import os
 import re
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -37,7 +38,7 @@ class Block(NamedTuple):
 
     @property
     def path(self) -> Path:
-        """Return the directory of its batches and of what is found by its number."""
+        """Return the directory of its batches and of what its number names."""
         return self.run / BLOCKS / self.name
 
     @property
@@ -70,7 +71,8 @@ class Block(NamedTuple):
         return directory
 
 
-class Cut(NamedTuple):
+@dataclass(frozen=True)
+class Cut:
     """How the cases of a grid are cut into blocks."""
 
     size: int  # consecutive indices in a block
@@ -179,7 +181,7 @@ class Sampler:
         self.rows, self.chosen = rows, chosen
         self.drawn: list[pa.Table] = []
         self.ranges: dict[str, list[Any]] = {}  # column -> smallest, largest value, their identities
-        self.kept: dict[str, pa.Table] = {}  # case_id -> its row
+        self.selected: dict[str, pa.Table] = {}  # case_id -> its row
         self.taken = 0
 
     def add(self, table: pa.Table, columns: dict[str, np.ndarray]) -> None:
@@ -199,22 +201,20 @@ class Sampler:
             if values[high] > ends[1]:
                 ends[1], ends[3] = float(values[high]), ids[high]
         chosen = self.chosen(columns) | {case_id for ends in self.ranges.values() for case_id in ends[2:]}
-        for case_id in chosen - self.kept.keys():
+        for case_id in chosen - self.selected.keys():
             place = bisect_left(ids, case_id)
             if place < len(ids) and ids[place] == case_id:
-                self.kept[case_id] = _copied(table, np.array([place]))
-        self.kept = {case_id: row for case_id, row in self.kept.items() if case_id in chosen}
+                self.selected[case_id] = _copied(table, np.array([place]))
+        self.selected = {case_id: row for case_id, row in self.selected.items() if case_id in chosen}
 
     def table(self, schema: pa.Schema) -> pa.Table:
         """Return the rows at random, `taken` of them, and behind them the others, each once."""
         drawn = pa.concat_tables([schema.empty_table(), *self.drawn])
         known = set(drawn["case_id"].to_pylist())
-        others = [row for case_id, row in sorted(self.kept.items()) if case_id not in known]
+        others = [row for case_id, row in sorted(self.selected.items()) if case_id not in known]
         return pa.concat_tables([drawn, *others]).combine_chunks()
 
 
 def _copied(table: pa.Table, places: np.ndarray) -> pa.Table:
-    """Return some rows without a hold on the memory of the others."""
+    """Return some rows without the memory of the others."""
     return table.take(array_of([None, places.astype("i8")], pa.int64(), len(places)))
-
-

@@ -49,7 +49,12 @@ def finish_block(  # noqa: PLR0913 - the block, what it holds, what is made of i
     stored = len(rows)
     rows = rows[np.isin(rows["id"], wanted, assume_unique=True)]
     mark = mark_of(run, form, rows)
-    sampler = Sampler(cut.sampled, lambda columns: (facts.add(columns), facts.case_ids())[1])
+
+    def chosen(columns: dict[str, np.ndarray]) -> set[str]:
+        facts.add(columns)
+        return facts.case_ids()
+
+    sampler = Sampler(cut.sampled, chosen)
     worst = worst_cases(form, lambda schema: summary_groups(run, schema, rows)) if form.worst and len(rows) else []
     peaks = [(case, peak) for case, peak in zip(worst, again(worst) if worst else [], strict=True) if peak]
     with durable.storing(block.path):
@@ -99,5 +104,3 @@ def finish_block(  # noqa: PLR0913 - the block, what it holds, what is made of i
         },
         run.scratch,
     )
-
-

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 TYPES = {pa.float64(), pa.int64(), pa.string()}  # of columns
-_OFFSETS = {SAMPLE: "offsets", EVENT: "events/offsets", SECTION: "poincare/offsets", NODE: "history/offsets"}
+OFFSETS_BY = {SAMPLE: "offsets", EVENT: "events/offsets", SECTION: "poincare/offsets", NODE: "history/offsets"}
 
 
 class StoredRun:
@@ -326,7 +326,7 @@ class StoredRun:
             return {}
         place = self._place(case_id)
         with self._orbits() as file:
-            start, stop = file[_OFFSETS[NODE]][place : place + 2]
+            start, stop = file[OFFSETS_BY[NODE]][place : place + 2]
             names: list[str] = []
             group = file[results.HISTORY]
             group.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
@@ -355,7 +355,7 @@ class StoredRun:
         place = self._place(case_id)
         with self._orbits() as file:
             stored = bool(paths) and "t" in file  # nothing is where save.orbits is none
-            start, stop = file[_OFFSETS[each]][place : place + 2] if stored else (0, 0)
+            start, stop = file[OFFSETS_BY[each]][place : place + 2] if stored else (0, 0)
             frame = pd.DataFrame({path: file[path][start:stop] if stored else [] for path in paths})
         return frame
 

@@ -1,4 +1,4 @@
-"""Runs a grid that is cut: block after block by the workers of this machine, or by a driver on each node of a cluster."""
+"""Runs a grid that is cut, block after block, by the workers of one pool."""
 
 import json
 import time
@@ -64,21 +64,23 @@ def finish(job: Job, block: store.Block, cut: store.Cut, wanted: np.ndarray) -> 
     """
     store.use_one_thread()
     form, layout = job.form, job.grid.layout
-    record = store.plain({**job.grid.resolved(), "layout": layout.written(), "units": dict.fromkeys(job.grid.axes, "1")})
+    record = store.plain(
+        {**job.grid.resolved(), "layout": layout.written(), "units": dict.fromkeys(job.grid.axes, "1")}
+    )
 
     def again(worst: Sequence[store.Worst]) -> list[Peak | None]:
-        found: list[Peak | None] = []
+        peaks: list[Peak | None] = []
         for each in worst:
             case = job.grid.case_at(each.point)
             column = f"{layout.joints[each.joint].name}_force_peak"
             try:
                 peak = job.simulator.peak(case, each.joint, each.revolutions or case.simulate.revolutions)
             except Exception:  # as of a run that is not cut, it is left out
-                found.append(None)
+                peaks.append(None)
                 continue
             same = peak.path.status == "ok" and peak.path.summary[column] == each.peak
-            found.append(peak if same else None)
-        return found
+            peaks.append(peak if same else None)
+        return peaks
 
     return store.finish_block(block, cut, form, wanted, RunFacts(record, layout), again)
 
@@ -98,6 +100,22 @@ def settled(job: BlockJob, number: int) -> dict[str, Any] | None:
     if mark is None or mark["missing"] or (mark["failed"] and job.options.retry_failed):
         return None
     return mark
+
+
+def unfinished(job: BlockJob) -> tuple[list[int], dict[int, dict[str, Any]]]:
+    """Return the numbers of the blocks of which something is to be done, and the marks of the others, by number."""
+    marks = {number: mark for number in range(job.cut.count) if (mark := settled(job, number))}
+    return [number for number in range(job.cut.count) if number not in marks], marks
+
+
+def committed(job: BlockJob, number: int) -> int:
+    """Return how many cases of a block that is not finished are committed."""
+    directory = store.RunDirectory(store.Block(job.directory, number).path)
+    directory.frame = store.ResultSchema.of(job.grid).frame
+    directory.look()
+    if not directory.batches:
+        return 0
+    return int(np.count_nonzero(within(directory.rows()["id"], np.sort(job.cases(number)[1]))))
 
 
 class BlockRunner:
@@ -137,6 +155,19 @@ class BlockRunner:
         self._submit(number, block, wanted)
         self.collect(wait=False)
         return done
+
+    def join(self, number: int, sources: Sequence[store.RunDirectory]) -> None:
+        """Take over the batches of other directories of a block, and finish it."""
+        block = store.Block(self.job.directory, number)
+        directory = block.directory(store.ResultSchema.of(self.job.grid).frame)
+        for sentence in directory.recover():
+            progress.say(f"{block.path}: {sentence}")
+        for source in sources:
+            directory.take(source)
+        if self.pool.workers is None:
+            self.pool.hire(1)
+        self._submit(number, block, np.sort(self.job.cases(number)[1]))
+        self.collect()
 
     def _take_earlier(self, directory: store.RunDirectory, ids: np.ndarray) -> None:
         """Take over the batches with cases of this block that the run had while it was not cut."""
@@ -179,7 +210,9 @@ class BlockRunner:
                 raise
             except Exception as error:
                 if tried == MOST_RESTARTS:
-                    raise ClearsweepError(f"a block cannot be finished ({brief(error)}); run the same command again") from error
+                    raise ClearsweepError(
+                        f"a block cannot be finished ({brief(error)}); run the same command again"
+                    ) from error
                 try:
                     future = submit()
                 except RuntimeError:
@@ -193,14 +226,12 @@ class BlockRunner:
 
 def run_blocks(job: BlockJob, worker_pool: WorkerPool, directory: store.RunDirectory) -> Outcome:
     """Run all blocks of a grid by the workers of a pool."""
-    marks = {number: mark for number in range(job.cut.count) if (mark := settled(job, number))}
+    left, marks = unfinished(job)
     runner = BlockRunner(job, worker_pool, earlier=directory)
-    runner.most_failures = most_failures(job, marks)
+    runner.most_failures = most_failures(job, left)
     complete = True
     with phases.phase("running blocks"):
-        for number in range(job.cut.count):
-            if number in marks:
-                continue
+        for number in left:
             complete = runner.run(number)
             if not complete:
                 break
@@ -209,15 +240,15 @@ def run_blocks(job: BlockJob, worker_pool: WorkerPool, directory: store.RunDirec
     return Outcome(marks | runner.marks, worker_pool.ran, worker_pool.case_seconds, complete)
 
 
-def most_failures(job: BlockJob, marks: dict[int, dict[str, Any]]) -> int | None:
-    """Return how many of the cases of all blocks that are to run may fail."""
-    cases = sum(len(job.cut.part(number)) for number in range(job.cut.count) if number not in marks)
+def most_failures(job: BlockJob, left: list[int]) -> int | None:
+    """Return how many of the cases of some blocks may fail."""
+    cases = sum(len(job.cut.part(number)) for number in left)
     return most(job.options.max_failures, cases)
 
 
 def conclude(
     directory: store.RunDirectory, job: BlockJob, outcome: Outcome, counts_of_run: tuple[int, int], **known: Any
-) -> dict[str, int]:
+) -> dict[str, Any]:
     """Write run.json of a run that is cut; return the counts.
 
     counts_of_run : numbers of cases that ran, and that are wanted.
@@ -252,5 +283,3 @@ def count_wanted(job: BlockJob) -> int:
     if len(job.doubles) == 0:
         return sum(len(range(number - 1, size, of)) for size in sizes)
     return sum(len(job.cases(each)[0]) for each in range(job.cut.count))
-
-

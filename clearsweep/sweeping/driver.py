@@ -74,7 +74,10 @@ class Batches:
         here = slice(self.taken, self.taken + size)
         self.taken += size
         return fresh(
-            tuple(Task(f"{each:016x}", index) for each, index in zip(self.ids[here].tolist(), self.pending[here].tolist(), strict=True))
+            tuple(
+                Task(f"{each:016x}", index)
+                for each, index in zip(self.ids[here].tolist(), self.pending[here].tolist(), strict=True)
+            )
         )
 
     def _drop(self, done: np.ndarray) -> None:

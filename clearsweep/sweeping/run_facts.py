@@ -27,13 +27,13 @@ class RunFacts:
         self.swept = list(record["units"])
         self.failures: list[dict[str, Any]] = []
         self.statuses: Counter[str] = Counter()
-        self.remarks, self.kept = validity.Remarks(joints), _Kept(record)
+        self.remarks, self.limits = validity.Remarks(joints), _LimitCounts(record)
         self.lives, self.pace = Lives(layout), Pace(record, layout)
-        self.lead = order.lead_of(layout, self.kept.verdict.limits, record)
-        self.worst = WorstCases(self.lead, joints, self.kept.verdict.limits)
+        self.lead = order.lead_of(layout, self.limits.verdict.limits, record)
+        self.worst = WorstCases(self.lead, joints, self.limits.verdict.limits)
         columns = ["status", *self.swept, *self.worst.columns]
         columns += validity.columns(joints, {column.name for column in layout.columns})
-        self.columns = list(dict.fromkeys([*columns, *self.kept.columns, *self.lives.columns, *self.pace.columns]))
+        self.columns = list(dict.fromkeys([*columns, *self.limits.columns, *self.lives.columns, *self.pace.columns]))
 
     def read(self, run: StoredRun) -> None:
         """Take in a run; of one that is cut, the rows that stand out in its blocks, and the sums of their counts."""
@@ -55,7 +55,7 @@ class RunFacts:
             self.statuses["ok"] += int(np.count_nonzero(good))
             finished = {name: values[good] for name, values in block.items()}
             self.remarks.add(finished)
-            self.kept.add(finished, self.swept)
+            self.limits.add(finished, self.swept)
             known_at = functools.partial(_known, finished, swept=self.swept)
             self.lives.add(finished, known_at)
             self.pace.add(finished, known_at)
@@ -63,7 +63,7 @@ class RunFacts:
 
     def case_ids(self) -> set[str]:
         """Return the cases that are named so far."""
-        entries = [*self.failures, *self.worst.entries, *self.lives.ends.values(), self.pace.slowest, self.kept.worst]
+        entries = [*self.failures, *self.worst.entries, *self.lives.ends.values(), self.pace.slowest, self.limits.worst]
         named = {entry["case_id"] for entry in entries if entry}
         return named | self.remarks.case_ids()
 
@@ -72,32 +72,32 @@ class RunFacts:
         return {
             "statuses": dict(self.statuses),
             "remarks": {"cases": self.remarks.cases, **self.remarks.counts},
-            "limits": {"cases": self.kept.cases, "any": self.kept.any, "unknown": self.kept.any_unknown},
-            "exceeded": dict(self.kept.exceeded),
-            "unknown": dict(self.kept.unknown),
+            "limits": {"cases": self.limits.cases, "any": self.limits.any, "unknown": self.limits.any_unknown},
+            "exceeded": dict(self.limits.exceeded),
+            "unknown": dict(self.limits.unknown),
             "unreached": self.lives.unreached,
         }
 
     def _take(self, counts: list[dict[str, Any]]) -> None:
         """Put the sums of the counts of all blocks in the place of those of the rows that were read."""
         remarks, limits, self.statuses = Counter[str](), Counter[str](), Counter[str]()
-        self.kept.exceeded, self.kept.unknown = Counter(), Counter()
+        self.limits.exceeded, self.limits.unknown = Counter(), Counter()
         for each in counts:
             for total, part in (
                 (self.statuses, "statuses"),
                 (remarks, "remarks"),
                 (limits, "limits"),
-                (self.kept.exceeded, "exceeded"),
-                (self.kept.unknown, "unknown"),
+                (self.limits.exceeded, "exceeded"),
+                (self.limits.unknown, "unknown"),
             ):
                 total.update(each[part])
         self.remarks.cases = remarks.pop("cases")
         self.remarks.counts = {name: remarks[name] for name in self.remarks.counts}
-        self.kept.cases, self.kept.any, self.kept.any_unknown = limits["cases"], limits["any"], limits["unknown"]
+        self.limits.cases, self.limits.any, self.limits.any_unknown = limits["cases"], limits["any"], limits["unknown"]
         self.lives.unreached = sum(each["unreached"] for each in counts)
 
 
-class _Kept:
+class _LimitCounts:
     """How many cases keep to the limits of a grid, as `run` reports it."""
 
     def __init__(self, record: Mapping[str, Any]):
@@ -153,5 +153,5 @@ class _Kept:
 def _known(block: dict[str, np.ndarray], place: int, swept: list[str]) -> dict[str, Any]:
     """Return which case is at a place of a block of the summary, None for a value that it does not use."""
     values = {path: block[path][place : place + 1].tolist()[0] for path in swept}
-    found = {path: None if isinstance(value, float) and math.isnan(value) else value for path, value in values.items()}
-    return {"case_id": block["case_id"][place], "swept": found}
+    in_use = {path: None if isinstance(value, float) and math.isnan(value) else value for path, value in values.items()}
+    return {"case_id": block["case_id"][place], "swept": in_use}

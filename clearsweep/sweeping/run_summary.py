@@ -14,13 +14,12 @@ from .settings import friendly, given_text, joint_count, setting_text, value_tex
 from .sweep import RunResult
 
 
-
 def of_run(result: RunResult) -> dict[str, Any]:
     """Return what `run` reports of a RunResult, ready for JSON: counts, files, worst cases, failures; all in SI."""
     run = result.open()
-    found = RunFacts(run.grid, run.layout)
-    found.read(run)
-    kept, lead = found.kept, found.lead
+    seen = RunFacts(run.grid, run.layout)
+    seen.read(run)
+    limits, lead = seen.limits, seen.lead
     return {
         "directory": str(result.directory),
         "cases": result.cases,
@@ -30,27 +29,27 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "failed": result.failed,
         "missing": result.missing,
         "others": result.others,
-        "statuses": dict(found.statuses),
+        "statuses": dict(seen.statuses),
         "joined": result.joined,
         "seconds": round(result.seconds, 3),
         "case_seconds": round(result.case_seconds, 3),
         "derived": result.derived,
-        "warnings": [*result.warnings, *found.remarks.sentences()],
+        "warnings": [*result.warnings, *seen.remarks.sentences()],
         "units": run.grid.get("units", {}),
         "written_units": run.grid.get("written_units", {}),
-        "limits": kept.facts(),
-        "life": found.lives.facts(),
-        "slowest": found.pace.slowest,
-        "seek": seek_facts(result, run.grid.get("units", {}), kept.verdict.limits, kept.units),
-        "optimised": optimised(result, kept.units),
+        "limits": limits.facts(),
+        "life": seen.lives.facts(),
+        "slowest": seen.pace.slowest,
+        "seek": seek_facts(result, run.grid.get("units", {}), limits.verdict.limits, limits.units),
+        "optimised": optimised(result, limits.units),
         "identified": result.identified and identified.of_run(result.identified),
         "refined": result.refined and result.refined._asdict(),
         "fits": run.grid.get("fits", {}),
         "question": lead.question,
-        "ranked": {"title": lead.title, "headings": list(lead.headings), "units": kept.units},
+        "ranked": {"title": lead.title, "headings": list(lead.headings), "units": limits.units},
         "no_limits": order.no_limits(run.layout) if lead.question in ("film", "force") else "",
-        "worst": found.worst.entries,
-        "failures": found.failures,
+        "worst": seen.worst.entries,
+        "failures": seen.failures,
         "files": {name: str(result.directory / name) for name in run.files},
     }
 
