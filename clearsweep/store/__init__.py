@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pyarrow
 
+from . import blocks
 from .assemble import merge
 from .batch import Axis, ResultSchema, Row, id_text, open_table
 from .blocks import BLOCKS, DATASET, Block, Cut, digest_of, discard_from, numbers_of_blocks, read_mark
@@ -50,6 +51,7 @@ __all__ = [
     "Unfinished",
     "Working",
     "Worst",
+    "block_size",
     "case_text",
     "check_form",
     "check_version",
@@ -88,6 +90,11 @@ __all__ = [
 def open(directory: str | Path) -> StoredRun:
     """Return the run in `directory`: its summary, orbits, events and wear; raise DirectoryError where there is none."""
     return BlockedRun(directory) if is_cut(directory) else StoredRun(directory)
+
+
+def block_size() -> int:
+    """Return the number of consecutive cases in a block of a run that is cut."""
+    return blocks.BLOCK
 
 
 def is_cut(directory: str | Path) -> bool:

@@ -170,7 +170,7 @@ def discard_from(run: Path, count: int) -> None:
 
 
 class Sampler:
-    """Takes in the sorted rows of a block; keeps ranges of its columns, some rows at random, and those that stand out.
+    """Takes in the sorted rows of a block; keeps ranges of its columns, rows at random, and extreme ones.
 
     Rows are sorted by identities, which are hashes: the first ones are a random sample.  The others are the rows with
     the smallest and the largest value of each column, and those that `chosen` names.

@@ -270,6 +270,10 @@ class RunDirectory:
         """Return the name of the summary that `batch` committed, None where it committed nothing."""
         return next((path.name for path in self.summaries.glob(f"{batch}-*.parquet")), None)
 
+    def done_in(self, name: str) -> np.ndarray:
+        """Return the identities (uint64) of the cases in the summary called `name`."""
+        return read_done(self.summaries / name)[0]
+
     def counts_of(self, name: str) -> tuple[int, int]:
         """Return how many cases the summary called `name` contains and how many of them failed."""
         self._intact(self.summaries / name)

@@ -29,7 +29,7 @@ class Facts(Protocol):
         """Return what was counted, as JSON contains it."""
 
 
-def finish_block(  # noqa: PLR0913 - the block, what it holds, what is made of it
+def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
     block: Block,
     cut: Cut,
     form: ResultSchema,

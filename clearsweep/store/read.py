@@ -64,7 +64,7 @@ class StoredRun:
         return []
 
     def striking(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
-        """Yield what `blocks` does, of a run that is cut for the rows that stand out."""
+        """Yield what `blocks` does, of a run that is cut for its extreme rows."""
         return self.blocks(columns)
 
     def _check(self) -> None:

@@ -83,7 +83,7 @@ class BlockedRun(StoredRun):
             listed = [each for each in numbers_of_blocks(self.directory) if read_mark(Block(self.directory, each))]
         self.parts = [OneBlock(self.directory, Block(self.directory, each), self.grid, self.layout) for each in listed]
         if not self.parts:
-            raise DirectoryError(f"{directory}: no block of its run is finished yet; `status` tells how far it is")
+            raise DirectoryError(f"{directory}: no block of its run is finished yet; `status` says how far it is")
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -128,7 +128,7 @@ class BlockedRun(StoredRun):
             yield from part.blocks(columns)
 
     def striking(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
-        """Yield these columns for the rows of every block that are stored: at random, or because they stand out."""
+        """Yield these columns for the rows of every block that are stored: at random, or because they are extreme."""
         for part in self.parts:
             table = _sample(part.block)
             if len(table):

@@ -129,12 +129,16 @@ class BlockRunner:
         self.most_failures: int | None = None
         self._earlier_ids = earlier.rows() if earlier and earlier.batches else None
 
-    def run(self, number: int) -> bool:
-        """Run what is missing of a block and let a worker finish it; return False where too many cases failed."""
+    def run(self, number: int, drop: Callable[[], np.ndarray] | None = None) -> bool:
+        """Run what is missing of a block and let a worker finish it; return False where too many cases failed.
+
+        drop : of `Pending`, where others may work at the block, too; nothing of theirs is then cleared away.
+        """
         job = self.job
         block = store.Block(job.directory, number)
         directory = block.directory(store.ResultSchema.of(job.grid).frame)
-        durable.clear(directory.scratch)
+        if drop is None:
+            durable.clear(directory.scratch)
         durable.probe(directory.scratch)
         for sentence in directory.recover():
             progress.say(f"{block.path}: {sentence}")
@@ -149,7 +153,7 @@ class BlockRunner:
         if len(pending):
             title = f"block {number + 1:,} of {job.cut.count:,}: "
             left = None if self.most_failures is None else max(self.most_failures - self.pool.failed, 0)
-            done = self.pool.run_cases(job.grid, Pending(indices[pending], ids[pending], title), left)
+            done = self.pool.run_cases(job.grid, Pending(indices[pending], ids[pending], title, drop), left)
         if self.pool.workers is None:  # the driver has ended them
             self.pool.hire(1)
         self._submit(number, block, wanted)

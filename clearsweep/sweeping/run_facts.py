@@ -1,4 +1,4 @@
-"""What is counted of the cases of a run, and which of them stand out; counts of blocks add up."""
+"""What is counted of the cases of a run, and which of them are extreme; counts of blocks add up."""
 
 import functools
 import math
@@ -36,7 +36,7 @@ class RunFacts:
         self.columns = list(dict.fromkeys([*columns, *self.limits.columns, *self.lives.columns, *self.pace.columns]))
 
     def read(self, run: StoredRun) -> None:
-        """Take in a run; of one that is cut, the rows that stand out in its blocks, and the sums of their counts."""
+        """Take in a run; of one that is cut, the extreme rows of its blocks, and the sums of their counts."""
         for block in run.striking(self.columns):
             self.add(block)
         if marks := run.marks():

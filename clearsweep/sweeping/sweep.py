@@ -15,7 +15,7 @@ from .. import store
 from ..contracts.results import Peak
 from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
-from . import adaptive, blockwise, executors, identified, progress, resources, signals
+from . import adaptive, blockwise, executors, identified, nodes, progress, resources, signals
 from .identifying import Identified, Identifying
 from .optimising import Optimised, Optimising
 from .refining import Refined, Refining
@@ -97,7 +97,7 @@ def sweep(  # noqa: PLR0913 - options that a user gives by name, as on the comma
     source : path of a grid file, dict of the same shape, or Grid.
     out : directory; default results/<name of the grid>.
     jobs : number of worker processes; default the number of cores this process may use.
-    executor : 'local' (processes), 'serial' (this process) or 'dask' (a cluster).
+    executor : 'local' (processes), 'serial' (this process), 'dask' (a cluster) or 'nodes' (a driver on each node).
     scheduler : address of the cluster's scheduler; default a new cluster on this machine.
     retry_failed : run cases again that failed before.
     case_timeout : s a case may take; a longer one gets the status 'timeout'.
@@ -152,6 +152,11 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         )
     if cut := store.Cut.of(grid, str(shard or "")):
         return _run_cut(grid, out, options, simulator, (cut, shard, begin))
+    if options.executor == executors.NODES:
+        raise InputError(
+            f"executor: nodes gives whole blocks of {store.block_size():,} cases to nodes, and this grid has "
+            f"{len(grid):,} or is searched; write --executor dask"
+        )
     with phases.phase("looking at the cases"):
         ids = case_ids(grid)
         wanted = shard.ids(ids) if shard else each_once(ids)
@@ -227,7 +232,10 @@ def _run_cut(
             for sentence in directory.recover():
                 progress.say(sentence)
         with WorkerPool(directory, options, simulator) as worker_pool:
-            outcome = blockwise.run_blocks(job, worker_pool, directory)
+            if options.executor == executors.NODES:
+                outcome = nodes.run_on_nodes(job)
+            else:
+                outcome = blockwise.run_blocks(job, worker_pool, directory)
             counts = blockwise.conclude(directory, job, outcome, (outcome.ran, wanted), start=start, **known)
     return RunResult(
         directory.path,
@@ -327,8 +335,9 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
 def check(options: Options) -> None:
     """Raise InputError for options that do not hold or do not go together."""
     executor, jobs, case_timeout, scheduler = options.executor, options.jobs, options.case_timeout, options.scheduler
-    if executor not in executors.EXECUTORS:
-        raise InputError(f"executor: found {executor!r}; expected one of {', '.join(executors.EXECUTORS)}")
+    names = (*executors.EXECUTORS, executors.NODES)
+    if executor not in names:
+        raise InputError(f"executor: found {executor!r}; expected one of {', '.join(names)}")
     if jobs is not None and jobs < 1:
         raise InputError(f"jobs: found {jobs}; expected a whole number of at least 1")
     if case_timeout is not None and not 0.0 < case_timeout <= LONGEST_TIMEOUT:
@@ -338,8 +347,12 @@ def check(options: Options) -> None:
         )
     if case_timeout and executor == "serial":
         raise InputError("case timeout: the serial executor cannot end a case; use the local executor")
-    if scheduler and executor != "dask":
+    if executor == executors.NODES and not scheduler:
+        raise InputError(
+            "executor: nodes needs the address of a scheduler, each of whose workers is a node: --scheduler"
+        )
+    if scheduler and executor not in ("dask", executors.NODES):
         raise InputError(f"scheduler: the {executor} executor has none; write --executor dask, too")
     executors.allow_files(executor, jobs or executors.cores())
-    if executor == "dask":
+    if executor in ("dask", executors.NODES):
         executors.reach(scheduler)
