@@ -92,17 +92,18 @@ class WorkerPool:
             listed = kinds(grid, pending.indices, self.simulator)
         together = not self.options.case_timeout and go_together(self.simulator, count, len(listed))
         workers = self._hired(listed, count, together=together)
-        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, together)
+        driver = secrets.token_hex(8) if pending.drop else ""
+        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, together, driver)
         batches = Batches(pending.indices, pending.ids, workers.jobs, grids.usual_history(grid), pending.drop)
         with phases.phase(display := progress.Cases(count, pending.title)):
             if most_failures is None:
                 most_failures = most(self.options.max_failures, count)
-            driver = Driver(workers, self.directory, job, batches, most_failures, display)
-            done = driver.run()
+            run = Driver(workers, self.directory, job, batches, most_failures, display)
+            done = run.run()
         if not done:
             self.workers = None  # the driver has ended them
-        self.ran, self.case_seconds = self.ran + driver.ran, self.case_seconds + driver.case_seconds
-        self.failed += driver.failed
+        self.ran, self.case_seconds = self.ran + run.ran, self.case_seconds + run.case_seconds
+        self.failed += run.failed
         return done
 
     def look(self, grid: grids.Grid, first: int) -> store.CaseResults | None:
