@@ -1,6 +1,7 @@
 """Finishes a block: its batches become a sorted summary, orbits, the index of its cases, a sample and its mark."""
 
 import contextlib
+import fcntl
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -11,8 +12,8 @@ import pyarrow.parquet as pq
 from . import durable
 from .assemble import FORMAT, mark_of, summary_groups, write_orbits, write_summary
 from .batch import ResultSchema, values_of
-from .blocks import DATASET, IDS_FILE, SAMPLE_FILE, Block, Cut, Sampler, write_mark
-from .directory import ORBITS_FILE, SUMMARY_FILE
+from .blocks import DATASET, IDS_FILE, SAMPLE_FILE, Block, Cut, Sampler, read_mark, write_mark
+from .directory import LOCK, ORBITS_FILE, SUMMARY_FILE
 from .worst import Again, worst_cases, write_worst
 
 
@@ -42,6 +43,20 @@ def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
 
     wanted : identities of the cases that it has to have, ascending.  `say`, `again` : as `merge` takes them.
     """
+    block.directory(form.frame)
+    with durable.opened_lock(block.path / LOCK) as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # a driver that was given up may finish the block at the same time
+        return _finish(block, cut, form, (wanted, facts, again, say))
+
+
+def _finish(
+    block: Block,
+    cut: Cut,
+    form: ResultSchema,
+    how: tuple[np.ndarray, Facts, Again, Callable[[str], None]],
+) -> dict[str, Any]:
+    """Write what `finish_block` does, with the lock of the block taken."""
+    wanted, facts, again, say = how
     run = block.directory(form.frame)
     for sentence in run.look().values():
         say(f"{block.path}: {sentence}; its cases run again")
@@ -49,6 +64,9 @@ def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
     stored = len(rows)
     rows = rows[np.isin(rows["id"], wanted, assume_unique=True)]
     mark = mark_of(run, form, rows)
+    present = read_mark(block, cut.form)
+    if present and present["mark"] == mark:
+        return present
 
     def chosen(columns: dict[str, np.ndarray]) -> set[str]:
         facts.add(columns)

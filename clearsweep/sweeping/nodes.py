@@ -8,6 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import CancelledError
 from typing import Any
 
+from .. import store
 from ..language import phases
 from ..language.errors import InputError, SchedulerLostError, StorageError, brief
 from ..store import durable
@@ -255,6 +256,8 @@ def run_on_nodes(job: BlockJob) -> Outcome:
     if not left:
         return Outcome(marks, 0, 0.0, complete=True)
     assert job.options.scheduler  # `sweep.check` asks for it
+    for number in left:
+        durable.clear(store.Block(job.directory, number).path / store.SCRATCH)
     cases = sum(len(job.cut.part(number)) for number in left)
     with phases.phase(display := progress.Cases(cases)):
         driver = NodesDriver(job, Cluster(job.options.scheduler), display)
@@ -262,5 +265,5 @@ def run_on_nodes(job: BlockJob) -> Outcome:
     for number in left:
         if mark := settled(job, number):
             marks[number] = mark
-        durable.clear(job.directory / "blocks" / f"{number:05d}" / "tmp", remove=True)
+        durable.clear(store.Block(job.directory, number).path / store.SCRATCH, remove=True)
     return Outcome(marks, driver.ran, driver.case_seconds, complete)
