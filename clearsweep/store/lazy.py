@@ -77,13 +77,16 @@ class Filter:
             if column in ranges and not isinstance(value, str)
         )
 
-    def groups(self, file: pq.ParquetFile, numbers: np.ndarray) -> list[int]:
-        """Return the groups of rows of a summary that may have rows that meet them; numbers : its identities."""
+    def groups(self, file: pq.ParquetFile, between: Callable[[int, int], np.ndarray]) -> list[int]:
+        """Return the groups of rows of a summary that may have rows that meet them.
+
+        between : the places of the identities from one to another.
+        """
         groups = range(file.metadata.num_row_groups)
         ids = self.case_ids
         if ids is None:
             return list(groups)
-        places = [bounds(numbers, int(each, 16), int(each, 16)) for each in ids]
+        places = [between(int(each, 16), int(each, 16)).tolist() for each in ids]
         return sorted({first // GROUP_ROWS for first, last in places if last > first})
 
     def mask(self, table: pa.Table) -> np.ndarray:
@@ -197,12 +200,6 @@ class LazySummary:
         if name.startswith("_"):
             raise AttributeError(name)
         return self[name] if name in self.columns else getattr(self.frame(), name)
-
-
-def bounds(numbers: np.ndarray, low: int, high: int) -> tuple[int, int]:
-    """Return where the identities from `low` to `high` are among some, ascending."""
-    first = int(np.searchsorted(numbers, np.uint64(low)))
-    return first, first + int(np.searchsorted(numbers[first:], np.uint64(high), side="right"))
 
 
 def reaches(how: str, value: Any, low: float, high: float) -> bool:

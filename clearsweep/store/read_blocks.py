@@ -17,13 +17,14 @@ from . import durable
 from .batch import ID_LENGTH, id_text, open_table, values_of
 from .blocks import DATASET, IDS_FILE, SAMPLE_FILE, Block, numbers_of_blocks, read_mark
 from .directory import ORBITS_FILE, SUMMARY_FILE
-from .lazy import Filter, LazySummary, bounds
+from .lazy import Filter, LazySummary
 from .read import StoredRun
 from .record import RECORD_FILE, check_form, damaged, read_record
 
 if TYPE_CHECKING:
     import pandas as pd
 
+NEAR = 1024  # identities on either side of where one is expected, which are read at once
 LISTED = 3  # cases that a message lists
 
 
@@ -41,14 +42,34 @@ class OneBlock(StoredRun):
         """Return its orbits, to be opened by `with`."""
         return self._orbits()
 
-    @cached_property
+    @property
     def numbers(self) -> np.ndarray:
         """Return the identities of its cases, uint64, ascending."""
+        return np.fromfile(self._ids_file, "<u8")
+
+    @property
+    def _ids_file(self) -> Path:
         path = self.block.files[IDS_FILE]
-        try:
-            return np.memmap(path, "<u8", "r") if path.stat().st_size else np.empty(0, "u8")
-        except FileNotFoundError:
-            raise damaged(path, "it is missing") from None
+        if not path.is_file():
+            raise damaged(path, "it is missing")
+        return path
+
+    def __len__(self) -> int:
+        return self._ids_file.stat().st_size // 8
+
+    def between(self, low: int, high: int) -> np.ndarray:
+        """Return the places of the cases whose identities are from `low` to `high`, as a range of two numbers.
+
+        Identities are hashes, evenly spread: a few kilobytes around the place that this tells are read.
+        """
+        with durable.opened(self._ids_file) as file:
+            handle, count = file.fileno(), len(self)
+            return np.array([_below(handle, count, low), _below(handle, count, high + 1)])
+
+    def id_at(self, place: int) -> str:
+        """Return the identity of the case at a place."""
+        with durable.opened(self._ids_file) as file:
+            return id_text(int(np.frombuffer(os.pread(file.fileno(), 8, 8 * place), "<u8")[0]))
 
     @cached_property
     def _ids(self) -> np.ndarray:
@@ -108,7 +129,7 @@ class BlockedRun(StoredRun):
         return self._marks
 
     def __len__(self) -> int:
-        return sum(len(part.numbers) for part in self.parts)
+        return sum(len(part) for part in self.parts)
 
     @property
     def summary(self) -> LazySummary:
@@ -153,10 +174,8 @@ class BlockedRun(StoredRun):
         if 0 < len(text) <= ID_LENGTH and all(letter in "0123456789abcdef" for letter in text):
             low, high = int(text.ljust(ID_LENGTH, "0"), 16), int(text.ljust(ID_LENGTH, "f"), 16)
             for part in self.parts:
-                first, last = bounds(part.numbers, low, high)
-                matches += [
-                    (id_text(int(part.numbers[place])), part) for place in range(first, min(last, first + LISTED))
-                ]
+                first, last = part.between(low, high).tolist()
+                matches += [(part.id_at(place), part) for place in range(first, min(last, first + LISTED))]
         if not matches:
             raise InputError(f"{self.directory}: no case {begin!r}; the case_id column of summary/ lists them")
         if len(matches) > 1:
@@ -208,7 +227,7 @@ class BlockedRun(StoredRun):
         for part in self._possible(filters):
             with open_table(part._path(SUMMARY_FILE)) as file:
                 schema = file.schema_arrow
-                groups = filters.groups(file, part.numbers)
+                groups = filters.groups(file, part.between)
                 names = None if columns is None else list(dict.fromkeys([*columns, *filters.columns]))
                 for group in groups:
                     table = file.read_row_group(group, names, use_threads=False)
@@ -226,9 +245,9 @@ class BlockedRun(StoredRun):
         """Yield the blocks that may have a row that passes some filters."""
         ids = filters.case_ids
         if ids is not None:
-            numbers = np.array(sorted(int(each, 16) for each in ids), "u8")
+            numbers = [int(each, 16) for each in ids]
             for part in self.parts:
-                if any(np.subtract(*bounds(part.numbers, value, value)[::-1]) for value in numbers.tolist()):
+                if any(np.ptp(part.between(value, value)) for value in numbers):
                     yield part
             return
         for part, mark in zip(self.parts, self._marks, strict=True):
@@ -257,3 +276,16 @@ def framed(table: pa.Table) -> "pd.DataFrame":
     for name, key in (("units", b"unit"), ("descriptions", b"description")):
         frame.attrs[name] = {field.name: field.metadata[key].decode() for field in table.schema}
     return frame
+
+
+def _below(handle: int, count: int, value: int) -> int:
+    """Return how many of `count` identities in an open file, ascending, are below a value."""
+    guess, reach = (count * value) >> 64, NEAR
+    while True:
+        first, last = max(guess - reach, 0), min(guess + reach, count)
+        near = np.frombuffer(os.pread(handle, 8 * (last - first), 8 * first), "<u8")
+        if len(near) == 0 or value >> 64:
+            return count if value >> 64 else first
+        if (first == 0 or near[0] < value) and (last == count or near[-1] >= value):
+            return first + int(np.searchsorted(near, np.uint64(value)))
+        reach *= 8
