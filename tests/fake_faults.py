@@ -29,7 +29,7 @@ class OtherClock(Fake):
     @staticmethod
     def load():
         """Move the clock of this worker by some seconds."""
-        ahead = float(os.environ.get("CLEARSWEEP_TEST_CLOCK", "0"))
+        offset = float(os.environ.get("CLEARSWEEP_TEST_CLOCK", "0"))
         now, now_ns = time.time, time.time_ns
-        time.time = lambda: now() + ahead
-        time.time_ns = lambda: now_ns() + int(1e9 * ahead)
+        time.time = lambda: now() + offset
+        time.time_ns = lambda: now_ns() + int(1e9 * offset)

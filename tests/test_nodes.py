@@ -83,7 +83,7 @@ def on_nodes(source, out, machines, **options):
 
 
 def once(condition, deed):
-    """Do something when a condition holds, in a thread."""
+    """Do something once a condition is met, in a thread."""
 
     def act():
         wait_for(condition)
@@ -137,7 +137,7 @@ def test_a_scheduler_that_restarts_costs_no_case(tmp_path, machines):
     assert complete(tmp_path / "run")
 
 
-def test_a_node_that_stands_still_is_helped_and_replaced(tmp_path, machines):
+def test_a_node_that_stops_is_helped_and_replaced(tmp_path, machines):
     machines.add(2)
 
     def stop():

@@ -25,7 +25,7 @@ from .directory import ORBITS_FILE, SUMMARY_FILE, RunDirectory
 BLOCK = 2**17  # consecutive indices of a grid in a block; a grid of more cases is cut
 BLOCKS, DATASET = "blocks", "summary"  # folders of a run that is cut: of its blocks, and of their sorted summaries
 MARK_FILE, IDS_FILE, SAMPLE_FILE = "block.json", "ids.bin", "sample.parquet"
-SAMPLED = 2**16  # rows of all blocks that are drawn for reports
+SAMPLED = 2**15  # rows of all blocks that are drawn for reports
 LEAST_SAMPLED = 16  # of them from each block
 _NAME = re.compile(r"\d{5}")
 

@@ -60,7 +60,7 @@ class OneBlock(StoredRun):
     def between(self, low: int, high: int) -> np.ndarray:
         """Return the places of the cases whose identities are from `low` to `high`, as a range of two numbers.
 
-        Identities are hashes, evenly spread: a few kilobytes around the place that this tells are read.
+        Identities are hashes, evenly spread: a few kilobytes around the expected place are read.
         """
         with durable.opened(self._ids_file) as file:
             handle, count = file.fileno(), len(self)

@@ -64,8 +64,8 @@ class Cluster:
                 reason = brief(error)
             time.sleep(0.5)
         raise SchedulerLostError(
-            f"scheduler: {self.address} was lost ({reason}); what was finished is kept: run the same command again "
-            "to go on"
+            f"scheduler: {self.address} was lost ({reason}); finished blocks are stored: run the same command again "
+            "to resume"
         )
 
     def close(self) -> None:
@@ -130,7 +130,7 @@ class NodesDriver:
                 if signals.requested():
                     raise signals.Stopped(
                         signals.requested(),
-                        f"stopped: {self.ran:,} cases were finished and are kept; run the same command again to go on",
+                        f"stopped: {self.ran:,} cases are finished and stored; run the same command again to resume",
                     )
                 try:
                     self._hand_out(queue, None if most is None else most - self.failed)

@@ -228,7 +228,7 @@ def _run_cut(
     blocks = {"size": cut.size, "count": cut.count, "numbers": []}
     with signals.catching(), directory.open_for(grid, counts={"cases": wanted}, blocks=blocks, **known):
         start = store.now()
-        with phases.phase("reading what the directory holds"):
+        with phases.phase("reading the directory"):
             for sentence in directory.recover():
                 progress.say(sentence)
         with WorkerPool(directory, options, simulator) as worker_pool:
