@@ -23,7 +23,7 @@ from .directory import FINAL_FILES, SCRATCH, RunDirectory, commit
 from .finish import finish_block
 from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_far
 from .read import StoredRun, newest, verify
-from .read_blocks import BlockedRun
+from .read_blocks import BlockedRun, OneBlock
 from .record import check_form, now, plain, read_record
 from .sampled import SampledRun
 from .state import status, status_text
@@ -43,6 +43,7 @@ __all__ = [
     "BlockedRun",
     "CaseResults",
     "Cut",
+    "OneBlock",
     "ResultSchema",
     "Row",
     "RunDirectory",

@@ -209,7 +209,7 @@ class Sampler:
 
     def table(self, schema: pa.Schema) -> pa.Table:
         """Return the rows at random, `taken` of them, and behind them the others, each once."""
-        drawn = pa.concat_tables([schema.empty_table(), *self.drawn])
+        drawn = pa.concat_tables([pa.Table.from_batches([], schema), *self.drawn])
         known = set(drawn["case_id"].to_pylist())
         others = [row for case_id, row in sorted(self.selected.items()) if case_id not in known]
         return pa.concat_tables([drawn, *others]).combine_chunks()
