@@ -16,6 +16,7 @@ from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.store import blocks, read_blocks
 from clearsweep.store.record import checksum_of
 from clearsweep.sweeping import blockwise, estimate, run_summary
+from clearsweep.sweeping.all_cases import complete_run
 
 MIXED = grid(12, (GOOD, GOOD + 0.001, FAILS), wear=True)  # 36 cases, 12 of them fail
 
@@ -258,3 +259,41 @@ def test_the_page_of_a_run_in_blocks_says_that_it_shows_a_sample(pair, tmp_path)
     page = clearsweep.open(pair[0].directory).report(tmp_path / "page.html").read_text(encoding="utf-8")
     assert "36" in page
     assert "rows at random" in page
+
+
+def test_a_damaged_record_of_a_run_in_blocks_is_restored(tmp_path, capfd):
+    quiet(MIXED, tmp_path / "run", executor="serial")
+    (tmp_path / "run" / "run.json").write_text("{")
+    again = quiet(MIXED, tmp_path / "run", executor="serial")
+    assert (again.ran, again.reused) == (0, 36)
+    assert "restored from the batches" in capfd.readouterr().err
+    assert len(clearsweep.open(tmp_path / "run")) == 36
+
+
+@pytest.mark.parametrize("name", ["blocks", "summary"])
+def test_a_link_in_the_place_of_a_folder_is_refused(tmp_path, name):
+    quiet(grid(2), tmp_path / "run", executor="serial")
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "run" / name).symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(DirectoryError, match=f"{name}: is a link"):
+        quiet(grid(9), tmp_path / "run", executor="serial")
+    assert not list((tmp_path / "elsewhere").iterdir())
+
+
+@pytest.mark.parametrize(
+    "change", [{"ok": "x"}, {"ranges": []}, {"ranges": {"steps": [0.0]}}, {"counts": {}}, {"drawn": -1}, {"block": 1}]
+)
+def test_a_mark_that_nobody_wrote_counts_for_nothing(tmp_path, change):
+    quiet(MIXED, tmp_path / "run", executor="serial")
+    path = tmp_path / "run" / "blocks" / "00000" / "block.json"
+    mark = {key: value for key, value in json.loads(path.read_text()).items() if key != "checksum"} | change
+    path.write_text(json.dumps(mark | {"checksum": store.digest_of(json.dumps(mark, sort_keys=True))}))
+    with pytest.raises(DirectoryError, match=r"block\.json: damaged"):
+        clearsweep.open(tmp_path / "run").marks()
+    assert quiet(MIXED, tmp_path / "run", executor="serial").ran == 0
+    assert len(clearsweep.open(tmp_path / "run").marks()) == 5
+
+
+def test_all_cases_of_a_run_in_blocks_are_those_of_its_grid(pair):
+    with complete_run(pair[0].directory, Fake) as run:
+        assert len(run) == 36

@@ -7,7 +7,7 @@ import pyarrow
 from . import blocks
 from .assemble import merge
 from .batch import Axis, ResultSchema, Row, id_text, open_table
-from .blocks import BLOCKS, DATASET, Block, Cut, digest_of, discard_from, numbers_of_blocks, read_mark
+from .blocks import Block, Cut, digest_of, discard_from, numbers_of_blocks, read_mark
 from .case_results import (
     OPTIMISE_FILE,
     SEEK_FILE,
@@ -19,7 +19,7 @@ from .case_results import (
     write_sample,
 )
 from .compare import difference
-from .directory import FINAL_FILES, SCRATCH, RunDirectory, commit
+from .directory import BLOCKS, DATASET, FINAL_FILES, SCRATCH, RunDirectory, commit
 from .finish import finish_block
 from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_far
 from .read import StoredRun, newest, verify

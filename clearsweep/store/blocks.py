@@ -20,14 +20,16 @@ import pyarrow as pa
 from ..grid import Grid
 from . import durable
 from .batch import ResultSchema, array_of
-from .directory import ORBITS_FILE, SUMMARY_FILE, RunDirectory
+from .directory import BLOCKS, DATASET, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 
 BLOCK = 2**17  # consecutive indices of a grid in a block; a grid of more cases is cut
-BLOCKS, DATASET = "blocks", "summary"  # folders of a run that is cut: of its blocks, and of their sorted summaries
 MARK_FILE, IDS_FILE, SAMPLE_FILE = "block.json", "ids.bin", "sample.parquet"
 SAMPLED = 2**15  # rows of all blocks that are drawn for reports
 LEAST_SAMPLED = 16  # of them from each block
+LARGEST = 10**12  # number of cases that a mark may have
 _NAME = re.compile(r"\d{5}")
+_COUNTS = ("cases", "ok", "failed", "missing", "others", "drawn")  # of a mark
+_COUNTED = ("statuses", "remarks", "limits", "exceeded", "unknown")  # below its `counts`
 
 
 class Block(NamedTuple):
@@ -63,10 +65,9 @@ class Block(NamedTuple):
 
     def directory(self, frame: str) -> RunDirectory:
         """Return the directory of its batches, made where it is missing."""
-        self.path.mkdir(parents=True, exist_ok=True)
         directory = RunDirectory(self.path)
         directory.frame = frame
-        for folder in (directory.orbits, directory.summaries, directory.scratch):
+        for folder in (self.path.parent, self.path, directory.orbits, directory.summaries, directory.scratch):
             durable.make_folder(folder)
         return directory
 
@@ -120,7 +121,29 @@ def read_mark(block: Block, form: str | None = None) -> dict[str, Any] | None:
         same = intact and all(os.stat(path).st_size == sizes[name] for name, path in block.files.items())
     except (FileNotFoundError, ValueError, KeyError, TypeError, AttributeError):
         return None
-    return dict(mark) if same and mark["block"] == block.number else None
+    return dict(mark) if same and mark["block"] == block.number and _is_whole(mark) else None
+
+
+def _is_whole(mark: dict[str, Any]) -> bool:
+    """Return whether a mark has all that `finish_block` writes: a checksum does not say who wrote it."""
+    counts = mark.get("counts")
+    ranges = mark.get("ranges")
+    return (
+        all(isinstance(mark.get(name), int) and 0 <= mark[name] <= LARGEST for name in _COUNTS)
+        and isinstance(ranges, dict)
+        and all(
+            isinstance(ends, list) and [type(end) for end in ends] == [float, float, str, str]
+            for ends in ranges.values()
+        )
+        and isinstance(counts, dict)
+        and isinstance(counts.get("unreached"), int)
+        and all(
+            isinstance(counts.get(name), dict) and all(isinstance(each, int) for each in counts[name].values())
+            for name in _COUNTED
+        )
+        and {"cases"} <= counts["remarks"].keys()
+        and {"cases", "any", "unknown"} <= counts["limits"].keys()
+    )
 
 
 def write_mark(block: Block, mark: Mapping[str, Any], scratch: Path) -> dict[str, Any]:

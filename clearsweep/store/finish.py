@@ -12,8 +12,8 @@ import pyarrow.parquet as pq
 from . import durable
 from .assemble import FORMAT, mark_of, summary_groups, write_orbits, write_summary
 from .batch import ResultSchema, values_of
-from .blocks import DATASET, IDS_FILE, SAMPLE_FILE, Block, Cut, Sampler, read_mark, write_mark
-from .directory import LOCK, ORBITS_FILE, SUMMARY_FILE
+from .blocks import IDS_FILE, SAMPLE_FILE, Block, Cut, Sampler, read_mark, write_mark
+from .directory import DATASET, LOCK, ORBITS_FILE, SUMMARY_FILE
 from .worst import Again, worst_cases, write_worst
 
 

@@ -15,8 +15,8 @@ from ..contracts.layout import Layout
 from ..language.errors import DirectoryError, InputError
 from . import durable
 from .batch import ID_LENGTH, id_text, open_table, values_of
-from .blocks import DATASET, IDS_FILE, SAMPLE_FILE, Block, numbers_of_blocks, read_mark
-from .directory import ORBITS_FILE, SUMMARY_FILE
+from .blocks import IDS_FILE, SAMPLE_FILE, Block, numbers_of_blocks, read_mark
+from .directory import DATASET, ORBITS_FILE, SUMMARY_FILE
 from .lazy import Filter, LazySummary
 from .read import StoredRun
 from .record import RECORD_FILE, check_form, damaged, read_record
@@ -45,7 +45,7 @@ class OneBlock(StoredRun):
     @property
     def numbers(self) -> np.ndarray:
         """Return the identities of its cases, uint64, ascending."""
-        return np.fromfile(self._ids_file, "<u8")
+        return np.frombuffer(durable.read(self._ids_file), "<u8")
 
     @property
     def _ids_file(self) -> Path:

@@ -7,8 +7,8 @@ import numpy as np
 
 from ..language import phases
 from ..language.errors import DirectoryError
-from .blocks import BLOCKS, DATASET, Block, numbers_of_blocks, read_mark, verify_block
-from .directory import ANSWER_FILES, FINAL_FILES, RunDirectory
+from .blocks import Block, numbers_of_blocks, read_mark, verify_block
+from .directory import ANSWER_FILES, BLOCKS, DATASET, FINAL_FILES, RunDirectory
 from .read import verify
 from .record import RECORD_FILE, check_form, read_record
 from .working import at_work, case_text
