@@ -1,4 +1,4 @@
-"""Measures runs that are cut into blocks, with stand-ins: what each case costs, and what reading 10^8 cases takes.
+"""Measures runs that are cut into blocks of made-up cases: what each case costs, and what reading 10^8 cases takes.
 
 `python tests/scale_blocks.py run COUNT DIR` runs so many cases; `extend COUNT DIR` really runs one block in a hundred
 of them, and puts its files, with identities of their own, in the place of the others.  `again`, `status`, `one` and
@@ -64,7 +64,7 @@ def extend(directory: Path, count: int) -> dict:
     return {"parent": spent, "ran": sum(len(cut.part(number)) for number in real), "blocks": cut.count}
 
 
-def one(directory: Path) -> dict:
+def look_up(directory: Path) -> dict:
     """Look for a case of the last block that really ran."""
     import pandas  # noqa: F401 - what a program loads is no part of its time
 
@@ -84,7 +84,7 @@ def measure(name: str, count: int, directory: Path) -> dict:
     if name == "extend":
         return extend(directory, count)
     if name == "one":
-        return one(directory)
+        return look_up(directory)
     return scale.measured("run" if name == "again" else name, "made-up", directory, count)
 
 
