@@ -30,6 +30,7 @@ class Cluster:
         """Take the address of the scheduler."""
         self.address = address
         self.excluded: set[str] = set()  # nodes whose file system refused something
+        self.silent: set[str] = set()  # nodes that did not answer in time
         self._client = executors.client(address)
         self._nodes: list[str] = []
         self._counted = -COUNTING
@@ -39,14 +40,23 @@ class Cluster:
         if time.monotonic() - self._counted > COUNTING:
             self._nodes = sorted(executors.in_time(self._client.nthreads))
             self._counted = time.monotonic()
-        return [address for address in self._nodes if address not in self.excluded]
+        usable = [address for address in self._nodes if address not in self.excluded]
+        if not self.silent.issuperset(usable):
+            return [address for address in usable if address not in self.silent]
+        self.silent.clear()  # the others are gone, so they are tried again
+        return usable
 
     def submit(self, function: Callable, *args: Any, on: str | None = None) -> Any:
         """Return the future of a function on some node, or on one of them."""
-        where = [on] if on else self.nodes() if self.excluded else None
+        where = [on] if on else self.nodes() if self.excluded | self.silent else None
         return self._client.submit(
             node_task, pickle.dumps((function, args)), pure=False, workers=where, allow_other_workers=False
         )
+
+    def leave_out(self, future: Any) -> None:
+        """Give no more work to the node that has a task in hand."""
+        at_work = executors.in_time(self._client.processing)
+        self.silent |= {address for address, keys in at_work.items() if future.key in map(str, keys)}
 
     def reconnect(self) -> None:
         """Connect again, also where the scheduler needs a while; SchedulerLostError where it does not come back."""
@@ -168,6 +178,7 @@ class NodesDriver:
             if mine and now - since > SILENCE:  # its node does not answer: another one finishes it
                 for task in mine:
                     self.tasks.remove(task)
+                    self.cluster.leave_out(task.future)
                     task.future.cancel()
                 del self.committed[number]
                 queue.append(number)
