@@ -125,7 +125,7 @@ def verbs() -> None:
 @click.option("--case-timeout", type=float, metavar="SECONDS", help="Stop a case after this time.")
 @click.option("--max-failures", metavar="N|P%", help="Stop when more cases than this have failed.")
 @click.option(
-    "--executor", default="local", metavar="local|serial|dask", show_default=True, help="Where the cases run."
+    "--executor", default="local", metavar="local|serial|dask|nodes", show_default=True, help="Where the cases run."
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Address of a running dask scheduler; default: start one locally.")
 @click.option("--shard", metavar="I/N", help="Run only part I of N equal parts; `merge` joins them.")

@@ -14,7 +14,7 @@ from ..contracts.case import Joint as CaseJoint
 from ..grid import Fit
 from ..judging.verdict import EXCEEDED, Limit, limits_of
 from ..language import wording
-from ..store import StoredRun
+from ..store import BlockedRun, SampledRun, StoredRun
 from .dotted import all_tried, dig
 from .leading import Lead, led_by
 from .rows import Rows, followed
@@ -211,6 +211,8 @@ class Study(NamedTuple):
 
 def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     """Return a run (of the store) prepared for reading; `typical` as in Study."""
+    if isinstance(run, BlockedRun):
+        run = SampledRun(run)
     layout, record = run.layout, run.grid
     units = grid.key_units(record, simulation.catalogue()) | run.units
     base = {key: record[key] for key in BASE if key in record}

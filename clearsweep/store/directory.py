@@ -37,6 +37,7 @@ from .record import RECORD_FILE, now, plain, read_record, record_bytes, signed
 
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"
+BLOCKS, DATASET = "blocks", "summary"  # folders of a run that is cut: of its blocks, and of their sorted summaries
 LOOK = 0.05  # s, more than a look at who has the lock takes
 SMALL = 64  # cases of a batch, up to which they are kept in memory: there may be many of such batches
 FINAL_FILES = SUMMARY_FILE, ORBITS_FILE = "summary.parquet", "orbits.h5"
@@ -80,12 +81,22 @@ class RunDirectory:
             present = read_record(self.path)["frame"] if self.record.exists() else None
         except DamagedError as error:
             self.look()
-            if not self.batches:
+            if not self.batches and not self._blocks_match():
                 raise
             self.lost = str(error)
             return
         if present is not None:
             self._compare(present, plain(grid.frame()))
+
+    def _blocks_match(self) -> bool:
+        """Return whether a block of a run that is cut has batches of the grid that is asked for."""
+        for folder in sorted(self.path.glob(f"{BLOCKS}/*/{SUMMARIES}")):
+            block = RunDirectory(folder.parent)
+            block.frame = self.frame
+            block.look(histories=False)
+            if block.batches:
+                return True
+        return False
 
     def _check_strangers(self) -> None:
         """Raise DirectoryError where a link, a pipe or the like has the name of a file of the run, or a file is not."""
@@ -286,6 +297,10 @@ class RunDirectory:
     def committed_as(self, batch: str) -> str | None:
         """Return the name of the summary that `batch` committed, None where it committed nothing."""
         return next((path.name for path in self.summaries.glob(f"{batch}-*.parquet")), None)
+
+    def done_in(self, name: str) -> np.ndarray:
+        """Return the identities (uint64) of the cases in the summary called `name`."""
+        return read_done(self.summaries / name)[0]
 
     def counts_of(self, name: str) -> tuple[int, int]:
         """Return how many cases the summary called `name` contains and how many of them failed."""

@@ -26,7 +26,7 @@ _KINDS = {
     stat.S_IFBLK: "a device",
 }
 # Names of what a run leaves where it is killed.
-_PASSING = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note|work)|stop)")
+_PASSING = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note|work|stop)|stop)")
 _KEPT = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # of what the next run of the case goes on from
 _ASIDE = re.compile(r"[0-9a-f]{16}-[0-9a-f]{16}\.(h5|parquet)\.damaged")
 

@@ -271,6 +271,7 @@ _OPTIONAL: dict[str, Check] = {
     **dict.fromkeys(_some("start", "end"), _either(_TEXT, _NOTHING)),
     "counts": _by(_WORD, _COUNT),
     "merged": _DIGESTS,
+    "blocks": _sections({"size": _COUNT, "count": _COUNT, "numbers": _list(_COUNT)}, {}),
     "answers": _DIGESTS,
     "derived": _by(_TEXT, _SPAN),
     "warnings": _list(_TEXT),
