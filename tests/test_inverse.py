@@ -35,7 +35,7 @@ def test_optimise_comes_near_the_best_of_a_brute_force():
 
 
 def test_no_kill_changes_an_answer():
-    for row in rows("kills"):
-        assert sum(row["kills"].values()) >= 100
-        assert row["wrong"] == []
-    assert {row["of"] for row in rows("kills")} == {"optimise", "identify"}
+    for of in ("optimise", "identify"):
+        mine = [row for row in rows("kills") if row["of"] == of]
+        assert sum(sum(row["kills"].values()) for row in mine) >= 100
+        assert all(row["wrong"] == [] for row in mine)
