@@ -1,11 +1,9 @@
 """The command line: each verb parses, calls one function and prints; what is heavy is imported inside the verb."""
 
 import contextlib
-import errno
 import json
 import sys
 import traceback
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +12,9 @@ import click
 import clearsweep
 
 from . import streams
-from .language.errors import ClearsweepError, InputError, printable
+from .language.errors import ClearsweepError, InputError, printable, writing
+from .language.wording import SYSTEMS
+from .language.wording import units as shown_in
 from .sweeping import resources
 
 if TYPE_CHECKING:
@@ -99,6 +99,13 @@ def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> No
     context.exit()
 
 
+_PATH = click.Path(path_type=Path)
+_directory = click.argument("directory", type=_PATH, metavar="DIR")
+_json = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
+_summary_json = click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, in SI units.")
+_units = click.option("--units", type=click.Choice(SYSTEMS), default=SYSTEMS[0], help="System of the units shown.")
+
+
 @click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_show_version, help=VERSION_HELP)
 def verbs() -> None:
@@ -106,10 +113,8 @@ def verbs() -> None:
 
 
 @verbs.command()
-@click.argument("grid", type=click.Path(path_type=Path))
-@click.option(
-    "--out", type=click.Path(path_type=Path), metavar="DIR", help="Directory of the results; default: results/<name>."
-)
+@click.argument("grid", type=_PATH)
+@click.option("--out", type=_PATH, metavar="DIR", help="Directory of the results; default: results/<name>.")
 @click.option("--set", "fixed", multiple=True, metavar="PATH=VALUE", help="Override a value of GRID (repeatable).")
 @click.option(
     "--sweep", "swept", multiple=True, metavar="PATH=A,B,C", help="Sweep PATH over these values (repeatable)."
@@ -120,11 +125,12 @@ def verbs() -> None:
 @click.option("--case-timeout", type=float, metavar="SECONDS", help="Stop a case after this time.")
 @click.option("--max-failures", metavar="N|P%", help="Stop when more cases than this have failed.")
 @click.option(
-    "--executor", default="local", metavar="local|serial|dask", show_default=True, help="Where the cases run."
+    "--executor", default="local", metavar="local|serial|dask|nodes", show_default=True, help="Where the cases run."
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Address of a running dask scheduler; default: start one locally.")
 @click.option("--shard", metavar="I/N", help="Run only part I of N equal parts; `merge` joins them.")
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, in SI units.")
+@_units
+@_summary_json
 def run(  # noqa: PLR0913 - one argument per option
     grid: Path,
     out: Path | None,
@@ -138,6 +144,7 @@ def run(  # noqa: PLR0913 - one argument per option
     executor: str,
     scheduler: str | None,
     shard: str | None,
+    units: str,
     as_json: bool,
 ) -> int:
     """Run the cases of a grid; a second run resumes and computes only missing cases."""
@@ -165,18 +172,17 @@ def run(  # noqa: PLR0913 - one argument per option
         max_failures=max_failures,
         shard=shard,
     )
-    facts = run_summary.of_run(result)
-    click.echo(json.dumps(facts, indent=2) if as_json else printable(run_summary.run_text(facts)))
+    with shown_in(units):
+        facts = run_summary.of_run(result)
+        click.echo(json.dumps(facts, indent=2) if as_json else printable(run_summary.run_text(facts)))
     return result.exit_code
 
 
 @verbs.command()
-@click.argument("directories", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="DIR...")
-@click.option(
-    "--out", required=True, type=click.Path(path_type=Path), metavar="OUT", help="Directory of the merged results."
-)
+@click.argument("directories", nargs=-1, required=True, type=_PATH, metavar="DIR...")
+@click.option("--out", required=True, type=_PATH, metavar="OUT", help="Directory of the merged results.")
 @click.option("--partial", is_flag=True, help="Merge even if cases are missing.")
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, in SI units.")
+@_summary_json
 def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool) -> int:
     """Merge runs of one grid, for example its shards, into OUT, as if the grid had run there."""
     from .sweeping import merge, run_summary
@@ -188,30 +194,28 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
 
 
 @verbs.command()
-@click.argument("directories", nargs=-1, type=click.Path(path_type=Path), metavar="[DIR [OTHER]]")
-@click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="Output page; default: DIR/report.html.")
-@click.option("--tables", type=click.Path(path_type=Path), metavar="OUT", help="Also write the tables (CSV, Markdown).")
-@click.option(
-    "--figures", type=click.Path(path_type=Path), metavar="OUT", help="Also write every figure in a format for papers."
-)
+@click.argument("directories", nargs=-1, type=_PATH, metavar="[DIR [OTHER]]")
+@click.option("--out", type=_PATH, metavar="FILE", help="Output page; default: DIR/report.html.")
+@click.option("--tables", type=_PATH, metavar="OUT", help="Also write the tables (CSV, Markdown).")
+@click.option("--figures", type=_PATH, metavar="OUT", help="Also write every figure in a format for papers.")
 @click.option(
     "--format", "form", type=click.Choice(["svg", "pdf", "png"]), default="svg", help="Format of the figures."
 )
 @click.option("--width", type=click.Choice(["85", "170", "auto"]), default="auto", help="Width of the figures in mm.")
-@click.option(
-    "--overlay", type=click.Path(path_type=Path), metavar="CSV", help="Plot measured signals over the computed ones."
-)
+@click.option("--overlay", type=_PATH, metavar="CSV", help="Plot measured signals over the computed ones.")
 @click.option("--median", is_flag=True, help="Maps show the median over hidden axes, not the worst case.")
 @click.option("--all", "all_cases", is_flag=True, help="Report all cases in DIR, not only those of the last grid.")
 @click.option("--partial", is_flag=True, help="Report the finished cases of an unfinished run.")
+@_units
 @click.option("--json", "as_json", is_flag=True, help="Print the names of the files as JSON.")
-def report(
+def report(  # noqa: PLR0913 - one argument per option
     directories: tuple[Path, ...],
     out: Path | None,
     overlay: Path | None,
     median: bool,
     all_cases: bool,
     partial: bool,
+    units: str,
     **more: Any,
 ) -> None:
     """Write the report of a run (default: the newest in results/) as one offline HTML page.
@@ -227,7 +231,7 @@ def report(
             "report: takes one run (with or without --all, --overlay), or two runs to compare; remove the others"
         )
     if len(directories) == 2:
-        with _writing():
+        with writing(), shown_in(units):
             first, second = (reports.open(directory, partial=partial) for directory in directories)
             _write(reports.compared(first, second), out or second.directory / "compared.html", **more)
         return
@@ -236,7 +240,8 @@ def report(
         (
             complete_run(directory) if all_cases else contextlib.nullcontext(reports.open(directory, partial=partial))
         ) as stored,
-        _writing(),
+        writing(),
+        shown_in(units),
     ):
         page = reports.of(stored, typical=median, measured=overlay)
         _write(page, out or directory / "report.html", **more)
@@ -259,9 +264,9 @@ def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None
 
 
 @verbs.command()
-@click.argument("directory", type=click.Path(path_type=Path), metavar="DIR")
+@_directory
 @click.option("--verify", "every_file", is_flag=True, help="Read every file of the run and check its checksum.")
-@click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
+@_json
 def status(directory: Path, every_file: bool, as_json: bool) -> int:
     """Print progress, active processes and damaged files of a run (exit code 2 if any is damaged)."""
     from . import store
@@ -271,6 +276,19 @@ def status(directory: Path, every_file: bool, as_json: bool) -> int:
     for sentence in facts["damage"]:
         click.echo(printable(sentence), err=True)
     return BAD_INPUT if facts["damage"] else 0
+
+
+@verbs.command()
+@_directory
+@click.option("--batches", is_flag=True, help="Also remove the batches of a finished run, checked first.")
+@click.option("--dry-run", is_flag=True, help="Only print what would be removed.")
+@_json
+def clean(directory: Path, batches: bool, dry_run: bool, as_json: bool) -> None:
+    """Remove files that a finished or interrupted run no longer needs; print their number and size."""
+    from . import store
+
+    facts = store.clean(directory, batches=batches, dry_run=dry_run)
+    click.echo(json.dumps(facts, indent=2) if as_json else printable(store.clean_text(facts)))
 
 
 @verbs.command()
@@ -289,37 +307,33 @@ def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
 
 @verbs.command("list")
 @click.argument("name", required=False)
-@click.option(
-    "--for", "grid", type=click.Path(path_type=Path), metavar="GRID", help="Say which laws suit its joints, and why."
-)
+@click.option("--for", "grid", type=_PATH, metavar="GRID", help="Say which laws suit its joints, and why.")
 def list_(name: str | None, grid: Path | None) -> None:
-    """Print all mechanisms, drives, loads and laws, or one by NAME; also `materials`, `oils` and `pairs`."""
+    """Print all mechanisms, drives, loads and laws, or explain NAME.
+
+    NAME is one of these, `materials`, `oils`, `pairs`, or a key of a grid: `seek`, `joints.rod-slider.clearance`.
+    """
     from . import simulation
 
     click.echo(printable(simulation.advice_text(grid, name)) if grid else simulation.laws_text(name))
 
 
 @verbs.command()
-@click.argument("grid", type=click.Path(path_type=Path))
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="SVG or PNG file; default: GRID.svg in the current directory.",
-)
+@click.argument("grid", type=_PATH)
+@click.option("--out", type=_PATH, metavar="FILE", help="SVG or PNG file; default: GRID.svg in the current directory.")
 def draw(grid: Path, out: Path | None) -> None:
     """Draw the mechanism of a grid at the start, with the names of bodies, joints and loads."""
     from . import report as reports
 
-    with _writing():
-        page = reports.draw(grid, out or Path(f"{grid.stem}.svg"))
+    with writing():
+        page = reports.draw_grid(grid, out or Path(f"{grid.stem}.svg"))
     click.echo(page)
 
 
 @verbs.command()
-@click.argument("directory", type=click.Path(path_type=Path), metavar="DIR")
+@_directory
 @click.argument("case_id")
-@click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help="Output page; default: DIR/CASE_ID.html.")
+@click.option("--out", type=_PATH, metavar="FILE", help="Output page; default: DIR/CASE_ID.html.")
 def show(directory: Path, case_id: str, out: Path | None) -> None:
     """Run one case again and plot orbit, force and events; a unique prefix of CASE_ID is enough."""
     from . import report as reports
@@ -327,13 +341,13 @@ def show(directory: Path, case_id: str, out: Path | None) -> None:
 
     stored = store.open(directory)
     case_id = stored.full_id(case_id)
-    with _writing():
+    with writing():
         page = reports.show(stored, case_id, out or stored.directory / f"{case_id}.html")
     click.echo(page)
 
 
 @verbs.command()
-@click.argument("series", type=click.Path(path_type=Path), metavar="SERIES.csv")
+@click.argument("series", type=_PATH, metavar="SERIES.csv")
 @click.option(
     "--coefficient", required=True, metavar="K", help="Wear coefficient, '2e-14 m^2/N'; dimensionless with --hardness."
 )
@@ -350,7 +364,7 @@ def wear(series: Path, coefficient: str, hardness: str | None, area: str | None,
 
 
 @verbs.command()
-@click.argument("file", required=False, type=click.Path(path_type=Path))
+@click.argument("file", required=False, type=_PATH)
 @click.option(
     "--type",
     "kind",
@@ -384,17 +398,3 @@ def schema(markdown: bool) -> None:
 
     known = simulation.catalogue()
     click.echo(grid.markdown(known) if markdown else json.dumps(grid.schema(known), indent=2), nl=not markdown)
-
-
-@contextlib.contextmanager
-def _writing() -> Iterator[None]:
-    """Turn the refusal of a place where a file was to be written into an InputError: it is the user's to choose."""
-    try:
-        yield
-    except ClearsweepError:
-        raise
-    except OSError as error:
-        advice = "make room or " if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) else ""
-        raise InputError(
-            f"{error.filename or 'a file'}: cannot be written ({error.strerror or error}); {advice}choose another place"
-        ) from error

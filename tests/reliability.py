@@ -57,9 +57,17 @@ LIVES_TEXT = (
 )
 
 
-def kills(count: int, seed: int, folder: Path, grid: dict = torture.GRID) -> tuple[bool, list[list[str]]]:
+BLOCKS_TEXT = (
+    "The same with blocks of 64 cases instead of 131,072, so that kills meet blocks that run, that are finished, and "
+    "that are marked."
+)
+
+
+def kills(
+    count: int, seed: int, folder: Path, grid: dict = torture.GRID, block: int = 0
+) -> tuple[bool, list[list[str]]]:
     """Kill real sweeps; return whether nothing was lost, and rows for the page."""
-    start = torture.starter(folder, grid)
+    start = torture.starter(folder, grid, block)
     assert start(folder / "undisturbed").wait() == 0
     rounds = torture.torture(start, folder, count, seed, (0.1, 3.0))
     result = Counter()
@@ -80,6 +88,11 @@ def kills(count: int, seed: int, folder: Path, grid: dict = torture.GRID) -> tup
 def lives(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
     """Kill lives on their way; return whether they came to the same end, and rows for the page."""
     return kills(count, seed, folder, torture.LIVES)
+
+
+def blocks(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
+    """Kill sweeps that are cut into blocks; return whether nothing was lost, and rows for the page."""
+    return kills(count, seed, folder, block=64)
 
 
 def grids(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
@@ -166,6 +179,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--kills", type=int, default=100)
     parser.add_argument("--lives", type=int, default=20, help="kills of lives")
+    parser.add_argument("--blocks", type=int, default=60, help="kills of sweeps that are cut into blocks")
     parser.add_argument("--grids", type=int, default=500)
     parser.add_argument("--flips", type=int, default=200)
     parser.add_argument(
@@ -185,6 +199,7 @@ def main(arguments: list[str] | None = None) -> int:
             ("Exits", EXITS_TEXT, EXITS_HEAD, options.exits, exits),
             ("Kills", KILLS_TEXT, ("", ""), options.kills, kills),
             ("Killed lives", LIVES_TEXT, ("", ""), options.lives, lives),
+            ("Killed blocks", BLOCKS_TEXT, ("", ""), options.blocks, blocks),
         ):
             if asked:
                 folder, begin = Path(place) / title.split()[-1], time.monotonic()
@@ -195,7 +210,7 @@ def main(arguments: list[str] | None = None) -> int:
                 print(f"\n{title}, {time.monotonic() - begin:.0f} s\n\n{tables[title][1]}\n", flush=True)
     print("nothing fell short" if good else f"SOMETHING FELL SHORT, try --seed {options.seed} again")
     if options.write:
-        numbers = ("kills", "lives", "grids", "flips", "exits", "attempts")
+        numbers = ("kills", "lives", "blocks", "grids", "flips", "exits", "attempts")
         asked = " ".join(f"--{name} {getattr(options, name)}" for name in numbers)
         command = f"python tests/reliability.py {asked} --seed {options.seed} --write"
         PAGE.write_text(page(command, tables), encoding="utf-8")

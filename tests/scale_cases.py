@@ -13,7 +13,13 @@ from clearsweep import grid
 from clearsweep.contracts import results
 from clearsweep.contracts.layout import Layout
 
-COUNTS = {10_000: (20, 20, 25), 100_000: (50, 50, 40), 1_000_000: (100, 100, 100)}  # values on the three axes
+COUNTS = {  # values on the three axes
+    10_000: (20, 20, 25),
+    100_000: (50, 50, 40),
+    1_000_000: (100, 100, 100),
+    10_000_000: (200, 200, 250),
+    100_000_000: (400, 500, 500),
+}
 REAL = Path(__file__).parent.parent / "configs" / "thousand_cases.yaml"
 
 

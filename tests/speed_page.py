@@ -12,6 +12,7 @@ PARTS = {
     "two workers": "make bench ARGS=--write",
     "two commits": "make bench AGAINST=TREE ARGS=--write",
     "many cases": "make scale ARGS=--write",
+    "blocks": "python tests/scale_blocks.py write LOG",
 }
 _MARK = re.compile(r"^<!-- part: (.*?); written by .*? -->\n", re.MULTILINE)
 

@@ -452,7 +452,7 @@ def test_johnson_tells_its_force_at_a_micrometre_and_its_limit():
 
 def test_an_unknown_name_is_answered_with_the_nearest():
     with pytest.raises(InputError, match="unknown name 'jonson'; did you mean 'johnson'"):
-        describe.text("jonson")
+        simulation.laws_text("jonson")
 
 
 def test_a_name_in_two_families_shows_both(monkeypatch):

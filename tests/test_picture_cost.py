@@ -7,7 +7,7 @@ from matplotlib.backends.backend_agg import RendererAgg
 
 from clearsweep.report import study
 from clearsweep.report.draw.style import BLUE
-from clearsweep.report.picture import Picture, svg
+from clearsweep.report.picture import Picture, _by_matplotlib, svg
 
 
 def test_texts_of_pictures_are_measured_once(monkeypatch):
@@ -19,9 +19,9 @@ def test_texts_of_pictures_are_measured_once(monkeypatch):
 
     monkeypatch.setattr(RendererAgg, "get_text_width_height_descent", counted)
     picture = Picture("A line", "", "A line.", lambda ax: ax.plot([0.0, 71.3], [0.0, 1.0]) and ax.set_xlabel("once"))
-    first = svg(picture, "f1")
+    first, _ = _by_matplotlib(picture, "f1")
     assert asked.count("once") == 1
-    again = svg(picture, "f1")
+    again, _ = _by_matplotlib(picture, "f1")
     assert asked.count("once") == 1
     assert first == again
 

@@ -172,6 +172,32 @@ def test_page_is_laid_out_and_fetches_nothing(pages, browse, proxy, name, width)
     assert result["page"] <= result["window"]  # nothing makes the page scroll sideways
 
 
+def test_a_wide_page_answers_in_two_columns_and_a_narrow_one_does_not_scroll_sideways(pages, browse):
+    high = """
+      const place = id => document.getElementById(id).getBoundingClientRect();
+      return {high: document.documentElement.scrollHeight, left: place("cases").right, right: place("drivers").left,
+              tops: ["verdict", "drivers"].map(id => document.querySelector(`#${id} h2`).getBoundingClientRect().top)};
+    """
+    wide, usual = (browse(pages["laws"], high, width=width) for width in (1600, 1280))
+    assert wide["left"] < wide["right"]
+    assert abs(wide["tops"][0] - wide["tops"][1]) < 2
+    assert usual["left"] > usual["right"]  # one below the other
+    assert wide["high"] < 0.75 * usual["high"]
+    assert wide["high"] < 2600
+    inner = json.dumps(pages["laws"]).replace("<", "\\u003c")
+    frame = """
+      const narrow = element("iframe", {style: "width: 360px", srcdoc: SOURCE});
+      document.body.replaceChildren(narrow);
+      await new Promise(done => narrow.onload = done);
+      for (let k = 0; k < 10; k++) await frame();
+      const root = narrow.contentDocument.documentElement;
+      return {inner: root.clientWidth, across: root.scrollWidth};
+    """
+    narrow = browse(pages["laws"], frame.replace("SOURCE", inner))
+    assert 300 < narrow["inner"] <= 360
+    assert narrow["across"] <= narrow["inner"]
+
+
 def test_browser_would_notice_a_fetch_and_a_script_that_is_not_the_pages(pages, browse, proxy):
     page = '<html><head></head><body><img src="http://elsewhere.test/x.png"></body></html>'
     assert "http://elsewhere.test/x.png" in browse(page)["fetched"]

@@ -11,7 +11,7 @@ from fake_runs import CRANK, ROD, RPM, Run
 from matplotlib.figure import Figure
 from test_refine import Arc, off_border, refined
 from test_report import Page
-from test_seek import MASS, quiet, sought
+from test_seek import MASS, quiet, searching
 
 import clearsweep
 from clearsweep import report, simulation
@@ -176,7 +176,8 @@ def test_what_does_not_answer_the_question_is_folded_by_subject_and_no_picture_r
     ]
     subjects = [subject for subject, _ in sections.MORE if subject != "Laws and errors"]
     assert re.findall(r"<summary><b>([^<]*)</b>", folded) == subjects
-    assert page.count("<details>") == folded.count("<details>") == 5
+    assert folded.count("<summary><b>") == 5
+    assert seen.count("<details>") == 1  # what the player of the worst case does not show
     (worst,) = sections.cases.sections(study.prepare(Run(failures=8)))
     (detail,) = worst.blocks
     if detail.moving:
@@ -581,13 +582,13 @@ def told(result, place=0):
 
 @pytest.mark.parametrize(("whom", "limit"), [("each", 0.3137), ("all", 0.3137), ("each", 0.05), ("each", 1.0)])
 def test_what_was_sought_stands_in_the_verdict_and_in_a_section_of_its_own(tmp_path, whom, limit):
-    source = sought(limit, gravities=(0.0, 1e-3))
+    source = searching(limit, gravities=(0.0, 1e-3))
     source["seek"]["for"] = whom
     quiet(source, tmp_path / "run")
     run = clearsweep.open(tmp_path / "run")
     prepared = study.prepare(run)
     (part,) = answers.sections(prepared)
-    (table,) = part.tables
+    table = part.tables[0]
     frame = run.seek
     assert [row[-5] for row in table.rows] == pytest.approx(frame[f"seek.{MASS}"].tolist(), rel=1e-12, nan_ok=True)
     assert len(table.rows) == (2 if whom == "each" else 1)

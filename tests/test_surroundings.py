@@ -248,11 +248,11 @@ def test_nothing_is_left_of_threads_that_asked_in_vain(monkeypatch):
     monkeypatch.setattr(executors, "PATIENCE", 0.05)
     end = threading.Event()
     with pytest.raises(TimeoutError, match="no answer within"):
-        executors._in_time(end.wait)
+        executors.in_time(end.wait)
     end.set()
     with pytest.raises(ZeroDivisionError):
-        executors._in_time(lambda: 1 / 0)
-    assert executors._in_time(lambda: 5) == 5
+        executors.in_time(lambda: 1 / 0)
+    assert executors.in_time(lambda: 5) == 5
 
 
 def test_errors_name_their_own_space_only(monkeypatch):

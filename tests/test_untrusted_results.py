@@ -5,7 +5,7 @@ import json
 
 import fake_physics
 import pytest
-from test_seek import sought
+from test_seek import searching
 from test_sweep import same_results
 
 import clearsweep
@@ -26,7 +26,7 @@ def swept(source, out):
 
 @pytest.fixture(scope="module")
 def source():
-    return sought() | {"figures": LIMITED["figures"]}
+    return searching() | {"figures": LIMITED["figures"]}
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +85,7 @@ def test_an_answer_file_that_is_not_as_written_is_refused_and_made_anew_without_
 
 
 def test_an_answer_file_of_another_run_is_refused(run, tmp_path):
-    swept(sought(limit=0.5), tmp_path / "other")
+    swept(searching(limit=0.5), tmp_path / "other")
     (run / "seek.parquet").write_bytes((tmp_path / "other" / "seek.parquet").read_bytes())
     with pytest.raises(DamagedError, match=r"seek\.parquet"):
         clearsweep.open(run)

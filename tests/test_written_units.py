@@ -121,3 +121,65 @@ def test_closing_lines_give_a_value_in_the_unit_of_the_grid():
     written = {"joints.J.thermal.ambient": {"unit": "degC", "factor": 1.0, "offset": 273.15}}
     assert settings.given_text("joints.J.thermal.ambient", 333.15, "K", written) == "60 degC"
     assert settings.given_text("joints.J.clearance", 5e-4, "m", written) == "0.5 mm"
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "said"),
+    [
+        (0.0508, "m", "2.00 in"),
+        (50e-6, "m", "1.97 mil"),
+        (2e-7, "m", "7.87 µin"),
+        (5e3, "N", "1124 lbf"),
+        (10.0, "N*m", "7.38 lbf ft"),
+        (0.5, "N*m", "4.43 lbf in"),
+        (207e9, "Pa", "30 023 ksi"),
+        (1e6, "Pa", "145 psi"),
+        (1.0, "kg", "2.20 lb"),
+        (1e-4, "kg*m^2", "0.342 lb in²"),
+        (1e6, "N/m", "5710 lbf/in"),
+        (3e-15, "m^2/N", f"2.07 {wording.TIMES} 10⁻¹¹ in²/lbf"),
+        (1e6, "W/m^2", "28 551 psi ft/min"),
+        (9.81, "m/s^2", "32.2 ft/s²"),
+        (0.9, "1", "0.900"),
+    ],
+)
+def test_imperial_units_are_those_of_handbooks(value, unit, said):
+    with wording.units("imperial"):
+        text = wording.text(value, unit).replace(wording.BLANK, " ").replace("\u2009", " ")
+        scale = wording.scale(unit, value)
+    assert text == said
+    assert scale.of(value) * scale.factor == pytest.approx(value)
+
+
+def test_imperial_factors_are_those_of_the_unit_library():
+    for unit, steps in wording._IMPERIAL.items():
+        for _, factor, name in steps:
+            known = {"µin": "1e-6 in", "mil": "1e-3 in", "mil³": "1e-9 in^3", "ksi": "1e3 psi", "°": "1 deg"}
+            written = known.get(name, f"1 {name}").replace("²", "^2").replace("³", "^3").replace(wording.BLANK, "*")
+            if "lbf*ft" in written or "ft" in written or "µs" in name:
+                continue  # feet are no unit of grids; the cases above have them
+            assert quantity.read(written, unit) == pytest.approx(factor, rel=1e-12), (unit, name)
+
+
+def test_a_system_of_units_ends_with_its_block_and_overrides_the_units_of_the_grid():
+    noted = {"unit": "degC", "factor": 1.0, "offset": 273.15}
+    assert wording.written_scale(noted, "K").text(333.15) == "60.0\u00a0°C"
+    with wording.units("imperial"):
+        assert wording.written_scale(noted, "K").text(333.15) == "140\u00a0°F"
+        assert wording.written_scale({"unit": "um", "factor": 1e-6, "offset": 0.0}, "m") is None
+        rpm = {"unit": "rpm", "factor": 0.1047, "offset": 0.0}
+        assert wording.written_scale(rpm, "rad/s").unit == "rpm"
+        assert settings.given_text(CLEARANCE, 1e-4, "m", {}) == "3.937 mil"
+    assert settings.given_text(CLEARANCE, 1e-4, "m", {}) == "0.1 mm"
+    assert wording.text(0.0508, "m") == "50.8\u00a0mm"
+
+
+def test_a_report_in_imperial_units_has_no_metric_ones_but_its_tables_are_in_si():
+    run = Run(histories=False)
+    run.grid["written_units"] = {CLEARANCE: {"unit": "um", "factor": 1e-6, "offset": 0.0}}
+    with wording.units("imperial"):
+        axes = {axis.path: axis for axis in study.prepare(run).axes}
+        assert axes[CLEARANCE].scale.unit == "mil"
+        table = Table("k", "t", "", (Column("clearance", "m", axis=axes[CLEARANCE]),), [(1e-4,)])
+        assert table.shown().heads[0].unit == "mil"
+        assert next(csv.reader(io.StringIO(table.csv()))) == ["clearance [m]"]

@@ -14,6 +14,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import psutil
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 from clearsweep.contracts.results import TIMINGS
@@ -98,12 +99,12 @@ class Round:
 
     def lost_batches(self) -> int:
         """Return how many batches were committed once and are there no longer."""
-        return len(self.committed - set(os.listdir(self.out / "parts")))
+        return len(self.committed - batches(self.out))
 
     def _look(self) -> bool:
         """Note what is committed; return whether there is more than before."""
         with contextlib.suppress(FileNotFoundError):
-            names = set(os.listdir(self.out / "parts"))
+            names = batches(self.out)
             new, self.committed = not names <= self.committed, self.committed | names
             return new
         return False
@@ -117,6 +118,22 @@ class Round:
                 before = now
             time.sleep(0.01)
         return process.poll() is None
+
+
+def batches(directory: Path) -> set[str]:
+    """Return the names of the batches that are committed, those of blocks, too."""
+    folders = [directory / "parts", *directory.glob("blocks/*/parts")]
+    return {name for folder in folders if folder.is_dir() for name in os.listdir(folder)}
+
+
+def tables_of(directory: Path) -> list[Path]:
+    """Return the files of the summary: one, or one of each block."""
+    return sorted(directory.glob("summary/*.parquet")) or [directory / "summary.parquet"]
+
+
+def orbits_of(directory: Path) -> list[Path]:
+    """Return the files of the orbits: one, or one of each block."""
+    return sorted(directory.glob("blocks/*/orbits.h5")) or [directory / "orbits.h5"]
 
 
 def outliving(family: list[psutil.Process], seconds: float) -> list[str]:
@@ -140,7 +157,7 @@ def torture(start, folder: Path, kills: int, seed: int, pause: tuple[float, floa
 
 def differences(single: Path, other: Path) -> dict[str, int]:
     """Return how two runs differ: rows and values that are only in the first or not the same, timings aside."""
-    tables = [pq.read_table(path / "summary.parquet") for path in (single, other)]
+    tables = [pa.concat_tables(map(pq.read_table, tables_of(path))) for path in (single, other)]
     tables = [table.drop_columns(sorted(TIMINGS.intersection(table.column_names))) for table in tables]
     rows = [{row["case_id"]: row for row in table.to_pylist()} for table in tables]
     result = {
@@ -153,7 +170,14 @@ def differences(single: Path, other: Path) -> dict[str, int]:
     }
     if tables[0].schema != tables[1].schema:
         result["rows differing"] = len(tables[0])
-    with h5py.File(single / "orbits.h5", "r") as first, h5py.File(other / "orbits.h5", "r") as second:
+    for here, there in zip(orbits_of(single), orbits_of(other), strict=True):
+        _compare_orbits(here, there, result)
+    return result
+
+
+def _compare_orbits(single: Path, other: Path, result: dict[str, int]) -> None:
+    """Add to the counts of `differences` those of two files of orbits."""
+    with h5py.File(single, "r") as first, h5py.File(other, "r") as second:
         names = [[], []]
         for file, held in ((first, names[0]), (second, names[1])):
             file.visititems(lambda name, item, held=held: held.append(name) if isinstance(item, h5py.Dataset) else None)
@@ -162,7 +186,6 @@ def differences(single: Path, other: Path) -> dict[str, int]:
             result["values"] += here.size
             same = here.tobytes() == there.tobytes()
             result["values differing"] += 0 if same else max(here.size, there.size, 1)
-    return result
 
 
 def same(result: dict[str, int]) -> bool:
@@ -170,12 +193,21 @@ def same(result: dict[str, int]) -> bool:
     return not any(count for name, count in result.items() if name not in ("rows", "values"))
 
 
-def starter(folder: Path, grid: dict = GRID):
-    """Write a grid into a folder and return a function that starts its run, by two workers, as a program."""
+#: The command line with blocks of so many cases as its first argument says.
+CUT = "import sys; from clearsweep.store import blocks; blocks.BLOCK = int(sys.argv.pop(1)); import clearsweep.cli as c"
+CUT += "; sys.exit(c.main())"
+
+
+def starter(folder: Path, grid: dict = GRID, block: int = 0):
+    """Write a grid into a folder and return a function that starts its run, by two workers, as a program.
+
+    block : cases of a block into which it is cut; 0: as many as ever.
+    """
+    program = ["-c", CUT, str(block)] if block else ["-m", "clearsweep"]
     (folder / "grid.yaml").write_text(json.dumps(grid), encoding="utf-8")
 
     def start(out, retry_failed=False):
-        command = [sys.executable, "-m", "clearsweep", "run", folder / "grid.yaml", "--out", out, "-j", "2"]
+        command = [sys.executable, *program, "run", folder / "grid.yaml", "--out", out, "-j", "2"]
         return subprocess.Popen(
             command + ["--retry-failed"] * retry_failed,
             env=os.environ | {"PYTHONPATH": str(ROOT)},

@@ -11,6 +11,7 @@ from .grid import SCHEMA_VERSION, Grid, identity, load, starter
 from .identified import Identify, Turned, turns_of
 from .iso286 import Fit
 from .json_schema import schema
+from .key_help import key_names, key_text
 from .key_units import key_units
 from .memory import check_disk, check_memory, history_bytes, largest_history, usual_history
 from .optimised import Optimise
@@ -43,6 +44,8 @@ __all__ = [
     "defined_by",
     "history_bytes",
     "identity",
+    "key_names",
+    "key_text",
     "key_units",
     "largest_history",
     "leaves",

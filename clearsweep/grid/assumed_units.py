@@ -40,16 +40,17 @@ def _bare(written: WrittenValue | None) -> bool:
 def written_units(reader: Reader) -> dict[str, WrittenUnit]:
     """Return path of a quantity -> the unit that it is written in; of an axis that of its first value with a unit.
 
-    Left out is what is written without a unit, as an expression, or as a fit.
+    Left out is what is written without a unit, as an expression, or by the name of a fit or of an entry of a library.
     """
     units = {}
+    among_fits = [path for path, way in reader.way.items() if way == "seek"] if reader.among else []
     for path, node in reader.shape.items():
-        written = reader.swept.get(path) or reader.written.get(path)
+        written = reader.written.get(path) if path in among_fits else reader.swept.get(path) or reader.written.get(path)
         if not isinstance(node, Number) or not node.fields(reader.names) or written is None or path in reader.fits:
             continue
         exponent = reader.values.get(f"{path.rpartition('.')[0]}.exponent")
         known = unit(node, reader.names, exponent)
-        readings = (written_unit(each, known) for each in _texts(written.value))
+        readings = (written_unit(each, known) for each in _texts(written))
         first = next((each for each in readings if each), None)
         if first:
             units[path] = first
@@ -62,11 +63,12 @@ def as_written(record: Mapping[str, Any]) -> dict[str, Any]:
     return {"fits": noted(record), "written_units": units}
 
 
-def _texts(value: Any) -> Iterator[Any]:
-    """Yield what is written at a path: a value, those of a list, or those of a way to write an axis."""
+def _texts(written: WrittenValue) -> Iterator[Any]:
+    """Yield what is written at a path: a value, those of a list, or those of a way to write an axis; not by name."""
+    value = None if written.by_name else written.value
     inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
     if inner is None:
         yield f"1 {value}" if isinstance(value, str) and value[:1].isalpha() else value  # the unit of a logspace
         return
     for item in inner:
-        yield from _texts(item.value)
+        yield from _texts(item)

@@ -42,6 +42,7 @@ class WrittenValue:
     column: int = 0
     keys: dict[str, "WrittenValue"] = field(default_factory=dict)  # key -> the place of the key itself, without a value
     expression: str = ""  # of which the value was worked out
+    by_name: bool = False  # whether a name is written there, of a fit or of an entry of a library
 
     @property
     def place(self) -> str:

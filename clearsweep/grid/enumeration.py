@@ -1,8 +1,12 @@
 """How the cases of a grid are numbered: factors whose product they are, made of blocks or of rows in step."""
 
+import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import accumulate, product
 from typing import Any, NamedTuple
+
+from .keys import Shape, Word, value_key
 
 KEPT = 4096  # rows of a factor that are kept while all cases are gone through
 
@@ -56,6 +60,30 @@ class Step(NamedTuple):
         return {path: axes[path][self.rows[index]] for path in self.paths}
 
 
+def step_of(paths: tuple[str, ...], axes: Mapping[str, tuple[Any, ...]]) -> Step:
+    """Return axes in step, of equal rows only the first."""
+    rows: dict[tuple[Any, ...], int] = {}
+    for row, values in enumerate(zip(*(axes[path] for path in paths), strict=True)):
+        rows.setdefault(values, row)
+    return Step(paths, tuple(rows.values()))
+
+
+def factor_of(
+    paths: list[str], axes: Mapping[str, tuple[Any, ...]], shape: Shape, names_in_grid: Mapping[str, frozenset[str]]
+) -> Factor:
+    """Return the blocks of axes that belong together, each combination of law names that differs once."""
+    words = [path for path in paths if isinstance(shape[path], Word)]
+    blocks = {}
+    for choice in product(*(axes[path] for path in words)):
+        names = dict(names_in_grid) | {path: frozenset({word}) for path, word in zip(words, choice, strict=True)}
+        chosen = {
+            path: word if value_key(shape, path).used(names) else None for path, word in zip(words, choice, strict=True)
+        }
+        used = tuple(path for path in paths if path not in chosen and value_key(shape, path).used(names))
+        blocks[tuple(chosen.values())] = Block(chosen, used, math.prod(len(axes[path]) for path in used))
+    return Factor(tuple(blocks.values()), tuple(accumulate(block.size for block in blocks.values())))
+
+
 def words_at(point: Mapping[str, Any]) -> Words:
     """Return the law names among the values at a point."""
     return frozenset((path, value) for path, value in point.items() if isinstance(value, str))
@@ -65,18 +93,25 @@ def combined(
     factors: Sequence[Factor | Step],
     axes: Mapping[str, tuple[Any, ...]],
     texts_of: Callable[[Mapping[str, Any]], dict[str, str]],
+    part: range,
 ) -> Iterator[tuple[Words, dict[str, str]]]:
-    """Yield law names and texts of the values of every case, in order; `texts_of` gives those of a part of a point."""
+    """Yield law names and texts of the values of the cases whose indices are in `part`, a range of step 1, in order.
+
+    `texts_of` gives the texts of a part of a point.  Cases before the range cost nothing.
+    """
     if not factors:
-        yield frozenset(), {}
+        if len(part):
+            yield frozenset(), {}
         return
     *before, last = factors
 
-    def rows() -> Iterator[tuple[Words, dict[str, str]]]:
-        points = (last.point(k, axes) for k in range(last.size))
+    def rows(some: range) -> Iterator[tuple[Words, dict[str, str]]]:
+        points = (last.point(k, axes) for k in some)
         return ((words_at(point), texts_of(point)) for point in points)
 
-    kept = list(rows()) if last.size <= KEPT else None
-    for words, texts in combined(before, axes, texts_of):
-        for more, further in rows() if kept is None else kept:
+    kept = list(rows(range(last.size))) if last.size <= KEPT else None
+    outer = range(part.start // last.size, -(-part.stop // last.size))
+    for k, (words, texts) in zip(outer, combined(before, axes, texts_of, outer), strict=True):
+        begin, end = max(part.start - k * last.size, 0), min(part.stop - k * last.size, last.size)
+        for more, further in rows(range(begin, end)) if kept is None else kept[begin:end]:
             yield words | more, texts | further

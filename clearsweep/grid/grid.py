@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import accumulate, product
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,7 @@ from .assumed_units import WrittenUnit, assumed_units, written_units
 from .changes import Changed, put
 from .defined import NOTHING, START, Definitions
 from .document import Problems, name_of_run, override, read
-from .enumeration import Block, Factor, Step, Words, combined, words_at
+from .enumeration import Factor, Step, Words, combined, factor_of, step_of, words_at
 from .identified import IDENTIFY, Identify
 from .iso286 import Fit
 from .key_units import unit
@@ -40,7 +39,8 @@ from .values import read_keys
 
 #: Changes whenever the shape of a grid file or of what a run leaves changes.
 SCHEMA_VERSION = 4
-MOST_CASES = 20_000_000  # their identities alone take 160 MB and, at 5 us each, 100 s
+MOST_CASES = 200_000_000  # their summaries take some 100 GB
+MOST_IDENTITIES = 20_000_000  # that are kept in memory where cases may be the same or are added: 160 MB, and 100 s
 
 _WORST = "save.worst"  # what is found of a finished run
 
@@ -94,9 +94,11 @@ def load(
         reader.identify,
         written_units(reader),
     )
-    if grid.size > MOST_CASES:
+    searched = grid.seek or grid.refine or grid.optimise or grid.identify
+    most = MOST_IDENTITIES if searched or grid.may_repeat else MOST_CASES
+    if grid.size > most:
         raise InputError(
-            f"{file or 'the grid'}: has {grid.size:,} cases; at most {MOST_CASES:,} can be run: take fewer values on "
+            f"{file or 'the grid'}: has {grid.size:,} cases; at most {most:,} can be run: take fewer values on "
             "the axes, or draw cases with `sample`"
         )
     for index in {0, grid.size - 1} if reader.mechanism.refusal else ():
@@ -235,22 +237,37 @@ class Grid:
     def _tree(self, point: Mapping[str, Value]) -> dict[str, Any]:
         return self._pattern(words_at(point)).case({**point, **self.defined.at(point)})
 
-    def identities(self) -> Iterator[int]:
-        """Yield what `case_id` says of every case, in order, as numbers below 2**64."""
+    def identities(self, part: range | None = None) -> Iterator[int]:
+        """Yield what `case_id` says of every case, in order, as numbers below 2**64.
+
+        part : of these cases alone, a range of indices of step 1; cases before it cost nothing.
+        """
+        part = range(self.size) if part is None else part
         texts = Texts(self._shape, {*self.axes, *self.defined.follow})
         if self.defined.follow:  # of numbers that may be made of several axes
-            for point in map(self.point, range(self.size)):
+            for point in map(self.point, part):
                 yield number_of(self._pattern(words_at(point)).text % texts.of({**point, **self.defined.at(point)}))
             return
-        for words, varied in combined(self._factors, self.axes, texts.of):
+        for words, varied in combined(self._factors, self.axes, texts.of, self._of_product(part)):
             yield number_of(self._pattern(words).text % varied)
-        for point in map(self.point, range(self._product, self.size)):
+        for point in map(self.point, range(max(part.start, self._product), part.stop)):
             yield number_of(self._pattern(words_at(point)).text % texts.of(point))
 
-    def words(self) -> Iterator[Words]:
-        """Yield the swept law names of every case, in order."""
-        yield from (words for words, _ in combined(self._factors, self.axes, lambda _: {}))
-        yield from map(words_at, map(self.point, range(self._product, self.size)))
+    def words(self, part: range | None = None) -> Iterator[Words]:
+        """Yield the swept law names of every case, or of those of a `part`, in order."""
+        part = range(self.size) if part is None else part
+        yield from (words for words, _ in combined(self._factors, self.axes, lambda _: {}, self._of_product(part)))
+        yield from map(words_at, map(self.point, range(max(part.start, self._product), part.stop)))
+
+    def _of_product(self, part: range) -> range:
+        """Return what a range of indices has of those that are not added."""
+        return range(min(part.start, self._product), min(part.stop, self._product))
+
+    @property
+    def may_repeat(self) -> bool:
+        """Return whether two cases may be the same: no axis has a value twice, so only what is made of axes may be."""
+        patience = f"simulate.{PATIENCE}" in self.axes
+        return bool(self.defined.follow or self.added_cases or self._steps or patience)
 
     def frame(self) -> dict[str, Any]:
         """Return what a run directory holds fixed: dotted path -> value of all that is not swept, `save` included."""
@@ -357,7 +374,7 @@ class Grid:
     @cached_property
     def _factors(self) -> tuple[Factor | Step, ...]:
         """Return the factors of the product: axes in step, a section whose law names are swept, each other axis."""
-        steps = tuple(self._step(paths) for paths in self._steps.values())
+        steps = tuple(step_of(paths, self.axes) for paths in self._steps.values())
         groups: dict[str, list[str]] = {}
         sweep = self._ways.get("sweep", ())
         for path in sweep:
@@ -365,28 +382,7 @@ class Grid:
             swept = [chooser for chooser in node.choosers() if chooser in sweep]
             together = path if isinstance(node, Word) else swept[0] if swept else None
             groups.setdefault(together.rpartition(".")[0] if together else path, []).append(path)
-        return (*(self._factor(paths) for paths in groups.values()), *steps)
-
-    def _step(self, paths: tuple[str, ...]) -> Step:
-        """Return axes in step, of equal rows only the first."""
-        rows: dict[tuple[Any, ...], int] = {}
-        for row, values in enumerate(zip(*(self.axes[path] for path in paths), strict=True)):
-            rows.setdefault(values, row)
-        return Step(paths, tuple(rows.values()))
-
-    def _factor(self, paths: list[str]) -> Factor:
-        """Return the blocks of axes that belong together, each combination of law names that differs once."""
-        words = [path for path in paths if isinstance(self._shape[path], Word)]
-        blocks = {}
-        for choice in product(*(self.axes[path] for path in words)):
-            names = self._names | {path: frozenset({word}) for path, word in zip(words, choice, strict=True)}
-            chosen = {
-                path: word if value_key(self._shape, path).used(names) else None
-                for path, word in zip(words, choice, strict=True)
-            }
-            used = tuple(path for path in paths if path not in chosen and value_key(self._shape, path).used(names))
-            blocks[tuple(chosen.values())] = Block(chosen, used, math.prod(len(self.axes[path]) for path in used))
-        return Factor(tuple(blocks.values()), tuple(accumulate(block.size for block in blocks.values())))
+        return (*(factor_of(paths, self.axes, self._shape, self._names) for paths in groups.values()), *steps)
 
     @cached_property
     def _pairs(self) -> tuple[str, ...]:

@@ -116,7 +116,8 @@ class _Named:
         """Return a section with the numbers of an entry that are not written in it, and note them."""
         missing = [key for key in keys if key not in inside]
         self.taken += [Taken(f"{path}.{key}", entry.name, entry.values[key]) for key in missing]
-        return inside | {key: _like(name, _written(entry.values[key])) for key in missing}
+        place = name.origin, name.line, name.column
+        return inside | {key: WrittenValue(_written(entry.values[key]), *place, by_name=True) for key in missing}
 
 
 def put_numbers(root: WrittenValue, problems: Problems) -> tuple[WrittenValue, list[Taken]]:

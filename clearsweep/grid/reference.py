@@ -7,16 +7,11 @@ from typing import NamedTuple
 
 from ..contracts.catalogue import Catalogue, Field
 from ..contracts.outline import ANY
-from .axes import FORMS
-from .fits import FORM
-from .json_schema import schema
+from ..language import quantity
+from . import choosing
 from .key_trees import KeyTree, key_trees
 from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
-from .limit_keys import SECTIONS
-from .sampling import DISTRIBUTIONS, METHODS
-from .uncertain import UNCERTAIN
 
-_SEARCHES = ("seek", "refine", "optimise", "identify")
 _HEAD = """\
 # Keys of a grid file
 
@@ -37,9 +32,10 @@ _JOINT = f"joints.{ANY}"
 _LIKE = {f"{_JOINT}.axial": (f"{_JOINT}.contact", "flange"), f"loads.{ANY}.friction": (f"{_JOINT}.friction", "load")}
 _KINDS = {"revolute": "pin", "guide": "guide", "slot": "slot", "line": "impact-pair", ANY: "pin"}
 _SPACE = "in space"
+_SMALL = 0.05  # of a share that is usually left out
 
 
-class _Row(NamedTuple):
+class Row(NamedTuple):
     """One line of a table."""
 
     key: str
@@ -49,6 +45,7 @@ class _Row(NamedTuple):
     text: str
     laws: tuple[str, ...] = ()  # those for which the key has this meaning; none: whatever the law
     options: tuple[str, ...] = ()  # words that are allowed
+    example: str = ""  # a value that is allowed
 
     def __str__(self) -> str:
         units = " or ".join(unit or "1" for unit in self.units) if any(self.units) else ""
@@ -56,7 +53,7 @@ class _Row(NamedTuple):
         return f"| {' | '.join(cell.replace('|', '&#124;').replace('<', '&lt;') for cell in cells)} |"
 
 
-_Places = dict[str, tuple[Section, tuple[_Row, ...]]]  # mechanism, or kind of joint -> a section there
+_Places = dict[str, tuple[Section, tuple[Row, ...]]]  # mechanism, or kind of joint -> a section there
 
 
 def _quoted(words: Iterable[str]) -> str:
@@ -64,28 +61,42 @@ def _quoted(words: Iterable[str]) -> str:
     return ", ".join(f"`{word}`" for word in words)
 
 
-def markdown(catalogue: Catalogue) -> str:
-    """Return every key of a grid file with unit, range, default and meaning, as a page in Markdown.
+class Part(NamedTuple):
+    """A section of a grid file, or several with the same keys."""
+
+    paths: tuple[str, ...]  # as the page has them: `joints.NAME.contact`
+    text: str  # what it is
+    rows: tuple[Row, ...]
+
+
+def parts(catalogue: Catalogue) -> list[Part]:
+    """Return every section of a grid file with its keys, in the order of the page, without those that choose cases.
 
     A section that several mechanisms or joints have is there once; a row says which of them has it, unless all have.
     """
-    trees = tuple(key_trees(catalogue, slots=True))
     sections: dict[str, _Places] = {}
-    for tree in trees:
+    for tree in key_trees(catalogue, slots=True):
         for path, node in tree.keys.items():
             if isinstance(node, Section) and not node.items and (rows := tuple(_rows(tree.keys, path))):
                 common, place = _common(tree, path)
                 sections.setdefault(common, {}).setdefault(place, (node, rows))
-    alike: dict[tuple[_Row, ...], list[str]] = {}
+    alike: dict[tuple[Row, ...], list[str]] = {}
     tops = list(dict.fromkeys(path.partition(".")[0] for path in sections))
     for path, places in sorted(sections.items(), key=lambda item: tops.index(item[0].partition(".")[0])):
         alike.setdefault(tuple(_together(places)), []).append(path)
-    parts = [_HEAD, *_overview(trees)]
+    made = []
     for rows, paths in alike.items():
         like = [other for other, (path, _) in _LIKE.items() if path in paths]
-        texts = _sentences({path: sections[path] for path in paths})
-        parts += [f"## {_quoted([*paths, *like])}\n", f"{texts}\n", _TABLE, *map(str, rows), ""]
-    return "\n".join([*parts, _cases(catalogue)])
+        made.append(Part((*paths, *like), _sentences({path: sections[path] for path in paths}), rows))
+    return made
+
+
+def markdown(catalogue: Catalogue) -> str:
+    """Return every key of a grid file with unit, range, default and meaning, as a page in Markdown."""
+    lines = [_HEAD, *_overview(key_trees(catalogue, slots=True))]
+    for part in parts(catalogue):
+        lines += [f"## {_quoted(part.paths)}\n", f"{part.text}\n", _TABLE, *map(str, part.rows), ""]
+    return "\n".join([*lines, choosing.markdown(catalogue)])
 
 
 def _common(tree: KeyTree, path: str) -> tuple[str, str]:
@@ -113,15 +124,17 @@ def _overview(trees: Iterable[KeyTree]) -> Iterator[str]:
     yield ""
 
 
-def _together(places: _Places) -> Iterator[_Row]:
+def _together(places: _Places) -> Iterator[Row]:
     """Yield the rows of a section; those that only some of its mechanisms or joints have say which.
 
     Rows that differ in units, laws or options alone are one: which laws a joint can have is in the row of `law`.
     """
-    rows: dict[_Row, dict[str, list[_Row]]] = {}
+    rows: dict[Row, dict[str, list[Row]]] = {}
     for place, (_, own) in places.items():
         for row in own:
-            rows.setdefault(row._replace(units=(), laws=(), options=()), {}).setdefault(place, []).append(row)
+            rows.setdefault(row._replace(units=(), laws=(), options=(), example=""), {}).setdefault(place, []).append(
+                row
+            )
     order, known = list(dict.fromkeys(row.key for row in rows)), tuple[str, ...]()
     for row, owners in sorted(rows.items(), key=lambda item: order.index(item[0].key)):
         every = [each for own in owners.values() for each in own]
@@ -137,7 +150,8 @@ def _together(places: _Places) -> Iterator[_Row]:
             text += f"; {_only(those, owners)}: without {_quoted(words)}" if words else ""
         having = {place for place, (_, own) in places.items() if any({*laws} & {*each.options} for each in own)}
         only = "" if having == set(owners) else _only(owners, places)  # the row of `law` says where a law is
-        yield row._replace(units=units, text=f"*{only}*: {text}" if only else text, options=options)
+        text = f"*{only}*: {text}" if only else text
+        yield row._replace(units=units, text=text, options=options, example=every[0].example)
 
 
 def _laws(own: Collection[str], known: Collection[str]) -> str:
@@ -179,7 +193,7 @@ def _sentences(sections: Mapping[str, _Places]) -> str:
     return " ".join(f"{line[0].upper()}{line[1:]}." for line in (*lines, *common) if line)
 
 
-def _rows(tree: Shape, path: str) -> Iterator[_Row]:
+def _rows(tree: Shape, path: str) -> Iterator[Row]:
     """Yield the rows of the keys that are directly in the section at `path`; a list is one row."""
     for inner, node in tree.items():
         parent, _, key = inner.rpartition(".")
@@ -193,45 +207,46 @@ def _rows(tree: Shape, path: str) -> Iterator[_Row]:
                 yield _list(tree, inner, key, node)
         elif isinstance(node, Table):
             columns = ", ".join(f"`{field.name}` ({field.unit})" for field in node.columns[2] + node.columns[3])
-            yield _Row(key, (), f".csv: {columns}", "-", node.columns.text)
+            yield Row(key, (), f".csv: {columns}", "-", node.columns.text)
         elif isinstance(node, Name):
-            yield _Row(key, (), "a name", "-", _of_body(inner, node.text))
+            yield Row(key, (), "a name", "-", _of_body(inner, node.text))
         elif isinstance(node, Flag):
             default = "`true`" if node.default else "`false`"
-            yield _Row(key, (), "`true`, `false`", default, node.text)
+            yield Row(key, (), "`true`, `false`", default, node.text)
         elif isinstance(node, Word):
             yield _word(inner, key, node)
         else:
             yield from _quantity(tree, inner, key, node)
 
 
-def _word(path: str, key: str, node: Word) -> _Row:
+def _word(path: str, key: str, node: Word) -> Row:
     """Return the row of a key that holds a word."""
     default = f"`{node.default}`" if node.default else "required"
     if path == "simulate.until.figure":
-        return _Row(key, (), "a [column](columns.md) with a star", default, node.text)
+        return Row(key, (), "a [column](columns.md) with a star", default, node.text)
     if path.startswith("joints.") and path.endswith(".journal"):
-        return _Row(key, (), "a body of the joint", "-", node.text)
+        return Row(key, (), "a body of the joint", "-", node.text)
     if path in ("life.joint", f"loads.{ANY}.on"):
-        return _Row(key, (), "a name", "required", node.text)
+        return Row(key, (), "a name", "required", node.text)
     if any(ANY in option for option in node.options) or not any(node.options):
-        return _Row(key, (), "a name", "-", node.text)
-    return _Row(key, (), "", default, node.text, options=tuple(filter(None, node.options)))
+        return Row(key, (), "a name", "-", node.text)
+    return Row(key, (), "", default, node.text, options=tuple(filter(None, node.options)))
 
 
-def _list(tree: Shape, path: str, key: str, section: Section) -> _Row:
+def _list(tree: Shape, path: str, key: str, section: Section) -> Row:
     """Return the row of a list, by its items."""
     nodes = [tree[f"{path}.{k}"] for k in range(section.items)]
     rows = [next(_quantity(tree, path, key, node)) for node in nodes if isinstance(node, Number)]
     allowed = f"{ITEMS[section.items]} {'names' if not rows else ', each ' + rows[0].allowed}".replace(" ,", ",")
     allowed += ", or one quantity" if section.alone else ""
+    example = f"[{', '.join([rows[0].example] * section.items)}]" if rows else ""
     defaults = list(dict.fromkeys(row.default for row in rows))
     default = "required" if section.need == "required" else "-"
     default = defaults[0] if section.need == "implied" and len(defaults) == 1 else default
-    return _Row(key, rows[0].units if rows else (), allowed, default, section.text)
+    return Row(key, rows[0].units if rows else (), allowed, default, section.text, example=example)
 
 
-def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[_Row]:
+def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[Row]:
     """Yield one row for each meaning of a key that contains a quantity, with the laws for which it has that meaning."""
     meanings: dict[Field, list[str]] = {}
     elastic = tree.get(f"{'.'.join(path.split('.')[:2])}.contact.elastic")
@@ -244,12 +259,26 @@ def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[_Row]:
         default = default if field.default is None else _number(field.default)
         text = _of_body(path, field.text)
         unit = "" if field.unit == "1" else field.unit
-        yield _Row(key, (unit,), _range(field), default, text if node.sweep else f"{text}; *fixed*", tuple(laws))
+        text = text if node.sweep else f"{text}; *fixed*"
+        yield Row(key, (unit,), _range(field), default, text, tuple(laws), example=_example(field))
 
 
 def _of_body(path: str, text: str) -> str:
     """Return a text so that it is the same for the materials of bearing and journal."""
     return re.sub(r"\bthe (bearing|journal)\b", "this body", text) if ".material." in path else text
+
+
+def _example(field: Field) -> str:
+    """Return a value that a key allows: its default, a usual one of its unit, or one within its range."""
+    unit = quantity.exponent_of(field.unit, 1.5)
+    if field.default == 0.0 and unit == "1" and field.contains(_SMALL):
+        return _number(_SMALL)
+    if not field.default and field.contains(quantity.read(quantity.example(unit), unit)):
+        return quantity.example(unit)
+    ends = [end for end in (field.low, field.high) if math.isfinite(end)]
+    numbers = (field.default, sum(ends) / 2.0, field.low + 1.0, field.high - 1.0)
+    value = next((number for number in numbers if number and field.contains(number)), 0.0)
+    return _number(value) if unit in ("1", "") else f"{_number(value)} {unit}"
 
 
 def _number(value: float) -> str:
@@ -270,104 +299,3 @@ def _range(field: Field) -> str:
     else:
         text = f"{low} to {high}"
     return f"whole, {text}" if field.whole else text
-
-
-def _cases(catalogue: Catalogue) -> str:
-    """Return the sections that choose cases."""
-    top = schema(catalogue)
-    while "else" in top:  # those of any mechanism
-        top = top["else"]
-    top = top["properties"]
-    texts = {
-        key: top[key].get("description", "")
-        for key in ("name", "define", "sweep", "zip", "sample", *SECTIONS, UNCERTAIN, *_SEARCHES)
-    }
-    texts["cases"] = "a table next to the grid, .csv or .parquet: a column per path, a row per case"
-    texts["name"] = texts["name"].replace("<name>", "NAME")
-    rows = [
-        f"| `{key}` | {texts[key]} |"
-        for key in (
-            "name",
-            "define",
-            "sweep",
-            "zip",
-            "cases",
-            "sample",
-            *SECTIONS,
-            UNCERTAIN,
-            "seek",
-            "refine",
-            "optimise",
-            "identify",
-        )
-    ]
-    axes = [f"| `{kind}` | {form} |" for kind, form in FORMS.items()]
-    axes.append("| `fits` | [H7/g6, H7/f7], of a radial clearance: the means of fits of ISO 286 |")
-    methods = [f"| `{name}` | {text} |" for name, text in METHODS.items()]
-    kinds = [f"| `{name}` | {text} |" for name, text in DISTRIBUTIONS.items()]
-    kinds.append(f"| `fit` | {FORM}, of a radial clearance: between the limits of a fit |")
-    sample = [
-        "| `method` | one of the designs below |",
-        "| `n` | number of points, at least 2 |",
-        "| `seed` | a whole number, default 0; the same seed gives the same cases |",
-        "| `over` | dotted path -> distribution |",
-    ]
-    return "\n".join(
-        [
-            "## Choosing cases\n",
-            "| key | meaning |\n| --- | --- |",
-            *rows,
-            "\nAn axis is a list of values, or one of",
-            "\n| form | contains |\n| --- | --- |",
-            *axes,
-            *_searches(),
-            "\n### `sample`\n",
-            "| key | meaning |\n| --- | --- |",
-            *sample,
-            "\n| design | what it draws |\n| --- | --- |",
-            *methods,
-            "\n| distribution | contains |\n| --- | --- |",
-            *kinds,
-            "",
-        ]
-    )
-
-
-def _searches() -> list[str]:
-    """Return the sections that add cases, line by line."""
-    row = "| `added` | do not write it: run.json lists the added cases here |"
-    seek = [
-        "| `largest` | the path whose largest value is wanted, or several paths with a common value |",
-        "| `smallest` | the same for the smallest value |",
-        "| `between` | [low, high]: the range of the search |",
-        "| `within` | accuracy of the answer, at most a quarter of the range |",
-        "| `among` | {fits: [H7/g6, H7/f7]} instead of both: each fit counts with its largest clearance |",
-        "| `meeting` | `limits`, the default |",
-        "| `for` | `each` case of the other axes (default), or `all`: the worst case decides |",
-        row,
-    ]
-    refine = [
-        "| `along` | `limits`, the default: the border to follow |",
-        "| `cases` | most cases to add, a whole number |",
-        row,
-    ]
-    optimise = [
-        "| `over` | dotted path -> [low, high], {among: [a, b, ...]} (words, fits, numbers) or {whole: [low, high]} |",
-        "| `minimise` | column or columns to minimise |",
-        "| `maximise` | column or columns to maximise |",
-        "| `cases` | most cases to add, a whole number |",
-        "| `seed` | a whole number, default 0 |",
-        row,
-    ]
-    identify = [
-        "| `over` | dotted path -> [low, high], the range of its prior |",
-        "| `from` | CSV file next to the grid -> {channel: column} of the measured signals |",
-        "| `cases` | most cases to add, a whole number of at least 16 |",
-        "| `features` | a list of rms, peaks, spectrum, impacts; default all |",
-        "| `seed` | a whole number, default 0 |",
-        row,
-    ]
-    lines = []
-    for name, rows in (("seek", seek), ("refine", refine), ("optimise", optimise), ("identify", identify)):
-        lines += [f"\n### `{name}`\n", "| key | meaning |\n| --- | --- |", *rows]
-    return lines

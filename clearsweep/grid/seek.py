@@ -137,7 +137,8 @@ def _among(
     if found is None:
         return None
     reader.among = tuple(sorted(found, key=lambda fit: fit.high))
-    values = [WrittenValue(f"{fit.high!r} m", among.origin, among.line, among.column) for fit in reader.among]
+    place = among.origin, among.line, among.column
+    values = [WrittenValue(f"{fit.high!r} m", *place, by_name=True) for fit in reader.among]
     return paths, WrittenValue(values, among.origin, among.line, among.column)
 
 

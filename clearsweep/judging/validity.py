@@ -74,6 +74,7 @@ class Remarks:
         self.cases = 0
         self.counts = dict.fromkeys((*_FIGURES, *_TOLD), 0)
         self.first: dict[str, tuple[str, str]] = {}  # word of _TOLD -> case_id, remark
+        self.named: set[str] = set()  # identities of the cases in `first`
         self.worst = dict.fromkeys(_FIGURES, _Worst(0.0, "", "", ""))
 
     def add(self, cases: Mapping[str, Sequence[Any] | np.ndarray]) -> None:
@@ -84,7 +85,9 @@ class Remarks:
             for word in _TOLD:
                 if remark := _remark(messages[place], word):
                     self.counts[word] += 1
-                    self.first.setdefault(word, (short_id(ids[place]), remark))
+                    if word not in self.first:
+                        self.first[word] = short_id(ids[place]), remark
+                        self.named.add(ids[place])
         if not self.joints or not len(ids):
             return
         limits = np.array([_numbers(cases, f"{joint}_{YIELD_SPEED}", len(ids)) for joint in self.joints])
@@ -103,6 +106,10 @@ class Remarks:
                     messages[place],
                     float(limits[row, place]),
                 )
+
+    def case_ids(self) -> set[str]:
+        """Return the cases that the remarks name so far."""
+        return {worst.case_id for worst in self.worst.values() if worst.case_id} | self.named
 
     def sentences(self) -> list[str]:
         """Return the remarks on all cases, one sentence or two for each kind."""

@@ -84,6 +84,12 @@ class Limit(NamedTuple):
         return np.where(usable, np.clip(margin, -most, most), np.nan)
 
 
+def units_of(record: Mapping[str, Any]) -> dict[str, str]:
+    """Return the SI unit of every column of a run, by its run.json."""
+    own = {figure.name: figure.unit for figure in of_record(record).figures}
+    return {column["name"]: column["unit"] for column in record["layout"]["columns"]} | own
+
+
 class Own(NamedTuple):
     """A user-defined figure."""
 

@@ -3,7 +3,9 @@
 How their messages show values and guess what was meant is here, too.
 """
 
-from collections.abc import Iterable
+import contextlib
+import errno
+from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from unicodedata import category
 
@@ -87,3 +89,17 @@ def shown(value: object) -> str:
     words = {True: "true", False: "false", None: "nothing"}
     text = words[value] if value is None or isinstance(value, bool) else repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+@contextlib.contextmanager
+def writing() -> Iterator[None]:
+    """Turn the refusal of a place where a file was to be written into an InputError: it is the user's to choose."""
+    try:
+        yield
+    except ClearsweepError:
+        raise
+    except OSError as error:
+        advice = "make room or " if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) else ""
+        raise InputError(
+            f"{error.filename or 'a file'}: cannot be written ({error.strerror or error}); {advice}choose another place"
+        ) from error

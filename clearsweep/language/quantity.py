@@ -172,6 +172,12 @@ def expected(unit: str) -> str:
     return f"expected a quantity in {unit}, such as {_EXAMPLES.get(unit, f'1e9 {unit} or 1e9')}"
 
 
+def example(unit: str) -> str:
+    """Return a quantity of this SI unit as it may be written."""
+    first, *_ = re.split(r", | or ", _EXAMPLES.get(unit, f"1e9 {unit}"))
+    return first
+
+
 def exponent_of(unit: str, exponent: float) -> str:
     """Return the unit whose power is written as the word `exponent`, with the number in its place: `N/m^1.5`."""
     return unit.replace("^exponent", "" if exponent == 1 else f"^{exponent:.15g}")

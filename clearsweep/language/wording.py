@@ -1,8 +1,10 @@
 """Quantities and names as people read them: SI prefixes, revolutions per minute, three digits, plain words."""
 
+import contextlib
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextvars import ContextVar
 from typing import Any, NamedTuple
 
 _SUPERSCRIPTS = str.maketrans("-0123456789.", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹·")
@@ -31,6 +33,41 @@ _LADDERS = {
     "kg": ((0.1, 1.0, "kg"), (0.0, 1e-3, "g")),
     "rad": ((0.0, math.pi / 180.0, "°"),),
 }
+_INCH, _FOOT, _POUND, _POUND_FORCE, _PSI = 0.0254, 0.3048, 0.45359237, 4.4482216152605, 6894.757293168361
+
+#: The same for US customary units, and the factor and the unit shown of those without prefixes.
+_IMPERIAL = {
+    "m": ((0.05 * _INCH, _INCH, "in"), (1e-5 * _INCH, 1e-3 * _INCH, "mil"), (0.0, 1e-6 * _INCH, "µin")),
+    "N": ((0.0, _POUND_FORCE, "lbf"),),
+    "m/s": ((10.0 * _FOOT, _FOOT, "ft/s"), (0.0, _INCH, "in/s")),
+    "m/s^2": ((0.0, _FOOT, "ft/s²"),),
+    "N*m": ((_FOOT * _POUND_FORCE, _FOOT * _POUND_FORCE, f"lbf{BLANK}ft"), (0.0, _INCH * _POUND_FORCE, "lbf in")),
+    "m^3": ((1e-3 * _INCH**3, _INCH**3, "in³"), (0.0, 1e-9 * _INCH**3, "mil³")),
+    "Pa": ((1e4 * _PSI, 1e3 * _PSI, "ksi"), (0.0, _PSI, "psi")),
+    "W/m^2": ((0.0, _PSI * _FOOT / 60.0, f"psi{BLANK}ft/min"),),
+    "kg": ((0.0, _POUND, "lb"),),
+    "kg*m^2": ((0.0, _POUND * _INCH**2, f"lb{BLANK}in²"),),
+    "s": _LADDERS["s"],
+    "rad": _LADDERS["rad"],
+}
+_IMPERIAL_NAMES = {
+    "m^2": (_INCH**2, "in²"),
+    "m^2/N": (_INCH**2 / _POUND_FORCE, "in²/lbf"),
+    "N/m": (_POUND_FORCE / _INCH, "lbf/in"),
+    "N*s/m": (_POUND_FORCE / _INCH, f"lbf{BLANK}s/in"),
+}
+SYSTEMS = ("metric", "imperial")
+_SYSTEM: ContextVar[str] = ContextVar("system of units", default="metric")
+
+
+@contextlib.contextmanager
+def units(system: str) -> Iterator[None]:
+    """Show quantities in a system of units (one of SYSTEMS) for a while."""
+    token = _SYSTEM.set(system)
+    try:
+        yield
+    finally:
+        _SYSTEM.reset(token)
 
 
 class Scale(NamedTuple):
@@ -73,13 +110,29 @@ def scale(unit: str, values: Iterable[float | None] | float, *, speed: bool = Fa
     if speed and unit == "rad/s":
         return Scale(_TURNS, "rpm")
     largest = _largest(values)
-    for smallest, factor, name in _LADDERS.get(unit, ()):
+    for smallest, factor, name in (_IMPERIAL if _SYSTEM.get() == "imperial" else _LADDERS).get(unit, ()):
         if largest >= smallest:
             return Scale(factor, name) if largest > 0.0 else Scale(1.0, pretty(unit))
+    known = _IMPERIAL_NAMES.get(unit) if _SYSTEM.get() == "imperial" else None
+    factor, name = known or (1.0, pretty(unit))
+    largest /= factor
     if unit in ("1", "", None) or 1e-3 <= largest < 1e5 or largest == 0.0:
-        return Scale(1.0, pretty(unit))
+        return Scale(factor, name)
     power = math.floor(math.log10(largest) + 1e-12)
-    return Scale(10.0**power, f"10{str(power).translate(_SUPERSCRIPTS)}{BLANK}{pretty(unit)}")
+    return Scale(factor * 10.0**power, f"10{str(power).translate(_SUPERSCRIPTS)}{BLANK}{name}")
+
+
+def written_scale(written: Mapping[str, Any] | None, unit: str) -> Scale | None:
+    """Return the scale of a value of the grid (SI `unit`) that follows from the unit in which it is `written`.
+
+    None: a unit is chosen by its size, as no unit is written or the imperial system has one for it.
+    """
+    if _SYSTEM.get() == "imperial":
+        if unit == "K":
+            return Scale(5.0 / 9.0, "°F", 273.15 - 160.0 / 9.0)
+        if unit in _IMPERIAL or unit in _IMPERIAL_NAMES:
+            return None
+    return as_written(written) if written else None
 
 
 def as_written(written: Mapping[str, Any]) -> Scale:
@@ -142,6 +195,14 @@ def percent(share: float) -> str:
 def count(number: int, noun: str, plural: str | None = None) -> str:
     """Return '1 case' or '12 345 cases'."""
     return f"{_thousands(str(int(number)))} {noun if number == 1 else plural or noun + 's'}"
+
+
+def size(count: float) -> str:
+    """Return a number of bytes as '12 MB'."""
+    for factor, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
+        if count >= factor:
+            return f"{count / factor:.3g} {unit}"
+    return f"{count:.0f} B"
 
 
 def duration(seconds: float) -> str:

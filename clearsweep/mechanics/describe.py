@@ -5,7 +5,6 @@ import textwrap
 
 from ..contracts.case import Contact, Joint, Material, Materials
 from ..contracts.catalogue import Columns, Field, Law
-from ..language.errors import InputError, likely
 from .joint.elastic.contract import elastic_force
 from .joint.recipe import RECIPES, Recipe
 from .mechanism import MECHANISMS
@@ -45,22 +44,16 @@ _KEYS = {
 }
 
 
-def text(name: str | None = None, others: tuple[str, ...] = ()) -> str:
-    """Return what there is to say of the laws called `name`, or one line of each law.
-
-    `others` are further names that can be listed.  Raises InputError, which suggests what is near.
-    """
+def text(name: str | None = None) -> str:
+    """Return what there is to say of the laws called `name`, '' where there are none; or one line of each law."""
     if name is None:
         return _list()
-    keys = _everything()
-    chosen = [law for law in keys if law.name == name]
-    if not chosen:
-        known = dict.fromkeys((*(law.name for law in keys), *others))
-        like = likely(name, known)
-        near = f"; did you mean '{like[0]}'?" if len(like) == 1 else f"; there are {', '.join(like)}" if like else ""
-        rest = "`clearsweep list` lists all" if like else f"known: {', '.join(known)}"
-        raise InputError(f"list: unknown name '{name}'{near} ({rest})")
-    return "\n\n".join(map(_described, chosen))
+    return "\n\n".join(_described(law) for law in _everything() if law.name == name)
+
+
+def names() -> tuple[str, ...]:
+    """Return everything that `text` knows."""
+    return tuple(dict.fromkeys(law.name for law in _everything()))
 
 
 def _everything() -> tuple[Law, ...]:

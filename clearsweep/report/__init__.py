@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import store
-from ..store import StoredRun
+from ..store import BlockedRun, StoredRun
 
 if TYPE_CHECKING:
     from .page import Page  # loads what draws
 
 
-class Run(StoredRun):
-    """The results in one directory, as the store reads them, that can write their report."""
+class _Reporting(StoredRun):
+    """The results in one directory that can write their report."""
 
     def figures(self, directory: str | Path, form: str = "svg", width: str = "auto") -> list[Path]:
         """Write every figure of the report as `clearsweep.report.figures` does; return the paths."""
@@ -24,13 +24,23 @@ class Run(StoredRun):
         return write(self, out or self.directory / "report.html")
 
 
-def open(directory: str | Path, *, partial: bool = False) -> Run:
+class Run(_Reporting):
+    """The results in one directory, as the store reads them, that can write their report."""
+
+
+class RunOfBlocks(_Reporting, BlockedRun):
+    """The same of a run that is cut into blocks: its summary is lazy, and its report shows a sample."""
+
+
+def open(directory: str | Path, *, partial: bool = False) -> Run | RunOfBlocks:
     """Return the run in `directory`: its summary, orbits, events and wear; raise DirectoryError where there is none.
 
     A run that is not finished is refused, unless `partial`: then it has the cases that are finished so far.  They are
     put together in a temporary directory, which goes with the object; `directory` stays as it is.
     """
     directory = Path(directory)
+    if store.is_cut(directory):
+        return RunOfBlocks(directory, partial=partial)
     if not partial or not store.is_unfinished(directory):
         return Run(directory)
     from .partial import gathered
@@ -87,7 +97,7 @@ def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
     return single.show(run, case_id, Path(out))
 
 
-def draw(source: str | Path, out: str | Path) -> Path:
+def draw_grid(source: str | Path, out: str | Path) -> Path:
     """Draw the mechanism of a grid at its start, as SVG or PNG by the ending of `out`; return its path."""
     _load_drawing()
     from . import mechanism

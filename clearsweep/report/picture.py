@@ -14,6 +14,7 @@ from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.figure import Figure
 
+from . import plot
 from .draw.style import BLUE, GREY, INK, PALE
 
 STYLE: dict[Any, Any] = {
@@ -47,6 +48,7 @@ THEMED["#f3f6f9"] = "--tint"  # the room of a journal
 _COLOUR = re.compile(rf"((?:fill|stroke): )({'|'.join(THEMED)})\b")
 _LETTERS = re.compile(r"(?<=; fill: )#ffffff(?=\")")  # white ones are on a dark cell of a map in any theme
 PLAYED = 8  # s, that dots take for their way
+ToPoints = Callable[[Any], np.ndarray]  # places in a picture's own units -> points from its upper left corner, (n, 2)
 
 
 class Sheet(FigureCanvasBase):
@@ -119,6 +121,34 @@ def lay_out(figure: Figure) -> None:
 
 def svg(picture: Picture, key: str) -> str:
     """Return a picture as an SVG element for a page: no metadata, every id begun with `key`, labelled by its text."""
+    try:
+        text, at = _plotted(picture, key)
+    except plot.UnsupportedError:
+        text, at = _by_matplotlib(picture, key)
+    text = _COLOUR.sub(_themed, _LETTERS.sub("white", text))
+    if picture.spots:
+        text = text.removesuffix("\n").removesuffix("</svg>") + _places(picture.spots, at) + "</svg>\n"
+    if picture.dots:
+        text = text.removesuffix("\n").removesuffix("</svg>") + _moving(picture, at, key) + "</svg>\n"
+    role = "group" if any(spot.case_id for spot in picture.spots) else "img"  # an image contains nothing to click
+    return text.replace("<svg ", f'<svg role="{role}" aria-label="{html.escape(picture.alt)}" ', 1)
+
+
+def _plotted(picture: Picture, key: str) -> tuple[str, ToPoints]:
+    """Return a picture as SVG by axes of our own, and where its points are."""
+    sheet = plot.sheet_of(picture.size, picture.projection)
+    picture.paint(sheet.axes)
+    text, box = sheet.svg(key)
+
+    def at(points: Any) -> np.ndarray:
+        x, y = np.asarray(points, float).T
+        return np.stack(sheet.axes.points(x, y, box), -1)
+
+    return text, at
+
+
+def _by_matplotlib(picture: Picture, key: str) -> tuple[str, ToPoints]:
+    """Return the same by matplotlib, which draws everything: in space, with arrows or thousands of points."""
     with rc_context({**STYLE, "svg.hashsalt": key}):
         figure, axes = drawn(picture)
         lay_out(figure)
@@ -130,26 +160,22 @@ def svg(picture: Picture, key: str) -> str:
     text = re.sub(r'(href="#|url\(#)', rf"\1{key}-", text)
     text = re.sub(r' (?:d|x|y)="[^"]+"', _rounded, text)
     text = re.sub(r"\s*\n\s*", "\n", text)
-    text = _COLOUR.sub(_themed, _LETTERS.sub("white", text))
-    if picture.spots:
-        text = text.removesuffix("\n").removesuffix("</svg>") + _places(picture.spots, axes) + "</svg>\n"
-    if picture.dots:
-        text = text.removesuffix("\n").removesuffix("</svg>") + _moving(picture, axes, key) + "</svg>\n"
-    role = "group" if any(spot.case_id for spot in picture.spots) else "img"  # an image contains nothing to click
-    return text.replace("<svg ", f'<svg role="{role}" aria-label="{html.escape(picture.alt)}" ', 1)
-
-
-def _places(spots: tuple[Spot, ...], axes: Axes) -> str:
-    """Return spots as elements of an SVG that was just drawn of `axes`, in points from its upper left corner."""
-    figure = axes.get_figure(root=True)
-    assert figure is not None
     high, per_point = 72.0 * figure.get_figheight(), 72.0 / figure.dpi
+
+    def at(points: Any) -> np.ndarray:
+        return np.array([0.0, high]) + axes.transData.transform(points) * per_point * np.array([1.0, -1.0])
+
+    return text, at
+
+
+def _places(spots: tuple[Spot, ...], at: ToPoints) -> str:
+    """Return spots as elements of an SVG; at : places in the picture's own units -> points from the upper left."""
     elements = []
     for spot in spots:
-        (left, bottom), (right, top) = axes.transData.transform([spot.low, spot.high]) * per_point
+        (left, bottom), (right, top) = at([spot.low, spot.high])
         rectangle = (
-            f'<rect class="spot" x="{left:.1f}" y="{high - top:.1f}" width="{right - left:.1f}" '
-            f'height="{top - bottom:.1f}"><title>{html.escape(spot.text)}</title></rect>'
+            f'<rect class="spot" x="{left:.1f}" y="{top:.1f}" width="{right - left:.1f}" '
+            f'height="{bottom - top:.1f}"><title>{html.escape(spot.text)}</title></rect>'
         )
         elements.append(f'<a href="#case-{spot.case_id}">{rectangle}</a>' if spot.case_id else rectangle)
     return "\n".join(elements)
@@ -175,14 +201,11 @@ def _themed(colour: re.Match[str]) -> str:
     return f"{colour[1]}var({THEMED[colour[2]]}, {colour[2]})"
 
 
-def _moving(picture: Picture, axes: Axes, key: str) -> str:
+def _moving(picture: Picture, at: ToPoints, key: str) -> str:
     """Return the dots of a picture as SVG: they run once over their places when the picture is clicked."""
     (width, height), parts = (72.0 * side for side in picture.size), []
-    figure = axes.get_figure(root=True)
-    assert figure is not None
     for dot in picture.dots:
-        at = axes.transData.transform(dot.points) * (72.0 / figure.dpi)
-        courses = {"cx": at[:, 0], "cy": height - at[:, 1]}
+        courses = dict(zip(("cx", "cy"), at(dot.points).T, strict=True))
         first = " ".join(f'{name}="{points[0]:.1f}"' for name, points in courses.items())
         moves = "".join(
             f'<animate attributeName="{name}" values="{";".join(f"{x:.1f}" for x in points)}" dur="{PLAYED}s" '

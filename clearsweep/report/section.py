@@ -86,6 +86,7 @@ class Section(NamedTuple):
     title: str
     blocks: list[Block]
     subject: str = ""  # under which it is folded at the end of the page; '': seen at once
+    second: bool = False  # whether it is in the second column of a wide page
 
     @property
     def tables(self) -> list[Table]:

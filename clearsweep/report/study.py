@@ -14,7 +14,7 @@ from ..contracts.case import Joint as CaseJoint
 from ..grid import Fit
 from ..judging.verdict import EXCEEDED, Limit, limits_of
 from ..language import wording
-from ..store import StoredRun
+from ..store import BlockedRun, SampledRun, StoredRun
 from .dotted import all_tried, dig
 from .leading import Lead, led_by
 from .rows import Rows, followed
@@ -211,6 +211,8 @@ class Study(NamedTuple):
 
 def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     """Return a run (of the store) prepared for reading; `typical` as in Study."""
+    if isinstance(run, BlockedRun):
+        run = SampledRun(run)
     layout, record = run.layout, run.grid
     units = grid.key_units(record, simulation.catalogue()) | run.units
     base = {key: record[key] for key in BASE if key in record}
@@ -361,8 +363,9 @@ def _axes(record: Mapping, tried: dict, units: Mapping[str, str], joints: int) -
         else:
             axes.append(_axis(path, different, units.get(path, "1"), joints))
     axes, fits = _alike(axes, units), grid.noted_fits(record)
-    own = {path: wording.as_written(known) for path, known in record.get("written_units", {}).items()}
-    axes = [axis._replace(scale=own[axis.path], written=True) if axis.path in own else axis for axis in axes]
+    noted = record.get("written_units", {})
+    own = {axis.path: wording.written_scale(noted.get(axis.path), units.get(axis.path, "1")) for axis in axes}
+    axes = [axis._replace(scale=scale, written=True) if (scale := own[axis.path]) else axis for axis in axes]
     return tuple(_with_fits(axis, fits.get(axis.path, ()), drawn=axis.path in drawn) for axis in axes)
 
 

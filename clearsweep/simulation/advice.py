@@ -13,7 +13,7 @@ from ..contracts.case import Case, Joint
 from ..contracts.catalogue import Law
 from ..grid import library
 from ..language import wording
-from ..language.errors import InputError, nearest
+from ..language.errors import InputError, likely, nearest
 from ..mechanics import describe
 from ..mechanics.describe import WIDTH
 from ..mechanics.joint import registry
@@ -62,13 +62,25 @@ def advice(case: Case) -> list[Advice]:
 
 
 def laws_text(name: str | None = None) -> str:
-    """Return what there is to say of a law, a library or an entry of one, or a line of each.  Raises InputError."""
+    """Return what there is to say of a law, a library, an entry of one or a key of grids; or a line of each law.
+
+    Raises InputError, which suggests what is near.
+    """
     if name is None:
         lines = [f"  {kind:10}{', '.join(entries)}" for kind, entries in library.LIBRARIES.items()]
         indent = " " * len(f"  {'':10}")
         wrapped = [textwrap.fill(line, WIDTH, subsequent_indent=indent, break_on_hyphens=False) for line in lines]
         return "\n".join([describe.text(), "", "libraries", *wrapped])
-    return library.text(name) or describe.text(name, library.names())
+    known = catalogue()
+    if texts := [text for text in (library.text(name), describe.text(name), grid.key_text(name, known)) if text]:
+        return "\n\n".join(texts)
+    word = name.rpartition(".")[2]
+    like = likely(word, (*describe.names(), *library.names())) or likely(word, grid.key_names(known))
+    near = f"; did you mean '{like[0]}'?" if len(like) == 1 else f"; there are {', '.join(like)}" if like else ""
+    raise InputError(
+        f"list: unknown name '{name}'{near} (`clearsweep list` prints laws and libraries; a key of a grid has a path "
+        "such as simulate.tolerance)"
+    )
 
 
 def advice_text(source: str | PathLike, name: str | None = None) -> str:

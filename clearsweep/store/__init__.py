@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pyarrow
 
+from . import blocks
 from .assemble import merge
 from .batch import Axis, ResultSchema, Row, id_text, open_table
+from .blocks import Block, Cut, digest_of, discard_from, numbers_of_blocks, read_mark
 from .case_results import (
     OPTIMISE_FILE,
     SEEK_FILE,
@@ -17,44 +19,66 @@ from .case_results import (
     write_sample,
 )
 from .compare import difference
-from .directory import SCRATCH, RunDirectory, commit
+from .directory import BLOCKS, DATASET, FINAL_FILES, SCRATCH, RunDirectory, commit
+from .disk import clean, clean_text
+from .finish import finish_block
 from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_far
 from .read import StoredRun, newest, verify
-from .record import check_form, now, read_record
+from .read_blocks import BlockedRun, OneBlock
+from .record import check_form, now, plain, read_record
+from .sampled import SampledRun
 from .state import status, status_text
 from .unfinished import Unfinished
 from .working import Working, case_text
 from .worst import Worst
 
 __all__ = [
+    "BLOCKS",
+    "DATASET",
+    "FINAL_FILES",
     "OPTIMISE_FILE",
     "SCRATCH",
     "SEEK_FILE",
     "Axis",
+    "Block",
+    "BlockedRun",
     "CaseResults",
+    "Cut",
+    "OneBlock",
     "ResultSchema",
     "Row",
     "RunDirectory",
+    "SampledRun",
     "StoredRun",
     "Unfinished",
     "Working",
     "Worst",
+    "block_size",
     "case_text",
     "check_form",
     "check_version",
+    "clean",
+    "clean_text",
     "commit",
     "difference",
+    "digest_of",
+    "discard_from",
+    "finish_block",
     "gather",
     "histories",
     "id_text",
+    "is_cut",
     "is_unfinished",
     "keys_of_all",
     "keys_so_far",
     "merge",
     "newest",
     "now",
+    "numbers_of_blocks",
     "open",
     "open_table",
+    "plain",
+    "read_mark",
     "read_record",
     "read_results",
     "status",
@@ -69,7 +93,17 @@ __all__ = [
 
 def open(directory: str | Path) -> StoredRun:
     """Return the run in `directory`: its summary, orbits, events and wear; raise DirectoryError where there is none."""
-    return StoredRun(directory)
+    return BlockedRun(directory) if is_cut(directory) else StoredRun(directory)
+
+
+def block_size() -> int:
+    """Return the number of consecutive cases in a block of a run that is cut."""
+    return blocks.BLOCK
+
+
+def is_cut(directory: str | Path) -> bool:
+    """Return whether the run in a directory is cut into blocks; raise DirectoryError where there is none."""
+    return "blocks" in read_record(Path(directory))
 
 
 def use_one_thread() -> None:

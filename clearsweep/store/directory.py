@@ -33,10 +33,11 @@ from .batch import (
     read_done,
     summary_bytes,
 )
-from .record import RECORD_FILE, now, plain, read_record, record_bytes
+from .record import RECORD_FILE, now, plain, read_record, record_bytes, signed
 
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"
+BLOCKS, DATASET = "blocks", "summary"  # folders of a run that is cut: of its blocks, and of their sorted summaries
 LOOK = 0.05  # s, more than a look at who has the lock takes
 SMALL = 64  # cases of a batch, up to which they are kept in memory: there may be many of such batches
 FINAL_FILES = SUMMARY_FILE, ORBITS_FILE = "summary.parquet", "orbits.h5"
@@ -80,12 +81,22 @@ class RunDirectory:
             present = read_record(self.path)["frame"] if self.record.exists() else None
         except DamagedError as error:
             self.look()
-            if not self.batches:
+            if not self.batches and not self._blocks_match():
                 raise
             self.lost = str(error)
             return
         if present is not None:
             self._compare(present, plain(grid.frame()))
+
+    def _blocks_match(self) -> bool:
+        """Return whether a block of a run that is cut has batches of the grid that is asked for."""
+        for folder in sorted(self.path.glob(f"{BLOCKS}/*/{SUMMARIES}")):
+            block = RunDirectory(folder.parent)
+            block.frame = self.frame
+            block.look(histories=False)
+            if block.batches:
+                return True
+        return False
 
     def _check_strangers(self) -> None:
         """Raise DirectoryError where a link, a pipe or the like has the name of a file of the run, or a file is not."""
@@ -142,6 +153,18 @@ class RunDirectory:
                 self.write_record(grid, start=now(), end=None, **facts)
             yield self
 
+    @contextlib.contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the lock of a directory in which no grid runs; raise DirectoryError where a run works there."""
+        with contextlib.ExitStack() as at_end:
+            try:
+                self._lock(at_end.enter_context(durable.opened_lock(self.path / LOCK)))
+            except DirectoryError:
+                raise
+            except OSError as error:
+                raise self._not_writable(error) from error
+            yield
+
     def _not_writable(self, error: OSError) -> DirectoryError:
         return DirectoryError(f"{self.path}: cannot be written ({error.strerror}); choose another directory with --out")
 
@@ -177,6 +200,11 @@ class RunDirectory:
         with durable.storing(self.record):
             durable.replace(self.record, record_bytes(grid, facts), self.scratch)
 
+    def add_to_record(self, **facts: Any) -> None:
+        """Add facts to run.json, which is there."""
+        with durable.storing(self.record):
+            durable.replace(self.record, signed(read_record(self.path) | facts), self.scratch)
+
     def recover(self) -> list[str]:
         """Take in what is committed and intact; return what was damaged, and what becomes of it.
 
@@ -187,7 +215,7 @@ class RunDirectory:
         damage = self.look()
         notes += [f"{sentence}; its cases run again" for sentence in damage.values()]
         needed = {batch.orbits for batch in self.batches} | {batch.orbits for batch in self.others}
-        left = [*damage, *(path for path in _of_batches(self.orbits) if path not in needed)]
+        left = [*damage, *(path for path in files_of_batches(self.orbits) if path not in needed)]
         for path in left:
             if durable.checksum(path)[:HASH_LENGTH] == named_hash(path):
                 durable.discard(path)
@@ -207,7 +235,7 @@ class RunDirectory:
         Without `histories` their files are not read.
         """
         self.batches, self.others, damage = [], [], {}
-        for path in _of_batches(self.summaries):
+        for path in files_of_batches(self.summaries):
             content = durable.read(path)
             if hashlib.sha256(content).hexdigest()[:HASH_LENGTH] != named_hash(path):
                 damage[path] = f"{path.relative_to(self.path)}: damaged (its checksum differs)"
@@ -264,11 +292,15 @@ class RunDirectory:
 
     def committed(self) -> set[str]:
         """Return the names of all batches that are committed by now."""
-        return {path.name.partition("-")[0] for path in _of_batches(self.summaries)}
+        return {path.name.partition("-")[0] for path in files_of_batches(self.summaries)}
 
     def committed_as(self, batch: str) -> str | None:
         """Return the name of the summary that `batch` committed, None where it committed nothing."""
         return next((path.name for path in self.summaries.glob(f"{batch}-*.parquet")), None)
+
+    def done_in(self, name: str) -> np.ndarray:
+        """Return the identities (uint64) of the cases in the summary called `name`."""
+        return read_done(self.summaries / name)[0]
 
     def counts_of(self, name: str) -> tuple[int, int]:
         """Return how many cases the summary called `name` contains and how many of them failed."""
@@ -319,7 +351,7 @@ def commit(directory: Path, form: ResultSchema, batch: str, rows: list[Row]) -> 
     return name
 
 
-def _of_batches(folder: Path) -> list[Path]:
+def files_of_batches(folder: Path) -> list[Path]:
     """Return the files in a folder that have the names of files of batches, in order; others are not a run's."""
     return sorted(path for path in folder.iterdir() if named_hash(path)) if folder.exists() else []
 

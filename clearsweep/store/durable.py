@@ -26,8 +26,9 @@ _KINDS = {
     stat.S_IFBLK: "a device",
 }
 # Names of what a run leaves where it is killed.
-_PASSING = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note|work)|stop)")
+_PASSING = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note|work|stop)|stop)")
 _KEPT = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # of what the next run of the case goes on from
+_ASIDE = re.compile(r"[0-9a-f]{16}-[0-9a-f]{16}\.(h5|parquet)\.damaged")
 
 
 def check_regular(path: Path) -> None:
@@ -191,6 +192,18 @@ def clear(folder: Path, *, remove: bool = False) -> None:
                 discard(folder / name)
         if remove:
             os.rmdir(folder)
+
+
+def temporaries(folder: Path) -> list[Path]:
+    """Return the passing files that runs have left in a folder."""
+    names = sorted(os.listdir(folder)) if folder.is_dir() else []
+    return [folder / name for name in names if _PASSING.fullmatch(name)]
+
+
+def set_aside_in(folder: Path) -> list[Path]:
+    """Return the files of batches in a folder that `set_aside` gave another name."""
+    names = sorted(os.listdir(folder)) if folder.is_dir() else []
+    return [folder / name for name in names if _ASIDE.fullmatch(name)]
 
 
 def probe(folder: Path) -> None:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 TYPES = {pa.float64(), pa.int64(), pa.string()}  # of columns
-_OFFSETS = {SAMPLE: "offsets", EVENT: "events/offsets", SECTION: "poincare/offsets", NODE: "history/offsets"}
+OFFSETS_BY = {SAMPLE: "offsets", EVENT: "events/offsets", SECTION: "poincare/offsets", NODE: "history/offsets"}
 
 
 class StoredRun:
@@ -49,6 +49,23 @@ class StoredRun:
         self.grid = read_record(self.place)
         self._check()
         self.layout = Layout.read(self.grid["layout"])
+
+    def _path(self, name: str) -> Path:
+        """Return where a final file is."""
+        return self.place / name
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Return the names of what a reader looks for in the directory."""
+        return (*FINAL_FILES, RECORD_FILE)
+
+    def marks(self) -> list[dict[str, Any]]:
+        """Return the marks of its blocks, none where it is not cut."""
+        return []
+
+    def striking(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
+        """Yield what `blocks` does, of a run that is cut for its extreme rows."""
+        return self.blocks(columns)
 
     def _check(self) -> None:
         """Raise DirectoryError where the merged files are missing, damaged, of different runs or of another form."""
@@ -95,7 +112,7 @@ class StoredRun:
     @contextlib.contextmanager
     def _orbits(self) -> Iterator[h5py.File]:
         """Yield orbits.h5, whose parts are checked as they are read; DamagedError where one is not what was written."""
-        path = self.place / ORBITS_FILE
+        path = self._path(ORBITS_FILE)
         durable.check_regular(path)
         try:
             with h5py.File(path, "r") as file:
@@ -110,7 +127,7 @@ class StoredRun:
     @contextlib.contextmanager
     def _table(self, name: str = SUMMARY_FILE) -> Iterator[pq.ParquetFile]:
         """Yield a table, whose pages are checked as they are read; DamagedError as `_orbits`."""
-        path = self.place / name
+        path = self._path(name)
         try:
             with open_table(path) as table:
                 yield table
@@ -309,7 +326,7 @@ class StoredRun:
             return {}
         place = self._place(case_id)
         with self._orbits() as file:
-            start, stop = file[_OFFSETS[NODE]][place : place + 2]
+            start, stop = file[OFFSETS_BY[NODE]][place : place + 2]
             names: list[str] = []
             group = file[results.HISTORY]
             group.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
@@ -338,7 +355,7 @@ class StoredRun:
         place = self._place(case_id)
         with self._orbits() as file:
             stored = bool(paths) and "t" in file  # nothing is where save.orbits is none
-            start, stop = file[_OFFSETS[each]][place : place + 2] if stored else (0, 0)
+            start, stop = file[OFFSETS_BY[each]][place : place + 2] if stored else (0, 0)
             frame = pd.DataFrame({path: file[path][start:stop] if stored else [] for path in paths})
         return frame
 

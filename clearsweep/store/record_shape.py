@@ -223,6 +223,21 @@ _IDENTIFIED = _sections(
     },
     {},
 )
+_NUMBER_OR_NONE = _either(_NOTHING, _NUMBER)
+_BEST = _sections(
+    {
+        "point": _by(_PATH, _either(_NOTHING, _TEXT, _FLAG, _NUMBER)),
+        "value": _NUMBER,
+        "margin": _NUMBER_OR_NONE,
+        "needed": _by(_COLUMN, _TEXT),
+        **dict.fromkeys(_some("fit", "limiting"), _either(_NOTHING, _TEXT)),
+    },
+    {},
+)
+_EFFECT = {"path": _PATH, "unit": _UNIT, "value": _NUMBER, "margin": _NUMBER}
+_EFFECT |= dict.fromkeys(_some("lower", "upper"), _NUMBER_OR_NONE)
+_NEAREST = {"best": _list(_BEST), "needed": _by(_COLUMN, _TEXT), "effects": _list(_sections(_EFFECT, {}))}
+_NEAREST["furthest"] = _either(_NOTHING, _sections({"point": _SECTION, "value": _NUMBER, "margin": _NUMBER}, {}))
 _REQUIRED: dict[str, Check] = {
     "frame": _SECTION,
     "keys": _list(_WORD),
@@ -245,6 +260,7 @@ _OPTIONAL: dict[str, Check] = {
     ),
     "identify": _sections({"over": _by(_PATH, _anything)}, {}),
     "identified": _either(_NOTHING, _IDENTIFIED),
+    "nearest": _sections(_NEAREST, {}),
     "define": _by(_NAME, _TEXT),
     "source": _either(_TEXT, _NOTHING),
     "fits": _by(_PATH, _list(_FIT)),
@@ -255,6 +271,7 @@ _OPTIONAL: dict[str, Check] = {
     **dict.fromkeys(_some("start", "end"), _either(_TEXT, _NOTHING)),
     "counts": _by(_WORD, _COUNT),
     "merged": _DIGESTS,
+    "blocks": _sections({"size": _COUNT, "count": _COUNT, "numbers": _list(_COUNT)}, {}),
     "answers": _DIGESTS,
     "derived": _by(_TEXT, _SPAN),
     "warnings": _list(_TEXT),

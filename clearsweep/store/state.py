@@ -7,7 +7,9 @@ import numpy as np
 
 from ..language import phases
 from ..language.errors import DirectoryError
-from .directory import ANSWER_FILES, FINAL_FILES, RunDirectory
+from . import disk
+from .blocks import Block, numbers_of_blocks, read_mark, verify_block
+from .directory import ANSWER_FILES, BLOCKS, DATASET, FINAL_FILES, RunDirectory
 from .read import verify
 from .record import RECORD_FILE, check_form, read_record
 from .working import at_work, case_text
@@ -21,7 +23,8 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
     `cases` are those of the grid, `missing` those of them without a result; None while a run works on other values of
     the axes than the last one.  `ok` and `failed` count what is committed.  `at_work` has the progress of every worker
     that has been at its case for some time: what it does, s so far, s left (None: unknown), of a life also its block
-    and the wear of the limit, m.  `damage` has a sentence for each file that is not what was written.
+    and the wear of the limit, m.  `disk` has sizes in bytes.  `damage` has a sentence for each file that is
+    not what was written.
 
     Raise DirectoryError where there is no run, or none that can be read.
     """
@@ -29,8 +32,13 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
     check_form(directory, record)
     run = RunDirectory(directory)
     holder, merged = run.holder(), "merged" in record
-    damage = [f"{directory}/{sentence}; its cases run again" for sentence in run.look(histories=every_file).values()]
-    for name in (*FINAL_FILES, *ANSWER_FILES) if merged else ():
+    blocks = blocks_state(directory, record, every_file=every_file) if "blocks" in record else None
+    damage = (
+        blocks[1]
+        if blocks
+        else [f"{directory}/{sentence}; its cases run again" for sentence in run.look(histories=every_file).values()]
+    )
+    for name in (*FINAL_FILES, *ANSWER_FILES) if merged and not blocks else ():
         try:
             if every_file or name in ANSWER_FILES or not (directory / name).is_file():
                 verify(directory, record, (name,))
@@ -43,17 +51,42 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
         "state": state,
         "holder": holder,
         "at_work": [_at_work(progress) for progress in at_work(directory)] if holder else [],
-        **_counts(record, run, working=holder is not None),
+        **(blocks[0] if blocks else _counts(record, run, working=holder is not None)),
         "start": record.get("start"),
         "end": record.get("end"),
         "files": {
             name: str(directory / name)
-            for name in (*FINAL_FILES, *ANSWER_FILES, RECORD_FILE)
+            for name in (*FINAL_FILES, DATASET, BLOCKS, *ANSWER_FILES, RECORD_FILE)
             if (directory / name).exists()
         },
+        "disk": disk.use(directory),
         "every_file": every_file,
         "damage": damage,
     }
+
+
+def blocks_state(
+    directory: Path, record: dict[str, Any], *, every_file: bool
+) -> tuple[dict[str, int | None], list[str]]:
+    """Return numbers of cases of a run in blocks, of those that are finished, and what is wrong with them."""
+    ok = failed = 0
+    damage = []
+    listed = set(record["blocks"]["numbers"])
+    for number in sorted({*listed, *numbers_of_blocks(directory)}):
+        block = Block(directory, number)
+        mark = read_mark(block)
+        if mark is None:
+            if number in listed:
+                damage.append(f"{block.path}: its mark or a file of it is damaged or missing; the next run restores it")
+            continue
+        ok, failed = ok + mark["ok"], failed + mark["failed"]
+        if every_file:
+            damage += verify_block(block, mark)
+            batches = RunDirectory(block.path)
+            damage += [f"{block.path}/{sentence}; its cases run again" for sentence in batches.look().values()]
+    cases = record.get("counts", {}).get("cases")
+    missing = None if cases is None else max(cases - ok - failed, 0)
+    return {"cases": cases, "ok": ok, "failed": failed, "missing": missing}, damage
 
 
 def _counts(record: dict[str, Any], run: RunDirectory, *, working: bool) -> dict[str, int | None]:
@@ -101,6 +134,7 @@ def status_text(facts: dict[str, Any]) -> str:
             f"{facts['ok']:,} ok, {facts['failed']:,} failed{left}",
             *(each["text"] for each in facts["at_work"]),
             f"Files: {', '.join(facts['files'])}",
+            f"Disk: {disk.use_text(facts['disk'])}",
             *([] if facts["damage"] else [f"Checksums: {checked}"]),
         ]
     )

@@ -23,6 +23,9 @@ def complete_run(directory: str | Path, simulator: Simulator = SIMULATION) -> It
     """
     record = store.read_record(Path(directory))
     store.check_form(Path(directory), record)
+    if "blocks" in record:  # all of its blocks are of the grid last run there
+        yield store.open(directory)
+        return
     source = store.RunDirectory(directory)
     with phases.phase("reading what the directory holds"):
         source.look()

@@ -6,6 +6,7 @@ import secrets
 import signal
 import time
 from collections import deque
+from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 
 import numpy as np
@@ -35,13 +36,24 @@ MOST_RESTARTS = 3  # of the pool without a batch finished in between
 class Batches:
     """Pending cases, cut into batches of about TARGET seconds; lost ones come first."""
 
-    def __init__(self, pending: np.ndarray, ids: np.ndarray, jobs: int, bytes_per_case: float):
-        """Take the indices of the `pending` cases, (cases,), and the identities of all, by index, uint64."""
-        self.pending, self.ids, self.jobs = pending, ids, jobs
+    def __init__(
+        self,
+        pending: np.ndarray,
+        ids: np.ndarray,
+        jobs: int,
+        bytes_per_case: float,
+        drop: Callable[[], np.ndarray] | None = None,
+    ):
+        """Take the indices of the `pending` cases and their identities, uint64, both (cases,).
+
+        drop : returns identities, ascending, of cases that others have done meanwhile; it is asked now and then.
+        """
+        self.pending, self.ids, self.jobs, self.drop = pending, ids, jobs, drop
         self.most = max(1, min(MOST_CASES, int(MOST_BYTES / max(bytes_per_case, 1.0))))
         self.taken, self.largest = 0, 1
         self.done, self.seconds = 0.0, 0.0  # of recent batches
         self.again: deque[Batch] = deque()
+        self.dropped = time.monotonic()
 
     def learn(self, manifest: Manifest) -> None:
         """Take the time of a finished batch into account; the first of a worker load its code, so older ones fade."""
@@ -54,12 +66,25 @@ class Batches:
         """Return the next batch, None where all is handed out."""
         if self.again:
             return self.again.popleft()
+        if self.drop and time.monotonic() - self.dropped > TARGET:
+            self._drop(self.drop())
         size = min(self._size(), len(self.pending) - self.taken)
         if not size:
             return None
-        indices = self.pending[self.taken : self.taken + size].tolist()
+        here = slice(self.taken, self.taken + size)
         self.taken += size
-        return fresh(tuple(Task(f"{self.ids[index]:016x}", index) for index in indices))
+        return fresh(
+            tuple(
+                Task(f"{each:016x}", index)
+                for each, index in zip(self.ids[here].tolist(), self.pending[here].tolist(), strict=True)
+            )
+        )
+
+    def _drop(self, done: np.ndarray) -> None:
+        """Leave out the cases that are done of those not handed out yet."""
+        left = ~np.isin(self.ids[self.taken :], done)
+        self.pending, self.ids, self.taken = self.pending[self.taken :][left], self.ids[self.taken :][left], 0
+        self.dropped = time.monotonic()
 
     def _size(self) -> int:
         if not self.done:
@@ -109,7 +134,7 @@ class Driver:
             self._drain()
             raise signals.Stopped(
                 signals.requested(),
-                f"stopped: {self.ran:,} of {len(self.batches.pending):,} "
+                f"stopped: {self.ran:,} of {self.progress.total:,} "
                 "cases were finished and are kept; run the same command again to go on",
             )
 

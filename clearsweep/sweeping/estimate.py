@@ -15,7 +15,7 @@ from ..contracts.case import Case
 from ..grid import Grid, check_memory, key_units, largest_history, leaves, usual_history
 from ..language import phases
 from ..language.wording import count
-from . import executors, signals, sweep, worker_pool
+from . import blockwise, executors, signals, sweep, worker_pool
 from .bisection import usual_probes
 from .shard import Shard, each_once
 from .simulator import SIMULATION
@@ -78,12 +78,9 @@ def estimate(
     directory = sweep.directory_of(grid, out, part)
     with phases.phase("reading what the directory contains"):
         directory.check(grid)
-        directory.look()
-        ids = worker_pool.case_ids(grid)
-        wanted = part.ids(ids) if part else each_once(ids)
-        pending = worker_pool.missing(ids, wanted, directory.rows(), retry_failed=False)
+        left = _left(grid, directory, part, simulator)
     jobs = jobs or executors.cores()
-    timed = _pilot(grid, pending, simulator) if len(pending) else []
+    timed = _pilot(grid, left, simulator) if left.pending else []
     times, events = [each.seconds for each in timed if each.seconds is not None], [each.events for each in timed]
     mean = float(np.mean(times)) if times else None
     if beyond := sum(each.beyond for each in timed):
@@ -91,12 +88,12 @@ def estimate(
             f"{beyond:,} of {count(len(timed), 'timed case')} would take longer than simulate.time_budget allows and "
             "end with the status time-budget; allow more, or ask for fewer revolutions"
         )
-    jobs = min(jobs, max(len(pending), 1))
-    seconds = 0.0 if not len(pending) else None if mean is None else START_UP + (mean + EACH) * len(pending) / jobs
+    jobs = min(jobs, max(left.pending, 1))
+    seconds = 0.0 if not left.pending else None if mean is None else START_UP + (mean + EACH) * left.pending / jobs
     units = key_units(grid.resolved(), simulator.catalogue())
     return Estimate(
-        len(wanted),
-        len(pending),
+        left.wanted,
+        left.pending,
         derived,
         warnings,
         len(times),
@@ -104,8 +101,8 @@ def estimate(
         mean,
         max(times, default=None),
         seconds,
-        _give_or_take(times, len(pending)) / jobs if seconds else None,
-        int(len(pending) * _case_bytes(grid, float(np.mean(events)) if events else 0.0)),
+        _give_or_take(times, left.pending) / jobs if seconds else None,
+        int(left.pending * _case_bytes(grid, float(np.mean(events)) if events else 0.0)),
         {
             path: {"unit": units[path], "values": ends}
             for path in grid.assumed_units
@@ -117,6 +114,38 @@ def estimate(
         },
         _first(grid, units | {path: grid.unit(path) for path in grid.axes}),
     )
+
+
+class _Left(NamedTuple):
+    """What a directory has not yet of a grid."""
+
+    wanted: int  # cases that it is to have
+    pending: int  # of them, those that it has not
+    timed: np.ndarray  # indices of a few of these, spread over all
+    kinds: list[Case]  # one of them for each kind of scene
+
+
+def _left(grid: Grid, directory: store.RunDirectory, part: Shard | None, simulator: Simulator) -> _Left:
+    """Return what a directory has not yet; where the grid is cut, all cases of the blocks that are not finished."""
+    if cut := store.Cut.of(grid, str(part or "")):
+        doubles, place = blockwise.doubles_of(grid), directory.path.absolute()
+        job = blockwise.BlockJob(place, grid, simulator, worker_pool.Options(), cut, part, doubles)
+        wanted = blockwise.count_wanted(job)
+        blocks, marks = blockwise.unfinished(job)
+        there = sum(mark["ok"] + mark["failed"] for mark in marks.values())
+        pending = wanted - there - sum(blockwise.committed(job, number) for number in blocks)
+        numbers = np.array(blocks, "i8")[np.linspace(0, len(blocks) - 1, min(PILOT_CASES, len(blocks))).astype(int)]
+        each = -(-PILOT_CASES // max(len(numbers), 1))
+        spread = [np.linspace(0, len(cut.part(k)) - 1, each).astype("i8") + cut.part(k).start for k in numbers.tolist()]
+        timed = np.unique(np.concatenate([np.empty(0, "i8"), *spread]))
+        scenes = {simulator.signature(case): case for case in map(grid.case, timed.tolist())}
+        return _Left(wanted, pending, timed, list(scenes.values()))
+    directory.look()
+    ids = worker_pool.case_ids(grid)
+    asked = part.ids(ids) if part else each_once(ids)
+    left = worker_pool.missing(ids, asked, directory.rows(), retry_failed=False)
+    scenes_left = worker_pool.kinds(grid, left, simulator) if len(left) else []
+    return _Left(len(asked), len(left), left[chosen(len(left))] if len(left) else left, scenes_left)
 
 
 def _ends(grid: Grid, path: str) -> list[Any]:
@@ -156,17 +185,16 @@ def chosen(count: int) -> list[int]:
     return [picked[place] for place in chance.permutation(len(picked))]
 
 
-def _pilot(grid: Grid, pending: np.ndarray, simulator: Simulator) -> list[Timed]:
+def _pilot(grid: Grid, left: _Left, simulator: Simulator) -> list[Timed]:
     """Return the times of a few cases spread over the grid; [] where the first of them does not answer."""
     with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         directory = Path(folder)
         (directory / store.SCRATCH).mkdir()
         workers = executors.Local(1, load=simulator.load)
         try:
-            kinds = worker_pool.kinds(grid, pending, simulator)
-            worker_pool.warm(workers, kinds, simulator, directory)
+            worker_pool.warm(workers, left.kinds, simulator, directory)
             working = store.Working(directory, "0" * 16)
-            return _timed(workers, simulator, [grid.case(k) for k in pending[chosen(len(pending))].tolist()], working)
+            return _timed(workers, simulator, [grid.case(k) for k in left.timed.tolist()], working)
         finally:
             workers.close()
 

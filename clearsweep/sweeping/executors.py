@@ -32,10 +32,11 @@ THREAD_VARIABLES = (
     "NUMBA_NUM_THREADS",
 )
 CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
+NODES = "nodes"  # in the place of an executor: a driver on each node of a cluster, see `nodes`
 COUNTING = 2.0  # s between two counts of the workers of a cluster
 PATIENCE = 10.0  # s in which a scheduler must answer a request, the whole of a connection included
 FILES = 24  # open files of a run at most, without those of its workers
-FILES_OF_WORKER = {"local": 2, "serial": 0, "dask": 10}
+FILES_OF_WORKER = {"local": 2, "serial": 0, "dask": 10, NODES: 0}
 LOUD = ("asyncio", "distributed", "tornado")  # loggers that print tracebacks of failures that are handled here
 CONSTS.channel_lock_timeout = 2.0  # s; a worker that is killed with the lock stalls the others for twice as long
 
@@ -182,7 +183,7 @@ class Dask:
 
     def _start(self) -> None:
         self._cluster = None if self._scheduler else _cluster(self._wanted)
-        self._client = _client(self._scheduler or self._cluster)
+        self._client = client(self._scheduler or self._cluster)
         self._executor = self._client.get_executor(pure=False, retries=0)
         self._counted = -math.inf
 
@@ -191,7 +192,7 @@ class Dask:
         """Return the number of workers, at least 1, counted at most every COUNTING seconds."""
         if time.monotonic() - self._counted > COUNTING:
             try:
-                self._jobs = max(1, len(_in_time(self._client.nthreads)))
+                self._jobs = max(1, len(in_time(self._client.nthreads)))
             except Exception as error:
                 raise self._lost(error) from None
             self._counted = time.monotonic()
@@ -229,19 +230,19 @@ class Dask:
                 nanny.auto_restart = False
                 with contextlib.suppress(ProcessLookupError, TypeError):
                     os.kill(nanny.pid, signal.SIGKILL)  # a case may never end
-        _close(self._client)
+        close_peer(self._client)
         if self._cluster is not None:
-            _close(self._cluster)
+            close_peer(self._cluster)
 
 
-def _close(peer: Any) -> None:
+def close_peer(peer: Any) -> None:
     """Close a client or a cluster, or abandon it after PATIENCE.
 
     Closing waits for a lock that all clients and clusters share. Garbage collection of one of them meanwhile can leave
     it locked for ever. The interpreter must not close an abandoned cluster again at its end.
     """
     with contextlib.suppress(Exception):
-        _in_time(functools.partial(peer.close, timeout=PATIENCE))
+        in_time(functools.partial(peer.close, timeout=PATIENCE))
         return
     with contextlib.suppress(AttributeError, KeyError):
         type(peer)._instances.discard(peer)
@@ -252,13 +253,13 @@ def reach(scheduler: str | None) -> None:
     _distributed()
     if scheduler is None:
         return
-    client = _client(scheduler)
+    asked = client(scheduler)
     try:
-        several = [address for address, threads in _in_time(client.nthreads).items() if threads > 1]
+        several = [address for address, threads in in_time(asked.nthreads).items() if threads > 1]
     except Exception as error:
         raise _no_answer(scheduler, error) from None
     finally:
-        _close(client)
+        close_peer(asked)
     if several:
         raise InputError(
             f"scheduler: {len(several)} workers of {scheduler} have several threads ({several[0]}); start "
@@ -266,11 +267,11 @@ def reach(scheduler: str | None) -> None:
         )
 
 
-def _client(address: Any) -> Any:
+def client(address: Any) -> Any:
     """Return a client of the scheduler at `address`, or of a cluster."""
     make = functools.partial(_distributed().Client, address, timeout=PATIENCE, set_as_default=False)
     try:
-        return _in_time(make)
+        return in_time(make)
     except Exception as error:  # of many kinds: a wrong address, no server, or a server of another protocol
         raise _no_answer(address, error) from error
 
@@ -286,7 +287,7 @@ def _no_answer(address: Any, error: Exception) -> InputError:
 T = TypeVar("T")
 
 
-def _in_time(function: Callable[[], T]) -> T:
+def in_time(function: Callable[[], T]) -> T:
     """Return `function()`, or raise TimeoutError after PATIENCE; its thread then goes on in the background.
 
     The time limit of a client is for each message alone, and starts again as it closes.

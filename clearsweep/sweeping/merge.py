@@ -4,7 +4,7 @@ import dataclasses
 import time
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from .. import grid as grids
 from .. import store
 from ..grid.variations import WAYS
 from ..language.errors import DirectoryError
-from . import progress, signals
+from . import blockwise, progress, signals
 from .shard import Shard, each_once
 from .simulator import SIMULATION
 from .sweep import RunResult, conclude, facts
@@ -46,6 +46,8 @@ def run_merge(
     target.check(grid)
     if target.record.exists() and out.resolve() not in {place.resolve() for place in places}:
         places.append(out)
+    if cut := store.Cut.of(grid):
+        return _merge_blocks(places, target, _Joined(grid, cut, simulator, records, begin), partial=partial)
     sources = [store.RunDirectory(place) for place in places]
     for source in sources:
         source.check(grid)
@@ -86,13 +88,84 @@ def run_merge(
     )
 
 
+class _Joined(NamedTuple):
+    """What is joined: the grid of all directories, their run.json, and when it began."""
+
+    grid: grids.Grid
+    cut: store.Cut
+    simulator: Simulator
+    records: list[dict[str, Any]]
+    begin: float
+
+
+def _merge_blocks(places: list[Path], target: store.RunDirectory, what: _Joined, *, partial: bool) -> RunResult:
+    """Join runs that are cut, block by block, so that memory does not grow with their number."""
+    grid, form = what.grid, store.ResultSchema.of(what.grid)
+    job = blockwise.BlockJob(
+        target.path.absolute(), grid, what.simulator, Options(), what.cut, None, blockwise.doubles_of(grid)
+    )
+    numbers, shards = range(what.cut.count), [record.get("shard") for record in what.records]
+    missing = 0
+    for number in numbers:  # everything is looked at before anything is written
+        sources, rows = _sources(places, number, form.frame)
+        ids = np.sort(job.cases(number)[1])
+        if not partial:
+            _complete(ids, rows, shards)
+        missing += len(np.setdiff1d(ids, np.concatenate([np.empty(0, "u8"), *(each["id"] for each in rows)])))
+        _agree(form, sources, rows)
+    derived, warnings = facts(grid, what.simulator)
+    wanted = blockwise.count_wanted(job)
+    known = {"counts": {"cases": wanted}, "blocks": {"size": what.cut.size, "count": what.cut.count, "numbers": []}}
+    with (
+        signals.catching(),
+        target.open_for(grid, **known),
+        WorkerPool(target, Options(executor="serial"), what.simulator) as pool,
+    ):
+        runner = blockwise.BlockRunner(job, pool)
+        for number in numbers:
+            sources, _ = _sources(places, number, form.frame)
+            runner.join(number, sources)
+        outcome = blockwise.Outcome(runner.marks, 0, 0.0, complete=not missing)
+        counts: dict[str, Any] = blockwise.conclude(
+            target,
+            job,
+            outcome,
+            (0, wanted),
+            start=min(record["start"] for record in what.records),
+            source=what.records[0]["source"],
+            derived=derived,
+            warnings=warnings,
+            joined=[str(place) for place in places],
+        )
+    return RunResult(
+        target.path,
+        **counts,
+        seconds=time.monotonic() - what.begin,
+        case_seconds=0.0,
+        start_up=0.0,
+        derived=derived,
+        warnings=tuple(warnings),
+        joined=len(places),
+    )
+
+
+def _sources(places: list[Path], number: int, frame: str) -> tuple[list[store.RunDirectory], list[np.ndarray]]:
+    """Return what some runs have of a block, with where each case is."""
+    sources = [store.RunDirectory(store.Block(place, number).path) for place in places]
+    for source in sources:
+        source.frame = frame
+        for sentence in source.look().values():
+            progress.say(f"{source.path}: {sentence}; left out")
+    return sources, [source.rows() for source in sources]
+
+
 def _same_grid(places: list[Path]) -> list[dict[str, Any]]:
     """Return the run.json of every directory; DirectoryError where two are not of the same grid and version."""
     records = [store.read_record(place) for place in places]
     for place, record in zip(places, records, strict=True):
         if not {"frame", "keys", "start"} <= record.keys():
             raise DirectoryError(f"{place / 'run.json'}: is not what `clearsweep run` writes; leave this directory out")
-        if "merged" in record:
+        if "merged" in record and "blocks" not in record:
             store.verify(place, record)
     first = _decisive(records[0])
     for place, record in zip(places[1:], records[1:], strict=True):

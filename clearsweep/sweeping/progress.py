@@ -36,8 +36,10 @@ class Pace:
 class Cases(phases.Phase):
     """The phase in which cases run: how many are done, how long the others take, which one takes long."""
 
-    def __init__(self, total: int):
+    def __init__(self, total: int, title: str = ""):
+        """Take the number of cases, and what to say before it."""
         super().__init__(self._words)
+        self.title = title
         self.total, self.done, self.failed, self.jobs = total, 0, 0, 1
         self.pace = Pace()
         #: Returns the number of cases that workers have done of batches under way, and the cases they are at.
@@ -59,7 +61,7 @@ class Cases(phases.Phase):
     def _words(self) -> str:
         done = min(self.done + self.seen()[0], self.total)
         self.share = done / max(self.total, 1)
-        return f"{done:,} of {self.total:,} cases, {self.failed:,} failed"
+        return f"{self.title}{done:,} of {self.total:,} cases, {self.failed:,} failed"
 
     def left(self, now: float) -> float | None:
         """Return the time (s) left: at the mean pace of cases, or as the progress of those at work foretells."""

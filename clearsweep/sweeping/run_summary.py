@@ -1,58 +1,25 @@
 """The short table that a run ends with: worst cases, failures, where the files are."""
 
-import functools
-import math
-from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
-from ..judging import order, validity, verdict
+from ..judging import order
 from ..language import wording
 from . import identified
-from .lives import Lives, life_lines
-from .pace import Pace, pace_lines
+from .lives import life_lines
+from .pace import pace_lines
+from .run_facts import RunFacts
 from .searched import optimise_lines, optimised, refine_lines, seek_facts, seek_lines
 from .settings import friendly, given_text, joint_count, setting_text, value_text
 from .sweep import RunResult
-from .worst_cases import WorstCases
-
-LISTED_FAILURES = 3  # of each status
-FILES = ("summary.parquet", "orbits.h5", "run.json")
 
 
 def of_run(result: RunResult) -> dict[str, Any]:
     """Return what `run` reports of a RunResult, ready for JSON: counts, files, worst cases, failures; all in SI."""
     run = result.open()
-    swept = list(run.grid["units"])
-    joints = [joint.name for joint in run.layout.joints]
-    failures: list[dict[str, Any]] = []
-    statuses: Counter[str] = Counter()
-    remarks = validity.Remarks(joints)
-    validity_columns = validity.columns(joints, {column.name for column in run.layout.columns})
-    kept = _Kept(run.grid)
-    lives, pace = Lives(run.layout), Pace(run.grid, run.layout)
-    lead = order.lead_of(run.layout, kept.verdict.limits, run.grid)
-    worst = WorstCases(lead, joints, kept.verdict.limits)
-    columns = ["status", *swept, *worst.columns, *validity_columns, *kept.columns, *lives.columns, *pace.columns]
-    columns = list(dict.fromkeys(columns))
-    for block in run.blocks(columns):
-        good = block["status"] == "ok"
-        for place in np.flatnonzero(~good).tolist():
-            status = block["status"][place]
-            statuses[status] += 1
-            if statuses[status] <= LISTED_FAILURES:
-                failures.append(_known(block, place, swept) | {"status": status, "message": block["message"][place]})
-        if good.any():
-            statuses["ok"] += int(np.count_nonzero(good))
-            finished = {name: values[good] for name, values in block.items()}
-            remarks.add(finished)
-            kept.add(finished, swept)
-            known = functools.partial(_known, finished, swept=swept)
-            lives.add(finished, known)
-            pace.add(finished, known)
-            worst.add(finished, known)
+    seen = RunFacts(run.grid, run.layout)
+    seen.read(run)
+    limits, lead = seen.limits, seen.lead
     return {
         "directory": str(result.directory),
         "cases": result.cases,
@@ -62,82 +29,29 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "failed": result.failed,
         "missing": result.missing,
         "others": result.others,
-        "statuses": dict(statuses),
+        "statuses": dict(seen.statuses),
         "joined": result.joined,
         "seconds": round(result.seconds, 3),
         "case_seconds": round(result.case_seconds, 3),
         "derived": result.derived,
-        "warnings": [*result.warnings, *remarks.sentences()],
+        "warnings": [*result.warnings, *seen.remarks.sentences()],
         "units": run.grid.get("units", {}),
         "written_units": run.grid.get("written_units", {}),
-        "limits": kept.facts(),
-        "life": lives.facts(),
-        "slowest": pace.slowest,
-        "seek": seek_facts(result, run.grid.get("units", {}), kept.verdict.limits, kept.units),
-        "optimised": optimised(result, kept.units),
+        "limits": limits.facts(),
+        "life": seen.lives.facts(),
+        "slowest": seen.pace.slowest,
+        "seek": seek_facts(result, run.grid),
+        "optimised": optimised(result, limits.units),
         "identified": result.identified and identified.of_run(result.identified),
         "refined": result.refined and result.refined._asdict(),
         "fits": run.grid.get("fits", {}),
         "question": lead.question,
-        "ranked": {"title": lead.title, "headings": list(lead.headings), "units": kept.units},
+        "ranked": {"title": lead.title, "headings": list(lead.headings), "units": limits.units},
         "no_limits": order.no_limits(run.layout) if lead.question in ("film", "force") else "",
-        "worst": worst.entries,
-        "failures": failures,
-        "files": {name: str(result.directory / name) for name in FILES},
+        "worst": seen.worst.entries,
+        "failures": seen.failures,
+        "files": {name: str(result.directory / name) for name in run.files},
     }
-
-
-class _Kept:
-    """How many cases keep to the limits of a grid, as `run` reports it."""
-
-    def __init__(self, record: Mapping[str, Any]):
-        self.verdict = verdict.of_record(record)
-        self.units = {column["name"]: column["unit"] for column in record["layout"]["columns"]}
-        self.units |= {own.name: own.unit for own in self.verdict.figures}
-        limited = {name for limit in self.verdict.limits for name in (limit.column, limit.times) if name}
-        self.columns = [verdict.EXCEEDED, verdict.MARGIN, *sorted(limited)] if limited else []
-        self.cases = 0
-        self.exceeded: Counter[str] = Counter()  # column -> cases
-        self.unknown: Counter[str] = Counter()  # column -> those of them that it cannot judge
-        self.any = self.any_unknown = 0
-        self.worst: dict[str, Any] | None = None  # the case with the smallest margin
-
-    def add(self, block: dict[str, np.ndarray], swept: list[str]) -> None:
-        """Take in some finished cases."""
-        if not self.columns:
-            return
-        self.cases += len(block["status"])
-        self.any += sum(map(bool, block[verdict.EXCEEDED]))
-        self.exceeded.update(name for names in block[verdict.EXCEEDED] if names for name in names.split(","))
-        self.any_unknown += int(np.count_nonzero(self.verdict.unknown(block)))
-        for name in {limit.column for limit in self.verdict.limits}:
-            unknown = [limit.unknown(block) for limit in self.verdict.limits if limit.column == name]
-            self.unknown[name] += int(np.count_nonzero(np.any(unknown, axis=0)))
-        margins = block[verdict.MARGIN]
-        if np.isfinite(margins).any():
-            place = int(np.nanargmin(margins))
-            margin = float(margins[place])
-            if self.worst is None or (margin, block["case_id"][place]) < (self.worst["margin"], self.worst["case_id"]):
-                words = verdict.margin_words(margin, self.verdict.limits, block[verdict.EXCEEDED][place] or "")
-                self.worst = _known(block, place, swept) | {"margin": margin, "margin_words": words}
-
-    def facts(self) -> dict[str, Any] | None:
-        """Return the counts, ready for JSON; None where there are no limits."""
-        if not self.columns:
-            return None
-        bounds: dict[str, list[str]] = {limit.column: [] for limit in self.verdict.limits}
-        for limit in self.verdict.limits:
-            bounds[limit.column].append(limit.words(self.units.get(limit.column, "1")))
-        return {
-            "cases": self.cases,
-            "exceeding": self.any,
-            "unknown": self.any_unknown,
-            "each": {
-                name: {"limit": ", ".join(words), "cases": self.exceeded[name], "unknown": self.unknown[name]}
-                for name, words in bounds.items()
-            },
-            "worst": self.worst,
-        }
 
 
 def _limit_lines(facts: dict[str, Any]) -> list[str]:
@@ -162,13 +76,6 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
             + (f", {setting}" if setting else "")
         )
     return lines
-
-
-def _known(block: dict[str, np.ndarray], place: int, swept: list[str]) -> dict[str, Any]:
-    """Return which case is at a place of a block of the summary, None for a value that it does not use."""
-    values = {path: block[path][place : place + 1].tolist()[0] for path in swept}
-    found = {path: None if isinstance(value, float) and math.isnan(value) else value for path, value in values.items()}
-    return {"case_id": block["case_id"][place], "swept": found}
 
 
 def run_text(facts: dict[str, Any]) -> str:
@@ -210,7 +117,7 @@ def run_text(facts: dict[str, Any]) -> str:
     lines += ["", facts["no_limits"]] if facts["no_limits"] and facts["ok"] else []
     lines += [
         "",
-        f"Results in {facts['directory']}: {', '.join(FILES)}",
+        f"Results in {facts['directory']}: {', '.join(facts['files'])}",
         f"Next: clearsweep report {facts['directory']}",
     ]
     return plain("\n".join(lines))
@@ -249,7 +156,7 @@ def estimate_text(facts: dict[str, Any]) -> str:
             f"{friendly(facts['longest'], 's')})"
         )
     if facts["pending"]:
-        lines.append(f"storage: about {size(facts['bytes'])}")
+        lines.append(f"storage: about {wording.size(facts['bytes'])}")
     lines += [f"Note: {sentence}" for sentence in facts["warnings"]]
     return plain("\n".join(lines))
 
@@ -291,14 +198,6 @@ def _case_lines(case: dict[str, Any]) -> list[str]:
 def cases(count: int) -> str:
     """Return '1 case' or '1,200 cases'."""
     return f"{count:,} case" + "s" * (count != 1)
-
-
-def size(count: float) -> str:
-    """Return a number of bytes as '12 MB'."""
-    for factor, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
-        if count >= factor:
-            return f"{count / factor:.3g} {unit}"
-    return f"{count:.0f} B"
 
 
 def plain(text: str) -> str:

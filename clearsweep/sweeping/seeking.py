@@ -23,7 +23,7 @@ class Answer(NamedTuple):
     fits: bool = False  # it was searched for among fits
     fit: str | None = None  # the one at `value`
     beyond: tuple[str, ...] = ()  # fits on the unsafe side of the border that keep to the limits all the same
-    best: tuple[dict[str, Any], ...] = ()  # where no value keeps to them: how near each case of the other axes comes
+    best: tuple[dict[str, Any], ...] = ()  # where no value keeps to them: how near each case comes
 
 
 class _Probe(NamedTuple):
@@ -88,7 +88,8 @@ class Seeking:
         limiting = None if known[at] else self.probes[worst][at].limiting
         point = self.others[worst]
         if border.good is None:
-            best = tuple(self._best(j) for j in subject)
+            nearest = max(known, key=lambda place: (min(self.probes[j][place].margin for j in subject), -place))
+            best = tuple(self._best(j, nearest) for j in subject)
             tried = len(known) * len(subject)
             return Answer(point, None, None, None, limiting, tried, fits=bool(seek.fits), best=best)
         good = seek.value(border.good)
@@ -99,13 +100,14 @@ class Seeking:
         beyond = tuple(seek.fit(place).name for place in sorted(known) if known[place] and place > border.good)
         return answer._replace(fits=True, fit=seek.fit(border.good).name, beyond=beyond)
 
-    def _best(self, j: int) -> dict[str, Any]:
-        """Return the value at which a case of the other axes comes nearest to its limits, and what limits it there."""
-        place, probe = max(self.probes[j].items(), key=lambda item: (item[1].margin, -item[0]))
+    def _best(self, j: int, place: int) -> dict[str, Any]:
+        """Return how near a case of the other axes comes to its limits at the best place, and what limits it there."""
+        probe = self.probes[j][place]
         finite = np.isfinite(probe.margin)
         return {
             "point": self.others[j],
             "value": self.seek.value(place),
+            "fit": self.seek.fit(place).name if self.seek.fits else None,
             "margin": probe.margin if finite else None,
             "limiting": probe.limiting,
             "margins": {name: margin for name, margin in probe.margins.items() if np.isfinite(margin)},

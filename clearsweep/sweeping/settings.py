@@ -9,17 +9,19 @@ from ..language import wording
 def friendly(value: float, unit: str, *, speed: bool = False) -> str:
     """Return a value as it could be written in a grid: '0.5 mm', '5000 rpm', '6.61e+10 N/m^1.5'."""
     scale = wording.scale(unit, value, speed=speed)
-    if scale.unit.isascii() or scale.unit.startswith("µ"):
+    scale = scale._replace(unit="deg") if scale.unit == "°" else scale
+    if scale.unit.replace(wording.BLANK, " ").isascii() or scale.unit.startswith("µ"):
         return f"{value / scale.factor:.4g} {scale.unit}".rstrip()
     return f"{value:.4g} {unit}"
 
 
 def given_text(path: str, value: float, unit: str, written: Mapping[str, Mapping[str, Any]]) -> str:
     """Return a value of the grid in the unit in which it is written there; `written` is run.json's `written_units`."""
-    if path not in written:
+    scale = wording.written_scale(written.get(path), unit)
+    if scale is None:
         return friendly(value, unit, speed=path.endswith("speed"))
-    known = written[path]
-    return f"{(value - known['offset']) / known['factor']:.4g} {known['unit']}"
+    name = written[path]["unit"] if path in written and scale == wording.as_written(written[path]) else scale.unit
+    return f"{scale.of(value):.4g} {name}"
 
 
 def joint_count(paths: Iterable[str]) -> int:

@@ -15,7 +15,7 @@ from .. import store
 from ..contracts.results import Peak
 from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
-from . import adaptive, executors, identified, progress, resources, signals
+from . import adaptive, blockwise, executors, identified, nearest, nodes, progress, resources, signals
 from .identifying import Identified, Identifying
 from .optimising import Optimised, Optimising
 from .refining import Refined, Refining
@@ -97,7 +97,7 @@ def sweep(  # noqa: PLR0913 - options that a user gives by name, as on the comma
     source : path of a grid file, dict of the same shape, or Grid.
     out : directory; default results/<name of the grid>.
     jobs : number of worker processes; default the number of cores this process may use.
-    executor : 'local' (processes), 'serial' (this process) or 'dask' (a cluster).
+    executor : 'local' (processes), 'serial' (this process), 'dask' (a cluster) or 'nodes' (a driver on each node).
     scheduler : address of the cluster's scheduler; default a new cluster on this machine.
     retry_failed : run cases again that failed before.
     case_timeout : s a case may take; a longer one gets the status 'timeout'.
@@ -125,9 +125,13 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
             _run_sweep(further, directory, options, simulator)
 
         grid = load(source, simulator)
-        return replace(
+        result = replace(
             result, effects=tuple(effects(grid, [*result.answers], result.directory, simulator, run_further))
         )
+        with directory_of(grid, result.directory).open_for(grid) as directory:
+            record = result.open().grid
+            directory.add_to_record(nearest=nearest.of_run(record, result.answers, result.effects))
+        return result
 
 
 def _run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator) -> RunResult:
@@ -149,6 +153,13 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         raise InputError(
             "shard: the cases that `refine` adds follow from all others; run the shards of the grid without it, merge "
             "them, and run the grid with it where they were merged to"
+        )
+    if cut := store.Cut.of(grid, str(shard or "")):
+        return _run_cut(grid, out, options, simulator, (cut, shard, begin))
+    if options.executor == executors.NODES:
+        raise InputError(
+            f"executor: nodes gives whole blocks of {store.block_size():,} cases to nodes, and this grid has "
+            f"{len(grid):,} or is searched; write --executor dask"
         )
     with phases.phase("looking at the cases"):
         ids = case_ids(grid)
@@ -199,6 +210,45 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         optimised=best,
         identified=machine,
         refined=search.result() if isinstance(search, Refining) and complete else None,
+    )
+
+
+def _run_cut(
+    grid: grids.Grid,
+    out: str | Path | None,
+    options: Options,
+    simulator: Simulator,
+    known_of_run: tuple[store.Cut, Shard | None, float],
+) -> RunResult:
+    """Run a grid that is cut into blocks; known_of_run : how it is cut, the shard, and when the run began."""
+    cut, shard, begin = known_of_run
+    with phases.phase("looking at the cases"):
+        doubles = blockwise.doubles_of(grid)
+        derived, warnings = facts(grid, simulator)
+    known: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
+    directory = directory_of(grid, out, shard)
+    job = blockwise.BlockJob(directory.path.absolute(), grid, simulator, options, cut, shard, doubles)
+    wanted = blockwise.count_wanted(job)
+    blocks = {"size": cut.size, "count": cut.count, "numbers": []}
+    with signals.catching(), directory.open_for(grid, counts={"cases": wanted}, blocks=blocks, **known):
+        start = store.now()
+        with phases.phase("reading the directory"):
+            for sentence in directory.recover():
+                progress.say(sentence)
+        with WorkerPool(directory, options, simulator) as worker_pool:
+            if options.executor == executors.NODES:
+                outcome = nodes.run_on_nodes(job)
+            else:
+                outcome = blockwise.run_blocks(job, worker_pool, directory)
+            counts = blockwise.conclude(directory, job, outcome, (outcome.ran, wanted), start=start, **known)
+    return RunResult(
+        directory.path,
+        **counts,
+        seconds=time.monotonic() - begin,
+        case_seconds=outcome.case_seconds,
+        start_up=(worker_pool.ready or begin) - begin,
+        derived=derived,
+        warnings=tuple(warnings),
     )
 
 
@@ -289,8 +339,9 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
 def check(options: Options) -> None:
     """Raise InputError for options that do not hold or do not go together."""
     executor, jobs, case_timeout, scheduler = options.executor, options.jobs, options.case_timeout, options.scheduler
-    if executor not in executors.EXECUTORS:
-        raise InputError(f"executor: found {executor!r}; expected one of {', '.join(executors.EXECUTORS)}")
+    names = (*executors.EXECUTORS, executors.NODES)
+    if executor not in names:
+        raise InputError(f"executor: found {executor!r}; expected one of {', '.join(names)}")
     if jobs is not None and jobs < 1:
         raise InputError(f"jobs: found {jobs}; expected a whole number of at least 1")
     if case_timeout is not None and not 0.0 < case_timeout <= LONGEST_TIMEOUT:
@@ -300,8 +351,12 @@ def check(options: Options) -> None:
         )
     if case_timeout and executor == "serial":
         raise InputError("case timeout: the serial executor cannot end a case; use the local executor")
-    if scheduler and executor != "dask":
+    if executor == executors.NODES and not scheduler:
+        raise InputError(
+            "executor: nodes needs the address of a scheduler, each of whose workers is a node: --scheduler"
+        )
+    if scheduler and executor not in ("dask", executors.NODES):
         raise InputError(f"scheduler: the {executor} executor has none; write --executor dask, too")
     executors.allow_files(executor, jobs or executors.cores())
-    if executor == "dask":
+    if executor in ("dask", executors.NODES):
         executors.reach(scheduler)

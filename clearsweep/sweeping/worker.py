@@ -101,13 +101,14 @@ class Job:
     simulator: Simulator
     case_timeout: float | None  # s
     together: bool = False  # cases of a batch are computed together, by `solve_each`
+    driver: str = ""  # whose batches they are, where several drivers work at one block
 
     def __reduce__(self) -> tuple[Callable[[bytes], "Job"], tuple[bytes]]:
         return _unpacked, (self._packed,)
 
     @cached_property
     def _packed(self) -> bytes:
-        return pickle.dumps((self.directory, self.grid, self.simulator, self.case_timeout, self.together))
+        return pickle.dumps((self.directory, self.grid, self.simulator, self.case_timeout, self.together, self.driver))
 
     @cached_property
     def form(self) -> store.ResultSchema:
@@ -117,7 +118,8 @@ class Job:
     @cached_property
     def stop(self) -> Path:
         """Return the file that asks workers to finish the case they are at and take no other."""
-        return durable.scratch_file(self.directory / store.SCRATCH, "stop")
+        name = f"{self.driver}.stop" if self.driver else "stop"
+        return durable.scratch_file(self.directory / store.SCRATCH, name)
 
     def note(self, batch: Batch) -> Path:
         """Return the file in which a worker says which case it is at."""

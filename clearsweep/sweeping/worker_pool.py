@@ -3,7 +3,7 @@
 import secrets
 import shutil
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import BrokenExecutor, Future, wait
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -36,6 +36,15 @@ class Options(NamedTuple):
     show_progress: bool = True
 
 
+class Pending(NamedTuple):
+    """Cases that are to run."""
+
+    indices: np.ndarray  # (cases,)
+    ids: np.ndarray  # (cases,), their identities, uint64
+    title: str = ""  # of their progress
+    drop: Callable[[], np.ndarray] | None = None  # returns identities, ascending, that need not run any more
+
+
 class WorkerPool:
     """The workers of a run, which are started when the first case is missing and do the cases of one grid or several.
 
@@ -47,6 +56,8 @@ class WorkerPool:
         self.workers: executors.Executor | None = None
         self.ran, self.case_seconds = 0, 0.0
         self.ready: float | None = None
+        self.failed = 0
+        self.warmed: set[Hashable] = set()  # signatures of the scenes whose code is compiled
         self.tried: list[np.ndarray] = []  # identities of cases, which are not tried again however they ended
 
     def __enter__(self) -> Self:
@@ -66,21 +77,33 @@ class WorkerPool:
             pending = pending[~within(ids[pending], tried)]
         if not len(pending):
             return True
-        grids.check_disk(len(pending) * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
+        done = self.run_cases(grid, Pending(pending, ids[pending]))
+        self.tried.append(np.sort(ids[pending]))
+        return done
+
+    def run_cases(self, grid: grids.Grid, pending: "Pending", most_failures: int | None = None) -> bool:
+        """Run some cases of a grid; return False where too many failed and the rest was left.
+
+        most_failures : how many may fail; default: as the options say.
+        """
+        count = len(pending.indices)
+        grids.check_disk(count * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
         with phases.phase("looking at the kinds of scenes"):
-            listed = kinds(grid, pending, self.simulator)
-        together = not self.options.case_timeout and go_together(self.simulator, len(pending), len(listed))
-        workers = self._hired(listed, len(pending))
-        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, together)
-        batches = Batches(pending, ids, workers.jobs, grids.usual_history(grid))
-        with phases.phase(display := progress.Cases(len(pending))):
-            most_failures = most(self.options.max_failures, len(pending))
-            driver = Driver(workers, self.directory, job, batches, most_failures, display)
-            done = driver.run()
+            listed = kinds(grid, pending.indices, self.simulator)
+        together = not self.options.case_timeout and go_together(self.simulator, count, len(listed))
+        workers = self._hired(listed, count)
+        driver = secrets.token_hex(8) if pending.drop else ""
+        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, together, driver)
+        batches = Batches(pending.indices, pending.ids, workers.jobs, grids.usual_history(grid), pending.drop)
+        with phases.phase(display := progress.Cases(count, pending.title)):
+            if most_failures is None:
+                most_failures = most(self.options.max_failures, count)
+            run = Driver(workers, self.directory, job, batches, most_failures, display)
+            done = run.run()
         if not done:
             self.workers = None  # the driver has ended them
-        self.ran, self.case_seconds = self.ran + driver.ran, self.case_seconds + driver.case_seconds
-        self.tried.append(np.sort(ids[pending]))
+        self.ran, self.case_seconds = self.ran + run.ran, self.case_seconds + run.case_seconds
+        self.failed += run.failed
         return done
 
     def look(self, grid: grids.Grid, first: int) -> store.CaseResults | None:
@@ -104,7 +127,7 @@ class WorkerPool:
     def peaks(self, grid: grids.Grid, worst: Sequence[store.Worst]) -> list[Peak | None]:
         """Return the revolution of the largest peak of cases that have run, None where it is not found again."""
         cases = [grid.case_at(each.point) for each in worst]
-        workers = self.workers or self._hire(len(cases))
+        workers = self.workers or self.hire(len(cases))
         found: list[Peak | None] = []
         tasks = [
             _submitted(workers, self.simulator, case, each.joint, each.revolutions or case.simulate.revolutions)
@@ -128,14 +151,15 @@ class WorkerPool:
 
     def _hired(self, kinds_of_scenes: list[Case], pending: int) -> executors.Executor:
         """Return the workers, started and their code compiled."""
-        if self.workers is None:
-            workers = self._hire(pending)
-            warm(workers, kinds_of_scenes, self.simulator, self.directory.path.resolve())
-            self.ready = time.monotonic()
-        assert self.workers is not None  # hired
-        return self.workers
+        workers = self.workers or self.hire(pending)
+        new = [case for case in kinds_of_scenes if self.simulator.signature(case) not in self.warmed]
+        if new:
+            warm(workers, new, self.simulator, self.directory.path.resolve())
+            self.warmed |= {self.simulator.signature(case) for case in new}
+        self.ready = self.ready or time.monotonic()
+        return workers
 
-    def _hire(self, cases: int) -> executors.Executor:
+    def hire(self, cases: int) -> executors.Executor:
         """Return the workers, started, for at most so many cases at a time."""
         jobs = min(self.options.jobs or executors.cores(), cases)
         self.workers = executors.EXECUTORS[self.options.executor](jobs, self.options.scheduler, self.simulator.load)
@@ -197,12 +221,13 @@ def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[C
     """Return one pending case for each kind of scene; only names of laws can change the kind."""
     if not any(isinstance(values[0], str) for values in grid.axes.values()):
         return [grid.case(int(pending[0]))]
-    wanted = np.zeros(len(grid), bool)
-    wanted[pending] = True
+    begin, end = int(pending.min()), int(pending.max()) + 1
+    wanted = np.zeros(end - begin, bool)
+    wanted[pending - begin] = True
     firsts: dict[grids.Words, int] = {}
-    for index, words in enumerate(grid.words()):
-        if wanted[index] and words not in firsts:
-            firsts[words] = index
+    for place, words in enumerate(grid.words(range(begin, end))):
+        if wanted[place] and words not in firsts:
+            firsts[words] = begin + place
     cases = [grid.case(index) for index in firsts.values()]
     return list({simulator.signature(case): case for case in cases}.values())
 

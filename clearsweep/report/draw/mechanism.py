@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Arc, Circle, Polygon, Rectangle
-from matplotlib.transforms import Affine2D
+from matplotlib.patches import Circle
 
 from ... import simulation
 from ...contracts.machine import GROUND
+from ...language import wording
 from .style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED
 
 _COLOURS = (BLUE, GREEN, ORANGE, PURPLE, "#56B4E9", "#8C6D31")
@@ -80,10 +80,11 @@ def paint(ax: Axes, sketch: simulation.Sketch) -> None:
     ax.set_xlim(across)
     ax.set_ylim(upward)
     labels.write(ax)
-    ax.xaxis.set_major_formatter(lambda value, _: f"{1e3 * value:g}")
-    ax.yaxis.set_major_formatter(lambda value, _: f"{1e3 * value:g}")
-    ax.set_xlabel("x [mm]")
-    ax.set_ylabel("y [mm]")
+    factor, unit, _ = wording.scale("m", 0.01)  # mm, or in
+    ax.xaxis.set_major_formatter(lambda value, _: f"{value / factor:.6g}")
+    ax.yaxis.set_major_formatter(lambda value, _: f"{value / factor:.6g}")
+    ax.set_xlabel(f"x [{unit}]")
+    ax.set_ylabel(f"y [{unit}]")
     ax.spines[["top", "right"]].set_visible(False)
     ax.tick_params(length=2)
 
@@ -151,7 +152,7 @@ def _body(ax: Axes, body: simulation.SketchedBody, colour: str) -> np.ndarray:
     if len(points) > 2:
         middle = points.mean(axis=0)
         order = np.argsort(np.arctan2(points[:, 1] - middle[1], points[:, 0] - middle[0]))
-        ax.add_patch(Polygon(points[order], closed=True, facecolor=colour, alpha=0.25, edgecolor=colour, lw=2.5))
+        ax.fill(*points[order].T, facecolor=(colour, 0.25), edgecolor=colour, linewidth=2.5)
     else:
         ax.plot(points[:, 0], points[:, 1], color=colour, lw=4.0, solid_capstyle="round", zorder=2)
     if body.gives is not None:
@@ -176,12 +177,10 @@ def _guide(ax: Axes, joint: simulation.SketchedJoint, direction: float, size: fl
     ends = joint.place + 0.2 * size * np.array([[-1.0], [1.0]]) * unit
     ax.plot(ends[:, 0], ends[:, 1], color=GREY, lw=0.8, ls=(0, (6, 3)), zorder=1)
     wide, high = 0.14 * size, 0.08 * size
-    turn = Affine2D().rotate(direction).translate(*joint.place) + ax.transData
-    block = Rectangle((-0.5 * wide, -0.5 * high), wide, high, facecolor=PALE, edgecolor=RED if joint.open else GREY)
-    block.set_transform(turn)
-    ax.add_patch(block)
     across = np.array([-unit[1], unit[0]])
-    return _between(joint.place + 0.5 * (np.array(_RIM)[:, :1] * wide * unit + np.array(_RIM)[:, 1:] * high * across))
+    rim = joint.place + 0.5 * (np.array(_RIM)[:, :1] * wide * unit + np.array(_RIM)[:, 1:] * high * across)
+    ax.fill(*rim[:-1].T, facecolor=PALE, edgecolor=RED if joint.open else GREY, linewidth=1.0)
+    return _between(rim)
 
 
 def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray:
@@ -196,11 +195,8 @@ def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray
     drawn = [joint.place[None]]
     if joint.grounded:
         wide = 2.2 * radius
-        ax.add_patch(
-            Polygon(
-                [(x, y), (x - wide, y - 1.6 * wide), (x + wide, y - 1.6 * wide)], facecolor=PALE, edgecolor=GREY, lw=0.8
-            )
-        )
+        feet = y - 1.6 * wide
+        ax.fill([x, x - wide, x + wide], [y, feet, feet], facecolor=PALE, edgecolor=GREY, linewidth=0.8)
         ax.plot([x - 1.5 * wide, x + 1.5 * wide], [y - 1.6 * wide] * 2, color=GREY, lw=1.2)
         drawn.append(_between(np.array([(x - wide, y - 1.6 * wide), (x, y), (x + wide, y - 1.6 * wide)])))
     ax.add_patch(Circle((x, y), radius, facecolor="white", edgecolor=INK, lw=1.2, zorder=4))
@@ -208,11 +204,10 @@ def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray
         ax.add_patch(Circle((x, y), 1.9 * radius, fill=False, edgecolor=RED, lw=1.4, zorder=4))
     if joint.driven:
         wide = 0.11 * size
-        ax.add_patch(Arc((x, y), wide, wide, theta1=20.0, theta2=300.0, color=INK, lw=1.0, zorder=3))
-        tip = np.array([x, y]) + 0.5 * wide * np.array([math.cos(math.radians(300)), math.sin(math.radians(300))])
-        away = 0.02 * size * np.array([math.cos(math.radians(30)), math.sin(math.radians(30))])
-        _arrow(ax, tip - 0.2 * away, tip + away, {"arrowstyle": "->", "color": INK, "lw": 1.0})
-        drawn.append(joint.place + 0.5 * wide * _TURN)
+        turn = joint.place + 0.5 * wide * _TURN
+        ax.plot(*turn.T, color=INK, lw=1.0, zorder=3)
+        _arrow_head(ax, turn[-1], turn[-1] - turn[-2], 0.022 * size)
+        drawn.append(turn)
     return np.concatenate(drawn)
 
 
@@ -229,11 +224,13 @@ def _load(ax: Axes, load: simulation.SketchedLoad, size: float) -> np.ndarray:
         ax.plot(*load.place, marker="D", color=INK, ms=4, zorder=5)
         return np.asarray(load.place)
     tail = load.place - 0.2 * size * load.direction
-    _arrow(ax, tail, load.place, {"arrowstyle": "-|>", "color": INK, "lw": 1.4})
+    ax.plot(*np.stack([tail, load.place]).T, color=INK, lw=1.4, zorder=5)
+    _arrow_head(ax, load.place, load.direction, 0.04 * size)
     return np.asarray(tail)
 
 
-def _arrow(ax: Axes, begin: np.ndarray, end: np.ndarray, look: dict[str, Any]) -> None:
-    """Draw an arrow from one place (m) to another."""
-    (a, b), (x, y) = begin, end
-    ax.annotate("", xy=(x, y), xytext=(a, b), arrowprops=look, zorder=5)
+def _arrow_head(ax: Axes, tip: np.ndarray, direction: np.ndarray, length: float) -> None:
+    """Draw the head of an arrow at `tip` (m) that points in a direction; length : m."""
+    back = -length * direction / max(float(np.hypot(*direction)), 1e-12)
+    across = 0.4 * np.array([-back[1], back[0]])
+    ax.fill(*np.stack([tip, tip + back + across, tip + back - across]).T, facecolor=INK, edgecolor=INK, zorder=5)

@@ -51,6 +51,7 @@ SECTIONS: tuple[Makes, ...] = (  # seen at once, in the order of the page
     trust.sections,
     lasting.sections,
 )
+SECOND = SECTIONS[SECTIONS.index(drivers.sections) :]  # in the second column of a wide page
 MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by subject
     (
         "Forces and output",
@@ -75,5 +76,6 @@ def of(study: Study) -> list[Section]:
     with phases.phase("preparing the report") as preparing:
         for number, (subject, sections) in enumerate(every):
             preparing.note(share=number / len(every))
-            listed += [section._replace(subject=subject) for section in sections(study) if section.blocks]
+            made = [section for section in sections(study) if section.blocks]
+            listed += [section._replace(subject=subject, second=sections in SECOND) for section in made]
     return listed

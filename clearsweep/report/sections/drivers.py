@@ -17,6 +17,7 @@ from ..table import Column, Quantity, Table
 
 _FORCE = ((PEAK.figure, "peak"), ("force_rms", "rms"))
 MOST = 4  # axes that are drawn at once, the strongest; the rest is folded
+LEAST_SHARE = 0.01  # of the variation: an axis with less is folded, unless it is the only one
 NOTED = 9  # values of an axis up to which the text of a picture gives each median
 
 
@@ -25,16 +26,15 @@ def sections(study: Study) -> list[Section]:
     if not _comparable(study):
         return []
     said = Points(sentences(study, study.hardest_joint()))
-    return [
-        Section("drivers", "What drives it", filled([said, Gallery(_note(study), _leading(study)[:MOST], small=True)]))
-    ]
+    drawn = Gallery(_note(study), _leading(study)[: _at_once(study)], small=True)
+    return [Section("drivers", "What drives it", filled([said, drawn]))]
 
 
 def more(study: Study) -> list[Section]:
     """Return the other axes, what drives the force with the ideal one, and all main effects in numbers."""
     if not _comparable(study):
         return []
-    joint, pictures = study.hardest_joint(), _leading(study)[MOST:]
+    joint, pictures = study.hardest_joint(), _leading(study)[_at_once(study) :]
     if study.has(joint.column(RATIO)) and len(study.levels()) > 1 and ideal_varies(study, joint):
         pictures += _pictures(study, ((RATIO, "p99 / ideal"),), "p99 / ideal peak")
     return [Section("main-effects", "Main effects", filled([Gallery("", pictures, small=True), _table(study)]))]
@@ -101,6 +101,12 @@ def _leading(study: Study) -> list[Picture]:
     if study.lead is PEAK:
         return _pictures(study, _FORCE, "force")
     return _pictures(study, ((study.lead.figure, study.lead.name),), study.lead.name)
+
+
+def _at_once(study: Study) -> int:
+    """Return how many axes are drawn at once: those that move the leading figure, the strongest first."""
+    effects = main_effects(study, study.hardest_joint().column(study.lead.figure))
+    return min(MOST, max(sum(not effect.share < LEAST_SHARE for effect in effects), 1))
 
 
 def ideal_varies(study: Study, joint: Joint) -> bool:

@@ -55,8 +55,8 @@ def _stiffness(study: Study, joint: Joint, worst: str, case: Case, links: Links)
     if study.cases.at[worst, joint.column("impacts_per_rev")] < IMPACTS:
         return compared, "Journal and bearing hardly part there: a rigid link changes the peak little."
     return compared, (
-        "It impacts there: with rigid links an impact of the same speed would be at least "
-        f"{wording.plain(math.sqrt(1.0 + softness), 2)} times as hard, by contact and link as two springs in series. A "
+        "It impacts there. With rigid links such an impact would be at least "
+        f"{wording.plain(math.sqrt(1.0 + softness), 2)} times as hard: contact and link are two springs in series. A "
         f"case with an {KEY} ten times as large computes it."
     )
 

@@ -71,11 +71,8 @@ def _text(study: Study, path: str, value: object) -> str:
         return ", ".join(_text(study, f"{path}.{place}", item) for place, item in enumerate(value))
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value)
-    written = study.run.grid.get("written_units", {}).get(path)
-    scale = (
-        wording.as_written(written) if written else wording.scale(study.unit(path), value, speed=path == "drive.speed")
-    )
-    return scale.given(value)
+    written = wording.written_scale(study.run.grid.get("written_units", {}).get(path), study.unit(path))
+    return (written or wording.scale(study.unit(path), value, speed=path == "drive.speed")).given(value)
 
 
 def _derived(study: Study) -> list[tuple[str, str]]:

@@ -1,5 +1,7 @@
 """The cards at the top of the page: the largest figures of the run, each next to what it is to be compared with."""
 
+from typing import Any
+
 import numpy as np
 
 from ...judging import verdict
@@ -23,8 +25,13 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
     """Return name, value with unit, what to compare it with; of a figure of joints the worst, its joint named."""
     finished, failed = len(study.cases), len(study.failed)
     missing = study.run.grid.get("counts", {}).get("missing", 0)
+    marks = study.run.marks()
+    if marks:
+        finished, failed = (sum(mark[name] for mark in marks) for name in ("ok", "failed"))
     said = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")
     cards = [("Cases finished", f"{finished} of {finished + failed + missing}", said)]
+    if marks:
+        cards += _sampled(study, marks)
     if study.cases.empty:
         return cards
     cards += _answer(study)
@@ -45,6 +52,22 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
             elastic = elastic_range.remark(study, joint, worst) if joint and figure == ONSET else ""
             said = "; ".join(filter(None, (where, suffix, elastic))) or (f"joint {joint.title}" if joint else "")
             cards.append((name, study.text(worst, column), said))
+    return cards
+
+
+def _sampled(study: Study, marks: list[dict[str, Any]]) -> list[tuple[str, str, str]]:
+    """Return the cards of a run of which the page shows a sample: its size, and what is counted of all cases."""
+    cards = [
+        (
+            "Shown on this page",
+            f"{len(study.cases) + len(study.failed)} cases",
+            "rows at random, and those with the smallest and the largest value of each figure of all cases",
+        )
+    ]
+    if study.limits:
+        limits = [mark["counts"]["limits"] for mark in marks]
+        cases, exceeding = (sum(each[name] for each in limits) for name in ("cases", "any"))
+        cards.append(("Within the limits, of all cases", f"{cases - exceeding} of {cases}", "finished cases"))
     return cards
 
 

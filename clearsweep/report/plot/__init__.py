@@ -1,0 +1,15 @@
+"""Axes that write SVG for the pages of reports, with the methods of matplotlib's that the drawings call."""
+
+from .axes import Axes
+from .polar import PolarSheet
+from .sheet import Sheet
+from .side import UnsupportedError
+
+__all__ = ["Axes", "PolarSheet", "Sheet", "UnsupportedError", "sheet_of"]
+
+
+def sheet_of(size: tuple[float, float], projection: str | None) -> Sheet:
+    """Return a sheet for a projection: None or 'polar'; raise UnsupportedError for others.  size : inches."""
+    if projection not in (None, "polar"):
+        raise UnsupportedError(str(projection))
+    return PolarSheet(size) if projection else Sheet(size)

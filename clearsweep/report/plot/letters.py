@@ -1,0 +1,66 @@
+"""Words: as SVG, and how wide they are, by the widths of DejaVu Sans in thousandths of the size of its letters."""
+
+import html
+
+from ...language import wording
+
+_FIRST = 32  # the code of the first letter of the table
+_ROWS = (
+    (318, 401, 460, 838, 636, 950, 780, 275, 390, 390, 500, 838, 318, 361, 318, 337, 636, 636, 636),
+    (636, 636, 636, 636, 636, 636, 636, 337, 337, 838, 838, 838, 531, 1000, 684, 686, 698, 770, 632),
+    (575, 775, 752, 295, 295, 656, 557, 863, 748, 787, 603, 787, 695, 635, 611, 732, 684, 989, 685),
+    (611, 685, 390, 337, 390, 838, 500, 500, 613, 635, 550, 635, 615, 352, 635, 634, 278, 278, 579),
+    (278, 974, 634, 612, 635, 635, 411, 521, 392, 634, 592, 818, 592, 592, 525, 636, 337, 636, 838),
+)
+_WIDTHS = [width for row in _ROWS for width in row]
+_OTHERS = {
+    "\u00a0": 318,
+    "°": 500,
+    "²": 401,
+    "³": 401,
+    "⁻": 528,
+    "·": 318,
+    wording.DASH: 500,
+    "\u2009": 200,
+    wording.MINUS: 838,
+    wording.TIMES: 838,
+}
+_USUAL = 600
+INK = "#1f2933"
+_FAMILY = "font-family: 'DejaVu Sans', sans-serif"
+LINE = 1.17  # height of a line over the size of its letters
+
+
+def width(text: str, size: float) -> float:
+    """Return the width of a text in points, of several lines that of the widest; size : of its letters, points."""
+    return max(sum(map(_width, line)) for line in text.split("\n")) * size / 1000.0
+
+
+def height(text: str, size: float) -> float:
+    """Return the height of a text in points."""
+    return LINE * size * (text.count("\n") + 1)
+
+
+def _width(letter: str) -> int:
+    place = ord(letter) - _FIRST
+    return _WIDTHS[place] if 0 <= place < len(_WIDTHS) else _OTHERS.get(letter, _USUAL)
+
+
+def text(
+    words: str, x: float, y: float, size: float, anchor: str, *, turn: float = 0.0, middle: bool = False, look: str = ""
+) -> str:
+    """Return words as SVG; `middle`: y is that of their middle, not of their first base line; turn : degrees."""
+    if not words:
+        return ""
+    lines = words.split("\n")
+    y = y + (0.36 * size - 0.5 * 1.17 * size * (len(lines) - 1) if middle else 0.0)
+    turned = f' transform="rotate({turn:g} {x:.2f} {y:.2f})"' if turn else ""
+    style = f"font-size: {size:g}px; {_FAMILY}; text-anchor: {anchor}; {look or f'fill: {INK}'}"
+    inside = html.escape(lines[0])
+    if len(lines) > 1:
+        rows = (
+            f'<tspan x="{x:.2f}" dy="{1.17 * size if k else 0:.2f}">{html.escape(line)}</tspan>'
+            for k, line in enumerate(lines)
+        )
+        inside = "".join(rows)
+    return f'<text x="{x:.2f}" y="{y:.2f}"{turned} style="{style}">{inside}</text>'

@@ -1,0 +1,209 @@
+"""Axes on a sheet: where they are, their edges, ticks and names, the bar of colours, all of it as SVG."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm, to_hex
+
+from . import legends, marks
+from .axes import Axes
+from .items import PAPER, Box
+from .letters import height, text, width
+from .side import Side
+
+GREY = "#6b7785"
+PAD, GAP, LABEL = 4.0, 3.5, 9.0  # points: round the sheet, from a tick to its name, of the letters of a name
+BAR, APART = 10.0, 7.0  # points: of a bar of colours, from the axes to it
+STOPS = 12  # colours of which the shades of a bar are made
+
+
+class Bar:
+    """The bar that says what colours mean; `ax.yaxis` has its ticks."""
+
+    def __init__(self, coloured: ScalarMappable):
+        """Take what is coloured."""
+        self.coloured, self.solids = coloured, None
+        side = Side("y")
+        side.log = isinstance(coloured.norm, LogNorm)
+        side.given = [float(np.asarray(end)) for end in (coloured.norm.vmin, coloured.norm.vmax)]
+        self.ax, self.outline = _Holder(side), _Hidden()
+
+    def set_label(self, name: str) -> None:
+        """Name the bar."""
+        self.ax.yaxis.label = name
+
+
+class _Holder(NamedTuple):
+    yaxis: Side
+
+
+class _Hidden:
+    @staticmethod
+    def set_visible(shown: bool) -> None:
+        """Do nothing: the bar has no outline."""
+
+
+class Sheet:
+    """A sheet with one pair of axes."""
+
+    def __init__(self, size: tuple[float, float]):
+        """Take the size in inches."""
+        self.wide, self.high = (72.0 * side for side in size)
+        self.axes: Axes = Axes(self)
+        self.bar: Bar | None = None
+
+    def get_size_inches(self) -> np.ndarray:
+        """Return width and height in inches."""
+        return np.array([self.wide, self.high]) / 72.0
+
+    def colorbar(self, coloured: ScalarMappable, **_: Any) -> Bar:
+        """Return a bar of colours to the right of the axes."""
+        self.bar = made = Bar(coloured)
+        return made
+
+    def box(self) -> Box:
+        """Return the place that names, ticks, legend and bar leave to the axes."""
+        ax = self.axes
+        above, right = legends.size(ax)
+        left = PAD + _tick_width(ax.yaxis, self.high - 50.0) + named(ax.yaxis)
+        right += PAD + (
+            APART + BAR + _tick_width(self.bar.ax.yaxis, self.high - 50.0) + named(self.bar.ax.yaxis)
+            if self.bar
+            else 0.0
+        )
+        names = ax.xaxis.ticks(self.wide - left - right)
+        below = PAD + _below(ax.xaxis, [name for _, name in names]) + named(ax.xaxis)
+        top = PAD + max(above, 0.5 * ax.yaxis.size)
+        if names and not self.bar and not ax.xaxis.style.get("rotation"):
+            place, name = names[-1]
+            over = 0.5 * width(name, ax.xaxis.size) - (1.0 - float(ax.xaxis.share(place))) * (self.wide - left - right)
+            right = max(right, PAD + over)
+        box = Box(left, top, max(self.wide - left - right, 20.0), max(self.high - top - below, 20.0))
+        if not ax.equal:
+            return box
+        across, up = (abs(np.subtract(*side.limits())) for side in (ax.xaxis, ax.yaxis))
+        scale = min(box.wide / across, box.high / up)
+        wide, high = scale * across, scale * up
+        return Box(box.left + 0.5 * (box.wide - wide), box.top + 0.5 * (box.high - high), wide, high)
+
+    def svg(self, key: str) -> tuple[str, Box]:
+        """Return all of it as an SVG element, its ids begun with `key`, and where the axes are."""
+        ax, box = self.axes, self.box()
+        clip = f"{key}-clip"
+        parts = [
+            f'<svg width="{self.wide:g}pt" height="{self.high:g}pt" viewBox="0 0 {self.wide:g} {self.high:g}" '
+            'xmlns="http://www.w3.org/2000/svg">',
+            f'<clipPath id="{clip}"><rect x="{box.left:.2f}" y="{box.top:.2f}" width="{box.wide:.2f}" '
+            f'height="{box.high:.2f}"/></clipPath>',
+            f'<rect width="{self.wide:g}" height="{self.high:g}" style="fill: {PAPER}"/>',
+        ]
+        ticks = {"x": ax.xaxis.ticks(box.wide), "y": ax.yaxis.ticks(box.high)}
+        if ax.face != PAPER:
+            parts.append(
+                f'<rect x="{box.left:.2f}" y="{box.top:.2f}" width="{box.wide:.2f}" height="{box.high:.2f}" '
+                f'style="fill: {ax.face}"/>'
+            )
+        if ax.ruled:
+            parts.append(self._grid(ticks, box))
+        items = sorted(ax.items, key=lambda item: item.order)
+        parts.append(f'<g clip-path="url(#{clip})">')
+        parts += [marks.drawn(item, ax, box) for item in items if item.kind != "words"]
+        parts.append("</g>")
+        parts += [marks.drawn(item, ax, box) for item in items if item.kind == "words"]
+        parts += [self._edges(box), self._ticks(ticks, box)]
+        parts += legends.drawn(ax, box)
+        if self.bar:
+            parts.append(self._bar(self.bar, box, key))
+        return "\n".join([*filter(None, parts), "</svg>\n"]), box
+
+    def _grid(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
+        ax, path = self.axes, []
+        for place, _ in ticks["x"]:
+            x = box.left + float(ax.xaxis.share(place)) * box.wide
+            path.append(f"M{x:.2f} {box.top:.2f}v{box.high:.2f}")
+        for place, _ in ticks["y"]:
+            y = box.top + (1.0 - float(ax.yaxis.share(place))) * box.high
+            path.append(f"M{box.left:.2f} {y:.2f}h{box.wide:.2f}")
+        look = ax.ruled
+        style = (
+            f"fill: none; stroke: {look['colour']}; stroke-width: {look['width']}; stroke-opacity: {look['alpha']:g}"
+        )
+        return f'<path d="{"".join(path)}" style="{style}"/>' if path else ""
+
+    def _edges(self, box: Box) -> str:
+        left, top, wide, high = box
+        lines = {
+            "left": f"M{left:.2f} {top:.2f}v{high:.2f}",
+            "right": f"M{left + wide:.2f} {top:.2f}v{high:.2f}",
+            "top": f"M{left:.2f} {top:.2f}h{wide:.2f}",
+            "bottom": f"M{left:.2f} {top + high:.2f}h{wide:.2f}",
+        }
+        path = "".join(line for name, line in lines.items() if self.axes.spines.get(name))
+        style = f"fill: none; stroke: {GREY}; stroke-width: 0.8; stroke-linecap: square"
+        return f'<path d="{path}" style="{style}"/>' if path else ""
+
+    def _ticks(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
+        ax, path, words = self.axes, [], []
+        side, foot = ax.xaxis, box.top + box.high
+        turned = side.style.get("rotation")
+        for place, name in ticks["x"]:
+            x, y = box.left + float(side.share(place)) * box.wide, foot + side.tick_length + GAP
+            path.append(f"M{x:.2f} {foot:.2f}v{side.tick_length:g}" if side.tick_length else "")
+            if turned:
+                words.append(text(name, x, y + 0.5 * side.size, side.size, "end", turn=-float(turned)))
+            else:
+                words.append(text(name, x, y + 0.8 * side.size, side.size, "middle"))
+        side = ax.yaxis
+        for place, name in ticks["y"]:
+            y = box.top + (1.0 - float(side.share(place))) * box.high
+            path.append(f"M{box.left:.2f} {y:.2f}h{-side.tick_length:g}" if side.tick_length else "")
+            words.append(text(name, box.left - side.tick_length - GAP, y, side.size, "end", middle=True))
+        under = self.high - PAD - 0.22 * LABEL
+        if ax.equal:
+            under = foot + _below(ax.xaxis, [name for _, name in ticks["x"]]) + named(ax.xaxis) - 0.22 * LABEL
+        words.append(text(ax.xaxis.label, box.left + 0.5 * box.wide, under, LABEL, "middle"))
+        baseline = box.left - _tick_width(ax.yaxis, box.high) - 0.5 * LABEL
+        words.append(text(ax.yaxis.label, baseline, box.top + 0.5 * box.high, LABEL, "middle", turn=-90.0))
+        lines = "".join(path)
+        drawn = f'<path d="{lines}" style="stroke: {GREY}; stroke-width: 0.8"/>' if lines else ""
+        return "\n".join([each for each in (drawn, *words) if each])
+
+    def _bar(self, bar: Bar, box: Box, key: str) -> str:
+        left, side = box.left + box.wide + APART, bar.ax.yaxis
+        stops = "".join(
+            f'<stop offset="{share:.3f}" stop-color="{to_hex(bar.coloured.cmap(share))}"/>'
+            for share in np.linspace(0.0, 1.0, STOPS)
+        )
+        parts = [
+            f'<linearGradient id="{key}-bar" x1="0" y1="1" x2="0" y2="0">{stops}</linearGradient>',
+            f'<rect x="{left:.2f}" y="{box.top:.2f}" width="{BAR:g}" height="{box.high:.2f}" fill="url(#{key}-bar)"/>',
+        ]
+        path = []
+        for place, name in side.ticks(box.high):
+            y = box.top + (1.0 - float(side.share(place))) * box.high
+            path.append(f"M{left + BAR:.2f} {y:.2f}h{side.tick_length:g}")
+            parts.append(text(name, left + BAR + side.tick_length + GAP, y, side.size, "start", middle=True))
+        parts.append(f'<path d="{"".join(path)}" style="stroke: {GREY}; stroke-width: 0.8"/>' if path else "")
+        x = left + BAR + _tick_width(side, box.high) + named(side) - 0.3 * LABEL
+        parts.append(text(side.label, x, box.top + 0.5 * box.high, LABEL, "middle", turn=-90.0))
+        return "\n".join(filter(None, parts))
+
+
+def _tick_width(side: Side, length: float) -> float:
+    """Return the width of the ticks of an upright side and of their names."""
+    names = [name for _, name in side.ticks(length)]
+    return side.tick_length + GAP + max((width(name, side.size) for name in names), default=0.0)
+
+
+def _below(side: Side, names: list[str]) -> float:
+    """Return the height of the ticks of a level side and of their names."""
+    if turned := side.style.get("rotation"):
+        longest = max((width(name, side.size) for name in names), default=0.0)
+        return side.tick_length + GAP + longest * float(np.sin(np.radians(turned))) + side.size
+    return side.tick_length + GAP + max((height(name, side.size) for name in names), default=0.0)
+
+
+def named(side: Side) -> float:
+    """Return the room of the name of a side."""
+    return height(side.label, LABEL) + 3.0 if side.label else 0.0

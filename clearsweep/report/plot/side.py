@@ -1,0 +1,129 @@
+"""One side of axes: its scale, its limits, its ticks and their names."""
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+
+from ...language import wording
+
+MARGIN = 0.05  # of the data's extent that is left free at its ends
+_STEPS = [1, 2, 2.5, 5, 10]
+_TICK = {"x": 30.0, "y": 17.0}  # points between ticks, at least
+_MOST = 9  # ticks
+_DECADES = 7  # that have a tick each
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+class UnsupportedError(Exception):
+    """What these axes cannot draw."""
+
+
+class Side:
+    """The abscissa or the ordinate of axes."""
+
+    def __init__(self, axis_name: str):
+        """Take the letter of the side, 'x' or 'y'."""
+        self.axis_name, self.label, self.log = axis_name, "", False
+        self.given: list[float | None] = [None, None]  # the limits that a drawing sets
+        self.data: list[np.ndarray] = []
+        self.sticky: set[float] = set()  # ends at which no margin is left
+        self.locator: Any = None
+        self.formatter: Callable[[float, Any], str] | None = None
+        self.fixed: tuple[list[float], list[str] | None] | None = None
+        self.style: dict[str, Any] = {}  # of the names of ticks
+        self.tick_length, self.size, self.margin = 3.5, 8.0, MARGIN
+
+    def add(self, values: Any) -> None:
+        """Extend the data by some values; those that are not finite do not count."""
+        values = np.asarray(values, float).ravel()
+        self.data.append(values[np.isfinite(values)])
+
+    def get_scale(self) -> str:
+        """Return 'log' or 'linear'."""
+        return "log" if self.log else "linear"
+
+    def limits(self) -> tuple[float, float]:
+        """Return both ends: as set, or those of the data with a margin."""
+        values = np.concatenate([np.empty(0), *self.data])
+        values = values[values > 0.0] if self.log else values
+        low, high = (float(values.min()), float(values.max())) if len(values) else (1.0 if self.log else 0.0, 1.0)
+        a, b = (math.log10(low), math.log10(high)) if self.log else (low, high)
+        free = self.margin * (b - a) if b > a else 0.05 * (abs(a) or 1.0)
+        ends = [
+            end if known in self.sticky else end + sign * free for end, known, sign in ((a, low, -1.0), (b, high, 1.0))
+        ]
+        ends = [10.0**end for end in ends] if self.log else ends
+        low, high = (end if given is None else given for end, given in zip(ends, self.given, strict=True))
+        return low, high
+
+    def share(self, values: Any) -> np.ndarray:
+        """Return where values are between both ends, 0 to 1."""
+        low, high = self.limits()
+        values = np.asarray(values, float)
+        if self.log:
+            with np.errstate(all="ignore"):
+                values = np.log10(np.where(values > 0.0, values, np.nan))
+            low, high = math.log10(low), math.log10(high)
+        return (values - low) / ((high - low) or 1.0)
+
+    def set_major_locator(self, locator: Any) -> None:
+        """Take what chooses the ticks."""
+        self.locator, self.fixed = locator, None
+
+    def set_minor_locator(self, locator: Any) -> None:
+        """Take what chooses the minor ticks; there are none."""
+
+    def set_major_formatter(self, formatter: Callable[[float, Any], str]) -> None:
+        """Take what names the ticks."""
+        self.formatter = formatter
+
+    def set_ticks(self, places: Sequence[float], labels: Sequence[str] | None = None, **style: Any) -> None:
+        """Take ticks and their names."""
+        if not {*style} <= {"rotation", "ha", "rotation_mode", "fontsize"}:
+            raise UnsupportedError(f"style of ticks: {style}")
+        self.fixed = [float(each) for each in places], None if labels is None else [str(each) for each in labels]
+        self.style, self.size = style, style.get("fontsize", self.size)
+
+    def ticks(self, length: float) -> list[tuple[float, str]]:
+        """Return the ticks within both ends and their names; length : of the side, in points."""
+        low, high = sorted(self.limits())
+        if self.fixed is not None:
+            places, labels = self.fixed
+        else:
+            labels = None
+            if self.locator is not None:
+                places = [float(each) for each in self.locator.tick_values(low, high)]
+            elif self.log:
+                places = _decades(low, high)
+            else:
+                most = max(2, min(_MOST, int(length / _TICK[self.axis_name])))
+                places = [float(each) for each in MaxNLocator(most, steps=_STEPS).tick_values(low, high)]
+        names = labels if labels is not None else self._names(places)
+        slack = 1e-9 * (high - low)
+        seen = [
+            (place, name) for place, name in zip(places, names, strict=True) if low - slack <= place <= high + slack
+        ]
+        return seen
+
+    def _names(self, places: Sequence[float]) -> list[str]:
+        if self.formatter is not None:
+            return [self.formatter(place, None) for place in places]
+        if self.log:
+            return [f"10{f'{round(math.log10(place))}'.translate(_RAISED)}" for place in places]
+        step = min((b - a for a, b in itertools.pairwise(places)), default=1.0) or 1.0
+        largest = max(map(abs, places), default=0.0)
+        if largest >= 1e5 or 0.0 < step < 1e-4:
+            return [wording.short(place if abs(place) > 1e-9 * largest else 0.0, 4) for place in places]
+        digits = next((d for d in range(8) if all(abs(round(p, d) - p) < 1e-6 * step for p in places)), 8)
+        return [f"{place + 0.0:.{digits}f}".replace("-", wording.MINUS) for place in places]
+
+
+def _decades(low: float, high: float) -> list[float]:
+    """Return the powers of ten within two ends, of many every second or third."""
+    first, last = math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(high) + 1e-9)
+    every = max(1, math.ceil((last - first + 1) / _DECADES))
+    return [10.0**power for power in range(first, last + 1, every)]

@@ -1,0 +1,243 @@
+"""Blocks: a large run is cut into blocks of consecutive cases, each with batches, final files and a mark of its own.
+
+A block is finished once its mark is written, which is done last.  Whoever resumes, counts or reads a run looks at marks
+and leaves the batches alone.
+"""
+
+import hashlib
+import json
+import os
+import re
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+
+from ..grid import Grid
+from . import durable
+from .batch import ResultSchema, array_of
+from .directory import BLOCKS, DATASET, ORBITS_FILE, SUMMARY_FILE, RunDirectory
+
+BLOCK = 2**17  # consecutive indices of a grid in a block; a grid of more cases is cut
+MARK_FILE, IDS_FILE, SAMPLE_FILE = "block.json", "ids.bin", "sample.parquet"
+SAMPLED = 2**15  # rows of all blocks that are drawn for reports
+LEAST_SAMPLED = 16  # of them from each block
+LARGEST = 10**12  # number of cases that a mark may have
+_NAME = re.compile(r"\d{5}")
+_COUNTS = ("cases", "ok", "failed", "missing", "others", "drawn")  # of a mark
+_COUNTED = ("statuses", "remarks", "limits", "exceeded", "unknown")  # below its `counts`
+
+
+class Block(NamedTuple):
+    """The place of one block of a run."""
+
+    run: Path
+    number: int
+
+    @property
+    def path(self) -> Path:
+        """Return the directory of its batches and of what its number names."""
+        return self.run / BLOCKS / self.name
+
+    @property
+    def name(self) -> str:
+        """Return its number as names of files contain it."""
+        return f"{self.number:05d}"
+
+    @property
+    def files(self) -> dict[str, Path]:
+        """Return its final files, by what they are called where there is one block."""
+        return {
+            SUMMARY_FILE: self.run / DATASET / f"{self.name}.parquet",
+            ORBITS_FILE: self.path / ORBITS_FILE,
+            IDS_FILE: self.path / IDS_FILE,
+            SAMPLE_FILE: self.path / SAMPLE_FILE,
+        }
+
+    @property
+    def mark(self) -> Path:
+        """Return the file that says what the block came to."""
+        return self.path / MARK_FILE
+
+    def directory(self, frame: str) -> RunDirectory:
+        """Return the directory of its batches, made where it is missing."""
+        directory = RunDirectory(self.path)
+        directory.frame = frame
+        for folder in (self.path.parent, self.path, directory.orbits, directory.summaries, directory.scratch):
+            durable.make_folder(folder)
+        return directory
+
+
+@dataclass(frozen=True)
+class Cut:
+    """How the cases of a grid are cut into blocks."""
+
+    size: int  # consecutive indices in a block
+    cases: int  # of the grid
+    form: str  # hash of all that decides what the blocks contain
+
+    @classmethod
+    def of(cls, grid: Grid, shard: str = "") -> "Cut | None":
+        """Return how the cases of a grid, or of one shard, are cut; None where they are not.
+
+        Cases that a run adds follow from those before, so that a grid that is searched is not cut.
+        """
+        if len(grid) <= BLOCK or grid.seek or grid.refine or grid.optimise or grid.identify:
+            return None
+        digest = hashlib.sha256(repr((BLOCK, shard, ResultSchema.of(grid))).encode())
+        for path, values in grid.axes.items():
+            digest.update(repr((path, values)).encode())
+        return cls(BLOCK, len(grid), digest.hexdigest()[:16])
+
+    @property
+    def count(self) -> int:
+        """Return the number of blocks."""
+        return -(-self.cases // self.size)
+
+    @property
+    def sampled(self) -> int:
+        """Return the number of rows that each block gives to the sample of a report."""
+        return max(SAMPLED // self.count, LEAST_SAMPLED)
+
+    def part(self, number: int) -> range:
+        """Return the indices of a block."""
+        return range(number * self.size, min((number + 1) * self.size, self.cases))
+
+
+def read_mark(block: Block, form: str | None = None) -> dict[str, Any] | None:
+    """Return the mark of a block whose final files are there with the sizes it says; None where it is to be finished.
+
+    form : of `Cut`; another one does not count.
+    """
+    try:
+        mark = json.loads(durable.read(block.mark))
+        checksum = mark.pop("checksum")
+        sizes = {name: size for name, (_, size) in mark["files"].items()}
+        intact = checksum == _checksum(mark) and form in (None, mark["form"])
+        same = intact and all(os.stat(path).st_size == sizes[name] for name, path in block.files.items())
+    except (FileNotFoundError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+    return dict(mark) if same and mark["block"] == block.number and _is_whole(mark) else None
+
+
+def _is_whole(mark: dict[str, Any]) -> bool:
+    """Return whether a mark has all that `finish_block` writes: a checksum does not say who wrote it."""
+    counts = mark.get("counts")
+    ranges = mark.get("ranges")
+    return (
+        all(isinstance(mark.get(name), int) and 0 <= mark[name] <= LARGEST for name in _COUNTS)
+        and isinstance(ranges, dict)
+        and all(
+            isinstance(ends, list) and [type(end) for end in ends] == [float, float, str, str]
+            for ends in ranges.values()
+        )
+        and isinstance(counts, dict)
+        and isinstance(counts.get("unreached"), int)
+        and all(
+            isinstance(counts.get(name), dict) and all(isinstance(each, int) for each in counts[name].values())
+            for name in _COUNTED
+        )
+        and {"cases"} <= counts["remarks"].keys()
+        and {"cases", "any", "unknown"} <= counts["limits"].keys()
+    )
+
+
+def write_mark(block: Block, mark: Mapping[str, Any], scratch: Path) -> dict[str, Any]:
+    """Write the mark of a block whose final files are on the disk; return it with their checksums and sizes."""
+    files = {name: [durable.checksum(path), path.stat().st_size] for name, path in block.files.items()}
+    whole = json.loads(json.dumps({**mark, "block": block.number, "files": files}, default=lambda value: value.item()))
+    content = json.dumps(whole | {"checksum": _checksum(whole)})
+    with durable.storing(block.mark):
+        durable.replace(block.mark, content.encode(), scratch)
+    return dict(whole)
+
+
+def _checksum(mark: Mapping[str, Any]) -> str:
+    return digest_of(json.dumps(mark, sort_keys=True))
+
+
+def digest_of(text: str) -> str:
+    """Return the SHA-256 of a text in hexadecimal."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def verify_block(block: Block, mark: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a sentence for each final file of a block whose checksum is not that of its mark."""
+    for name, path in block.files.items():
+        try:
+            actual = durable.checksum(path)
+        except FileNotFoundError:
+            actual = ""
+        if actual != mark["files"][name][0]:
+            yield f"{path}: damaged (its checksum is not that of its block)" if actual else f"{path}: missing"
+
+
+def numbers_of_blocks(run: Path) -> list[int]:
+    """Return the numbers of the blocks that have a directory in a run, ascending."""
+    folder = run / BLOCKS
+    names = os.listdir(folder) if folder.is_dir() else []
+    return sorted(int(name) for name in names if _NAME.fullmatch(name))
+
+
+def discard_from(run: Path, count: int) -> None:
+    """Remove marks and final files of the blocks from a number on; their batches stay."""
+    for number in numbers_of_blocks(run):
+        if number >= count:
+            block = Block(run, number)
+            for path in (block.mark, *block.files.values()):
+                durable.discard(path)
+
+
+class Sampler:
+    """Takes in the sorted rows of a block; keeps ranges of its columns, rows at random, and extreme ones.
+
+    Rows are sorted by identities, which are hashes: the first ones are a random sample.  The others are the rows with
+    the smallest and the largest value of each column, and those that `chosen` names.
+    """
+
+    def __init__(self, rows: int, chosen: Callable[[dict[str, np.ndarray]], set[str]]):
+        """Take the number of `rows` at random; chosen : columns of further rows -> identities of all to keep by now."""
+        self.rows, self.chosen = rows, chosen
+        self.drawn: list[pa.Table] = []
+        self.ranges: dict[str, list[Any]] = {}  # column -> smallest, largest value, their identities
+        self.selected: dict[str, pa.Table] = {}  # case_id -> its row
+        self.taken = 0
+
+    def add(self, table: pa.Table, columns: dict[str, np.ndarray]) -> None:
+        """Take in further rows, and their `columns` as arrays."""
+        if (left := self.rows - self.taken) > 0:
+            self.drawn.append(_copied(table, np.arange(min(left, len(table)))))
+            self.taken += len(self.drawn[-1])
+        ids = columns["case_id"].tolist()
+        for name, values in columns.items():
+            if values.dtype == object or not np.isfinite(values).any():
+                continue
+            finite = np.where(np.isfinite(values), values, np.nan)
+            low, high = int(np.nanargmin(finite)), int(np.nanargmax(finite))
+            ends = self.ranges.setdefault(name, [np.inf, -np.inf, "", ""])
+            if values[low] < ends[0]:
+                ends[0], ends[2] = float(values[low]), ids[low]
+            if values[high] > ends[1]:
+                ends[1], ends[3] = float(values[high]), ids[high]
+        chosen = self.chosen(columns) | {case_id for ends in self.ranges.values() for case_id in ends[2:]}
+        for case_id in chosen - self.selected.keys():
+            place = bisect_left(ids, case_id)
+            if place < len(ids) and ids[place] == case_id:
+                self.selected[case_id] = _copied(table, np.array([place]))
+        self.selected = {case_id: row for case_id, row in self.selected.items() if case_id in chosen}
+
+    def table(self, schema: pa.Schema) -> pa.Table:
+        """Return the rows at random, `taken` of them, and behind them the others, each once."""
+        drawn = pa.concat_tables([pa.Table.from_batches([], schema), *self.drawn])
+        known = set(drawn["case_id"].to_pylist())
+        others = [row for case_id, row in sorted(self.selected.items()) if case_id not in known]
+        return pa.concat_tables([drawn, *others]).combine_chunks()
+
+
+def _copied(table: pa.Table, places: np.ndarray) -> pa.Table:
+    """Return some rows without the memory of the others."""
+    return table.take(array_of([None, places.astype("i8")], pa.int64(), len(places)))

@@ -1,0 +1,156 @@
+"""How much room a run takes on the disk, and which of its files nothing needs any more."""
+
+import os
+import stat
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..language import wording
+from . import durable
+from .batch import HASH_LENGTH, id_text, named_hash
+from .directory import ANSWER_FILES, FINAL_FILES, RunDirectory, files_of_batches
+from .read import verify
+from .record import RECORD_FILE, check_form, read_record
+
+RESULTS = (*FINAL_FILES, *ANSWER_FILES, RECORD_FILE)
+
+#: What can be removed: kind -> what it is, in the order in which it is reported.
+KINDS = {
+    "writes": "incomplete files of processes that were killed",
+    "histories": "histories without a summary",
+    "repeated": "batches whose cases were all computed again",
+    "lives": "blocks of lives that have ended",
+    "damaged": "copies of damaged batches",
+    "batches": "batches of a finished run",
+}
+
+
+class Waste(NamedTuple):
+    """Files of one kind that nothing needs."""
+
+    kind: str  # of KINDS
+    paths: tuple[Path, ...]
+    size: int  # bytes
+
+
+def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> dict[str, Any]:
+    """Remove the files of a run that nothing needs; return what was removed and what remains, ready for JSON.
+
+    `batches`: also the batches of a finished run, whose files are checked first.  Another grid then computes all its
+    cases in this directory.  `dry_run`: nothing is removed.  `other_cases` counts cases of removed batches that the
+    last grid does not contain.  Sizes are in bytes.
+
+    Raise DirectoryError where there is no run, a run works there, or a file that would remain is damaged.
+    """
+    record = read_record(directory)
+    check_form(directory, record)
+    run = RunDirectory(directory)
+    with run.locked():
+        finished = "merged" in record
+        if batches and finished:
+            verify(directory, record)
+        damage = run.look(histories=False)
+        removable = waste(run, damage, batches=batches and finished)
+        counts = record.get("counts", {})
+        others = len(run.rows()) - counts.get("ok", 0) - counts.get("failed", 0) if batches and finished else 0
+        for path in (path for each in removable for path in each.paths if not dry_run):
+            durable.discard(path)
+        if not dry_run:
+            durable.clear(run.scratch, remove=True)
+            for folder in (run.orbits, run.summaries):
+                durable.sync(folder)
+    sizes = use(directory)
+    return {
+        "directory": str(directory),
+        "finished": finished,
+        "dry_run": dry_run,
+        "removed": [{"kind": each.kind, "files": len(each.paths), "bytes": each.size} for each in removable],
+        "bytes": sum(each.size for each in removable),
+        "other_cases": max(others, 0),
+        "left": sizes,
+    }
+
+
+def waste(run: RunDirectory, damage: Iterable[Path] = (), *, batches: bool = False) -> list[Waste]:
+    """Return what nothing needs in a directory that `run` has looked at; nothing that a run did not write is in it.
+
+    `damage`: summaries that are not what was written; they and their histories remain for the next run.
+    """
+    rows = run.rows()
+    used = {int(number) for number in np.unique(rows["batch"])}
+    repeated = [batch for number, batch in enumerate(run.batches) if number not in used]
+    unneeded = run.batches if batches else repeated
+    known = {batch.orbits for batch in run.batches}
+    started = {path.name.partition("-")[0] for path in damage}
+    lost = [path for path in files_of_batches(run.orbits) if path not in known]
+    lost = [path for path in lost if path.name.partition("-")[0] not in started and _as_written(path)]
+    done = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
+    lives = [path for case_id, path in durable.kept_in(run.scratch).items() if case_id in done]
+    removable = {
+        "writes": [*durable.temporaries(run.scratch), *durable.temporaries(run.path)],
+        "histories": lost,
+        "lives": lives,
+        "damaged": [path for folder in (run.orbits, run.summaries) for path in durable.set_aside_in(folder)],
+        "batches" if batches else "repeated": [
+            path for batch in unneeded for path in (batch.summary, batch.orbits) if path
+        ],
+    }
+    return [
+        Waste(kind, tuple(removable[kind]), sum(map(_size, removable[kind]))) for kind in KINDS if removable.get(kind)
+    ]
+
+
+def use(directory: Path) -> dict[str, int]:
+    """Return the sizes in bytes of the results, of the batches, of other files (pages), and of all."""
+    sizes = {"results": 0, "batches": 0, "other": 0}
+    run = RunDirectory(directory)
+    for folder, _, names in os.walk(directory):
+        for path in (Path(folder) / name for name in names):
+            batch = path.parent in (run.orbits, run.summaries)
+            result = path.parent == directory and path.name in RESULTS
+            sizes["batches" if batch else "results" if result else "other"] += _size(path)
+    return sizes | {"all": sum(sizes.values())}
+
+
+def clean_text(facts: dict[str, Any]) -> str:
+    """Return what `clean` found as the lines a person reads."""
+    verb = "would be removed" if facts["dry_run"] else "removed"
+    lines = [
+        f"{facts['directory']}: {wording.size(facts['bytes'])} {verb}",
+        *(
+            f"  {KINDS[each['kind']]}: {wording.count(each['files'], 'file')}, {wording.size(each['bytes'])}"
+            for each in facts["removed"]
+        ),
+    ]
+    if facts["other_cases"]:
+        lines.append(f"  of these {wording.count(facts['other_cases'], 'case')} that the last grid does not contain")
+    lines.append(f"Disk: {use_text(facts['left'])}")
+    whole = not any(each["kind"] == "batches" for each in facts["removed"])
+    if facts["finished"] and facts["left"]["batches"] and whole:
+        lines.append("--batches also removes the batches; a changed grid then computes all its cases again")
+    if not facts["finished"]:
+        lines.append("The run is not finished, so its batches remain; run the same command again to go on")
+    return "\n".join(lines)
+
+
+def use_text(sizes: dict[str, int]) -> str:
+    """Return sizes of `use` as '52 MB: results 20 MB, batches 32 MB'."""
+    parts = [f"{name} {wording.size(sizes[name])}" for name in ("results", "batches", "other") if sizes[name]]
+    return f"{wording.size(sizes['all'])}: {', '.join(parts)}"
+
+
+def _as_written(path: Path) -> bool:
+    """Return whether a file of a batch has the checksum in its name."""
+    return durable.checksum(path)[:HASH_LENGTH] == named_hash(path)
+
+
+def _size(path: Path) -> int:
+    """Return the size of a regular file in bytes, 0 of anything else or nothing."""
+    try:
+        entry = os.lstat(path)
+    except FileNotFoundError:  # of a run that works there
+        return 0
+    return entry.st_size if stat.S_ISREG(entry.st_mode) else 0

@@ -1,0 +1,216 @@
+"""The summary of a run that is cut: conditions on its columns say what of it is read."""
+
+import operator
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from .batch import GROUP_ROWS, ID_LENGTH, values_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+class Run(Protocol):
+    """What is asked of the run."""
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+
+    @property
+    def columns(self) -> list[str]:
+        """Return the names of the columns."""
+
+    def column(self, name: str) -> "pd.Series":
+        """Return one column of all rows."""
+
+    def matching(self, filters: "Filter", columns: list[str] | None = None) -> "pd.DataFrame":
+        """Return the rows that pass some filters."""
+
+
+_COMPARE: dict[str, Callable[[Any, Any], Any]] = {
+    "==": operator.eq,
+    "!=": operator.ne,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
+
+
+class Filter:
+    """Conditions on columns of a summary, all of which a row is to meet."""
+
+    def __init__(self, conditions: tuple[tuple[str, str, Any], ...]):
+        """Take conditions such as ('drive.speed', '>=', 100.0) or ('case_id', 'in', {...})."""
+        self.conditions = conditions
+
+    def __and__(self, other: "Filter") -> "Filter":
+        return Filter(self.conditions + other.conditions)
+
+    @property
+    def columns(self) -> list[str]:
+        """Return the columns that it looks at."""
+        return [column for column, _, _ in self.conditions]
+
+    @property
+    def case_ids(self) -> set[str] | None:
+        """Return the identities that rows may have, None: any."""
+        sets = [
+            {value} if how == "==" else set(value)
+            for column, how, value in self.conditions
+            if column == "case_id" and how in ("==", "in")
+        ]
+        if not sets:
+            return None
+        letters = frozenset("0123456789abcdef")
+        return {each for each in set.intersection(*sets) if len(each) == ID_LENGTH and letters.issuperset(each)}
+
+    def possible(self, ranges: dict[str, list[Any]]) -> bool:
+        """Return whether values in these ranges (column -> smallest, largest) can meet all conditions."""
+        return all(
+            reaches(how, value, *ranges[column][:2])
+            for column, how, value in self.conditions
+            if column in ranges and not isinstance(value, str)
+        )
+
+    def groups(self, file: pq.ParquetFile, between: Callable[[int, int], np.ndarray]) -> list[int]:
+        """Return the groups of rows of a summary that may have rows that meet them.
+
+        between : the places of the identities from one to another.
+        """
+        groups = range(file.metadata.num_row_groups)
+        ids = self.case_ids
+        if ids is None:
+            return list(groups)
+        places = [between(int(each, 16), int(each, 16)).tolist() for each in ids]
+        return sorted({first // GROUP_ROWS for first, last in places if last > first})
+
+    def mask(self, table: pa.Table) -> np.ndarray:
+        """Return which rows of a table meet them; null meets none."""
+        mask = np.ones(len(table), bool)
+        for column, how, value in self.conditions:
+            values = values_of(table[column].combine_chunks())
+            if how == "in":
+                mask &= np.array([each in value for each in values.tolist()], bool)
+            else:
+                known = np.array(values != None) if values.dtype == object else ~np.isnan(values)  # noqa: E711
+                met = np.zeros(len(values), bool)
+                met[known] = _COMPARE[how](values[known], value)
+                mask &= met
+        return mask
+
+
+class LazyColumn:
+    """A column of a lazy summary: compared with a value it is a filter; anything else reads all of it, as a Series."""
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, run: Run, name: str):
+        """Take the run and the name of the column."""
+        self._run, self._name = run, name
+
+    def _filter(self, how: str, value: Any) -> Filter:
+        return Filter(((self._name, how, value),))
+
+    def __eq__(self, value: object) -> Filter:  # type: ignore[override]
+        return self._filter("==", value)
+
+    def __ne__(self, value: object) -> Filter:  # type: ignore[override]
+        return self._filter("!=", value)
+
+    def __lt__(self, value: Any) -> Filter:
+        return self._filter("<", value)
+
+    def __le__(self, value: Any) -> Filter:
+        return self._filter("<=", value)
+
+    def __gt__(self, value: Any) -> Filter:
+        return self._filter(">", value)
+
+    def __ge__(self, value: Any) -> Filter:
+        return self._filter(">=", value)
+
+    def isin(self, values: Any) -> Filter:
+        """Return the filter for rows with one of some values."""
+        return self._filter("in", frozenset(values))
+
+    def __len__(self) -> int:
+        return len(self._run)
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._run.column(self._name))
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> np.ndarray:
+        return np.asarray(self._run.column(self._name), dtype)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self._run.column(self._name), name)
+
+
+class LazySummary:
+    """The summary of a run that is cut: it is read like a DataFrame, and only what is asked for is read.
+
+    `summary[summary["case_id"] == "..."]` and `summary[(summary["drive.speed"] > 100.0) & ...]` are DataFrames with the
+    rows that pass; `summary["column"]` compares without being read; `summary.frame()` reads everything.
+    """
+
+    def __init__(self, run: Run):
+        """Take the run."""
+        self._run = run
+
+    def __len__(self) -> int:
+        return len(self._run)
+
+    def __repr__(self) -> str:
+        return f"<lazy summary: {len(self):,} cases, {len(self.columns)} columns>"
+
+    @property
+    def columns(self) -> list[str]:
+        """Return the names of the columns."""
+        return self._run.columns
+
+    @property
+    def attrs(self) -> dict[str, dict[str, str]]:
+        """Return `units` and `descriptions` by column."""
+        return dict(self._run.matching(Filter((("case_id", "in", frozenset()),))).attrs)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.columns
+
+    def __getitem__(self, wanted: "str | list[str] | Filter") -> Any:
+        if isinstance(wanted, Filter):
+            return self._run.matching(wanted)
+        if isinstance(wanted, list):
+            return self._run.matching(Filter(()), wanted)
+        if wanted not in self.columns:
+            raise KeyError(wanted)
+        return LazyColumn(self._run, wanted)
+
+    def frame(self) -> "pd.DataFrame":
+        """Return all of it as a DataFrame, block after block."""
+        return self._run.matching(Filter(()))
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return self[name] if name in self.columns else getattr(self.frame(), name)
+
+
+def reaches(how: str, value: Any, low: float, high: float) -> bool:
+    """Return whether a number between two others can meet a condition."""
+    tests: dict[str, Callable[[], bool]] = {
+        "==": lambda: low <= value <= high,
+        "!=": lambda: True,
+        "<": lambda: low < value,
+        "<=": lambda: low <= value,
+        ">": lambda: high > value,
+        ">=": lambda: high >= value,
+        "in": lambda: any(low <= each <= high for each in value),
+    }
+    return tests[how]()

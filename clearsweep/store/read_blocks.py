@@ -1,0 +1,291 @@
+"""Reads a run that is cut into blocks: its rows are located by the indices of blocks, and read when asked for."""
+
+import contextlib
+import os
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+import pyarrow as pa
+
+from ..contracts.layout import Layout
+from ..language.errors import DirectoryError, InputError
+from . import durable
+from .batch import ID_LENGTH, id_text, open_table, values_of
+from .blocks import IDS_FILE, SAMPLE_FILE, Block, numbers_of_blocks, read_mark
+from .directory import DATASET, ORBITS_FILE, SUMMARY_FILE
+from .lazy import Filter, LazySummary
+from .read import StoredRun
+from .record import RECORD_FILE, check_form, damaged, read_record
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+NEAR = 1024  # identities on either side of where one is expected, which are read at once
+LISTED = 3  # cases that a message lists
+
+
+class OneBlock(StoredRun):
+    """One block of a run, read like a run."""
+
+    def __init__(self, directory: Path, block: Block, grid: dict[str, Any], layout: Layout):
+        """Take the run's directory, content of run.json and layout, and where the block is."""
+        self.directory, self.place, self.block, self.grid, self.layout = directory, directory, block, grid, layout
+
+    def _path(self, name: str) -> Path:
+        return self.block.files.get(name, self.directory / name)
+
+    def orbits(self) -> contextlib.AbstractContextManager[h5py.File]:
+        """Return its orbits, to be opened by `with`."""
+        return self._orbits()
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """Return the identities of its cases, uint64, ascending."""
+        return np.frombuffer(durable.read(self._ids_file), "<u8")
+
+    @property
+    def _ids_file(self) -> Path:
+        path = self.block.files[IDS_FILE]
+        if not path.is_file():
+            raise damaged(path, "it is missing")
+        return path
+
+    def __len__(self) -> int:
+        return self._ids_file.stat().st_size // 8
+
+    def between(self, low: int, high: int) -> np.ndarray:
+        """Return the places of the cases whose identities are from `low` to `high`, as a range of two numbers.
+
+        Identities are hashes, evenly spread: a few kilobytes around the expected place are read.
+        """
+        with durable.opened(self._ids_file) as file:
+            handle, count = file.fileno(), len(self)
+            return np.array([_below(handle, count, low), _below(handle, count, high + 1)])
+
+    def id_at(self, place: int) -> str:
+        """Return the identity of the case at a place."""
+        with durable.opened(self._ids_file) as file:
+            return id_text(int(np.frombuffer(os.pread(file.fileno(), 8, 8 * place), "<u8")[0]))
+
+    @cached_property
+    def _ids(self) -> np.ndarray:
+        return np.array([id_text(value).encode() for value in self.numbers.tolist()], f"S{ID_LENGTH}")
+
+
+class BlockedRun(StoredRun):
+    """The results in one directory whose run was cut into blocks.
+
+    Attributes and methods are those of StoredRun.  `summary` is lazy: see `LazySummary`.  Opening compares the checksum
+    of run.json; pages of the summaries are checked as they are read, and `status --verify` compares all checksums.
+    """
+
+    def __init__(self, directory: str | Path, *, partial: bool = False):
+        """Take the directory; `partial`: with the blocks that are finished so far."""
+        self.directory = self.place = Path(directory)
+        self.grid = read_record(self.directory)
+        check_form(self.directory, self.grid)
+        if "merged" not in self.grid and not partial:
+            raise DirectoryError(
+                f"{directory}: its run is not finished; run the grid again with --out {directory}, which computes only "
+                "what is missing, or read what there is: report --partial, clearsweep.open(..., partial=True)"
+            )
+        self.layout = Layout.read(self.grid["layout"])
+        present = [int(name[:5]) for name in _names(self.directory / DATASET)]
+        whole = "merged" in self.grid
+        if whole and (missing := sorted(set(self.grid["blocks"]["numbers"]) - set(present))):
+            raise damaged(Block(self.directory, missing[0]).files[SUMMARY_FILE], "it is missing")
+        if whole:
+            listed = self.grid["blocks"]["numbers"]
+        else:
+            listed = [each for each in numbers_of_blocks(self.directory) if read_mark(Block(self.directory, each))]
+        self.parts = [OneBlock(self.directory, Block(self.directory, each), self.grid, self.layout) for each in listed]
+        if not self.parts:
+            raise DirectoryError(f"{directory}: no block of its run is finished yet; `status` says how far it is")
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Return the names of what a reader looks for in the directory."""
+        return (f"{DATASET}/", f"blocks/*/{ORBITS_FILE}", RECORD_FILE)
+
+    def _path(self, name: str) -> Path:
+        return self.parts[0]._path(name)
+
+    @cached_property
+    def _marks(self) -> list[dict[str, Any]]:
+        marks = []
+        for part in self.parts:
+            mark = read_mark(part.block)
+            if mark is None:
+                raise damaged(part.block.mark, "it is not what was written, or a file that it names is not")
+            marks.append(mark)
+        return marks
+
+    def marks(self) -> list[dict[str, Any]]:
+        """Return the marks of all blocks."""
+        return self._marks
+
+    def __len__(self) -> int:
+        return sum(len(part) for part in self.parts)
+
+    @property
+    def summary(self) -> LazySummary:
+        """Return the summary, of which only what is asked for is read."""
+        return LazySummary(self)
+
+    def column(self, name: str) -> "pd.Series":
+        """Return one column of the summary, all cases, block after block; 8 bytes a number."""
+        import pandas as pd
+
+        values = [block[name] for block in self.blocks([name])]
+        return pd.Series(np.concatenate(values) if values else np.empty(0), name=name)
+
+    def blocks(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
+        """Yield these columns of the summary, name -> values, for a few thousand rows at a time, block after block."""
+        for part in self.parts:
+            yield from part.blocks(columns)
+
+    def striking(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
+        """Yield these columns for the rows of every block that are stored: at random, or because they are extreme."""
+        for part in self.parts:
+            table = _sample(part.block)
+            if len(table):
+                yield {name: values_of(table[name].combine_chunks()) for name in columns}
+
+    def sampled_parts(self) -> Iterator[tuple[OneBlock, pa.Table]]:
+        """Yield every block with its rows at random, and those with the extremes of a column over all blocks."""
+        wanted: set[str] = set()
+        for name in {name for mark in self._marks for name in mark["ranges"]}:
+            ranges = [mark["ranges"][name] for mark in self._marks if name in mark["ranges"]]
+            wanted |= {min(ranges)[2], max(ranges, key=lambda each: each[1])[3]}
+        for part, mark in zip(self.parts, self._marks, strict=True):
+            table = _sample(part.block)
+            ids = table["case_id"].to_pylist()
+            keep = [place for place, case_id in enumerate(ids) if place < mark["drawn"] or case_id in wanted]
+            yield part, table.take(pa.array(keep, pa.int64()))
+
+    def part_of(self, begin: str) -> OneBlock:
+        """Return the block of the case whose case_id begins with `begin`; InputError where none does, or several do."""
+        text = str(begin)
+        matches = []
+        if 0 < len(text) <= ID_LENGTH and all(letter in "0123456789abcdef" for letter in text):
+            low, high = int(text.ljust(ID_LENGTH, "0"), 16), int(text.ljust(ID_LENGTH, "f"), 16)
+            for part in self.parts:
+                first, last = part.between(low, high).tolist()
+                matches += [(part.id_at(place), part) for place in range(first, min(last, first + LISTED))]
+        if not matches:
+            raise InputError(f"{self.directory}: no case {begin!r}; the case_id column of summary/ lists them")
+        if len(matches) > 1:
+            some = ", ".join(case_id for case_id, _ in matches[:LISTED])
+            raise InputError(f"{self.directory}: several cases begin with {begin!r} ({some}, ...); write more")
+        return matches[0][1]
+
+    def full_id(self, begin: str) -> str:
+        """Return the case_id that begins with `begin`; InputError where none does, or several do."""
+        return self.part_of(begin).full_id(begin)
+
+    def orbit(self, case_id: str) -> "pd.DataFrame":
+        """Return what StoredRun.orbit does."""
+        return self.part_of(case_id).orbit(case_id)
+
+    def events(self, case_id: str) -> "pd.DataFrame":
+        """Return what StoredRun.events does."""
+        return self.part_of(case_id).events(case_id)
+
+    def poincare(self, case_id: str) -> "pd.DataFrame":
+        """Return what StoredRun.poincare does."""
+        return self.part_of(case_id).poincare(case_id)
+
+    def wear(self, case_id: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Return what StoredRun.wear does."""
+        return self.part_of(case_id).wear(case_id)
+
+    def history(self, case_id: str) -> dict[str, np.ndarray]:
+        """Return what StoredRun.history does."""
+        return self.part_of(case_id).history(case_id)
+
+    def peak_revolution(self, case_id: str) -> "pd.DataFrame":
+        """Return what StoredRun.peak_revolution does."""
+        return self.part_of(case_id).peak_revolution(case_id)
+
+    @property
+    def worst(self) -> list[str]:
+        """Return the cases of which the revolution of the largest peak was saved, block after block."""
+        return [case_id for part in self.parts for case_id in part.worst] if self.grid["save"].get("worst") else []
+
+    def event_blocks(self) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
+        """Yield what StoredRun.event_blocks does, block after block."""
+        for part in self.parts:
+            yield from part.event_blocks()
+
+    def matching(self, filters: Filter, columns: list[str] | None = None) -> "pd.DataFrame":
+        """Return the rows of the summary that pass some filters; blocks that cannot have any are not read."""
+        tables, schema = [], None
+        for part in self._possible(filters):
+            with open_table(part._path(SUMMARY_FILE)) as file:
+                schema = file.schema_arrow
+                groups = filters.groups(file, part.between)
+                names = None if columns is None else list(dict.fromkeys([*columns, *filters.columns]))
+                for group in groups:
+                    table = file.read_row_group(group, names, use_threads=False)
+                    mask = filters.mask(table)
+                    if mask.any():
+                        tables.append(table.filter(pa.array(mask)))
+        if schema is None:
+            with open_table(self._path(SUMMARY_FILE)) as file:
+                schema = file.schema_arrow
+        chosen = pa.schema([schema.field(name) for name in columns]) if columns is not None else schema
+        table = pa.concat_tables([chosen.empty_table(), *(table.select(chosen.names) for table in tables)])
+        return framed(table)
+
+    def _possible(self, filters: Filter) -> Iterator[OneBlock]:
+        """Yield the blocks that may have a row that passes some filters."""
+        ids = filters.case_ids
+        if ids is not None:
+            numbers = [int(each, 16) for each in ids]
+            for part in self.parts:
+                if any(np.ptp(part.between(value, value)) for value in numbers):
+                    yield part
+            return
+        for part, mark in zip(self.parts, self._marks, strict=True):
+            if filters.possible(mark["ranges"]):
+                yield part
+
+
+def _names(folder: Path) -> list[str]:
+    names = os.listdir(folder) if folder.is_dir() else []
+    return [name for name in names if name.endswith(".parquet") and name[:5].isdigit()]
+
+
+def _sample(block: Block) -> pa.Table:
+    path = block.files[SAMPLE_FILE]
+    durable.check_regular(path)
+    try:
+        with open_table(path) as file:
+            return file.read(use_threads=False)
+    except (OSError, ValueError) as error:
+        raise damaged(path, str(error)) from error
+
+
+def framed(table: pa.Table) -> "pd.DataFrame":
+    """Return a table as a DataFrame whose `attrs` hold units and descriptions by column."""
+    frame = table.replace_schema_metadata(None).to_pandas(use_threads=False)
+    for name, key in (("units", b"unit"), ("descriptions", b"description")):
+        frame.attrs[name] = {field.name: field.metadata[key].decode() for field in table.schema}
+    return frame
+
+
+def _below(handle: int, count: int, value: int) -> int:
+    """Return how many of `count` identities in an open file, ascending, are below a value."""
+    guess, reach = (count * value) >> 64, NEAR
+    while True:
+        first, last = max(guess - reach, 0), min(guess + reach, count)
+        near = np.frombuffer(os.pread(handle, 8 * (last - first), 8 * first), "<u8")
+        if len(near) == 0 or value >> 64:
+            return count if value >> 64 else first
+        if (first == 0 or near[0] < value) and (last == count or near[-1] >= value):
+            return first + int(np.searchsorted(near, np.uint64(value)))
+        reach *= 8

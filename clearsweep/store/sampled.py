@@ -1,0 +1,89 @@
+"""A sample of a run that is cut, read like a run: rows at random and the extremes of every column, in little memory."""
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from .batch import GROUP_ROWS, values_of
+from .datasets import EVENT
+from .read import OFFSETS_BY
+from .read_blocks import BlockedRun, OneBlock, framed
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+class SampledRun(BlockedRun):
+    """A sample of a run in blocks; its rows are sorted by case_id.  Counts of all cases are in `marks`."""
+
+    def __init__(self, run: BlockedRun):
+        """Take the run."""
+        self.directory, self.place, self.grid, self.layout = run.directory, run.place, run.grid, run.layout
+        self.parts, self._marks = run.parts, run.marks()
+        whole = pa.concat_tables([table for _, table in self.sampled_parts()])
+        self._table_of_sample = whole.take(pc.sort_indices(whole, [("case_id", "ascending")])).combine_chunks()
+
+    def __len__(self) -> int:
+        return len(self._table_of_sample)
+
+    @cached_property
+    def frame(self) -> "pd.DataFrame":
+        """Return the rows of the sample as a DataFrame."""
+        return framed(self._table_of_sample)
+
+    @property
+    def summary(self) -> "pd.DataFrame":
+        """Return the rows of the sample as a DataFrame."""
+        return self.frame
+
+    def column(self, name: str) -> "pd.Series":
+        """Return one column of the sample."""
+        import pandas as pd
+
+        return pd.Series(values_of(self._table_of_sample[name].combine_chunks()), name=name)
+
+    def blocks(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
+        """Yield columns of the sample, name -> values, for a few thousand rows at a time."""
+        for first in range(0, len(self), GROUP_ROWS):
+            rows = self._table_of_sample.slice(first, GROUP_ROWS)
+            yield {name: values_of(rows[name].combine_chunks()) for name in columns}
+
+    def event_blocks(self) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
+        """Yield what StoredRun.event_blocks does, of the sample at once."""
+        ids: list[str] = []
+        events: list[dict[str, np.ndarray]] = []
+        for part, table in self.sampled_parts():
+            sampled = table["case_id"].to_pylist()
+            ids += sampled
+            events += _events(part, [int(case_id, 16) for case_id in sampled])
+        order = sorted(range(len(ids)), key=ids.__getitem__)
+        counts = np.array([len(events[place]["t"]) for place in order], int)
+        yield (
+            counts,
+            {name: np.concatenate([np.empty(0), *(events[place][name] for place in order)]) for name in _NAMES},
+        )
+
+
+_NAMES = ("t", "joint", "kind")
+
+
+def _events(part: OneBlock, numbers: list[int]) -> list[dict[str, np.ndarray]]:
+    """Return the events of some cases of a block, by identity; rows that follow one another are read at once."""
+    places = np.searchsorted(part.numbers, np.array(numbers, "u8"))
+    events: list[dict[str, np.ndarray]] = [{name: np.empty(0) for name in _NAMES} for _ in numbers]
+    with part.orbits() as file:
+        if OFFSETS_BY[EVENT] not in file or not len(places):
+            return events
+        offsets = file[OFFSETS_BY[EVENT]][:]
+        runs = np.split(np.arange(len(places)), np.flatnonzero(np.diff(places) != 1) + 1)
+        for run in runs:
+            begin, end = int(offsets[places[run[0]]]), int(offsets[places[run[-1]] + 1])
+            values = {name: file[f"events/{name}"][begin:end] for name in _NAMES}
+            for place in run.tolist():
+                here = slice(int(offsets[places[place]]) - begin, int(offsets[places[place] + 1]) - begin)
+                events[place] = {name: values[name][here] for name in _NAMES}
+    return events

@@ -1,0 +1,289 @@
+"""Runs a grid that is cut, block after block, by the workers of one pool."""
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import store
+from ..contracts.results import Peak
+from ..grid import Grid
+from ..language import phases
+from ..language.errors import ClearsweepError, brief
+from ..store import durable
+from . import progress, signals
+from .driver import MOST_RESTARTS, TICK
+from .run_facts import RunFacts
+from .shard import Shard
+from .worker import Job, Simulator
+from .worker_pool import Options, Pending, WorkerPool, missing, most, within
+
+
+class BlockJob(NamedTuple):
+    """What all blocks of a run share, wherever they run."""
+
+    directory: Path  # of the run
+    grid: Grid
+    simulator: Simulator
+    options: Options
+    cut: store.Cut
+    shard: Shard | None
+    doubles: np.ndarray  # indices of the cases that an index before them has, too, ascending
+
+    def cases(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the indices of the cases that a block is to have, and their identities, uint64."""
+        part = self.cut.part(number)
+        ids = np.fromiter(self.grid.identities(part), "u8", len(part))
+        own = np.ones(len(part), bool)
+        first, last = np.searchsorted(self.doubles, (part.start, part.stop))
+        own[self.doubles[first:last] - part.start] = False
+        if self.shard:
+            own &= within(ids, self.shard.ids(ids[own]))
+        places = np.flatnonzero(own)
+        return part.start + places, ids[places]
+
+
+def doubles_of(grid: Grid) -> np.ndarray:
+    """Return the indices of the cases that are the same as one before, ascending: the block of the first has it."""
+    if not grid.may_repeat:
+        return np.empty(0, "i8")
+    ids = np.fromiter(grid.identities(), "u8", len(grid))
+    order = np.argsort(ids, kind="stable")
+    ids = ids[order]
+    return np.sort(order[1:][ids[1:] == ids[:-1]])
+
+
+def finish(job: Job, block: store.Block, cut: store.Cut, wanted: np.ndarray) -> dict[str, Any]:
+    """Write the final files of a block and return its mark; a worker does it.
+
+    wanted : identities of the cases that the block has to have, ascending.
+    """
+    store.use_one_thread()
+    form, layout = job.form, job.grid.layout
+    record = store.plain(
+        {**job.grid.resolved(), "layout": layout.written(), "units": dict.fromkeys(job.grid.axes, "1")}
+    )
+
+    def again(worst: Sequence[store.Worst]) -> list[Peak | None]:
+        peaks: list[Peak | None] = []
+        for each in worst:
+            case = job.grid.case_at(each.point)
+            column = f"{layout.joints[each.joint].name}_force_peak"
+            try:
+                peak = job.simulator.peak(case, each.joint, each.revolutions or case.simulate.revolutions)
+            except Exception:  # as of a run that is not cut, it is left out
+                peaks.append(None)
+                continue
+            same = peak.path.status == "ok" and peak.path.summary[column] == each.peak
+            peaks.append(peak if same else None)
+        return peaks
+
+    return store.finish_block(block, cut, form, wanted, RunFacts(record, layout), again)
+
+
+class Outcome(NamedTuple):
+    """What became of the blocks of a run."""
+
+    marks: dict[int, dict[str, Any]]  # of finished blocks, by number
+    ran: int
+    case_seconds: float
+    complete: bool  # False: too many cases failed, and the rest was left
+
+
+def settled(job: BlockJob, number: int) -> dict[str, Any] | None:
+    """Return the mark of a block of which nothing is to be done, None where there is something."""
+    mark = store.read_mark(store.Block(job.directory, number), job.cut.form)
+    if mark is None or mark["missing"] or (mark["failed"] and job.options.retry_failed):
+        return None
+    return mark
+
+
+def unfinished(job: BlockJob) -> tuple[list[int], dict[int, dict[str, Any]]]:
+    """Return the numbers of the blocks of which something is to be done, and the marks of the others, by number."""
+    marks = {number: mark for number in range(job.cut.count) if (mark := settled(job, number))}
+    return [number for number in range(job.cut.count) if number not in marks], marks
+
+
+def committed(job: BlockJob, number: int) -> int:
+    """Return how many cases of a block that is not finished are committed."""
+    directory = store.RunDirectory(store.Block(job.directory, number).path)
+    directory.frame = store.ResultSchema.of(job.grid).frame
+    directory.look()
+    if not directory.batches:
+        return 0
+    return int(np.count_nonzero(within(directory.rows()["id"], np.sort(job.cases(number)[1]))))
+
+
+class BlockRunner:
+    """Runs blocks by the workers of a pool; while one of them finishes a block, the others begin the next."""
+
+    def __init__(self, job: BlockJob, worker_pool: WorkerPool, *, earlier: store.RunDirectory | None = None):
+        """Take the pool, and the directory whose batches the cases of blocks may be in already."""
+        self.job, self.pool, self.earlier = job, worker_pool, earlier
+        self.finishing: dict[int, tuple[Future, Callable[[], Future]]] = {}
+        self.marks: dict[int, dict[str, Any]] = {}
+        self.most_failures: int | None = None
+        self._earlier_ids = earlier.rows() if earlier and earlier.batches else None
+
+    def run(self, number: int, drop: Callable[[], np.ndarray] | None = None) -> bool:
+        """Run what is missing of a block and let a worker finish it; return False where too many cases failed.
+
+        drop : of `Pending`, where others may work at the block, too; nothing of theirs is then cleared away.
+        """
+        job = self.job
+        block = store.Block(job.directory, number)
+        directory = block.directory(store.ResultSchema.of(job.grid).frame)
+        if drop is None:
+            durable.clear(directory.scratch)
+        durable.probe(directory.scratch)
+        for sentence in directory.recover():
+            progress.say(f"{block.path}: {sentence}")
+        indices, ids = job.cases(number)
+        self._take_earlier(directory, ids)
+        wanted = np.sort(ids)
+        pending = missing(ids, wanted, directory.rows(), retry_failed=job.options.retry_failed)
+        self.pool.directory = directory
+        if self.pool.workers is None:
+            self.pool.hire(len(job.cut.part(number)))
+        done = True
+        if len(pending):
+            title = f"block {number + 1:,} of {job.cut.count:,}: "
+            left = None if self.most_failures is None else max(self.most_failures - self.pool.failed, 0)
+            done = self.pool.run_cases(job.grid, Pending(indices[pending], ids[pending], title, drop), left)
+        if self.pool.workers is None:  # the driver has ended them
+            self.pool.hire(1)
+        self._submit(number, block, wanted)
+        self.collect(wait=False)
+        return done
+
+    def join(self, number: int, sources: Sequence[store.RunDirectory]) -> None:
+        """Take over the batches of other directories of a block, and finish it."""
+        block = store.Block(self.job.directory, number)
+        directory = block.directory(store.ResultSchema.of(self.job.grid).frame)
+        for sentence in directory.recover():
+            progress.say(f"{block.path}: {sentence}")
+        for source in sources:
+            directory.take(source)
+        if self.pool.workers is None:
+            self.pool.hire(1)
+        self._submit(number, block, np.sort(self.job.cases(number)[1]))
+        self.collect()
+
+    def _take_earlier(self, directory: store.RunDirectory, ids: np.ndarray) -> None:
+        """Take over the batches with cases of this block that the run had while it was not cut."""
+        if self.earlier is None or self._earlier_ids is None:
+            return
+        numbers = np.unique(self._earlier_ids["batch"][within(self._earlier_ids["id"], np.sort(ids))])
+        other = store.RunDirectory(self.earlier.path)
+        other.batches = [self.earlier.batches[each] for each in numbers.tolist()]
+        directory.take(other)
+
+    def _submit(self, number: int, block: store.Block, wanted: np.ndarray) -> None:
+        task = Job(self.job.directory, self.job.grid, self.job.simulator, None)
+
+        def submit() -> Future:
+            assert self.pool.workers  # hired
+            return self.pool.workers.submit(finish, task, block, self.job.cut, wanted)
+
+        self.finishing[number] = submit(), submit
+
+    def collect(self, *, wait: bool = True) -> None:
+        """Take in the marks of blocks that are finished; `wait` for all of them."""
+        for number, (future, submit) in list(self.finishing.items()):
+            if not wait and not future.done():
+                continue
+            self.marks[number] = self._awaited(future, submit)
+            del self.finishing[number]
+            scratch = store.Block(self.job.directory, number).path / store.SCRATCH
+            durable.clear(scratch, remove=True)
+
+    def _awaited(self, future: Future, submit: Callable[[], Future]) -> dict[str, Any]:
+        """Return the mark that a worker gives back; one that dies is replaced."""
+        for tried in range(MOST_RESTARTS + 1):
+            try:
+                while not future.done():
+                    if signals.requested():
+                        raise signals.Stopped(signals.requested())
+                    time.sleep(0.2 * TICK)
+                mark: dict[str, Any] = future.result()
+            except ClearsweepError:
+                raise
+            except Exception as error:
+                if tried == MOST_RESTARTS:
+                    raise ClearsweepError(
+                        f"a block cannot be finished ({brief(error)}); run the same command again"
+                    ) from error
+                try:
+                    future = submit()
+                except RuntimeError:
+                    assert self.pool.workers
+                    self.pool.workers.restart()
+                    future = submit()
+            else:
+                return mark
+        raise AssertionError  # the last round returns or raises
+
+
+def run_blocks(job: BlockJob, worker_pool: WorkerPool, directory: store.RunDirectory) -> Outcome:
+    """Run all blocks of a grid by the workers of a pool."""
+    left, marks = unfinished(job)
+    runner = BlockRunner(job, worker_pool, earlier=directory)
+    runner.most_failures = most_failures(job, left)
+    complete = True
+    with phases.phase("running blocks"):
+        for number in left:
+            complete = runner.run(number)
+            if not complete:
+                break
+    with phases.phase("finishing blocks"):
+        runner.collect()
+    return Outcome(marks | runner.marks, worker_pool.ran, worker_pool.case_seconds, complete)
+
+
+def most_failures(job: BlockJob, left: list[int]) -> int | None:
+    """Return how many of the cases of some blocks may fail."""
+    cases = sum(len(job.cut.part(number)) for number in left)
+    return most(job.options.max_failures, cases)
+
+
+def conclude(
+    directory: store.RunDirectory, job: BlockJob, outcome: Outcome, counts_of_run: tuple[int, int], **known: Any
+) -> dict[str, Any]:
+    """Write run.json of a run that is cut; return the counts.
+
+    counts_of_run : numbers of cases that ran, and that are wanted.
+    """
+    ran, wanted = counts_of_run
+    store.discard_from(directory.path, job.cut.count)
+    for name in store.FINAL_FILES:
+        durable.discard(directory.path / name)
+    marks = [outcome.marks[number] for number in sorted(outcome.marks)]
+    ok, failed, others = (sum(mark[name] for mark in marks) for name in ("ok", "failed", "others"))
+    counts = {
+        "cases": wanted,
+        "ran": ran,
+        "reused": max(ok + failed - ran, 0),
+        "ok": ok,
+        "failed": failed,
+        "missing": wanted - ok - failed,
+        "others": others,
+    }
+    merged = {"mark": store.digest_of(json.dumps([mark["files"] for mark in marks]))}
+    blocks = {"size": job.cut.size, "count": job.cut.count, "numbers": sorted(outcome.marks)}
+    directory.write_record(job.grid, end=store.now(), counts=counts, merged=merged, blocks=blocks, answers={}, **known)
+    return counts
+
+
+def count_wanted(job: BlockJob) -> int:
+    """Return the number of different cases of a grid, or of its shard."""
+    if job.shard is None:
+        return job.cut.cases - len(job.doubles)
+    sizes = (len(job.cut.part(number)) for number in range(job.cut.count))
+    of, number = job.shard.of, job.shard.number
+    if len(job.doubles) == 0:
+        return sum(len(range(number - 1, size, of)) for size in sizes)
+    return sum(len(job.cases(each)[0]) for each in range(job.cut.count))

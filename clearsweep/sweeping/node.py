@@ -1,0 +1,185 @@
+"""What a node of a cluster does: a driver of its own runs whole blocks by a pool of processes on that node."""
+
+import functools
+import multiprocessing
+import pickle
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import store
+from ..language import phases
+from ..language.errors import ClearsweepError, StorageError
+from ..store import durable
+from .blockwise import BlockJob, BlockRunner
+from .worker_pool import Pending, WorkerPool, missing
+
+
+class Report(NamedTuple):
+    """What became of a task on a node."""
+
+    node: str  # its address
+    ran: int = 0
+    failed: int = 0
+    case_seconds: float = 0.0
+    complete: bool = True  # False: too many cases failed, or the run is to stop
+    refused: str = ""  # what its file system refused
+
+
+class _StoppedError(Exception):
+    """The run is to stop."""
+
+
+class _Node:
+    """The driver of this node: its pool lives as long as the run does."""
+
+    def __init__(self, token: str, job: BlockJob):
+        self.token, self.job = token, job
+        self.directory = store.RunDirectory(job.directory)
+        self.pool = self._pool()
+        self.runner = BlockRunner(job, self.pool, earlier=self.directory)
+
+    def _pool(self) -> WorkerPool:
+        options = self.job.options._replace(executor="local", scheduler=None)
+        return WorkerPool(self.directory, options, self.job.simulator)
+
+    def close(self) -> None:
+        """End the workers."""
+        if self.pool.workers is not None:
+            self.pool.workers.close()
+            self.pool.workers = None
+
+    def stopping(self) -> bool:
+        """Return whether the run is to stop."""
+        return stop_file(self.job, self.token).exists()
+
+
+_nodes: list[_Node] = []  # of this process, one at most
+
+
+def stop_file(job: BlockJob, token: str) -> Path:
+    """Return the file that asks all nodes of a run to stop."""
+    return durable.scratch_file(job.directory / store.SCRATCH, f"{token}.part")
+
+
+@functools.lru_cache(maxsize=1)
+def _unpacked(content: bytes) -> BlockJob:
+    job: BlockJob = pickle.loads(content)
+    return job
+
+
+def _node(token: str, content: bytes) -> _Node:
+    """Return the node of a run in this process; that of an earlier one is closed."""
+    if not _nodes or _nodes[0].token != token:
+        while _nodes:
+            _nodes.pop().close()
+        multiprocessing.current_process()._config.pop("daemon", None)  # type: ignore[attr-defined] # a nanny's child
+        _nodes.append(_Node(token, _unpacked(content)))
+    return _nodes[0]
+
+
+class _Others:
+    """What others have committed of a block by now; a summary is read once."""
+
+    def __init__(self, node: _Node, number: int):
+        self.node = node
+        self.directory = store.RunDirectory(store.Block(node.job.directory, number).path)
+        self.directory.frame = store.ResultSchema.of(node.job.grid).frame
+        self.ids = np.empty(0, "u8")
+        self.seen: set[str] = set()
+
+    def __call__(self) -> np.ndarray:
+        """Return the identities of the committed cases, ascending; raise _StoppedError where the run is to stop."""
+        if self.node.stopping():
+            raise _StoppedError
+        names = {path.name for path in self.directory.summaries.glob("*.parquet")} - self.seen
+        parts = [self.directory.done_in(name) for name in sorted(names)]
+        self.seen |= names
+        self.ids = np.unique(np.concatenate([self.ids, *parts]))
+        return self.ids
+
+
+def run_block(token: str, content: bytes, number: int, most_failures: int | None) -> Report:
+    """Run what is missing of a block by the workers of this node, and begin to finish it."""
+    return _run(token, content, number, most_failures, helping=False)
+
+
+def help_block(token: str, content: bytes, number: int) -> Report:
+    """Run cases of a block that another node is at, from its end on, until all are committed."""
+    return _run(token, content, number, None, helping=True)
+
+
+def _run(token: str, content: bytes, number: int, most_failures: int | None, *, helping: bool) -> Report:
+    node, address = _node(token, content), _address()
+    pool, runner = node.pool, node.runner
+    before = pool.ran, pool.failed, pool.case_seconds
+    refused, complete = "", True
+    try:
+        with phases.shown(wanted=False):
+            others = _Others(node, number)
+            others()
+            if helping:
+                _help(node, number, others)
+            else:
+                runner.most_failures = None if most_failures is None else pool.failed + most_failures
+                complete = runner.run(number, others)
+    except _StoppedError:
+        node.close()
+        runner.finishing.clear()
+        complete = False
+    except StorageError as error:
+        _nodes.clear()
+        node.close()
+        refused = str(error)
+    return Report(
+        address,
+        pool.ran - before[0],
+        pool.failed - before[1],
+        pool.case_seconds - before[2],
+        complete=complete,
+        refused=refused,
+    )
+
+
+def _help(node: _Node, number: int, others: _Others) -> None:
+    """Run what is not committed of a block, the last cases first: its own driver begins with the first ones."""
+    job, pool = node.job, node.pool
+    block = store.Block(job.directory, number)
+    directory = block.directory(store.ResultSchema.of(job.grid).frame)
+    directory.look(histories=False)
+    indices, ids = job.cases(number)
+    pending = missing(ids, np.sort(ids), directory.rows(), retry_failed=False)[::-1]
+    if not len(pending):
+        return
+    pool.directory = directory
+    if pool.workers is None:
+        pool.hire(len(ids))
+    pool.run_cases(job.grid, Pending(indices[pending], ids[pending], drop=others))
+
+
+def flush(token: str) -> Report:
+    """Wait until the blocks of this node are finished, and return."""
+    refused = ""
+    for node in _nodes:
+        if node.token == token:
+            try:
+                node.runner.collect()
+            except StorageError as error:
+                refused = str(error)
+            except ClearsweepError:
+                node.runner.finishing.clear()  # they are asked for again
+    return Report(_address(), refused=refused)
+
+
+def close(token: str) -> None:
+    """End the workers of this node."""
+    while _nodes and _nodes[0].token == token:
+        _nodes.pop().close()
+
+
+def _address() -> str:
+    """Return the address of this node, by which its scheduler knows it."""
+    from distributed import get_worker
+
+    return str(get_worker().address)

@@ -1,0 +1,280 @@
+"""The parent of a run on the nodes of a cluster: it gives blocks to nodes, and knows of nothing smaller."""
+
+import pickle
+import secrets
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import CancelledError
+from typing import Any
+
+from .. import store
+from ..language import phases
+from ..language.errors import InputError, SchedulerLostError, StorageError, brief
+from ..store import durable
+from . import executors, node, progress, signals
+from .blockwise import BlockJob, Outcome, most_failures, settled, unfinished
+
+LOOK = 0.05  # s between two looks at the blocks under way
+COUNTING = 2.0  # s between two looks at which nodes there are
+HELP_AFTER = 4.0  # s that a block is under way before nodes without work help with it
+SILENCE = 10.0  # s that the node of a block has to finish it, once all of its cases are committed
+RECONNECTING = 120.0  # s that a lost scheduler has to come back
+ROUNDS = 5  # of all blocks: those whose node died before they were finished are asked for again
+
+
+class Cluster:
+    """The nodes that a scheduler has: each of its workers is one."""
+
+    def __init__(self, address: str):
+        """Take the address of the scheduler."""
+        self.address = address
+        self.excluded: set[str] = set()  # nodes whose file system refused something
+        self.silent: set[str] = set()  # nodes that did not answer in time
+        self._client = executors.client(address)
+        self._nodes: list[str] = []
+        self._counted = -COUNTING
+
+    def nodes(self) -> list[str]:
+        """Return the addresses of the nodes that may have work."""
+        if time.monotonic() - self._counted > COUNTING:
+            self._nodes = sorted(executors.in_time(self._client.nthreads))
+            self._counted = time.monotonic()
+        usable = [address for address in self._nodes if address not in self.excluded]
+        if not self.silent.issuperset(usable):
+            return [address for address in usable if address not in self.silent]
+        self.silent.clear()  # the others are gone, so they are tried again
+        return usable
+
+    def submit(self, function: Callable, *args: Any, on: str | None = None) -> Any:
+        """Return the future of a function on some node, or on one of them."""
+        where = [on] if on else self.nodes() if self.excluded | self.silent else None
+        return self._client.submit(
+            node_task, pickle.dumps((function, args)), pure=False, workers=where, allow_other_workers=False
+        )
+
+    def leave_out(self, future: Any) -> None:
+        """Give no more work to the node that has a task in hand."""
+        at_work = executors.in_time(self._client.processing)
+        self.silent |= {address for address, keys in at_work.items() if future.key in map(str, keys)}
+
+    def reconnect(self) -> None:
+        """Connect again, also where the scheduler needs a while; SchedulerLostError where it does not come back."""
+        end, reason = time.monotonic() + RECONNECTING, "no answer"
+        self.close()
+        while time.monotonic() < end and not signals.requested():
+            try:
+                self._client = executors.client(self.address)
+                self._counted = -COUNTING
+                if self.nodes():
+                    return
+                self.close()
+                reason = "it has no nodes"
+            except Exception as error:
+                reason = brief(error)
+            time.sleep(0.5)
+        raise SchedulerLostError(
+            f"scheduler: {self.address} was lost ({reason}); finished blocks are stored: run the same command again "
+            "to resume"
+        )
+
+    def close(self) -> None:
+        """Leave the scheduler."""
+        executors.close_peer(self._client)
+
+
+def node_task(content: bytes) -> Any:
+    """Return the outcome of a pickled (function, arguments)."""
+    function, arguments = pickle.loads(content)
+    return function(*arguments)
+
+
+class _Task:
+    """A block under way on some node."""
+
+    def __init__(self, number: int, future: Any, *, helping: bool):
+        self.number, self.future, self.helping = number, future, helping
+        self.since = time.monotonic()
+
+
+class NodesDriver:
+    """Gives blocks to nodes until all are finished, a signal comes, or too many cases failed."""
+
+    def __init__(self, job: BlockJob, cluster: Cluster, display: progress.Cases):
+        """Take what to run, where, and the phase that shows it."""
+        self.job, self.cluster, self.display = job, cluster, display
+        self.token, self.content = secrets.token_hex(8), pickle.dumps(job)
+        self.tasks: list[_Task] = []
+        self.ran, self.failed, self.case_seconds, self.complete = 0, 0, 0.0, True
+        self.committed: dict[int, float] = {}  # block of which all cases are -> when that was seen, s
+        self.refusal = ""
+
+    def run(self) -> bool:
+        """Run and finish all blocks; return False where too many cases failed and the rest was left."""
+        stop = node.stop_file(self.job, self.token)
+        try:
+            for _ in range(ROUNDS):
+                left, _marks = unfinished(self.job)
+                if not left or not self.complete:
+                    break
+                self._round(deque(left))
+                self._flush()
+            else:
+                if self.complete and unfinished(self.job)[0]:
+                    raise SchedulerLostError(
+                        "scheduler: its nodes die before they finish a block; run the same command again to go on"
+                    )
+        except BaseException:
+            stop.touch()
+            raise
+        finally:
+            if not self.complete:
+                stop.touch()
+            self._close_nodes()
+        return self.complete
+
+    def _round(self, queue: "deque[int]") -> None:
+        most = most_failures(self.job, list(queue))
+        with signals.patience():
+            while queue or self.tasks:
+                if signals.requested():
+                    raise signals.Stopped(
+                        signals.requested(),
+                        f"stopped: {self.ran:,} cases are finished and stored; run the same command again to resume",
+                    )
+                try:
+                    self._hand_out(queue, None if most is None else most - self.failed)
+                    done = [task for task in self.tasks if task.future.done()]
+                    for task in done:
+                        self._settle(task, queue)
+                except (StorageError, InputError):
+                    raise
+                except Exception:  # of many kinds: the scheduler is gone
+                    self._lost(queue)
+                    continue
+                if most is not None and self.failed > most:
+                    self.complete = False
+                    return
+                if not done:
+                    time.sleep(LOOK)
+
+    def _hand_out(self, queue: "deque[int]", most: int | None) -> None:
+        nodes = len(self.cluster.nodes())
+        if not nodes:
+            if self.refusal:
+                raise StorageError(self.refusal)
+            return
+        while queue and len(self.tasks) < nodes:
+            number = queue.popleft()
+            if any(task.number == number and not task.helping for task in self.tasks):
+                continue
+            future = self.cluster.submit(node.run_block, self.token, self.content, number, most)
+            self.tasks.append(_Task(number, future, helping=False))
+        if queue or self.job.grid.layout.life:
+            return  # a life is not to run on two nodes
+        now = time.monotonic()
+        for number, since in list(self.committed.items()):
+            mine = [task for task in self.tasks if task.number == number and not task.helping]
+            if mine and now - since > SILENCE:  # its node does not answer: another one finishes it
+                for task in mine:
+                    self.tasks.remove(task)
+                    self.cluster.leave_out(task.future)
+                    task.future.cancel()
+                del self.committed[number]
+                queue.append(number)
+        mains = [task for task in self.tasks if not task.helping and now - task.since > HELP_AFTER]
+        helped = [task.number for task in self.tasks if task.helping]
+        for task in sorted(mains, key=lambda each: (helped.count(each.number), each.since)):
+            if len(self.tasks) >= nodes:
+                return
+            if task.number not in self.committed and task.number not in helped:
+                future = self.cluster.submit(node.help_block, self.token, self.content, task.number)
+                self.tasks.append(_Task(task.number, future, helping=True))
+
+    def _settle(self, task: _Task, queue: "deque[int]") -> None:
+        """Take in how a task ended."""
+        try:
+            report = task.future.result(timeout=executors.PATIENCE)
+        except CancelledError:
+            raise
+        except Exception as error:
+            if task.future.status == "cancelled" or type(error).__name__ in ("FutureCancelledError", "CommClosedError"):
+                raise
+            self.tasks.remove(task)
+            if type(error).__name__ != "KilledWorker":
+                progress.say(f"block {task.number + 1:,}: {brief(error)}; it is tried again")
+                if not isinstance(error, OSError):
+                    raise InputError(f"block {task.number + 1:,}: {brief(error)}") from error
+            if not task.helping:
+                queue.append(task.number)
+            return
+        self.tasks.remove(task)
+        self.ran, self.failed = self.ran + report.ran, self.failed + report.failed
+        self.case_seconds += report.case_seconds
+        self.display.advance(report.ran, self.failed)
+        if report.refused:
+            self.cluster.excluded.add(report.node)
+            self.refusal = report.refused
+            progress.say(f"node {report.node}: {report.refused.partition(';')[0]}; its work goes to other nodes")
+            if not task.helping:
+                queue.append(task.number)
+        elif task.helping:
+            self.committed[task.number] = time.monotonic()
+        else:
+            self.committed.pop(task.number, None)
+            self.complete &= report.complete
+
+    def _lost(self, queue: "deque[int]") -> None:
+        """Connect again and ask again for everything that was under way."""
+        progress.say(f"scheduler: {self.cluster.address} was lost; waiting for it to come back")
+        queue.extend(dict.fromkeys(task.number for task in self.tasks if not task.helping))
+        self.tasks.clear()
+        self.cluster.reconnect()
+
+    def _flush(self) -> None:
+        """Wait until the nodes have finished their blocks; those of a node that is gone are asked for again."""
+        try:
+            tasks = [self.cluster.submit(node.flush, self.token, on=address) for address in self.cluster.nodes()]
+            for task in tasks:
+                end = time.monotonic() + executors.PATIENCE
+                while not task.done() and not (signals.requested() or self._all_marked(end)):
+                    time.sleep(LOOK)
+                if task.done() and (report := task.result(timeout=executors.PATIENCE)).refused:
+                    self.cluster.excluded.add(report.node)
+                    self.refusal = report.refused
+        except Exception:
+            self.cluster.reconnect()
+
+    def _all_marked(self, end: float) -> bool:
+        """Return whether all blocks are finished, which is looked at after a while."""
+        return time.monotonic() > end and not unfinished(self.job)[0]
+
+    def _close_nodes(self) -> None:
+        try:
+            tasks = [self.cluster.submit(node.close, self.token, on=address) for address in self.cluster.nodes()]
+            end = time.monotonic() + executors.PATIENCE
+            while tasks and time.monotonic() < end and not all(task.done() for task in tasks):
+                time.sleep(LOOK)
+        except Exception:
+            return
+        finally:
+            self.cluster.close()
+
+
+def run_on_nodes(job: BlockJob) -> Outcome:
+    """Run all blocks of a grid on the nodes of the cluster whose scheduler the options name."""
+    left, marks = unfinished(job)
+    if not left:
+        return Outcome(marks, 0, 0.0, complete=True)
+    assert job.options.scheduler  # `sweep.check` asks for it
+    for number in left:
+        durable.clear(store.Block(job.directory, number).path / store.SCRATCH)
+    cases = sum(len(job.cut.part(number)) for number in left)
+    with phases.phase(display := progress.Cases(cases)):
+        driver = NodesDriver(job, Cluster(job.options.scheduler), display)
+        complete = driver.run()
+    for number in left:
+        if mark := settled(job, number):
+            marks[number] = mark
+        durable.clear(store.Block(job.directory, number).path / store.SCRATCH, remove=True)
+    return Outcome(marks, driver.ran, driver.case_seconds, complete)

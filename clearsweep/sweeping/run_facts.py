@@ -1,0 +1,156 @@
+"""What is counted of the cases of a run, and which of them are extreme; counts of blocks add up."""
+
+import functools
+import math
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..contracts.layout import Layout
+from ..judging import order, validity, verdict
+from ..store import StoredRun
+from .lives import Lives
+from .pace import Pace
+from .worst_cases import WorstCases
+
+LISTED_FAILURES = 3  # of each status
+
+
+class RunFacts:
+    """What the closing table of a run says of its cases, collected some rows at a time."""
+
+    def __init__(self, record: Mapping[str, Any], layout: Layout):
+        """Take the content of run.json and what the scene has."""
+        joints = [joint.name for joint in layout.joints]
+        self.swept = list(record["units"])
+        self.failures: list[dict[str, Any]] = []
+        self.statuses: Counter[str] = Counter()
+        self.remarks, self.limits = validity.Remarks(joints), _LimitCounts(record)
+        self.lives, self.pace = Lives(layout), Pace(record, layout)
+        self.lead = order.lead_of(layout, self.limits.verdict.limits, record)
+        self.worst = WorstCases(self.lead, joints, self.limits.verdict.limits)
+        columns = ["status", *self.swept, *self.worst.columns]
+        columns += validity.columns(joints, {column.name for column in layout.columns})
+        self.columns = list(dict.fromkeys([*columns, *self.limits.columns, *self.lives.columns, *self.pace.columns]))
+
+    def read(self, run: StoredRun) -> None:
+        """Take in a run; of one that is cut, the extreme rows of its blocks, and the sums of their counts."""
+        for block in run.striking(self.columns):
+            self.add(block)
+        if marks := run.marks():
+            self._take([mark["counts"] for mark in marks])
+
+    def add(self, block: dict[str, np.ndarray]) -> None:
+        """Take in some cases, at least with `columns`."""
+        good = block["status"] == "ok"
+        for place in np.flatnonzero(~good).tolist():
+            status = block["status"][place]
+            self.statuses[status] += 1
+            if sum(entry["status"] == status for entry in self.failures) < LISTED_FAILURES:
+                known = _known(block, place, self.swept)
+                self.failures.append(known | {"status": status, "message": block["message"][place]})
+        if good.any():
+            self.statuses["ok"] += int(np.count_nonzero(good))
+            finished = {name: values[good] for name, values in block.items()}
+            self.remarks.add(finished)
+            self.limits.add(finished, self.swept)
+            known_at = functools.partial(_known, finished, swept=self.swept)
+            self.lives.add(finished, known_at)
+            self.pace.add(finished, known_at)
+            self.worst.add(finished, known_at)
+
+    def case_ids(self) -> set[str]:
+        """Return the cases that are named so far."""
+        entries = [*self.failures, *self.worst.entries, *self.lives.ends.values(), self.pace.slowest, self.limits.worst]
+        named = {entry["case_id"] for entry in entries if entry}
+        return named | self.remarks.case_ids()
+
+    def counts(self) -> dict[str, Any]:
+        """Return what was counted, as JSON contains it."""
+        return {
+            "statuses": dict(self.statuses),
+            "remarks": {"cases": self.remarks.cases, **self.remarks.counts},
+            "limits": {"cases": self.limits.cases, "any": self.limits.any, "unknown": self.limits.any_unknown},
+            "exceeded": dict(self.limits.exceeded),
+            "unknown": dict(self.limits.unknown),
+            "unreached": self.lives.unreached,
+        }
+
+    def _take(self, counts: list[dict[str, Any]]) -> None:
+        """Put the sums of the counts of all blocks in the place of those of the rows that were read."""
+        remarks, limits, self.statuses = Counter[str](), Counter[str](), Counter[str]()
+        self.limits.exceeded, self.limits.unknown = Counter(), Counter()
+        for each in counts:
+            for total, part in (
+                (self.statuses, "statuses"),
+                (remarks, "remarks"),
+                (limits, "limits"),
+                (self.limits.exceeded, "exceeded"),
+                (self.limits.unknown, "unknown"),
+            ):
+                total.update(each[part])
+        self.remarks.cases = remarks.pop("cases")
+        self.remarks.counts = {name: remarks[name] for name in self.remarks.counts}
+        self.limits.cases, self.limits.any, self.limits.any_unknown = limits["cases"], limits["any"], limits["unknown"]
+        self.lives.unreached = sum(each["unreached"] for each in counts)
+
+
+class _LimitCounts:
+    """How many cases keep to the limits of a grid, as `run` reports it."""
+
+    def __init__(self, record: Mapping[str, Any]):
+        self.verdict = verdict.of_record(record)
+        self.units = verdict.units_of(record)
+        limited = {name for limit in self.verdict.limits for name in (limit.column, limit.times) if name}
+        self.columns = [verdict.EXCEEDED, verdict.MARGIN, *sorted(limited)] if limited else []
+        self.cases = 0
+        self.exceeded: Counter[str] = Counter()  # column -> cases
+        self.unknown: Counter[str] = Counter()  # column -> those of them that it cannot judge
+        self.any = self.any_unknown = 0
+        self.worst: dict[str, Any] | None = None  # the case with the smallest margin
+
+    def add(self, block: dict[str, np.ndarray], swept: list[str]) -> None:
+        """Take in some finished cases."""
+        if not self.columns:
+            return
+        self.cases += len(block["status"])
+        self.any += sum(map(bool, block[verdict.EXCEEDED]))
+        self.exceeded.update(name for names in block[verdict.EXCEEDED] if names for name in names.split(","))
+        self.any_unknown += int(np.count_nonzero(self.verdict.unknown(block)))
+        for name in {limit.column for limit in self.verdict.limits}:
+            unknown = [limit.unknown(block) for limit in self.verdict.limits if limit.column == name]
+            self.unknown[name] += int(np.count_nonzero(np.any(unknown, axis=0)))
+        margins = block[verdict.MARGIN]
+        if np.isfinite(margins).any():
+            place = int(np.nanargmin(margins))
+            margin = float(margins[place])
+            if self.worst is None or (margin, block["case_id"][place]) < (self.worst["margin"], self.worst["case_id"]):
+                words = verdict.margin_words(margin, self.verdict.limits, block[verdict.EXCEEDED][place] or "")
+                self.worst = _known(block, place, swept) | {"margin": margin, "margin_words": words}
+
+    def facts(self) -> dict[str, Any] | None:
+        """Return the counts, ready for JSON; None where there are no limits."""
+        if not self.columns:
+            return None
+        bounds: dict[str, list[str]] = {limit.column: [] for limit in self.verdict.limits}
+        for limit in self.verdict.limits:
+            bounds[limit.column].append(limit.words(self.units.get(limit.column, "1")))
+        return {
+            "cases": self.cases,
+            "exceeding": self.any,
+            "unknown": self.any_unknown,
+            "each": {
+                name: {"limit": ", ".join(words), "cases": self.exceeded[name], "unknown": self.unknown[name]}
+                for name, words in bounds.items()
+            },
+            "worst": self.worst,
+        }
+
+
+def _known(block: dict[str, np.ndarray], place: int, swept: list[str]) -> dict[str, Any]:
+    """Return which case is at a place of a block of the summary, None for a value that it does not use."""
+    values = {path: block[path][place : place + 1].tolist()[0] for path in swept}
+    in_use = {path: None if isinstance(value, float) and math.isnan(value) else value for path, value in values.items()}
+    return {"case_id": block["case_id"][place], "swept": in_use}

@@ -1,0 +1,144 @@
+"""Measures runs that are cut into blocks of made-up cases: what each case costs, and what reading 10^8 cases takes.
+
+`python tests/scale_blocks.py run COUNT DIR` runs so many cases; `extend COUNT DIR` really runs one block in a hundred
+of them, and puts its files, with identities of their own, in the place of the others.  `again`, `status`, `one` and
+`report` read DIR as a second run, `status`, a look for one case and the report do.  Each prints a line of JSON;
+`python tests/scale_blocks.py write LOG` makes a part of results/speed.md of these lines.
+"""
+
+import json
+import os
+import platform
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import scale
+import scale_cases
+import speed_page
+
+from clearsweep import grid as grids
+from clearsweep import store
+from clearsweep.store import blocks
+from clearsweep.sweeping import blockwise
+from clearsweep.sweeping.worker_pool import Options, WorkerPool
+
+EACH = 100  # blocks of which one really runs
+HEAD = ("cases", "worker, us a case", "parent, us a case", "parent's memory, MB", "wall, s", "load")
+READ = ("what, of 100,000,000 cases", "processor, s", "wall, s", "memory, MB", "load")
+WHAT = {
+    "again": "`run`, all cases there, closing table included",
+    "status": "`status`",
+    "one": "`open(DIR).summary` for one `case_id`",
+    "report": "`report`",
+}
+
+
+def extend(directory: Path, count: int) -> dict:
+    """Run one block in EACH of a grid; give the others files of the same size, and identities of their own."""
+    grid = grids.load(scale_cases.made_up(count), scale_cases.StandIn.catalogue())
+    options, cut = Options(jobs=scale.JOBS, show_progress=False), store.Cut.of(grid)
+    job = blockwise.BlockJob(directory.absolute(), grid, scale_cases.StandIn, options, cut, None, np.empty(0, "i8"))
+    run, real = store.RunDirectory(directory), range(0, cut.count, EACH)
+    facts = {"counts": {"cases": len(grid)}, "blocks": {"size": cut.size, "count": cut.count, "numbers": []}}
+    with run.open_for(grid, **facts), WorkerPool(run, options, scale_cases.StandIn) as pool:
+        runner, begin = blockwise.BlockRunner(job, pool), time.process_time()
+        for number in real:
+            runner.run(number)
+        runner.collect()
+        spent = time.process_time() - begin
+    first, chance = store.Block(directory, 0), np.random.default_rng(1)
+    mark = json.loads(first.mark.read_text())
+    for number in set(range(cut.count)) - set(real):
+        block = store.Block(directory, number)
+        block.path.mkdir(parents=True, exist_ok=True)
+        for name, path in block.files.items():
+            if name == blocks.IDS_FILE:
+                np.sort(chance.integers(0, 2**64, len(cut.part(number)), dtype="u8")).tofile(path)
+            else:
+                os.link(first.files[name], path)
+        files = mark["files"] | {blocks.IDS_FILE: ["", block.files[blocks.IDS_FILE].stat().st_size]}
+        other = {key: value for key, value in mark.items() if key != "checksum"} | {"block": number, "files": files}
+        block.mark.write_text(json.dumps(other | {"checksum": store.digest_of(json.dumps(other, sort_keys=True))}))
+    return {"parent": spent, "ran": sum(len(cut.part(number)) for number in real), "blocks": cut.count}
+
+
+def look_up(directory: Path) -> dict:
+    """Look for a case of the last block that really ran."""
+    import pandas  # noqa: F401 - what a program loads is no part of its time
+
+    part = store.OneBlock(directory, store.Block(directory, 0), {}, None)
+    case_id = part.id_at(len(part) // 2)
+    before = scale.memory("VmRSS")
+    Path("/proc/self/clear_refs").write_text("5")
+    begin, spent = time.perf_counter(), time.process_time()
+    summary = store.open(directory).summary
+    rows = len(summary[summary["case_id"] == case_id])
+    wall, parent = time.perf_counter() - begin, time.process_time() - spent
+    return {"wall": wall, "parent": parent, "memory": scale.memory("VmHWM") - before, "rows": rows}
+
+
+def measure(name: str, count: int, directory: Path) -> dict:
+    """Return what one step costs."""
+    if name == "extend":
+        return extend(directory, count)
+    if name == "one":
+        return look_up(directory)
+    return scale.measured("run" if name == "again" else name, "made-up", directory, count)
+
+
+def page(lines: list[dict]) -> str:
+    """Return the part of the page that some lines make."""
+    runs = [
+        [
+            f"{each['count']:,}",
+            f"{1e6 * each['workers'] / each['count']:.1f}",
+            f"{1e6 * each['parent'] / each['count']:.1f}",
+            f"{1e-6 * each['memory']:.0f}",
+            f"{each['wall']:.0f}",
+            f"{each['load']:.0f}",
+        ]
+        for each in lines
+        if each["name"] == "run"
+    ]
+    read = [
+        [
+            WHAT[each["name"]],
+            f"{each['parent']:.2f}",
+            f"{each['wall']:.1f}",
+            f"{1e-6 * each['memory']:.0f}",
+            f"{each['load']:.0f}",
+        ]
+        for each in lines
+        if each["name"] in WHAT
+    ]
+    text = [
+        f"## Runs in blocks\n\n`python tests/scale_blocks.py`, {lines[0]['date']}, {platform.system()} "
+        f"{platform.machine()}, {os.cpu_count()} cores shared with other programs, as the load says; "
+        f"{scale.JOBS} workers. Processor times; memory is above that after the imports.",
+        scale.table(HEAD, runs),
+    ]
+    for each in lines:
+        if each["name"] == "extend":
+            text.append(
+                f"A grid of {each['count']:,} cases has {each['blocks']:,} blocks. One in {EACH} really ran, "
+                f"{each['ran']:,} cases with {1e6 * each['parent'] / each['ran']:.1f} us of the parent each; the files "
+                "of the others are theirs, with identities of their own."
+            )
+    return "\n\n".join([*text, scale.table(READ, read)]) + "\n"
+
+
+def main() -> None:
+    """Do what the command line asks for."""
+    if sys.argv[1] == "write":
+        lines = [json.loads(line) for line in Path(sys.argv[2]).read_text().splitlines()]
+        speed_page.write("blocks", page(lines))
+        return
+    name, count, directory = sys.argv[1], int(sys.argv[2]), Path(sys.argv[3])
+    known = {"name": name, "count": count, "date": time.strftime("%Y-%m-%d"), "load": os.getloadavg()[0]}
+    print(json.dumps(known | measure(name, count, directory)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,299 @@
+"""A grid that is cut into blocks gives what the same grid gives in one piece."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+from fake_physics import FAILS, GOOD, Fake, grid
+from fake_sweeps import merge
+from test_sweep import quiet
+
+import clearsweep
+from clearsweep import store
+from clearsweep.language.errors import DirectoryError, InputError
+from clearsweep.store import blocks, read_blocks
+from clearsweep.store.record import checksum_of
+from clearsweep.sweeping import blockwise, estimate, run_summary
+from clearsweep.sweeping.all_cases import complete_run
+
+MIXED = grid(12, (GOOD, GOOD + 0.001, FAILS), wear=True)  # 36 cases, 12 of them fail
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch):
+    """Cut grids of more than eight cases."""
+    monkeypatch.setattr(blocks, "BLOCK", 8)
+
+
+def rows_of(directory):
+    tables = [pq.read_table(path) for path in sorted((directory / "summary").glob("*.parquet"))]
+    return {row["case_id"]: row for table in tables for row in table.to_pylist()}
+
+
+def test_blocks_have_the_rows_of_one_piece(tmp_path, monkeypatch):
+    cut = quiet(MIXED, tmp_path / "cut", executor="serial")
+    monkeypatch.setattr(blocks, "BLOCK", 2**17)
+    whole = quiet(MIXED, tmp_path / "whole", executor="serial")
+    assert (cut.cases, cut.ran, cut.ok, cut.failed, cut.missing) == (36, 36, 24, 12, 0)
+    assert (whole.ok, whole.failed) == (24, 12)
+    expected = {row["case_id"]: row for row in pq.read_table(tmp_path / "whole" / "summary.parquet").to_pylist()}
+    assert rows_of(tmp_path / "cut") == expected
+    assert len(list((tmp_path / "cut" / "summary").iterdir())) == 5
+    for path in (tmp_path / "cut" / "summary").iterdir():
+        ids = pq.read_table(path)["case_id"].to_pylist()
+        assert ids == sorted(ids)
+    assert not (tmp_path / "cut" / "summary.parquet").exists()
+    assert len(store.open(tmp_path / "cut").summary) == 36
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory):
+    """Return the directories of MIXED in blocks of eight cases and in one piece."""
+    folder = tmp_path_factory.mktemp("blocks")
+    limited = MIXED | {"limits": {"rod_slider_force_peak": 0.105}, "save": MIXED["save"] | {"worst": 2}}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(blocks, "BLOCK", 8)
+        cut = quiet(limited, folder / "cut", executor="serial")
+    whole = quiet(limited, folder / "whole", executor="serial")
+    return cut, whole
+
+
+def test_the_closing_table_says_the_same(pair):
+    cut, whole = (run_summary.of_run(result) for result in pair)
+    for name in ("directory", "seconds", "case_seconds", "files", "failures", "derived", "warnings", "slowest"):
+        cut.pop(name), whole.pop(name)
+    assert cut == whole
+    assert whole["limits"]["exceeding"] > 0
+    assert run_summary.run_text(run_summary.of_run(pair[0])).count("Smallest margin")
+
+
+def test_a_case_is_found_and_read_as_in_one_piece(pair):
+    cut, whole = (clearsweep.open(result.directory) for result in pair)
+    for case_id in whole.summary["case_id"]:
+        assert cut.full_id(case_id[:12]) == case_id
+        pd.testing.assert_frame_equal(cut.orbit(case_id), whole.orbit(case_id))
+        pd.testing.assert_frame_equal(cut.events(case_id), whole.events(case_id))
+        np.testing.assert_array_equal(cut.wear(case_id)["rod_slider"], whole.wear(case_id)["rod_slider"])
+    with pytest.raises(InputError, match=r"no case 'zz'"):
+        cut.orbit("zz")
+    with pytest.raises(InputError, match="write more"):
+        [cut.full_id(letter) for letter in "0123456789abcdef"]
+    worst = cut.worst
+    assert set(whole.worst) <= set(worst)
+    pd.testing.assert_frame_equal(cut.peak_revolution(worst[0]), cut.part_of(worst[0]).peak_revolution(worst[0]))
+
+
+def test_the_summary_is_read_as_far_as_it_is_asked_for(pair, monkeypatch):
+    cut, whole = (clearsweep.open(result.directory) for result in pair)
+    lazy, frame = cut.summary, whole.summary
+    assert (len(lazy), list(lazy.columns)) == (len(frame), list(frame.columns))
+    assert lazy.attrs == frame.attrs
+    mass, steps = "mechanism.slider.mass", "steps"
+
+    def same(actual, expected):
+        actual = actual.sort_values("case_id").reset_index(drop=True)
+        pd.testing.assert_frame_equal(actual, expected.reset_index(drop=True), check_dtype=False)
+
+    same(lazy[lazy[mass] > 0.105], frame[frame[mass] > 0.105])
+    same(lazy[(lazy[mass] <= 0.105) & (lazy.status == "ok")], frame[(frame[mass] <= 0.105) & (frame.status == "ok")])
+    same(lazy[lazy.status != "ok"], frame[frame.status != "ok"])
+    same(lazy[lazy[mass].isin([0.1, 0.111])], frame[frame[mass].isin([0.1, 0.111])])
+    same(lazy[lazy[steps] < 10_500], frame[frame[steps] < 10_500])
+    same(lazy.frame(), frame)
+    assert lazy[steps].sum() == frame[steps].sum()
+    assert np.asarray(lazy["case_id"]).size == 36
+    opened = []
+    original = read_blocks.open_table
+    monkeypatch.setattr(read_blocks, "open_table", lambda path: opened.append(path) or original(path))
+    case_id = frame["case_id"][7]
+    same(lazy[lazy["case_id"] == case_id], frame[frame["case_id"] == case_id])
+    assert len(opened) == 1
+    assert not len(lazy[lazy["case_id"] == "no such case"])
+    opened.clear()
+    assert len(lazy[lazy[mass] > 0.1105]) == 3
+    assert len(opened) == 1  # the masses of a block are in its mark
+
+
+def test_a_second_run_looks_at_marks_alone(pair, monkeypatch):
+    result = pair[0]
+    monkeypatch.setattr(blockwise.BlockJob, "cases", None)
+    monkeypatch.setattr(store.Block, "directory", None)
+    source = store.read_record(result.directory)
+    again = quiet({key: source[key] for key in source["keys"]}, result.directory, executor="serial")
+    assert (again.ran, again.reused, again.ok, again.failed, again.missing) == (0, 36, 24, 12, 0)
+
+
+@pytest.mark.parametrize("name", ["summary/00001.parquet", "blocks/00001/orbits.h5", "blocks/00001/block.json"])
+def test_a_file_that_is_lost_is_made_anew_of_the_batches(tmp_path, name):
+    quiet(MIXED, tmp_path / "run", executor="serial")
+    before = {path: path.read_bytes() for path in (tmp_path / "run").rglob("*.parquet")}
+    (tmp_path / "run" / name).unlink()
+    again = quiet(MIXED, tmp_path / "run", executor="serial")
+    assert (again.ran, again.reused) == (0, 36)
+    assert {path: path.read_bytes() for path in (tmp_path / "run").rglob("*.parquet")} == before
+
+
+def test_a_lost_batch_of_an_unfinished_block_runs_again(tmp_path):
+    quiet(MIXED, tmp_path / "run", executor="serial")
+    before = rows_of(tmp_path / "run")
+    block = tmp_path / "run" / "blocks" / "00002"
+    (block / "block.json").unlink()
+    victim = next((block / "parts").iterdir())
+    lost = len(pq.read_table(victim))
+    victim.unlink()
+    assert quiet(MIXED, tmp_path / "run", executor="serial").ran == lost
+    assert rows_of(tmp_path / "run") == before
+
+
+def test_workers_run_and_finish_blocks(tmp_path):
+    result = quiet(MIXED, tmp_path / "run", jobs=2)
+    assert (result.ran, result.ok, result.failed) == (36, 24, 12)
+    assert len(rows_of(tmp_path / "run")) == 36
+    assert not list((tmp_path / "run").glob("blocks/*/tmp"))
+
+
+def test_an_axis_that_grows_at_its_slow_end_reuses_blocks(tmp_path):
+    quiet(grid(8, (0.0, 0.001)), tmp_path / "run", executor="serial")
+    again = quiet(grid(12, (0.0, 0.001)), tmp_path / "run", executor="serial")
+    assert (again.cases, again.ran, again.reused) == (24, 8, 16)
+    fewer = quiet(grid(8, (0.0, 0.001)), tmp_path / "run", executor="serial")
+    assert (fewer.cases, fewer.ran, fewer.ok) == (16, 0, 16)
+    assert len(rows_of(tmp_path / "run")) == 16
+
+
+def test_a_run_that_was_in_one_piece_goes_on_in_blocks(tmp_path):
+    quiet(grid(4, (0.0, 0.001)), tmp_path / "run", executor="serial")
+    again = quiet(grid(12, (0.0, 0.001)), tmp_path / "run", executor="serial")
+    assert (again.cases, again.ran, again.reused) == (24, 16, 8)
+    assert not (tmp_path / "run" / "summary.parquet").exists()
+    assert len(rows_of(tmp_path / "run")) == 24
+
+
+def test_a_case_that_two_indices_have_is_in_the_block_of_the_first(tmp_path):
+    source = grid(1, (0.0,), define={"a": "0.1 kg", "b": "0.2 kg"})
+    source["mechanism"] = source["mechanism"] | {"slider": {"mass": "= max(a, b)"}}
+    values = [0.1 + 0.01 * k for k in range(5)]
+    source["sweep"] = {"define.a": values, "define.b": values}
+    result = quiet(source, tmp_path / "run", executor="serial")
+    assert (result.cases, result.ran, result.missing) == (5, 5, 0)
+    assert len(pq.read_table(tmp_path / "run" / "summary" / "00000.parquet")) == 5
+    assert len(rows_of(tmp_path / "run")) == 5
+    assert quiet(source, tmp_path / "run", executor="serial").ran == 0
+
+
+def test_failed_cases_run_again_where_that_is_asked_for(tmp_path):
+    quiet(MIXED, tmp_path / "run", executor="serial")
+    again = quiet(MIXED, tmp_path / "run", executor="serial", retry_failed=True)
+    assert (again.ran, again.ok, again.failed) == (12, 24, 12)
+
+
+def test_too_many_failures_leave_the_rest_and_a_later_run_goes_on(tmp_path):
+    result = quiet(MIXED, tmp_path / "run", executor="serial", max_failures=3)
+    assert result.missing > 0
+    assert result.failed >= 4
+    assert len(store.open(result.directory)) == result.ok + result.failed
+    again = quiet(MIXED, tmp_path / "run", executor="serial")
+    assert (again.missing, again.ok, again.failed) == (0, 24, 12)
+
+
+def test_shards_of_blocks_are_joined_block_by_block(tmp_path, pair):
+    shards = [quiet(MIXED, tmp_path / str(k), executor="serial", shard=f"{k}/3") for k in (1, 2, 3)]
+    assert sum(shard.cases for shard in shards) == 36
+    assert all(not shard.missing for shard in shards)
+    with pytest.raises(DirectoryError, match=r"cases are in none .* shard 2/3, or .*--partial"):
+        merge([tmp_path / "1", tmp_path / "3"], tmp_path / "all")
+    assert not (tmp_path / "all").exists()
+    result = merge([tmp_path / name for name in "123"], tmp_path / "all")
+    assert (result.cases, result.ok, result.failed, result.missing) == (36, 24, 12, 0)
+    assert rows_of(tmp_path / "all").keys() == rows_of(pair[0].directory).keys()
+    again = quiet(MIXED, tmp_path / "all", executor="serial")
+    assert (again.ran, again.reused) == (0, 36)
+
+
+def test_status_counts_marks_and_compares_checksums_where_asked(tmp_path):
+    quiet(MIXED, tmp_path / "run", executor="serial")
+    facts = store.status(tmp_path / "run")
+    assert (facts["state"], facts["cases"], facts["ok"], facts["failed"], facts["missing"]) == (
+        "finished",
+        36,
+        24,
+        12,
+        0,
+    )
+    assert store.status(tmp_path / "run", every_file=True)["state"] == "finished"
+    path = tmp_path / "run" / "summary" / "00003.parquet"
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    facts = store.status(tmp_path / "run", every_file=True)
+    assert facts["state"] == "damaged"
+    assert "00003.parquet" in facts["damage"][0]
+    path.unlink()
+    assert store.status(tmp_path / "run")["state"] == "damaged"
+    with pytest.raises(DirectoryError, match=r"00003.parquet: damaged \(it is missing\)"):
+        clearsweep.open(tmp_path / "run")
+
+
+def test_an_unfinished_run_is_read_as_far_as_its_blocks_are_finished(tmp_path):
+    quiet(MIXED, tmp_path / "run", executor="serial", max_failures=3)
+    record = store.read_record(tmp_path / "run")
+    left = {key: value for key, value in record.items() if key not in ("merged", "checksum")}
+    (tmp_path / "run" / "run.json").write_text(json.dumps(left | {"checksum": checksum_of(left)}))
+    with pytest.raises(DirectoryError, match="not finished"):
+        clearsweep.open(tmp_path / "run")
+    assert len(clearsweep.open(tmp_path / "run", partial=True)) == record["counts"]["ok"] + record["counts"]["failed"]
+    facts = store.status(tmp_path / "run")
+    assert facts["state"] == "interrupted"
+    assert facts["ok"] + facts["failed"] + facts["missing"] == 36
+
+
+def test_a_dry_run_counts_what_marks_leave(tmp_path):
+    quiet(grid(8, (0.0, 0.001)), tmp_path / "run", executor="serial")
+    facts = estimate.estimate(grid(12, (0.0, 0.001)), tmp_path / "run", simulator=Fake)
+    assert (facts.cases, facts.pending) == (24, 8)
+
+
+def test_the_page_of_a_run_in_blocks_says_that_it_shows_a_sample(pair, tmp_path):
+    page = clearsweep.open(pair[0].directory).report(tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "36" in page
+    assert "rows at random" in page
+
+
+def test_a_damaged_record_of_a_run_in_blocks_is_restored(tmp_path, capfd):
+    quiet(MIXED, tmp_path / "run", executor="serial")
+    (tmp_path / "run" / "run.json").write_text("{")
+    again = quiet(MIXED, tmp_path / "run", executor="serial")
+    assert (again.ran, again.reused) == (0, 36)
+    assert "restored from the batches" in capfd.readouterr().err
+    assert len(clearsweep.open(tmp_path / "run")) == 36
+
+
+@pytest.mark.parametrize("name", ["blocks", "summary"])
+def test_a_link_in_the_place_of_a_folder_is_refused(tmp_path, name):
+    quiet(grid(2), tmp_path / "run", executor="serial")
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "run" / name).symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(DirectoryError, match=f"{name}: is a link"):
+        quiet(grid(9), tmp_path / "run", executor="serial")
+    assert not list((tmp_path / "elsewhere").iterdir())
+
+
+@pytest.mark.parametrize(
+    "change", [{"ok": "x"}, {"ranges": []}, {"ranges": {"steps": [0.0]}}, {"counts": {}}, {"drawn": -1}, {"block": 1}]
+)
+def test_a_mark_that_nobody_wrote_counts_for_nothing(tmp_path, change):
+    quiet(MIXED, tmp_path / "run", executor="serial")
+    path = tmp_path / "run" / "blocks" / "00000" / "block.json"
+    mark = {key: value for key, value in json.loads(path.read_text()).items() if key != "checksum"} | change
+    path.write_text(json.dumps(mark | {"checksum": store.digest_of(json.dumps(mark, sort_keys=True))}))
+    with pytest.raises(DirectoryError, match=r"block\.json: damaged"):
+        clearsweep.open(tmp_path / "run").marks()
+    assert quiet(MIXED, tmp_path / "run", executor="serial").ran == 0
+    assert len(clearsweep.open(tmp_path / "run").marks()) == 5
+
+
+def test_all_cases_of_a_run_in_blocks_are_those_of_its_grid(pair):
+    with complete_run(pair[0].directory, Fake) as run:
+        assert len(run) == 36

@@ -1,0 +1,177 @@
+"""A driver on each node of a cluster: nodes are processes here, each with a pool of its own."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from fake_faults import FullDisk, OtherClock
+from fake_physics import FAILS, GOOD, grid
+from test_blocks import rows_of
+from test_sweep import quiet, wait_for
+
+from clearsweep import store
+from clearsweep.language.errors import InputError
+from clearsweep.store import blocks
+from clearsweep.sweeping import nodes
+
+pytestmark = pytest.mark.heavy
+
+pytest.importorskip("distributed")
+
+HERE = Path(__file__).parent
+MIXED = grid(16, (GOOD, GOOD + 0.001, FAILS))  # 48 cases
+
+
+class Machines:
+    """A scheduler and nodes, a program each."""
+
+    def __init__(self):
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            self.port = server.getsockname()[1]
+        self.address = f"tcp://127.0.0.1:{self.port}"
+        self.programs = []
+        self.scheduler = self.start("distributed.cli.dask_scheduler", "--port", str(self.port))
+        self.nodes = []
+
+    def start(self, module, *options, **environment):
+        paths = os.pathsep.join([str(HERE), str(HERE.parent)])
+        program = subprocess.Popen(
+            [sys.executable, "-m", module, *options, "--no-dashboard", "--host", "127.0.0.1"],
+            env=os.environ | {"PYTHONPATH": paths} | environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        self.programs.append(program)
+        return program
+
+    def add(self, count=1, **environment):
+        options = (self.address, "--nthreads", "1", "--no-nanny")
+        self.nodes += [self.start("distributed.cli.dask_worker", *options, **environment) for _ in range(count)]
+
+    def end(self):
+        for program in self.programs:
+            program.send_signal(signal.SIGCONT)
+            program.kill()
+            program.wait()
+
+
+@pytest.fixture
+def machines():
+    started = Machines()
+    yield started
+    started.end()
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch):
+    """Cut grids of more than eight cases, and wait for little."""
+    monkeypatch.setattr(blocks, "BLOCK", 8)
+    monkeypatch.setattr(nodes, "COUNTING", 0.2)
+    monkeypatch.setattr(nodes, "HELP_AFTER", 1.0)
+    monkeypatch.setattr(nodes, "SILENCE", 1.0)
+
+
+def on_nodes(source, out, machines, **options):
+    return quiet(source, out, executor="nodes", scheduler=machines.address, jobs=1, **options)
+
+
+def once(condition, deed):
+    """Do something once a condition is met, in a thread."""
+
+    def act():
+        wait_for(condition)
+        deed()
+
+    thread = threading.Thread(target=act, daemon=True)
+    thread.start()
+    return thread
+
+
+def complete(directory, cases=48):
+    """Return whether all cases are there, each once, and all checksums are right."""
+    facts = store.status(directory, every_file=True)
+    there = facts["state"], facts["missing"], len(rows_of(directory)), len(store.open(directory))
+    return there == ("finished", 0, cases, cases)
+
+
+def test_nodes_run_and_finish_all_blocks(tmp_path, machines):
+    machines.add(2)
+    result = on_nodes(MIXED, tmp_path / "run", machines)
+    assert (result.cases, result.ran, result.ok, result.failed, result.missing) == (48, 48, 32, 16, 0)
+    assert complete(tmp_path / "run")
+    again = on_nodes(MIXED, tmp_path / "run", machines)
+    assert (again.ran, again.reused) == (0, 48)
+
+
+def test_the_work_of_a_node_that_dies_goes_to_another(tmp_path, machines):
+    machines.add(2)
+    source = grid(48, (GOOD + 0.05,))
+    killer = once(lambda: len(list(tmp_path.glob("run/blocks/*/parts/*"))) >= 4, machines.nodes[0].kill)
+    result = on_nodes(source, tmp_path / "run", machines)
+    killer.join()
+    assert (result.ok, result.missing) == (48, 0)
+    assert complete(tmp_path / "run")
+
+
+def test_a_scheduler_that_restarts_costs_no_case(tmp_path, machines):
+    machines.add(1)
+
+    def restart():
+        machines.scheduler.kill()
+        machines.scheduler.wait()
+        machines.nodes[0].kill()
+        machines.scheduler = machines.start("distributed.cli.dask_scheduler", "--port", str(machines.port))
+        machines.add(1)
+
+    killer = once(lambda: len(list(tmp_path.glob("run/blocks/*/parts/*"))) >= 4, restart)
+    result = on_nodes(grid(48, (GOOD + 0.05,)), tmp_path / "run", machines)
+    killer.join()
+    assert (result.ok, result.missing) == (48, 0)
+    assert complete(tmp_path / "run")
+
+
+def test_a_node_that_stops_is_helped_and_replaced(tmp_path, machines):
+    machines.add(2)
+
+    def stop():
+        os.killpg(machines.nodes[0].pid, signal.SIGSTOP)
+
+    killer = once(lambda: len(list(tmp_path.glob("run/blocks/*/parts/*"))) >= 2, stop)
+    begin = time.monotonic()
+    result = on_nodes(grid(48, (GOOD + 0.05,)), tmp_path / "run", machines)
+    killer.join()
+    assert (result.ok, result.missing) == (48, 0)
+    assert complete(tmp_path / "run")
+    assert time.monotonic() - begin < 60.0
+
+
+def test_a_node_whose_disk_is_full_is_left_out(tmp_path, machines, capfd):
+    machines.add(1, CLEARSWEEP_TEST_FULL="yes")
+    machines.add(1)
+    result = on_nodes(MIXED, tmp_path / "run", machines, simulator=FullDisk)
+    assert (result.ok, result.failed, result.missing) == (32, 16, 0)
+    assert complete(tmp_path / "run")
+    assert "its work goes to other nodes" in capfd.readouterr().err
+
+
+def test_clocks_that_differ_change_nothing(tmp_path, machines):
+    machines.add(1, CLEARSWEEP_TEST_CLOCK="-86400")
+    machines.add(1, CLEARSWEEP_TEST_CLOCK="86400")
+    result = on_nodes(MIXED, tmp_path / "run", machines, simulator=OtherClock)
+    assert (result.ok, result.failed, result.missing) == (32, 16, 0)
+    assert complete(tmp_path / "run")
+
+
+def test_nodes_are_for_grids_that_are_cut(tmp_path, machines):
+    machines.add(1)
+    with pytest.raises(InputError, match=r"executor: nodes gives whole blocks .* write --executor dask"):
+        on_nodes(grid(4), tmp_path / "run", machines)
+    with pytest.raises(InputError, match=r"nodes needs the address of a scheduler"):
+        quiet(MIXED, tmp_path / "run", executor="nodes")
