@@ -18,7 +18,7 @@ import speed_page
 from llvmlite.binding import get_host_cpu_features
 
 from clearsweep import simulation
-from clearsweep.mechanics.compiled.family import WIDTH
+
 from clearsweep.simulation.trajectory import simulate
 from clearsweep.verify.problems import found_by_simulate, problems, scene_of
 
@@ -186,10 +186,10 @@ def verdict(cost: Cost, theirs: float, *, flagship: bool) -> str:
 def page(cases: int | None, rounds: int) -> str:
     """Return all tables."""
     lines = [
-        "## Cases side by side",
+        "## Many cases",
         "",
-        f"Grids of clearances and restitutions around the problems above, one revolution; {WIDTH} cases side by",
-        f"side, vector registers of {bits()} bit; {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} before.",
+        "Grids of clearances and restitutions around the problems above, one revolution; cases in turn,",
+        f"vector registers of {bits()} bit; {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} before.",
         f"Error: median over {JUDGED} cases, at half a revolution, from the motion at {TIGHT:g}. Times a case: least",
         f"of {rounds} interleaved rounds, compilation excluded; clearsweep in one process with every figure of the",
         "summary, integrating by the clock.",

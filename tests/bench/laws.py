@@ -11,6 +11,7 @@ import argparse
 import sys
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,6 @@ from clearsweep.mechanics.compiled.pinned import Pinned, pinned_at
 from clearsweep.mechanics.joint.contract import PRESSED
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.wear.contract import Worn
-from clearsweep.mechanics.solver.accumulate.step_sums import TrialStep
 from clearsweep.mechanics.trace.objects import machine_code
 from clearsweep.simulation import catalogue
 from clearsweep.simulation.run import Run, integrated
@@ -37,7 +37,7 @@ ROUGH = ("power", "johnson", "compatible")
 ROUNDS, EVALUATIONS = 15, 20_000
 WALLS, ROOT, ONSET = 2, 3e-3, 0.1  # of a joint in space; m^0.5, of 9 um; m/s
 BRIEF = 1000  # evaluations at a time, of what is compared: short enough not to be interrupted in most rounds
-STAGE = 1  # of a step, as most evaluations are: at its ends more is looked at, such as the largest pressure of a film
+STAGE = 10  # a place of the implicit method, where no largest pressure of a film is looked for
 DEPTHS = np.geomspace(1e-8, 1e-4, 2000)  # m
 STEEL = {"law": "hertz", "material": {"young": 207e9, "poisson": 0.3}}
 OIL = {"viscosity": 0.4}
@@ -61,6 +61,16 @@ def _right_hand_sides(where, times):
     arrays = pinned_at(ARRAYS[0], where[2])[0]
     for _ in range(times):
         invoke(where[0], where[1], arrays, STAGE)
+
+
+class Evaluated(NamedTuple):
+    """What an evaluation of a right-hand side is given, as `event.Work` has it."""
+
+    y: np.ndarray
+    mode: np.ndarray
+    latched: np.ndarray
+    k: np.ndarray
+    o: np.ndarray
 
 
 ARRAYS: list[Pinned] = []  # the one whose form they all have
@@ -183,7 +193,7 @@ def measure(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
 
 def _side(work, times: int = EVALUATIONS) -> float:
     """Return the time (s) of a right-hand side, of so many."""
-    kept = Pinned(TrialStep(*(getattr(work, name) for name in TrialStep._fields)))
+    kept = Pinned(Evaluated(*(getattr(work, name) for name in Evaluated._fields)))
     ARRAYS[:] = [kept]
     where = np.array([*work.rates, kept.address])
     begin = time.perf_counter()
