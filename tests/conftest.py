@@ -9,7 +9,7 @@ import signal
 from pathlib import Path
 
 import pytest
-from grid_fake import load
+from fake_runs import load
 
 from clearsweep.language.errors import InputError
 

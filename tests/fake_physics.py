@@ -1,4 +1,7 @@
-"""Mechanics made up by formula, for testing sweeps; gravity (m/s^2) says what becomes of a case."""
+"""Mechanics made up by formula, and sweeps of it; gravity (m/s^2) says what becomes of a case.
+
+Workers import this file, so that it has to stay light: what only the parent needs is imported where it is used.
+"""
 
 import gc
 import os
@@ -233,3 +236,17 @@ class Together(Fake):
         """Come, and wait for the scene."""
         Path("loop").touch()
         await_file("scene")
+
+
+def sweep(source, out=None, *, simulator=Fake, **options):
+    """Do what `clearsweep.sweep` does."""
+    from clearsweep.sweeping.sweep import Options, run_sweep
+
+    return run_sweep(source, out, Options(**options), simulator)
+
+
+def merge(directories, out, **options):
+    """Do what `clearsweep.merge` does."""
+    from clearsweep.sweeping.merge import run_merge
+
+    return run_merge(directories, out, simulator=Fake, **options)

@@ -7,6 +7,7 @@ optimise.parquet and identify.parquet have to have the same bytes; summaries and
 """
 
 import argparse
+import json
 import random
 import sys
 import tempfile
@@ -18,7 +19,8 @@ import optima
 import rigs
 import torture
 
-PAUSE = (0.5, 8.0)  # s between two kills: a start takes two
+SHORTEST_PAUSE = 0.5  # s between two kills
+OUT = Path("results/inverse/kills.jsonl")
 GRACE = 60.0  # s in which workers end after their parent: they may have to load first, and others use the machine
 FILES = {"optimise": "optimise.parquet", "identify": "identify.parquet"}
 
@@ -43,7 +45,7 @@ def identify():
 GRIDS = {"optimise": optimise, "identify": identify}
 
 
-def killed(name, kills, seed):
+def killed(name, kills, seed, longest_pause):
     """Kill the run of a grid so often; return what was killed, and the trials in which anything differs."""
     with tempfile.TemporaryDirectory() as folder:
         start = torture.starter(Path(folder), GRIDS[name]())
@@ -53,7 +55,7 @@ def killed(name, kills, seed):
         chance, begin = random.Random(seed), time.monotonic()
         while victims.total() < kills:
             trials += 1
-            trial = torture.Round(start, Path(folder) / f"run{trials}", chance, PAUSE)
+            trial = torture.Round(start, Path(folder) / f"run{trials}", chance, (SHORTEST_PAUSE, longest_pause))
             trial.grace = GRACE
             trial.run(kills - victims.total())
             victims += trial.kills
@@ -64,6 +66,10 @@ def killed(name, kills, seed):
                 wrong.append(f"run {trials}: {differences}, {trial.lost_batches()} batches lost")
             counts = ", ".join(f"{count} {kind}" for kind, count in victims.items())
             print(f"{name}: {counts} killed in {trials} runs, {time.monotonic() - begin:.0f} s", flush=True)
+        row = {"of": name, "seed": seed, "kills": dict(victims), "runs": trials, "wrong": wrong}
+        OUT.parent.mkdir(parents=True, exist_ok=True)
+        with OUT.open("a", encoding="utf-8") as lines:
+            lines.write(json.dumps(row) + "\n")
         return wrong
 
 
@@ -72,9 +78,10 @@ def main():
     reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     reader.add_argument("--kills", type=int, default=100)
     reader.add_argument("--seed", type=int, default=1)
+    reader.add_argument("--pause", type=float, default=8.0, help="s between two kills at most: a start takes two")
     reader.add_argument("--of", choices=GRIDS, action="append")
     asked = reader.parse_args()
-    wrong = [line for name in asked.of or GRIDS for line in killed(name, asked.kills, asked.seed)]
+    wrong = [line for name in asked.of or GRIDS for line in killed(name, asked.kills, asked.seed, asked.pause)]
     print("\n".join(wrong) or "every answer has the bytes of an undisturbed run, every case its values")
     return bool(wrong)
 

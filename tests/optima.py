@@ -136,24 +136,40 @@ def optimised(problem, seed, cases):
     return swept(grid_of(problem, optimise=section), problem)
 
 
+def compared(rows, name):
+    """Return the brute force of a problem, None where it has not run, and its runs of `optimise`."""
+    mine = [row for row in rows if row["problem"] == name]
+    every = next((row for row in mine if row["seed"] is None), None)
+    return every, [row for row in mine if row["seed"] is not None]
+
+
+def shares(every, runs, objectives):
+    """Return how near runs come to a brute force in the median and at worst, in %, and their seconds in the median.
+
+    Of one objective it is by how much their best is above its best, of two which share of its hypervolume they have.
+    """
+    known = np.array(every["points"])
+    own = np.median([row["processor_seconds_beside_the_cases"] for row in runs])
+    if objectives == 1:
+        off = [100.0 * (row["points"][0][0] / known[0, 0] - 1.0) if row["points"] else np.inf for row in runs]
+        return np.median(off), max(off), own
+    reference = known.max(axis=0)
+    parts = [100.0 * hypervolume(np.array(row["points"]), reference) / hypervolume(known, reference) for row in runs]
+    return np.median(parts), min(parts), own
+
+
 def table(rows):
     """Print how near the best cases of every problem come to those of its brute force."""
     for name, problem in PROBLEMS.items():
-        mine = [row for row in rows if row["problem"] == name]
-        runs, every = [row for row in mine if row["seed"] is not None], [row for row in mine if row["seed"] is None]
-        if not runs or not every:
+        every, runs = compared(rows, name)
+        if every is None or not runs:
             continue
-        known = np.array(every[0]["points"])
-        own = np.median([row["processor_seconds_beside_the_cases"] for row in runs])
-        said = f"{name}: {every[0]['cases']} cases by brute force; {len(runs)} seeds of {runs[0]['cases']} cases: "
+        middle, worst, own = shares(every, runs, len(problem["minimise"]))
+        said = f"{name}: {every['cases']} cases by brute force; {len(runs)} seeds of {runs[0]['cases']} cases: "
         if len(problem["minimise"]) == 1:
-            off = [100.0 * (row["points"][0][0] / known[0, 0] - 1.0) if row["points"] else np.inf for row in runs]
-            said += f"above its best by {np.median(off):.2f} % in the median, {max(off):.2f} % at most"
+            said += f"{middle:+.2f} % from its best in the median, {worst:+.2f} % at most (-: better)"
         else:
-            reference = known.max(axis=0)
-            whole = hypervolume(known, reference)
-            shares = [100.0 * hypervolume(np.array(row["points"]), reference) / whole for row in runs]
-            said += f"hypervolume {np.median(shares):.1f} % of its front in the median, {min(shares):.1f} % at least"
+            said += f"hypervolume {middle:.1f} % of its front in the median, {worst:.1f} % at least"
         print(f"{said}; {own:.2f} s of processor time apart from the cases")
 
 
@@ -163,7 +179,7 @@ def main():
     reader.add_argument("--problem", choices=PROBLEMS, action="append")
     reader.add_argument("--seeds", type=int, default=10)
     reader.add_argument("--cases", type=int, default=300)
-    reader.add_argument("--out", type=Path, default=Path("results/optima.jsonl"))
+    reader.add_argument("--out", type=Path, default=Path("results/inverse/optima.jsonl"))
     reader.add_argument("--show", type=Path)
     asked = reader.parse_args()
     file = asked.show or asked.out

@@ -78,6 +78,8 @@ def identify(folder, rig, seed, cases, law=None):
     return {
         "seed": seed,
         "law": law or "",
+        "cases": cases,
+        "model_version": clearsweep.MODEL_VERSION,
         "true": rig,
         "impacts": impacts,
         "found": {path: [each.low, each.value, each.high, each.determined] for path, each in computed.items()},
@@ -111,7 +113,7 @@ def main():
     reader.add_argument("--rigs", type=int, default=20)
     reader.add_argument("--cases", type=int, default=400)
     reader.add_argument("--law")
-    reader.add_argument("--out", type=Path, default=Path("results/rigs.jsonl"))
+    reader.add_argument("--out", type=Path, default=Path("results/inverse/rigs.jsonl"))
     reader.add_argument("--show", type=Path)
     reader.add_argument("--write", action="store_true", help="write configs/rig.csv anew")
     asked = reader.parse_args()

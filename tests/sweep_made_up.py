@@ -5,7 +5,7 @@ import os
 import sys
 from pathlib import Path
 
-from fake_sweeps import sweep
+from fake_physics import sweep
 
 from clearsweep.language.errors import ClearsweepError
 from clearsweep.sweeping.signals import Stopped, end_with_run

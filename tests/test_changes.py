@@ -1,7 +1,7 @@
 """Values from the command line are put in the grid as if its file had them, and their mistakes name the option."""
 
 import pytest
-from grid_fake import TEXT, load
+from fake_runs import TEXT, load
 
 from clearsweep.grid import SET, SWEEP, Changed, read_options
 from clearsweep.language.errors import InputError

@@ -9,7 +9,6 @@ import time
 from pathlib import Path
 
 import fake_physics
-import fake_sweeps
 import pytest
 from fake_physics import FAILS, GOOD, Fake, grid
 from ruamel.yaml import YAML
@@ -33,7 +32,7 @@ HEAVY = ("llvmlite", "pandas", "h5py", "pyarrow", "numpy", "matplotlib", "pydant
 def run_cli(monkeypatch, capsys, tmp_path):
     """Return a function that runs a command line on made-up mechanics and returns (exit code, stdout, stderr)."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sweep, "sweep", fake_sweeps.sweep)
+    monkeypatch.setattr(sweep, "sweep", fake_physics.sweep)
     monkeypatch.setattr(estimate, "estimate", functools.partial(estimate.estimate, simulator=Fake))
 
     def run(*arguments):

@@ -1,7 +1,7 @@
 """Claims about `define`: quantities of a grid's own, and expressions of them in place of numbers."""
 
 import pytest
-from grid_fake import CONTACT, JOINT, TEXT, load
+from fake_runs import CONTACT, JOINT, TEXT, load
 
 from clearsweep.language.errors import InputError
 

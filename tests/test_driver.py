@@ -6,8 +6,7 @@ from concurrent.futures import BrokenExecutor, Future
 
 import numpy as np
 import pytest
-from fake_physics import CATALOGUE, Fake, OtherVersion, grid
-from fake_sweeps import sweep
+from fake_physics import CATALOGUE, Fake, OtherVersion, grid, sweep
 
 from clearsweep import grid as grids
 from clearsweep import store

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 import torture_exits
-from fake_physics import GOOD, grid
-from fake_sweeps import sweep
+from fake_physics import GOOD, grid, sweep
 from torture_exits import READS_AHEAD, late_threads
 
 pytestmark = pytest.mark.heavy
@@ -19,8 +18,7 @@ READS_ALL = """
 import sys
 from pathlib import Path
 import pyarrow as pa, pyarrow.parquet as pq
-from fake_physics import GOOD, grid
-from fake_sweeps import merge, sweep
+from fake_physics import GOOD, grid, merge, sweep
 from clearsweep import store
 from clearsweep.sweeping.all_cases import complete_run
 place = Path(sys.argv[1])

@@ -10,8 +10,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from grid_fake import JOINT, TEXT, ids, load
-from report_fake import Run
+from fake_runs import JOINT, TEXT, Run, ids, load
 
 from clearsweep import report
 from clearsweep.grid import iso286, noted_fits

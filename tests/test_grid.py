@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from grid_fake import CATALOGUE, CONFIGS, CONTACT, JOINT, TEXT, ids, load, sweep
+from fake_runs import CATALOGUE, CONFIGS, CONTACT, JOINT, TEXT, ids, load, sweep
 from hypothesis import given
 from hypothesis import strategies as st
 

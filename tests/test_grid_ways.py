@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from grid_fake import CONTACT, JOINT, TEXT, ids, load
+from fake_runs import CONTACT, JOINT, TEXT, ids, load
 
 from clearsweep.language.errors import InputError
 

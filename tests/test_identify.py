@@ -5,9 +5,8 @@ import re
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from fake_physics import Fake, grid, trajectory
-from fake_sweeps import sweep
-from grid_fake import TEXT
+from fake_physics import Fake, grid, sweep, trajectory
+from fake_runs import TEXT
 
 import clearsweep
 from clearsweep import grid as grids
@@ -141,7 +140,7 @@ def test_a_key_that_the_signal_does_not_depend_on_is_said_to_be_undetermined(tmp
     assert "the data do not determine it" in run_text(of_run(result))
 
 
-def test_the_likelihood_of_lengths_is_that_of_scikit_learn():
+def test_likelihoods_of_lengths_and_predictions_are_those_of_scikit_learn():
     kernels = pytest.importorskip("sklearn.gaussian_process.kernels")
     gaussian = pytest.importorskip("sklearn.gaussian_process")
     chance = np.random.default_rng(3)
@@ -152,6 +151,11 @@ def test_the_likelihood_of_lengths_is_that_of_scikit_learn():
     own, own_slopes = emulator.Evidence.of(points, values).negative(kernel.theta)
     assert -own == pytest.approx(likelihood, rel=1e-10)
     assert -own_slopes == pytest.approx(slopes, rel=1e-8)
+    asked = chance.random((50, 3))
+    for known, predicted in zip(
+        process.predict(asked, return_std=True), emulator.prediction(process, asked), strict=True
+    ):
+        np.testing.assert_array_equal(predicted, known)
 
 
 def test_what_no_case_explains_is_called_a_misfit(tmp_path, monkeypatch):

@@ -15,8 +15,6 @@ ROOT = Path(__file__).parents[1]
 GLOSSARY = runpy.run_path(str(ROOT / "docs/tools/glossary.py"))
 MOST = 25  # words in a sentence
 UNITS = set(quantity._COMMON.split())  # a list of them is no sentence
-#: Room -> longer sentences that are still there; a number may only fall.
-LONGER = {"report": 10}
 
 
 def test_the_glossary_is_made_from_its_table():
@@ -84,12 +82,12 @@ def longer(text):
 
 def test_sentences_of_messages_are_short():
     """Every string of the package counts: messages, help, closing lines, descriptions of laws and columns."""
-    long = {}
-    for path in sorted((ROOT / "clearsweep").rglob("*.py")):
-        room = path.relative_to(ROOT / "clearsweep").parts[0]
-        for line, text in strings(ast.parse(path.read_text(encoding="utf-8"))):
-            long.setdefault(room, []).extend(f"{path.relative_to(ROOT)}:{line}: {each}" for each in longer(text))
-    assert [each for room, result in long.items() if len(result) > LONGER.get(room, 0) for each in result] == []
+    assert [
+        f"{path.relative_to(ROOT)}:{line}: {each}"
+        for path in sorted((ROOT / "clearsweep").rglob("*.py"))
+        for line, text in strings(ast.parse(path.read_text(encoding="utf-8")))
+        for each in longer(text)
+    ] == []
 
 
 @pytest.mark.parametrize("name", [None, *verbs.commands])

@@ -7,7 +7,7 @@ import fake_physics
 import h5py
 import numpy as np
 import pytest
-from fake_sweeps import sweep
+from fake_physics import sweep
 from mechanism_cases import slider_crank
 
 import clearsweep

@@ -3,8 +3,7 @@
 import math
 
 import fake_physics
-import fake_sweeps
-import grid_fake
+import fake_runs
 import numpy as np
 import pytest
 from mechanism_cases import slider_crank
@@ -166,9 +165,9 @@ MISTAKES = {
 @pytest.mark.parametrize(("line", "message"), MISTAKES.items())
 def test_a_mistake_is_told_with_its_place(line, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "grid.yaml").write_text(grid_fake.TEXT + line, encoding="utf-8")
+    (tmp_path / "grid.yaml").write_text(fake_runs.TEXT + line, encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        grid_fake.load("grid.yaml")
+        fake_runs.load("grid.yaml")
     assert any(problem.startswith(f"grid.yaml:{message}") for problem in caught.value.problems), caught.value.problems
 
 
@@ -199,7 +198,7 @@ def ran(tmp_path):
 
     def run(**more):
         source = fake_physics.grid(masses=3, gravities=(fake_physics.GOOD, fake_physics.FAILS), **more)
-        result = fake_sweeps.sweep(source, tmp_path / "run", executor="serial", show_progress=False)
+        result = fake_physics.sweep(source, tmp_path / "run", executor="serial", show_progress=False)
         summary = clearsweep.open(result.directory).summary
         return result, summary
 

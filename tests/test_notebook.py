@@ -5,8 +5,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from fake_physics import grid
-from fake_sweeps import sweep
+from fake_physics import grid, sweep
 
 import clearsweep
 from clearsweep import simulation

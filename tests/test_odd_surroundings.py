@@ -6,7 +6,7 @@ import resource
 import subprocess
 import sys
 
-import fake_sweeps
+import fake_physics
 import pytest
 from fake_physics import grid
 from test_sweep import parts, program, same_results
@@ -18,7 +18,7 @@ from clearsweep.language.errors import InputError
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
     out = tmp_path_factory.mktemp("surroundings") / "run"
-    fake_sweeps.sweep(grid(6), out, executor="serial", show_progress=False)
+    fake_physics.sweep(grid(6), out, executor="serial", show_progress=False)
     return out
 
 
@@ -68,12 +68,12 @@ def test_simulate_says_what_it_takes(source):
 @pytest.mark.parametrize("limit", [9_000])
 def test_a_disk_that_fills_in_the_middle_costs_what_was_not_committed(tmp_path, limit):
     source = grid(40, wear=True)
-    fake_sweeps.sweep(source, tmp_path / "undisturbed", executor="serial", show_progress=False)
+    fake_physics.sweep(source, tmp_path / "undisturbed", executor="serial", show_progress=False)
     out = tmp_path / "run"
     resource_limit = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))\n"
     script = resource_limit + (
         "import sys, json; sys.path[:0] = json.loads(sys.argv[3])\n"
-        "from fake_sweeps import sweep; from clearsweep.language.errors import ClearsweepError\n"
+        "from fake_physics import sweep; from clearsweep.language.errors import ClearsweepError\n"
         'try: sweep(json.loads(sys.argv[1]), sys.argv[2], executor="serial", show_progress=False)\n'
         "except ClearsweepError as error: print(error, file=sys.stderr); sys.exit(error.exit_code)\n"
     )

@@ -3,12 +3,12 @@
 import dataclasses
 import itertools
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from fake_physics import CATALOGUE, FAILS, GOOD, Fake, grid
-from fake_sweeps import sweep
-from grid_fake import JOINT, TEXT
-from grid_fake import load as grid_load
+from fake_physics import CATALOGUE, FAILS, GOOD, Fake, grid, sweep
+from fake_runs import JOINT, TEXT
+from fake_runs import load as grid_load
 
 import clearsweep
 from clearsweep import grid as grids
@@ -17,6 +17,7 @@ from clearsweep.grid.optimised import Choice
 from clearsweep.language.errors import InputError
 from clearsweep.report import study
 from clearsweep.report.sections.optimised import sections
+from clearsweep.sweeping import surrogate
 from clearsweep.sweeping.run_summary import of_run, run_text
 
 MASS, ROD, GRAVITY = "mechanism.slider.mass", "mechanism.rod.mass", "mechanism.gravity"
@@ -97,6 +98,34 @@ def test_the_case_that_is_written_is_looked_at_first(tmp_path):
     own = grids.load(source, Fake.catalogue())
     assert result.optimised.start.point[MASS] == own.optimise.start[MASS]
     assert own.point(0)[MASS] == own.optimise.start[MASS]
+
+
+def modelled(points):
+    """Return a smooth objective whose least value is at (0.3, 0.6, 0.6), and the margin of a limit that forbids it."""
+    x, y, z = points.T
+    return 1.0 + 3.0 * (x - 0.3) ** 2 + (x + y - 0.9) ** 2 + (y - z) ** 2, np.column_stack([x - 0.5])
+
+
+def test_a_model_of_known_cases_leads_to_the_best_within_a_limit():
+    chance = np.random.default_rng(3)
+    known = chance.random((16, 3))
+    for _ in range(8):
+        objective, margins = modelled(known)
+        order = np.lexsort([objective, margins[:, 0] < 0.0])
+        more = surrogate.better_points(known[order], objective[order], margins[order], 8, chance)
+        assert more.shape == (8, 3)
+        known = np.vstack([known, more.clip(0.0, 1.0)])
+    objective, margins = modelled(known)
+    least = objective[margins[:, 0] >= 0.0].min()
+    assert 1.12 <= least < 1.1205  # at x = 0.5, y = z = 0.4; 80 cases at random come to 1.16
+
+
+def test_a_model_needs_cases_that_differ_in_every_key():
+    chance = np.random.default_rng(3)
+    known, none = chance.random((20, 2)), np.empty((20, 0))
+    assert surrogate.better_points(known[:5], known[:5, 0], none[:5], 4, chance).shape == (0, 2)
+    known[:, 1] = 0.5
+    assert surrogate.better_points(known, known[:, 0], none, 4, chance).shape == (0, 2)
 
 
 class Turns(Fake):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from fake_physics import grid
-from report_fake import Run
+from fake_runs import Run
 from test_seek import quiet
 
 from clearsweep.contracts.layout import Column

@@ -4,10 +4,9 @@ import re
 import struct
 
 import fake_physics
-import fake_sweeps
 import pytest
 from click.testing import CliRunner
-from report_fake import Run
+from fake_runs import Run
 from test_report_sections import LINE
 
 import clearsweep
@@ -85,7 +84,7 @@ def test_unknown_forms_and_widths_are_refused(tmp_path):
 
 def test_the_command_writes_every_figure_and_table_and_says_their_names(undrawn, tmp_path):
     made, figures, tables = (str(tmp_path / name) for name in ("run", "figures", "tables"))
-    fake_sweeps.sweep(fake_physics.grid(masses=2, wear=True), tmp_path / "run", executor="serial", show_progress=False)
+    fake_physics.sweep(fake_physics.grid(masses=2, wear=True), tmp_path / "run", executor="serial", show_progress=False)
     given = ["report", made, "--figures", figures, "--format", "pdf", "--tables", tables]
     result = CliRunner().invoke(cli.verbs, given)
     assert result.exit_code == 0, result.exception

@@ -2,8 +2,8 @@
 
 import re
 
+from fake_runs import Run
 from matplotlib.backends.backend_agg import RendererAgg
-from report_fake import Run
 
 from clearsweep.report import study
 from clearsweep.report.draw.style import BLUE

@@ -10,8 +10,7 @@ import time
 import fake_physics
 import numpy as np
 import pytest
-from fake_physics import Fake, grid
-from fake_sweeps import sweep
+from fake_physics import Fake, grid, sweep
 from mechanism_cases import slider_crank
 
 import clearsweep

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from fake_physics import GOOD, Fake, grid, trajectory
-from fake_sweeps import sweep
+from fake_physics import GOOD, Fake, grid, sweep, trajectory
 from test_sweep import same_results
 
 import clearsweep

@@ -15,9 +15,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fake_physics import grid
-from fake_sweeps import sweep
-from report_fake import RPM, Run
+from fake_physics import grid, sweep
+from fake_runs import RPM, Run
 
 import clearsweep
 from clearsweep import report

@@ -1,20 +1,34 @@
-"""Curves, maps and kinds of motion: what is drawn is what the summary and the run contain."""
+"""Curves, maps, kinds of motion, wear and laws: the report shows what the summary and the run contain."""
 
+import base64
 import csv
+import re
 
 import fake_physics
-import fake_sweeps
 import numpy as np
 import pandas as pd
 import pytest
+from click.testing import CliRunner
+from fake_runs import CONFIGS, RPM, Run
 from matplotlib.figure import Figure
-from report_fake import RPM, Run
+from mechanism_cases import PAIR, changed
+from test_report import Page
 
-from clearsweep import report, store
-from clearsweep.report import kinds, spectrum, strobe, study
-from clearsweep.report.sections import curves, maps, motion_type, tradeoffs
+from clearsweep import grid, report, simulation, store
+from clearsweep.cli import verbs
+from clearsweep.contracts.case import Contact, Joint, Material, Materials
+from clearsweep.contracts.results import Trajectory
+from clearsweep.judging import verdict
+from clearsweep.language.wording import TIMES
+from clearsweep.report import elastic_comparison, kinds, section, sections, single, spectrum, strobe, study, worn
+from clearsweep.report.picture import svg
+from clearsweep.report.section import Gallery, Sentences
+from clearsweep.report.sections import curves, elastic_laws, law_choice, maps, motion_type, tradeoffs
+from clearsweep.report.table import Table
+from clearsweep.sweeping import sweep
+from clearsweep.sweeping.simulator import SIMULATION
 
-CLEARANCES, SPEED, PEAK = "joints.rod-slider.clearance", "drive.speed", "rod_slider_force_peak"
+CLEARANCE, SPEED, PEAK = "joints.rod-slider.clearance", "drive.speed", "rod_slider_force_peak"
 IDEAL = "rod_slider_force_peak_ideal"
 
 
@@ -24,7 +38,7 @@ def painted(picture):
     return axes
 
 
-def section(run, module=curves, **options):
+def pictures(run, module=curves, **options):
     (result,) = module.sections(study.prepare(run, **options))
     return {picture.title: picture for _, picture in result.pictures}
 
@@ -32,8 +46,8 @@ def section(run, module=curves, **options):
 @pytest.mark.parametrize(("typical", "reduced"), [(False, "max"), (True, "median")])
 def test_a_curve_for_each_clearance_holds_the_worst_case_at_each_speed_or_the_median(typical, reduced):
     run = Run()
-    axes = painted(section(run, typical=typical)["Force peak over crank speed"])
-    by_value = run.summary.groupby([CLEARANCES, SPEED])[PEAK].agg(reduced)
+    axes = painted(pictures(run, typical=typical)["Force peak over crank speed"])
+    by_value = run.summary.groupby([CLEARANCE, SPEED])[PEAK].agg(reduced)
     assert [line.get_label() for line in axes.lines] == ["0.05", "0.1", "0.2", "0.5"]
     for line, clearance in zip(axes.lines, (5e-5, 1e-4, 2e-4, 5e-4), strict=True):
         assert np.asarray(line.get_xdata()) == pytest.approx([1000, 3000, 5000])
@@ -43,7 +57,7 @@ def test_a_curve_for_each_clearance_holds_the_worst_case_at_each_speed_or_the_me
 def test_the_line_across_is_the_limit_also_where_it_is_a_multiple_of_the_ideal_peak():
     run = Run()
     run.grid["limits"] = {PEAK: {"at_most": 2.0, "times": IDEAL}, "slider_error_max": 1e-4}
-    drawn = section(run)
+    drawn = pictures(run)
     assert next(iter(drawn)) == "Force peak over crank speed"
     bound = painted(drawn["Force peak over crank speed"]).lines[-1]
     ideal = run.summary.groupby(SPEED)[IDEAL].min().to_numpy()
@@ -56,15 +70,15 @@ def test_the_line_across_is_the_limit_also_where_it_is_a_multiple_of_the_ideal_p
 def test_of_a_figure_that_should_be_large_the_smallest_is_drawn():
     run = Run()
     run.grid["limits"] = {PEAK: {"at_least": 1.0}}
-    picture = section(run)["Force peak over crank speed"]
-    least = run.summary.groupby([CLEARANCES, SPEED])[PEAK].min()[5e-5].to_numpy()
+    picture = pictures(run)["Force peak over crank speed"]
+    least = run.summary.groupby([CLEARANCE, SPEED])[PEAK].min()[5e-5].to_numpy()
     assert 1e3 * np.asarray(painted(picture).lines[0].get_ydata()) == pytest.approx(least, rel=1e-12)
     assert picture.caption == "Smallest over stiffness and restitution."
 
 
 def test_one_axis_has_one_curve_and_few_or_no_numbers_have_none():
     single = Run(sweep={SPEED: [1000 * RPM, 3000 * RPM, 5000 * RPM]})
-    axes = painted(section(single)["Force peak over crank speed"])
+    axes = painted(pictures(single)["Force peak over crank speed"])
     assert 1e3 * np.asarray(axes.lines[0].get_ydata()) == pytest.approx(
         single.summary.sort_values(SPEED)[PEAK].to_numpy(), rel=1e-12
     )
@@ -76,18 +90,18 @@ def test_one_axis_has_one_curve_and_few_or_no_numbers_have_none():
 
 
 def test_many_clearances_are_thinned_and_the_caption_says_so():
-    run = Run(sweep={CLEARANCES: np.linspace(1e-4, 5e-4, 20).tolist(), SPEED: [100.0, 200.0, 300.0]})
-    picture = section(run)["Force peak over crank speed"]
+    run = Run(sweep={CLEARANCE: np.linspace(1e-4, 5e-4, 20).tolist(), SPEED: [100.0, 200.0, 300.0]})
+    picture = pictures(run)["Force peak over crank speed"]
     assert picture.caption == "7 of 20 values of clearance. "
     assert len(painted(picture).lines) == 7
 
 
 def test_maps_of_one_figure_share_their_colours_and_hold_the_summary():
     run = Run()
-    drawn = section(run, maps) | {picture.title: picture for picture in maps.first(study.prepare(run))}
+    drawn = pictures(run, maps) | {picture.title: picture for picture in maps.first(study.prepare(run))}
     forces = [painted(picture) for title, picture in drawn.items() if title.startswith("Force peak: ")]
     ends = {axes.collections[0].get_clim() for axes in forces}
-    tables = [run.summary.groupby([first, other])[PEAK].max() for first, other in ((CLEARANCES, SPEED),)]
+    tables = [run.summary.groupby([first, other])[PEAK].max() for first, other in ((CLEARANCE, SPEED),)]
     assert len(forces) == 6
     ((low, high),) = ends
     assert high == pytest.approx(run.summary[PEAK].max() / 1e3, rel=1e-12)
@@ -99,9 +113,9 @@ def test_maps_of_one_figure_share_their_colours_and_hold_the_summary():
 def test_what_does_not_vary_has_neither_map_nor_cloud():
     run = Run()
     run.summary["rod_slider_impacts_per_rev"], run.summary["rod_slider_onset_rate_max"] = 0.0, 0.0
-    assert not any("Impacts" in title for title in section(run, maps))
-    assert "How hard the journal arrives" not in section(run, tradeoffs)
-    assert "Force peak against p99" in section(run, tradeoffs)
+    assert not any("Impacts" in title for title in pictures(run, maps))
+    assert "How hard the journal arrives" not in pictures(run, tradeoffs)
+    assert "Force peak against p99" in pictures(run, tradeoffs)
 
 
 def test_clearances_of_several_joints_have_one_unit():
@@ -110,8 +124,7 @@ def test_clearances_of_several_joints_have_one_unit():
     assert {axis.scale.unit for axis in given.axes} == {"mm"}
 
 
-CLEARANCE = "joints.rod-slider.clearance"
-PAIR = {CLEARANCE: [1e-4, 2e-4], "drive.speed": [1000 * RPM, 2000 * RPM, 4000 * RPM]}
+TWO_AXES = {CLEARANCE: [1e-4, 2e-4], "drive.speed": [1000 * RPM, 2000 * RPM, 4000 * RPM]}
 TURN = 2.0 * np.pi
 
 
@@ -136,7 +149,7 @@ def test_a_spectrum_keeps_the_mean_square_and_leaves_out_what_is_no_whole_turn()
 
 
 def test_a_diagram_has_the_stored_points_of_the_cases_along_its_axis_after_what_is_discarded():
-    run = Run(sweep=PAIR)
+    run = Run(sweep=TWO_AXES)
     given = study.prepare(run)
     beside = run.summary.query(f"`{CLEARANCE}` == 2e-4")["case_id"].iloc[0]
     axis = next(axis for axis in given.axes if axis.path == "drive.speed")
@@ -151,9 +164,9 @@ def test_a_diagram_has_the_stored_points_of_the_cases_along_its_axis_after_what_
 
 
 def test_axes_in_step_are_followed_together():
-    run = Run(sweep=PAIR)
+    run = Run(sweep=TWO_AXES)
     given = study.prepare(run)
-    run.grid["zip"] = {path: [] for path in PAIR}
+    run.grid["zip"] = {path: [] for path in TWO_AXES}
     axis = next(axis for axis in given.axes if axis.path == "drive.speed")
     assert len(strobe.line(given, axis, run.summary["case_id"][0])) == 6
 
@@ -197,7 +210,7 @@ def test_a_contact_is_named_by_how_long_it_lasts(bearing, onsets, contact):
 
 
 def test_the_table_of_kinds_is_that_of_the_summary(tmp_path):
-    run = Run(sweep=PAIR)
+    run = Run(sweep=TWO_AXES)
     run.summary["period"] = [1.0, 2.0, 3.0, np.nan, 1.0, np.nan]
     report.tables(run, tmp_path)
     rows = list(csv.DictReader((tmp_path / "kinds_of_motion.csv").read_text().splitlines()))
@@ -215,7 +228,7 @@ def test_the_table_of_kinds_is_that_of_the_summary(tmp_path):
 
 
 def test_the_section_shows_what_there_is_and_is_left_out_where_nothing_turns():
-    (shown,) = motion_type.sections(study.prepare(Run(sweep=PAIR)))
+    (shown,) = motion_type.sections(study.prepare(Run(sweep=TWO_AXES)))
     assert [picture.title for _, picture in shown.pictures] == [
         "Contact: clearance \u00d7 crank speed",
         "Period: clearance \u00d7 crank speed",
@@ -227,7 +240,7 @@ def test_the_section_shows_what_there_is_and_is_left_out_where_nothing_turns():
         "Spectrum of normal force",
         "Spectrum of slider acceleration",
     ]
-    (bare,) = motion_type.sections(study.prepare(Run(sweep=PAIR, histories=False)))
+    (bare,) = motion_type.sections(study.prepare(Run(sweep=TWO_AXES, histories=False)))
     assert len(bare.pictures) == 4
     assert [column.name for column in bare.tables[0].columns[3:5]] == ["free flight", "contact"]
     pair = Run(sweep={}, joints=("pair",), mechanism="impact-pair", wear=False)
@@ -235,7 +248,7 @@ def test_the_section_shows_what_there_is_and_is_left_out_where_nothing_turns():
 
 
 def test_a_film_does_not_fly():
-    run = Run(sweep=PAIR)
+    run = Run(sweep=TWO_AXES)
     run.summary["rod_slider_film_thickness_min"] = 1e-5
     (shown,) = motion_type.sections(study.prepare(run))
     assert [picture.title for _, picture in shown.pictures][:2] == [
@@ -248,7 +261,7 @@ def test_a_film_does_not_fly():
 
 def test_events_are_read_in_blocks_as_they_are_read_case_by_case(tmp_path, monkeypatch):
     grid = fake_physics.grid(masses=3, gravities=(fake_physics.GOOD, fake_physics.FAILS))
-    fake_sweeps.sweep(grid, tmp_path / "run", executor="serial", show_progress=False)
+    fake_physics.sweep(grid, tmp_path / "run", executor="serial", show_progress=False)
     run = store.open(tmp_path / "run")
     monkeypatch.setattr("clearsweep.store.read.GROUP_ROWS", 4)
     blocks = list(run.event_blocks())
@@ -258,3 +271,487 @@ def test_events_are_read_in_blocks_as_they_are_read_case_by_case(tmp_path, monke
     for name, words in (("t", None), ("joint", run.layout.contacts), ("kind", ("on", "off"))):
         values = np.concatenate([events[name] for _, events in blocks])
         assert [*(values if words is None else (words[code] for code in values))] == first[name].tolist()
+
+
+STIFFNESS = "joints.rod-slider.contact.stiffness"
+SWEEP = {CLEARANCE: [5e-5, 1e-4, 2e-4], STIFFNESS: [1e9, 1e10], "drive.speed": [1000 * RPM, 3000 * RPM]}
+
+
+def drawn(picture):
+    """Return the axes that a picture is painted on."""
+    axes = Figure().subplots(subplot_kw={"projection": picture.projection})
+    picture.paint(axes)
+    return axes
+
+
+def wear_blocks(run, kind):
+    return [
+        block for part in sections.wear.sections(study.prepare(run)) for block in part.blocks if type(block) is kind
+    ]
+
+
+def test_depths_round_both_bodies_are_drawn_where_they_are_and_on_one_scale():
+    run = Run(sweep=SWEEP)
+    (deepest,) = wear_blocks(run, section.Detail)
+    assert deepest.case_id == run.summary.set_index("case_id")["rod_slider_wear_depth_max"].idxmax()
+    stored = run.wear(deepest.case_id)["rod_slider"]
+    bearing, journal, along = deepest.pictures
+    assert (bearing.title, journal.title) == ("Bearing in the slider", "Journal on the rod")
+    axes = [drawn(picture) for picture in (bearing, journal)]
+    for ax, depth in zip(axes, stored, strict=True):
+        pairs = depth.reshape(180, 2)  # bins of two degrees, the deeper of two
+        angles, shown = ax.patches[0].get_xy()[:-1].T
+        assert np.degrees(angles) == pytest.approx(np.arange(1.0, 360.0, 2.0))
+        assert shown == pytest.approx(pairs.max(axis=1) * 1e9)
+        mean, mark = ax.lines
+        assert mean.get_ydata() == pytest.approx(depth.mean() * 1e9)
+        assert mark.get_ydata() == pytest.approx(depth.max() * 1e9)
+        assert np.degrees(mark.get_xdata()) == pytest.approx(depth.argmax() + 0.5)
+    assert axes[0].get_ylim() == axes[1].get_ylim()
+    for line, depth in zip(drawn(along).lines, stored, strict=True):
+        assert line.get_ydata() == pytest.approx(depth.reshape(180, 2).max(axis=1) * 1e9)
+    assert "deepest 3.00 nm at 0°" in bearing.caption.replace("\u00a0", " ")
+
+
+def test_a_body_that_does_not_wear_has_no_circle_of_its_own():
+    depth = np.linspace(0.0, 1e-6, 90)
+    prepared = study.prepare(Run(sweep={}))
+    joint, case_id = prepared.joints[0], prepared.cases.index[0]
+    pictures = worn.pictures(prepared, joint, case_id, (depth, np.zeros(90)))
+    assert [picture.title for picture in pictures] == ["Bearing in the slider", "Depth along the surface"]
+    assert worn.pictures(prepared, joint, case_id, (np.zeros(90), np.zeros(90))) == []
+
+
+def test_any_case_can_be_chosen_the_deepest_first():
+    run = Run(sweep=SWEEP)
+    (choice,) = wear_blocks(run, section.Interactive)
+    prepared = study.prepare(run)
+    order = prepared.cases["rod_slider_wear_depth_max"].sort_values(ascending=False).index
+    assert [case["name"].split(":")[0] for case in choice.data["cases"]] == [prepared.setting(each) for each in order]
+    depths = run.wear(order[0])["rod_slider"]
+    most = max(depth.max() for depth in depths)
+    for place, depth in enumerate(depths):
+        case = choice.data["cases"][0]
+        shares = np.frombuffer(base64.b64decode(case["depths"][place]), np.uint8) / 255.0
+        assert shares == pytest.approx(depth.reshape(120, 3).max(axis=1) / most, abs=0.501 / 255.0, rel=0.0)
+        assert case["mean"][place] == pytest.approx(depth.mean() / most)
+    assert wear_blocks(Run(sweep={}), section.Interactive) == []  # of one case there is nothing to choose
+
+
+def test_pressure_and_wear_are_mapped_over_the_axes_that_move_them():
+    run = Run(sweep=SWEEP)
+    frame = run.summary
+    frame["rod_slider_pressure_peak"] = 1e6 * frame[CLEARANCE] / 5e-5 * frame[STIFFNESS] / 1e9
+    frame["rod_slider_pv_peak"] = 2e6  # the same everywhere: nothing to map
+    (gallery,) = wear_blocks(run, section.Gallery)
+    titles = {picture.title: picture for picture in gallery.pictures}
+    pressure = f"Pressure peak: clearance {TIMES} stiffness"
+    assert list(titles) == [f"Wear depth per 1000 h: clearance {TIMES} crank speed", pressure]
+    mesh = drawn(titles[pressure]).collections[0]
+    assert np.asarray(mesh.get_array()).reshape(2, 3) == pytest.approx(np.outer([1.0, 10.0], [1.0, 2.0, 4.0]))
+    (line,) = wear_blocks(Run(sweep={CLEARANCE: SWEEP[CLEARANCE]}), section.Gallery)
+    assert [picture.title for picture in line.pictures] == ["Wear depth per 1000 h over clearance"]
+
+
+def answers(run):
+    """Return (what is said, rows of the table) of the trends of a run."""
+    (part,) = sections.trends.sections(study.prepare(run))
+    said = next(block for block in part.blocks if isinstance(block, section.Points)).texts
+    table = next(block for block in part.blocks if isinstance(block, Table))
+    return said, {row[0]: row for row in table.rows}
+
+
+def with_depths(depth):
+    """Return a run whose depths are those of a formula of clearance, stiffness and speed."""
+    run = Run(sweep=SWEEP)
+    frame = run.summary
+    frame["rod_slider_wear_depth_max"] = depth(frame[CLEARANCE], frame[STIFFNESS], frame["drive.speed"])
+    return run
+
+
+def test_trends_that_are_there_are_shown_with_their_size_and_others_contradicted():
+    said, rows = answers(with_depths(lambda c, k, v: 1e-9 * c**0.5 * v**2 * k**-0.3))
+    assert said == [
+        "Shown: deeper with larger clearance, deeper with higher crank speed, deeper with lower stiffness, uneven "
+        "round the bearing and uneven round the journal."
+    ]
+    assert rows["deeper with larger clearance"][4:7] == pytest.approx((2**0.5,) * 3)
+    assert rows["deeper with higher crank speed"][4:7] == pytest.approx((4.0,) * 3)
+    assert rows["deeper with lower stiffness"][4:7] == pytest.approx((2**-0.3,) * 3)
+    said, _ = answers(with_depths(lambda c, k, v: 1e-9 * c**-0.5 * v * k**0.3))
+    assert said[1] == "Contradicted: deeper with larger clearance and deeper with lower stiffness."
+
+
+def test_a_trend_that_chance_may_have_made_is_not_decided():
+    chance = np.random.default_rng(2)
+    said, rows = answers(with_depths(lambda c, k, v: 1e-9 * v * chance.lognormal(0.0, 0.2, len(c))))
+    assert said[-1] == "Not decided: deeper with larger clearance and deeper with lower stiffness."
+    assert rows["deeper with larger clearance"][5] < 1.0 < rows["deeper with larger clearance"][6]
+
+
+def test_of_what_is_not_swept_nothing_is_said_and_of_one_case_nothing_decided():
+    said, rows = answers(Run(sweep={}))
+    assert list(rows) == ["uneven round the bearing", "uneven round the journal"]
+    assert said == ["Not decided: uneven round the bearing and uneven round the journal."]
+    assert sections.trends.sections(study.prepare(Run(wear=False))) == []
+
+
+def test_an_even_wear_is_told_from_an_uneven_one(monkeypatch):
+    run = Run(sweep=SWEEP)
+    even = {"rod_slider": (np.full(360, 1e-9), 1e-9 * (1.2 + np.sin(np.radians(np.arange(360)))))}
+    monkeypatch.setattr(run, "wear", lambda case_id: even)
+    _, rows = answers(run)
+    assert rows["uneven round the bearing"][2:4] == ("contradicted", "deepest over mean depth")
+    assert rows["uneven round the bearing"][4:7] == pytest.approx((1.0, 1.0, 1.0))
+    assert rows["uneven round the journal"][4] == pytest.approx(2.2 / 1.2)
+    assert rows["uneven round the journal"][2] == "shown"
+
+
+def test_a_case_that_is_shown_by_itself_shows_its_wear():
+    run = Run(sweep=SWEEP)
+    case_id = run.summary["case_id"].iloc[0]
+    path = {name: values.to_numpy() for name, values in run.orbit(case_id).items()}
+    result = Trajectory("ok", "", {}, path, wear=run.wear(case_id))
+    titles = [picture.title for picture in single.drawn(study.prepare(run), case_id, result)]
+    assert titles[-3:] == ["Bearing in the slider", "Journal on the rod", "Depth along the surface"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["worn_slider_crank", "wear_trends", "ptfe_bushing", "press_life"])
+def test_a_ready_study_of_wear_is_looked_over_by_a_dry_run(name):
+    result = CliRunner().invoke(verbs, ["run", str(CONFIGS / f"{name}.yaml"), "--dry-run"])
+    assert result.exit_code == 0, result.output
+    assert "to run" in result.output
+
+
+def living():
+    """Return a run whose joint grows evenly by 50 um, the faster the larger its clearance."""
+    run = Run(sweep=SWEEP)
+    frame = run.summary
+    turns = 1e6 * 5e-5 / frame[CLEARANCE]
+    run.layout = run.layout._replace(life="rod_slider")
+    run.grid["life"] = {"limit": 5e-5, "of": "clearance_growth", "joint": "rod-slider"}
+    for name, values in {"revolutions": turns, "hours": turns / 6e4, "low": 0.9 * turns, "high": 1.2 * turns}.items():
+        frame[f"rod_slider_life_{name}"] = values
+        frame.attrs["units"][f"rod_slider_life_{name}"] = "h" if name == "hours" else "1"
+
+    def history(case_id):
+        case = frame.set_index("case_id").loc[case_id]
+        at = np.linspace(0.0, 1.0, 5)
+        return {
+            "revolutions": at * case["rod_slider_life_revolutions"],
+            "rod_slider/wear_depth_max": 4e-5 * at,
+            "rod_slider/clearance": case[CLEARANCE] + 5e-5 * at,
+            "rod_slider/force_peak": 1e3 * (1.0 + at),
+        }
+
+    run.history = history
+    return run
+
+
+def test_lives_are_told_mapped_and_drawn_with_their_intervals():
+    (part,) = sections.life.sections(study.prepare(living()))
+    points, gallery = part.blocks
+    said = [text.replace("\u00a0", " ").replace("\u2009", "") for text in points.texts]
+    assert said[0].startswith(
+        "Shortest life until the growth of the clearance in joint rod-slider is 50.0 µm: 4.17 h "
+        "(95 %, numerics alone: 3.75 h to 5.00 h), 250000 revolutions, at clearance 0.2 mm"
+    )
+    assert said[1].startswith("Longest life")
+    assert "16.7 h" in said[1]
+    mapped, depth, growth, force = gallery.pictures
+    assert "Life" in mapped.title
+    shortest, bar, median = drawn(growth).lines[:3]
+    assert shortest.get_ydata() == pytest.approx([0.0, 12.5, 25.0, 37.5, 50.0])
+    assert shortest.get_xdata() == pytest.approx(np.linspace(0.0, 0.25, 5))  # millions
+    assert bar.get_xdata() == pytest.approx([0.225, 0.3])
+    assert median.get_xdata()[-1] > 0.25
+    assert drawn(depth).lines[0].get_ydata()[-1] == pytest.approx(40.0)
+    assert drawn(force).lines[0].get_ydata() == pytest.approx([1.0, 1.25, 1.5, 1.75, 2.0])
+
+
+def test_a_life_without_an_end_says_so_and_runs_without_a_life_say_nothing():
+    run = living()
+    run.summary.loc[0, ["rod_slider_life_hours", "rod_slider_life_high"]] = np.nan
+    (part,) = sections.life.sections(study.prepare(run))
+    assert part.blocks[0].texts[-1].startswith("1 case did not come to the limit")
+    assert sections.life.sections(study.prepare(Run(sweep=SWEEP))) == []
+
+
+JOINT = "joints.rod-slider"
+LAW, ELASTIC, RESTITUTION = f"{JOINT}.contact.law", f"{JOINT}.contact.elastic", f"{JOINT}.contact.restitution"
+SPEEDS = {"drive.speed": [1000 * RPM, 2000 * RPM, 3000 * RPM]}
+STEEL = {"law": "exact", "material": {"young": 207e9, "poisson": 0.3}, "thickness": 5e-3, "restitution": 0.7}
+
+
+def of_laws(more=SPEEDS):
+    """Return a run over two laws whose force peaks differ by 3, at the highest speed by 6, and by nothing else."""
+    run = Run(sweep={LAW: ["lankarani-nikravesh", "exact"], **more}, histories=False, wear=False)
+    run.summary[PEAK] = 100.0 * run.summary["drive.speed"]
+    factor = np.where(run.summary["drive.speed"] == max(SPEEDS["drive.speed"]), 6.0, 3.0)
+    run.summary[PEAK] *= np.where(run.summary[LAW] == "exact", factor, 1.0)
+    return run
+
+
+def of_elastic(names, contact=STEEL):
+    """Return a run over elastic laws of a steel joint; over none the law is `power`."""
+    run = Run(sweep={ELASTIC: names} if names else {}, histories=False, wear=False)
+    run.grid["joints"]["rod-slider"]["contact"] = dict(contact)
+    return run
+
+
+def of_choice(run):
+    """Return the sections about the choice of a law."""
+    given = study.prepare(run)
+    return [*law_choice.sections(given), *elastic_laws.sections(given)]
+
+
+def blocks(run, kind):
+    """Return the blocks of one kind in the first section about the choice of a law."""
+    return [block for block in of_choice(run)[0].blocks if isinstance(block, kind)]
+
+
+def tables(run):
+    return [table for section in of_choice(run) for table in section.tables]
+
+
+def table(run, key):
+    return next(table for table in tables(run) if table.key.endswith(key))
+
+
+def text(run, tmp_path):
+    return Page(report.write(run, tmp_path / "page.html").read_text(encoding="utf-8")).text
+
+
+@pytest.mark.heavy
+def test_spread_is_taken_between_cases_that_differ_in_the_law_alone():
+    spread = table(of_laws(), "contact_law_spread")
+    figure, joint, count, median, largest, low, weakest, high, strongest, at = spread.rows[0]
+    assert (figure, joint, count.value) == ("force peak", "rod-slider", 3)
+    assert (median, largest) == (pytest.approx(3.0), pytest.approx(6.0))
+    assert (weakest, strongest, at) == ("lankarani-nikravesh", "exact", "crank speed 3000\u00a0rpm")
+    assert high.value / low.value == pytest.approx(6.0)
+
+
+@pytest.mark.heavy
+def test_a_law_is_measured_against_the_others_at_equal_values():
+    rows = {row[0]: row for row in table(of_laws(), "contact_law_rod_slider").rows}
+    assert rows["exact"][5] == pytest.approx(3.0 / 2.0)  # median of 2 values: their mean
+    assert rows["lankarani-nikravesh"][5] == pytest.approx(1.0 / 2.0)
+
+
+@pytest.mark.heavy
+def test_a_failed_case_leaves_its_comparison_out():
+    run = of_laws()
+    fastest = run.summary["drive.speed"] == max(SPEEDS["drive.speed"])
+    run.summary.loc[fastest & (run.summary[LAW] == "exact"), ["status", PEAK]] = ["step-budget", None]
+    row = table(run, "contact_law_spread").rows[0]
+    assert row[2].value == 2
+    assert row[4] == pytest.approx(3.0)
+
+
+@pytest.mark.heavy
+def test_a_law_without_a_swept_value_stands_beside_all_of_its_values():
+    run = Run(sweep={LAW: ["hertz", "exact"], RESTITUTION: [0.5, 0.9], **SPEEDS})
+    idle = (run.summary[LAW] == "hertz") & (run.summary[RESTITUTION] == 0.9)
+    run.summary = run.summary[~idle].reset_index(drop=True)
+    run.summary.loc[run.summary[LAW] == "hertz", RESTITUTION] = None
+    row = table(run, "contact_law_spread").rows[0]
+    assert row[2].value == 6
+    given = {row[0]: row[1:3] for row in table(run, "restitution").rows if row[0] == "hertz"}
+    assert np.isnan(given["hertz"][0])
+    assert given["hertz"][1] == 1.0
+
+
+@pytest.mark.heavy
+def test_laws_that_never_meet_at_equal_values_are_not_compared():
+    run = of_laws()
+    run.grid["zip"] = run.grid.pop("sweep")
+    run.summary = run.summary[(run.summary[LAW] == "exact") == (run.summary["drive.speed"] > 200.0)]
+    run.summary = run.summary.reset_index(drop=True)
+    assert "No two finished cases differ in the contact law alone" in blocks(run, Sentences)[0].texts[0]
+    assert not any(first.key.endswith("spread") for first in tables(run))
+
+
+@pytest.mark.heavy
+def test_restitution_asked_for_stands_beside_what_each_law_gives_back(tmp_path):
+    run = of_laws({RESTITUTION: [0.5, 0.9], **SPEEDS})
+    rows = {row[:2]: row[2] for row in table(run, "restitution").rows}
+    assert rows["lankarani-nikravesh", 0.5] == pytest.approx(0.7252, abs=5e-5)
+    assert rows["lankarani-nikravesh", 0.9] == pytest.approx(0.9132, abs=5e-5)
+    assert rows["exact", 0.5] == pytest.approx(0.5, abs=1e-9)
+    assert "Asked for a restitution of 0.5, a free impact gives back 0.500 (exact) to 0.725 (lankarani-" in text(
+        run, tmp_path
+    )
+
+
+@pytest.mark.heavy
+def test_an_impact_pair_measures_what_its_laws_give_back():
+    path = "joints.pair.contact.law"
+    names = ["lankarani-nikravesh", "exact"]
+    run = Run(sweep={path: names}, joints=("pair",), mechanism="impact-pair", wear=False)
+    pair = changed(PAIR, {"joints.pair.contact.restitution": 0.9, "sweep": {path: names}})
+    run.grid |= grid.load(pair, simulation.catalogue()).resolved()
+    run.summary["pair_restitution"] = np.where(run.summary[path] == "exact", 0.9, 0.91)
+    rows = {row[0]: row for row in table(run, "restitution").rows}
+    assert (rows["exact"][-1], rows["lankarani-nikravesh"][-1]) == (0.9, 0.91)
+
+
+@pytest.mark.heavy
+def test_the_choice_of_the_elastic_law_moves_the_force_fourteenfold(tmp_path):
+    run = of_elastic(["winkler", "power", "johnson"])
+    message = text(run, tmp_path)
+    assert (
+        "At a penetration of 1 µm these elastic laws differ by a factor of 14.2: 66.1 N (power) to 939 N "
+        "(winkler); by 30.2 at 0.1 µm"
+    ) in message
+    assert "elastic law winkler, power, johnson" in message
+    rows = {row[0]: row for row in table(run, "elastic_force_rod_slider").rows}
+    assert rows["johnson"][2:7] == pytest.approx((63.068, 814.618, 5158.36, 11700.0, 27138.3), rel=1e-4)
+    assert rows["johnson"][8] == pytest.approx(0.1991e-3, rel=1e-3)
+    assert np.isnan(rows["power"][8])
+
+
+@pytest.mark.heavy
+def test_a_material_shows_what_other_elastic_laws_would_give(tmp_path):
+    run = of_elastic([], {**STEEL, "elastic": "johnson"})
+    del run.grid["joints"]["rod-slider"]["contact"]["thickness"]
+    rows = {row[0]: row for row in table(run, "elastic_force_rod_slider").rows}
+    assert rows["johnson"][1] == "yes"
+    assert not any(row[1] for law, row in rows.items() if law != "johnson")
+    assert "winkler" not in rows  # nothing says how thick its layer would be
+    assert "What another elastic law would give in joint rod-slider" in text(run, tmp_path)
+    assert of_choice(Run()) == []  # no material, no law swept
+
+
+ROUGH = {"law": "fractal", "dimension": 1.5, "scale": 1e-11, "hardness": 5.5e9}
+
+
+def of_rough(laws):
+    """Return a run over roughness laws of a steel joint, of which over none the law is `fractal`."""
+    path = f"{JOINT}.roughness.law"
+    run = of_elastic([], {**STEEL, "elastic": "johnson"})
+    del run.grid["joints"]["rod-slider"]["contact"]["thickness"]
+    swept = Run(sweep={path: laws} if laws else {}, histories=False, wear=False)
+    swept.grid["joints"] = run.grid["joints"]
+    swept.grid["joints"]["rod-slider"]["roughness"] = dict(ROUGH)
+    return swept
+
+
+@pytest.mark.heavy
+def test_rough_surfaces_stand_beside_smooth_ones(tmp_path):
+    run = of_rough(["smooth", "fractal", "kogut-etsion"])
+    rows = {row[0]: row for row in table(run, "elastic_force_rod_slider").rows}
+    assert rows["smooth"][3] == pytest.approx(814.618, rel=1e-4)
+    assert rows["kogut-etsion"][3] < rows["fractal"][3] < rows["smooth"][3]
+    assert "What the choice of roughness law does" in text(run, tmp_path)
+
+
+@pytest.mark.heavy
+def test_a_rough_joint_shows_other_elastic_laws_and_surfaces():
+    rows = {row[0]: row for row in table(of_rough([]), "elastic_force_rod_slider").rows}
+    assert rows["johnson with fractal roughness"][1] == "yes"
+    assert rows["johnson with fractal roughness"][3] < rows["johnson"][3]
+    assert {"johnson with kogut-etsion roughness", "compatible with fractal roughness"} <= set(rows)
+
+
+@pytest.mark.heavy
+def test_the_other_elastic_laws_are_those_that_a_grid_with_this_joint_may_name():
+    steel = Material(207e9, 0.3)
+    contact = Contact("exact", "power", {"exponent": 1.5, "restitution": 0.7}, Materials(steel, steel))
+    joint = Joint("rod-slider", clearance=2e-6, contact=contact, bearing_radius=0.01)
+    without_length = {"power", "lankarani-nikravesh-cylindrical", "bai-zhao-literal"}
+    assert set(simulation.elastic_choices(joint)) == without_length
+    allowed = set(simulation.elastic_choices(joint._replace(length=0.02)))
+    assert "johnson" in allowed
+    assert "pereira" not in allowed  # fitted to clearances from 5 µm on
+    spring = Contact("kelvin-voigt", None, {"stiffness": 1e9, "damping": 1.0})
+    assert simulation.elastic_choices(joint._replace(contact=spring)) == {}
+
+
+@pytest.mark.heavy
+def test_laws_of_another_version_leave_the_rest_of_the_page(tmp_path):
+    run = of_laws()
+    run.grid["sweep"][LAW] = ["lankarani-nikravesh", "forgotten"]
+    run.summary[LAW] = run.summary[LAW].replace("exact", "forgotten")
+    message = text(run, tmp_path)
+    assert "Spread between the contact laws" in message
+    assert "This version does not know every law of this run" in message
+    assert "given back" not in message
+
+
+@pytest.mark.heavy
+def test_tables_of_laws_are_written_with_their_units(tmp_path):
+    report.tables(of_elastic(["power", "johnson"]), tmp_path)
+    rows = list(csv.reader((tmp_path / "elastic_force_rod_slider.csv").read_text(encoding="utf-8").splitlines()))
+    assert rows[0][:4] == ["elastic law", "used here", "at 0.1\u00a0µm [N]", "at 1\u00a0µm [N]"]
+    assert float(rows[1][3]) == pytest.approx(66.102, rel=1e-4)
+    heads = next(
+        csv.reader(
+            (tmp_path / "laws_rod_slider_contact_elastic_rod_slider.csv").read_text(encoding="utf-8").splitlines()
+        )
+    )
+    assert "force peak [N]" in heads
+
+
+@pytest.mark.heavy
+def test_a_case_is_resolved_again_with_the_keys_that_it_uses():
+    cases = grid.load("configs/law_comparison.yaml", simulation.catalogue())
+    run = Run(sweep={path: list(values) for path, values in cases.axes.items()}, wear=False)
+    run.grid |= cases.resolved()
+    given = study.prepare(run)
+    for case_id in given.cases.index[::10]:
+        (case,) = study.resolved(given, [case_id])
+        uses = case.joints[0].contact.elastic
+        assert uses == given.value(case_id, ELASTIC)
+        assert ("thickness" in case.joints[0].contact.values) == (uses == "winkler")
+
+
+@pytest.mark.heavy
+def test_ranges_of_what_is_derived_hold_one_unit_each():
+    cases = grid.load("configs/law_comparison.yaml", simulation.catalogue())
+    derived, _ = sweep.facts(cases, SIMULATION)
+    stiff = {name: first for name, first in derived.items() if "contact.stiffness" in name}
+    assert {first["unit"] for first in stiff.values()} == {"N/m^1.5", "N/m^1.16257", "N/m^1.02531"}
+    assert all(first["min"] == first["max"] for first in stiff.values())
+
+
+@pytest.mark.heavy
+def test_every_law_that_is_drawn_is_named():
+    names = ["power", "johnson", "radzimovsky", "esdu-78035", "dubowsky-freudenstein", "liu", "winkler", "persson"]
+    (gallery,) = blocks(of_elastic(names), Gallery)
+    drawing = svg(gallery.pictures[-1], "f1")
+    assert all(f">{name}<" in drawing for name in names)
+    assert len(set(re.findall(r"#[0-9a-f]{6}", drawing.lower()))) >= 8
+    assert len(elastic_comparison.CURVE) > 20
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("limit", "message"),
+    [
+        (70000.0, "decides whether the limits are kept in 1 of 3 designs, such as at crank speed 3000 rpm: kept with "),
+        (1e9, "does not move the verdict on 3 designs: each keeps to the limits with every one"),
+        (1.0, "does not move the verdict on 3 designs: each exceeds a limit with every one"),
+        (20000.0, "lankarani-nikravesh, exceeded with exact"),
+    ],
+)
+def test_whether_the_choice_moves_the_verdict_is_said_first(limit, message):
+    run = of_laws()
+    peak = run.summary[PEAK]
+    run.grid["limits"] = {PEAK: limit}
+    run.summary[verdict.EXCEEDED] = np.where(peak > limit, PEAK, "")
+    run.summary[verdict.MARGIN] = 1.0 - peak / limit
+    (part,) = [part for part in of_choice(run) if part.key.endswith("contact_law")]
+    first = part.blocks[0].texts[0].replace("\u00a0", " ")
+    assert message in first
+    table = next(table for table in part.tables if table.key.endswith("_verdict"))
+    for law, designs, beyond, smallest, _ in table.rows:
+        mine = peak[run.summary[LAW] == law]
+        assert (designs.value, beyond.value) == (3, int((mine > limit).sum()))
+        assert smallest == pytest.approx(1.0 - mine.max() / limit, rel=1e-12)
+
+
+@pytest.mark.heavy
+def test_without_limits_nothing_is_said_of_a_verdict():
+    assert not any(table.key.endswith("_verdict") for part in of_choice(of_laws()) for table in part.tables)

@@ -1,4 +1,4 @@
-"""A section is a value: further ones, and machines unknown to the report, are on the page."""
+"""Sections, also of machines unknown to the report, their sentences and units, and the verdict on the limits."""
 
 import csv
 import re
@@ -7,15 +7,24 @@ import typing
 import numpy as np
 import pandas as pd
 import pytest
-from report_fake import CRANK, ROD, RPM, Run
+from fake_runs import CRANK, ROD, RPM, Run
+from matplotlib.figure import Figure
+from test_refine import Arc, off_border, refined
 from test_report import Page
+from test_seek import MASS, quiet, searching
 
+import clearsweep
 from clearsweep import report, simulation
 from clearsweep.contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism, Output
+from clearsweep.judging import validity, verdict
+from clearsweep.language import wording
 from clearsweep.mechanics.mechanism import MECHANISMS
 from clearsweep.report import motion, section, sections, single, study
-from clearsweep.report.picture import Picture
-from clearsweep.report.sections import headline, summary
+from clearsweep.report.picture import Picture, svg
+from clearsweep.report.section import Cards, Points
+from clearsweep.report.sections import drivers, headline, maps, peaks, summary, tradeoffs, trust
+from clearsweep.report.sections import seek as answers
+from clearsweep.report.sections import verdict as verdict_section
 from clearsweep.report.table import Column, Quantity, Table
 
 LINE = Picture("A line", "from below", "A line that rises.", lambda ax: ax.plot([0.0, 1.0], [0.0, 1.0]))
@@ -327,3 +336,289 @@ def test_the_ideal_motion_of_the_slider_crank_is_the_closed_form_that_the_grid_g
     path = pd.DataFrame(run.orbit(case_id)).assign(**{"slider/place": place + 2e-6})
     message = {picture.title: picture.alt for picture in motion.pictures(prepared, case_id, path)}
     assert message["Slider position error"].replace("\u00a0", " ") == "Slider error, at most 2.00 µm."
+
+
+JOINT, P99, PEAK = "joints.rod-slider", "rod_slider_force_p99", "rod_slider_force_peak"
+SLOW, FAST = 30.0, 500.0  # rad/s: forces of 10 N and of 10 kN
+SPEEDS = {"drive.speed": [SLOW, 150.0, FAST], f"{JOINT}.clearance": [5e-5, 5e-4]}
+
+
+@pytest.fixture
+def wide_run():
+    """Return a run whose forces go over three decades, and which compares its peaks with the ideal ones."""
+    made = Run(SPEEDS, histories=True)
+    made.summary["rod_slider_load_peak"] = made.summary[PEAK]
+    made.summary["rod_slider_force_peak_ratio"] = made.summary["drive.speed"].rsub(2.0 * FAST)  # largest where slow
+    made.summary["rod_slider_force_peak_median"] = 1e3 * made.summary[PEAK]
+    made.summary["period"] = np.nan
+    return made
+
+
+def units(text):
+    """Return the units of force in a text, each once."""
+    return set(re.findall(r"\d\u00a0([mkMµ]?N)(?![\w\u00a0])", text))
+
+
+def test_values_that_are_compared_have_the_unit_of_the_largest():
+    assert wording.alike((18.8e3, 109.0, None), "N") == ["18.8\u00a0kN", "0.109\u00a0kN", wording.DASH]
+    assert wording.alike((3e-6, 2e-4), "m") == ["0.00300\u00a0mm", "0.200\u00a0mm"]
+
+
+def test_a_sentence_has_one_unit_of_force(wide_run):
+    prepared = study.prepare(wide_run)
+    message = [*headline.sentences(prepared), *verdict_section.ratios(prepared)]
+    message[:0] = drivers.sentences(prepared, prepared.joints[0])
+    assert sum(bool(units(sentence)) for sentence in message) >= 4
+    assert all(len(units(sentence)) < 2 for sentence in message), message
+    assert units(message[-1]) == {"kN"}  # of a median of some kN the peak and the ideal one, both less, take the unit
+
+
+def test_the_rows_of_a_figure_have_one_unit(wide_run):
+    (table,) = drivers.more(study.prepare(wide_run))[0].tables
+    cells = [cell.text for row in table.rows if row[0] == "force peak" for cell in (row[4], row[6])]
+    assert len(cells) == 4
+    assert units(" ".join(cells)) == {"kN"}
+
+
+def test_the_largest_peak_is_named_with_what_p99_sees_of_it(wide_run):
+    hidden = wide_run.summary[P99].idxmin()
+    wide_run.summary.loc[hidden, PEAK] = 9e6
+    message = headline.sentences(study.prepare(wide_run))[0]
+    assert message.startswith("Largest force peak: 9.00\u00a0MN at ")
+    assert "crank speed 286.5\u00a0rpm" in message
+    assert "(p99 " in message
+
+
+def test_cards_and_pictures_have_the_speed_at_which_the_joint_first_yields(wide_run):
+    made = Run(SPEEDS, strength=600e6)
+    made.summary["rod_slider_yield_speed"] = 0.35
+    prepared = study.prepare(made)
+    (cards,) = summary.sections(prepared)[0].blocks
+    assert isinstance(cards, Cards)
+    beside = {name: beside for name, _, beside in cards.cards}["Fastest onset"]
+    assert beside == "its contact first yields at 0.35\u00a0m/s"
+    captions = [picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures]
+    assert "The contact first yields at 0.35\u00a0m/s." in captions
+    assert lines(made) == pytest.approx({"first yield (rod-slider)": 0.35})
+    made.summary["rod_slider_yield_speed"] = 40.0  # far beyond: a line would press all onsets to the bottom
+    assert lines(made) == {}
+
+
+def test_unknown_strengths_are_not_judged(wide_run):
+    prepared = study.prepare(wide_run)
+    (cards,) = summary.sections(prepared)[0].blocks
+    assert {name: beside for name, _, beside in cards.cards}["Fastest onset"] == "first yield not judged"
+    captions = [picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures]
+    assert any("is not judged: it takes a yield strength or a hardness" in caption for caption in captions)
+    assert lines(wide_run) == {}
+
+
+STEEL = {"young": 207e9, "poisson": 0.3, "yield_strength": 600e6}
+
+
+@pytest.mark.parametrize("kind", ["a column without a value", "spatial, guide: no column"])
+def test_a_joint_that_cannot_be_judged_is_not_asked_for_the_strength_it_has(kind):
+    made = Run(SPEEDS, strength=600e6 if kind.startswith("a column") else None)
+    made.summary["rod_slider_yield_speed"] = np.nan
+    contact = {"law": "flores", "elastic": "johnson", "restitution": 0.7, "material": STEEL}
+    made.grid["joints"]["rod-slider"]["contact"] = contact
+    prepared = study.prepare(made)
+    captions = " ".join(picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures)
+    assert "is not judged for this kind of joint or law." in captions
+    assert "it takes a yield strength" not in captions
+    (cards,) = summary.sections(prepared)[0].blocks
+    assert {name: beside for name, _, beside in cards.cards}["Fastest onset"] == "first yield not judged"
+
+
+def test_closing_lines_claim_nothing_of_joints_that_cannot_be_judged():
+    remarks = validity.Remarks(["rod_slider"])
+    columns = {"rod_slider_onset_rate_max": [9.0], "rod_slider_law_limit_fraction": [0.0]}
+    for judged in ({}, {"rod_slider_yield_speed": [None]}):
+        remarks.add({"case_id": ["a"], "message": [""], **columns, **judged})
+    assert remarks.sentences() == []
+
+
+def lines(made):
+    """Return label -> speed (m/s) of the lines in the picture of the onsets of a run's first case."""
+    prepared = study.prepare(made)
+    case_id = prepared.cases.index[0]
+    (picture,) = motion.onsets(prepared, case_id, made.events(case_id), made.orbit(case_id))
+    axes = Figure().subplots()
+    picture.paint(axes)
+    return {line.get_label(): line.get_ydata()[0] for line in axes.lines if line.get_label().startswith("first yield")}
+
+
+def test_joints_have_a_line_each():
+    run = Run({}, joints=("crank_rod", "rod_slider"), strength=600e6)
+    run.summary["crank_rod_yield_speed"], run.summary["rod_slider_yield_speed"] = 0.2, 0.4
+    assert lines(run) == pytest.approx({"first yield (crank-rod)": 0.2, "first yield (rod-slider)": 0.4})
+
+
+def test_an_error_beyond_the_horizon_is_said_to_check_nothing():
+    made = Run(SPEEDS, checked=True)
+    frame = made.summary
+    frame["horizon_revolutions"] = [1.98, 1.98, 5.0, np.nan, 3.0, 2.5]
+    frame["rod_slider_force_peak_revolution"] = [3, 2, 4, 7, 3, 2]
+    frame["rod_slider_force_peak_difference"] = 2.02e-4
+    prepared = study.prepare(made)
+    (section,) = peaks.sections(prepared)
+    table = next(table for table in section.tables if table.key == "certainty")
+    place = [column.name for column in table.columns].index("error of force peak")
+    cells = {row[0]: row[place] for row in table.rows}
+    said = {case_id: cell.text for case_id, cell in cells.items() if isinstance(cell, Quantity)}
+    # a peak in revolution 2 may lie after 1.98 revolutions, one in revolution 3 not after 3
+    first, second = frame["case_id"][:2]
+    assert said == {
+        first: "peak in revolution 3, horizon 2.0 revolutions: no check of convergence",
+        second: "peak in revolution 2, horizon 2.0 revolutions: no check of convergence",
+    }
+    assert all(cell.value == 2.02e-4 for cell in cells.values() if isinstance(cell, Quantity))
+    (points,) = (block for block in section.blocks if isinstance(block, Points))
+    assert "is no check of convergence in 2 of 6 cases" in points.texts[0]
+    assert "In 3 chaotic cases the peak lies within the horizon" in points.texts[1]
+    assert "a check of the first revolutions alone" in points.texts[1]
+
+
+def test_the_sentence_on_an_unchecked_peak_names_its_own_joint():
+    made = Run(SPEEDS, joints=("crank_rod", "rod_slider"), checked=True)
+    frame = made.summary
+    frame["horizon_revolutions"] = 2.0
+    frame["crank_rod_force_peak_revolution"] = np.nan  # never touched
+    frame["rod_slider_force_peak_revolution"] = [3, 1, 1, 1, 1, 1]
+    (section,) = peaks.sections(study.prepare(made))
+    (points,) = (block for block in section.blocks if isinstance(block, Points))
+    assert points.texts[0].startswith("The error of the force peak in joint rod-slider is no check of convergence in 1")
+    assert "the peak in joint rod-slider lies within" in points.texts[1]
+    assert len(points.texts) == 2
+
+
+def test_without_a_horizon_nothing_is_said_of_single_errors():
+    made = Run(SPEEDS, checked=True)
+    made.summary["horizon_revolutions"] = np.nan
+    (section,) = peaks.sections(study.prepare(made))
+    assert not any(isinstance(block, Points) for block in section.blocks)
+
+
+IDEAL = "rod_slider_force_peak_ideal"
+LIMITS = {PEAK: {"at_most": 6.0, "times": IDEAL}, "slider_error_max": 3e-4}
+
+
+@pytest.fixture
+def limited_run():
+    """Return a run with limits, its columns worked out anew."""
+    made = Run(failures=3)
+    made.grid["limits"] = LIMITS
+    rows = made.summary["status"] == "ok"
+    ratio = made.summary[PEAK] / made.summary[IDEAL]
+    made.summary["rod_slider_load_peak"] = made.summary[PEAK]
+    made.summary["rod_slider_force_peak_ratio"] = ratio
+    made.summary["period"] = np.where(np.arange(len(rows)) % 2, np.nan, 1.0)
+    error = made.summary["slider_error_max"]
+    names = [(PEAK, ratio > 6.0), ("slider_error_max", error > 3e-4)]
+    exceeded = [",".join(name for name, beyond in names if beyond[row]) for row in made.summary.index]
+    made.summary[verdict.EXCEEDED] = np.where(rows, exceeded, None)
+    made.summary[verdict.MARGIN] = np.minimum(1.0 - ratio / 6.0, 1.0 - error / 3e-4)
+    return made
+
+
+def test_the_verdict_counts_cases_and_names_the_worst(limited_run):
+    prepared = study.prepare(limited_run)
+    cases = prepared.cases
+    beyond = int((cases[verdict.EXCEEDED] != "").sum())
+    told = " ".join(verdict_section.sections(prepared)[0].blocks[0].texts).replace("\u00a0", " ")
+    assert 0 < beyond < len(cases)
+    assert f"{beyond} of {len(cases)} cases exceed at least one limit." in told
+    assert f"Smallest margin: {1.0 - cases[verdict.MARGIN].min():.1f} times the limit" in told
+
+
+def test_the_table_of_limits_is_that_of_the_summary(limited_run):
+    prepared = study.prepare(limited_run)
+    (table,) = verdict_section.sections(prepared)[0].tables
+    cases = prepared.cases
+    result = {row[0]: tuple(cell.value for cell in row[2:6]) for row in table.rows}
+    assert [row[1] for row in table.rows] == [
+        "force peak at most 6 times the ideal peak",
+        "slider error at most 0.3\u00a0mm",
+    ]
+    margins = {PEAK: 1.0 - cases[PEAK] / cases[IDEAL] / 6.0, "slider_error_max": 1.0 - cases["slider_error_max"] / 3e-4}
+    for name, margin in margins.items():
+        assert result[name][:3] == (int((margin < 0.0).sum()), 0, len(cases))
+        assert result[name][3] == pytest.approx(margin.min(), rel=1e-12)
+
+
+def test_a_map_shows_the_worst_of_a_cell_or_on_request_the_median(limited_run):
+    for typical, reduced, word in ((False, np.max, "Largest over"), (True, np.median, "Median over")):
+        prepared = study.prepare(limited_run, typical=typical)
+        across, up = prepared.axes[0], prepared.axes[3]
+        values = prepared.cases[PEAK].to_numpy(float)
+        table = study.over_other_axes(prepared, values, (across, up), reduced)
+        at = (prepared.cases[across.path] == across.values[1]) & (prepared.cases[up.path] == up.values[2])
+        assert table[2, 1] == reduced(values[at])
+        assert maps.sections(prepared)[0].blocks[0].pictures[0].caption.startswith(word)
+
+
+def test_only_motions_that_are_found_to_be_chaotic_are_called_so(limited_run):
+    def told(made):
+        return " ".join(trust.points(study.prepare(made)))
+
+    finished = limited_run.summary["status"] == "ok"
+    repeating = int(limited_run.summary["period"][finished].notna().sum())
+    assert f"{repeating} of {int(finished.sum())} motions repeat themselves" in told(limited_run)
+    assert "chaotic" not in told(limited_run)
+    limited_run.summary["lyapunov_exponent"] = 3.0
+    assert f"{int(finished.sum()) - repeating} of {int(finished.sum())} motions are chaotic" in told(limited_run)
+
+
+def test_the_page_holds_the_verdict_and_its_map(limited_run, tmp_path):
+    page = report.write(limited_run, tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "Within the limits" in page
+    assert page.index('id="verdict"') < page.index('id="headline"')
+
+
+def told(result, place=0):
+    """Return what the first block of a section says, with plain spaces."""
+    return " ".join(result[place].blocks[0].texts).replace("\u00a0", " ")
+
+
+@pytest.mark.parametrize(("whom", "limit"), [("each", 0.3137), ("all", 0.3137), ("each", 0.05), ("each", 1.0)])
+def test_what_was_sought_stands_in_the_verdict_and_in_a_section_of_its_own(tmp_path, whom, limit):
+    source = searching(limit, gravities=(0.0, 1e-3))
+    source["seek"]["for"] = whom
+    quiet(source, tmp_path / "run")
+    run = clearsweep.open(tmp_path / "run")
+    prepared = study.prepare(run)
+    (part,) = answers.sections(prepared)
+    table = part.tables[0]
+    frame = run.seek
+    assert [row[-5] for row in table.rows] == pytest.approx(frame[f"seek.{MASS}"].tolist(), rel=1e-12, nan_ok=True)
+    assert len(table.rows) == (2 if whom == "each" else 1)
+    first = told(verdict_section.sections(prepared)).replace("\u2009", "")
+    assert told([part]).startswith(first.partition(". ")[0])
+    if limit == 0.05:
+        assert "Largest safe slider mass: none of the range that was looked at in 2 of 2 searches, limited by" in first
+    else:
+        value = frame[f"seek.{MASS}"].min()
+        assert f"Largest safe slider mass: {value:.4g} kg" in first
+        assert ("the border is between" in first) == (limit < 0.9)
+        assert ("in all 2 searches" in first) == (whom == "each")
+    pictures = [picture for block in part.blocks for picture in getattr(block, "pictures", [])]
+    assert len(pictures) == (whom == "each" and limit > 0.05)
+    assert MASS in {axis.path for axis in prepared.axes}
+    report.write(run, tmp_path / "page.html")
+
+
+def test_the_map_shows_cases_between_its_cells(tmp_path):
+    quiet(refined(), tmp_path / "run", simulator=Arc)
+    run = clearsweep.open(tmp_path / "run")
+    prepared = study.prepare(run)
+    added, own = off_border(run.summary)
+    assert f"of {len(run.summary)} cases exceed at least one limit" in told(verdict_section.sections(prepared))
+    assert "no share of designs" in told(verdict_section.sections(prepared))
+    (picture,) = verdict_section.sections(prepared)[0].blocks[-1].pictures
+    assert f"{len(added)} dots: cases between" in picture.caption
+    assert len(svg(picture, "map")) > 1000
+    across, up = prepared.axes
+    dots = verdict_section._between(prepared, (prepared.cases[verdict.EXCEEDED] != "").to_numpy(float), across, up)
+    assert len(own) == 20
+    mass, speed = 0.1 + 0.2 * dots.x, 100.0 + 200.0 * dots.y  # both axes have equal steps
+    assert np.array_equal(np.hypot(mass, speed / 1000.0) > 0.6137, dots.failing)

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 import scale_cases
 import speed_page
-from summary_fake import OfFrame
+from fake_runs import OfFrame
 
 from clearsweep import grid, simulation
 from clearsweep.contracts.results import Trajectory

@@ -3,16 +3,20 @@
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from fake_physics import FAILS, GOOD, Fake, grid, trajectory
-from fake_sweeps import sweep
-from grid_fake import TEXT as GRID_TEXT
-from grid_fake import load as grid_load
+from fake_physics import FAILS, GOOD, Fake, grid, sweep, trajectory
+from fake_runs import TEXT as GRID_TEXT
+from fake_runs import load as grid_load
 from test_sweep import parts, program, same_results, wait_for
 
 import clearsweep
 from clearsweep import grid as grids
+from clearsweep.judging.verdict import Limit
 from clearsweep.language.errors import InputError
+from clearsweep.report import study
+from clearsweep.report.sections.seek import sections
+from clearsweep.report.table import Quantity, Table
 from clearsweep.sweeping import run_summary
+from clearsweep.sweeping.nearest import needed
 from clearsweep.sweeping.seeking import every
 
 MASS, GRAVITY = "mechanism.slider.mass", "mechanism.gravity"
@@ -23,7 +27,7 @@ def quiet(source, out, **options):
     return sweep(source, out, executor="serial", show_progress=False, **options)
 
 
-def sought(limit=0.3137, gravities=(GOOD,), **changes):
+def searching(limit=0.3137, gravities=(GOOD,), **changes):
     """Return a grid that seeks the largest mass whose force peak stays below a limit."""
     seek = {"largest": MASS, "between": ["0.1 kg", "0.9 kg"], "within": "1 g"} | changes
     return grid(1, gravities, orbits="none") | {
@@ -47,7 +51,7 @@ def loaded(source):
 
 
 def test_the_border_is_found_to_the_width_asked_for_and_enclosed(tmp_path):
-    result = quiet(sought(gravities=(GOOD, 1e-3)), tmp_path / "run")
+    result = quiet(searching(gravities=(GOOD, 1e-3)), tmp_path / "run")
     rows = answers(tmp_path / "run")
     assert [row[GRAVITY] for row in rows] == [GOOD, 1e-3]
     for row in rows:
@@ -65,18 +69,18 @@ def test_the_border_is_found_to_the_width_asked_for_and_enclosed(tmp_path):
 
 
 def test_probes_are_stored_cases_and_run_once(tmp_path):
-    quiet(sought(), tmp_path / "run")
+    quiet(searching(), tmp_path / "run")
     first = answers(tmp_path / "run")
-    again = quiet(sought(), tmp_path / "run")
+    again = quiet(searching(), tmp_path / "run")
     assert again.ran == 0
     assert answers(tmp_path / "run") == first
-    finer = quiet(sought(within="0.1 g"), tmp_path / "run")
+    finer = quiet(searching(within="0.1 g"), tmp_path / "run")
     assert 0 < finer.ran < finer.cases
     assert first[0]["seek_low"] <= answers(tmp_path / "run")[0]["seek_low"] <= 0.3137
 
 
 def test_the_smallest_value_is_sought_from_the_other_end(tmp_path):
-    source = sought(largest=None, smallest=MASS) | {"limits": {"rod_slider_force_peak": {"at_least": 0.3137}}}
+    source = searching(largest=None, smallest=MASS) | {"limits": {"rod_slider_force_peak": {"at_least": 0.3137}}}
     quiet(source, tmp_path / "run")
     (row,) = answers(tmp_path / "run")
     assert row["seek_low"] < 0.3137 <= row["seek_high"] == row[f"seek.{MASS}"] <= row["seek_low"] + 1e-3
@@ -84,17 +88,17 @@ def test_the_smallest_value_is_sought_from_the_other_end(tmp_path):
 
 def test_for_all_the_worst_case_decides(tmp_path):
     gravities = (GOOD, FAILS)
-    quiet(sought(gravities=gravities) | {"seek": sought(**{"for": "all"})["seek"]}, tmp_path / "run")
+    quiet(searching(gravities=gravities) | {"seek": searching(**{"for": "all"})["seek"]}, tmp_path / "run")
     (row,) = answers(tmp_path / "run")
     assert (row[f"seek.{MASS}"], row["limiting"], row[GRAVITY]) == (None, "step-budget", FAILS)
-    quiet(sought(gravities=(GOOD, 1e-3)) | {"seek": sought(**{"for": "all"})["seek"]}, tmp_path / "other")
+    quiet(searching(gravities=(GOOD, 1e-3)) | {"seek": searching(**{"for": "all"})["seek"]}, tmp_path / "other")
     (row,) = answers(tmp_path / "other")
     assert row["seek_low"] <= 0.3137 < row["seek_high"]
 
 
 @pytest.mark.parametrize(("limit", "value", "limiting"), [(1.0, 0.9, None), (0.05, None, "rod_slider_force_peak")])
 def test_a_border_outside_the_range_is_told(tmp_path, limit, value, limiting):
-    quiet(sought(limit), tmp_path / "run")
+    quiet(searching(limit), tmp_path / "run")
     (row,) = answers(tmp_path / "run")
     assert (row[f"seek.{MASS}"], row["seek_low"], row["seek_high"], row["limiting"]) == (value, value, value, limiting)
 
@@ -102,14 +106,14 @@ def test_a_border_outside_the_range_is_told(tmp_path, limit, value, limiting):
 @pytest.mark.parametrize("text", ["rod_slider_force_peak / (0 * steps)", "0 * rod_slider_force_peak / (0 * steps)"])
 def test_where_the_figure_is_infinite_or_undefined_no_value_is_safe(tmp_path, text):
     more = {"figures": {"ratio": text}, "limits": {"ratio": "5 N", "rod_slider_force_peak": 0.7}}
-    result = quiet(sought() | more, tmp_path / "run")
+    result = quiet(searching() | more, tmp_path / "run")
     (row,) = answers(tmp_path / "run")
     assert (row[f"seek.{MASS}"], row["limiting"]) == (None, "ratio")
     assert f"{result.cases} of them cannot be judged" in run_summary.run_text(run_summary.of_run(result))
 
 
 def test_what_was_sought_goes_when_the_grid_seeks_nothing_any_more(tmp_path):
-    quiet(sought(), tmp_path / "run")
+    quiet(searching(), tmp_path / "run")
     plain = quiet(grid(3, orbits="none"), tmp_path / "run")
     assert plain.others > 10
     assert not (tmp_path / "run" / "seek.parquet").exists()
@@ -129,7 +133,7 @@ class Noisy(Fake):
 
 
 def test_where_limits_are_met_by_chance_the_answer_stays_on_the_safe_side(tmp_path):
-    quiet(sought(), tmp_path / "run", simulator=Noisy)
+    quiet(searching(), tmp_path / "run", simulator=Noisy)
     (row,) = answers(tmp_path / "run")
     assert row["seek_low"] == row[f"seek.{MASS}"] < row["seek_high"]
     assert row["seek_low"] > 0.3137 - 0.02
@@ -142,7 +146,7 @@ def test_where_limits_are_met_by_chance_the_answer_stays_on_the_safe_side(tmp_pa
 
 @pytest.mark.parametrize("after", [6, pytest.param(1, marks=pytest.mark.slow), pytest.param(9, marks=pytest.mark.slow)])
 def test_killed_at_any_round_it_goes_on_to_the_same_answers(tmp_path, after):
-    source = sought(gravities=(GOOD + 0.02,))
+    source = searching(gravities=(GOOD + 0.02,))
     quiet(source, tmp_path / "whole")
     out = tmp_path / "run"
     process = program(out, source, jobs=1, show_progress=False)
@@ -178,19 +182,19 @@ def test_killed_at_any_round_it_goes_on_to_the_same_answers(tmp_path, after):
 )
 def test_a_mistake_is_told(changes, message):
     with pytest.raises(InputError) as caught:
-        loaded(sought(**changes))
+        loaded(searching(**changes))
     assert any(message in problem for problem in caught.value.problems), caught.value.problems
 
 
 def test_without_limits_nothing_can_be_sought():
-    source = sought()
+    source = searching()
     del source["limits"]
     with pytest.raises(InputError, match="there are no limits to meet"):
         loaded(source)
 
 
 def test_a_grid_that_seeks_is_written_to_run_json_so_that_it_loads_again():
-    first = loaded(sought(gravities=(GOOD, 1e-3)))
+    first = loaded(searching(gravities=(GOOD, 1e-3)))
     again = loaded(first.resolved())
     assert (again.seek, again.axes, again.frame()) == (first.seek, first.axes, first.frame())
     assert list(again.identities()) == list(first.identities())
@@ -198,14 +202,14 @@ def test_a_grid_that_seeks_is_written_to_run_json_so_that_it_loads_again():
 
 def test_shards_of_a_search_are_refused(tmp_path):
     with pytest.raises(InputError, match="follow from one another"):
-        quiet(sought(), tmp_path / "run", shard="1/2")
+        quiet(searching(), tmp_path / "run", shard="1/2")
 
 
 PLAY = "joints.rod-slider.clearance"
 
 
 def test_a_defined_quantity_is_sought(tmp_path):
-    source = sought(largest="define.heavy") | {"define": {"heavy": "0.2 kg"}}
+    source = searching(largest="define.heavy") | {"define": {"heavy": "0.2 kg"}}
     source["mechanism"] = source["mechanism"] | {"slider": {"mass": "= heavy"}}
     quiet(source, tmp_path / "run")
     (row,) = answers(tmp_path / "run")
@@ -215,26 +219,26 @@ def test_a_defined_quantity_is_sought(tmp_path):
 
 def test_paths_in_step_have_one_value(tmp_path):
     rod = "mechanism.rod.mass"
-    result = quiet(sought(largest=[MASS, rod]), tmp_path / "run")
+    result = quiet(searching(largest=[MASS, rod]), tmp_path / "run")
     (row,) = answers(tmp_path / "run")
     assert row[f"seek.{MASS}"] == row[f"seek.{rod}"] <= 0.3137 < row["seek_high"]
     summary = clearsweep.open(tmp_path / "run").summary
     assert (summary[MASS] == summary[rod]).all()
     assert len(summary) == result.ran == row["probes"]
-    again = quiet(sought(largest=[MASS, rod]), tmp_path / "run")
+    again = quiet(searching(largest=[MASS, rod]), tmp_path / "run")
     assert again.ran == 0
     assert "within the limits" in run_summary.run_text(run_summary.of_run(again))
 
 
 def test_paths_in_step_of_other_units_are_refused(tmp_path):
     with pytest.raises(InputError, match="whose unit kg has another dimension"):
-        loaded(sought(largest=[MASS, PLAY]))
+        loaded(searching(largest=[MASS, PLAY]))
     with pytest.raises(InputError, match="is there twice"):
-        loaded(sought(largest=[MASS, MASS]))
+        loaded(searching(largest=[MASS, MASS]))
 
 
 def test_none_in_the_range_says_how_near_each_case_comes_and_what_would_pass(tmp_path):
-    result = quiet(sought(limit=0.05, gravities=(GOOD, 1e-3)), tmp_path / "run")
+    result = quiet(searching(limit=0.05, gravities=(GOOD, 1e-3)), tmp_path / "run")
     assert [row["limiting"] for row in answers(tmp_path / "run")] == ["rod_slider_force_peak"] * 2
     facts = run_summary.of_run(result)
     for answer in facts["seek"]["answers"]:
@@ -246,7 +250,7 @@ def test_none_in_the_range_says_how_near_each_case_comes_and_what_would_pass(tmp
 
 
 def test_none_in_the_range_says_which_other_keys_move_the_margin(tmp_path):
-    source = sought(limit=0.05, largest="mechanism.rod.mass")  # the peak is the mass of the slider
+    source = searching(limit=0.05, largest="mechanism.rod.mass")  # the peak is the mass of the slider
     result = quiet(source, tmp_path / "run")
     first = result.effects[0]
     assert (first.path, first.value) == (MASS, 0.14)
@@ -255,10 +259,60 @@ def test_none_in_the_range_says_which_other_keys_move_the_margin(tmp_path):
     assert first.upper == pytest.approx(-2.08)
     assert all(effect.size == 0.0 for effect in result.effects[1:])
     text = run_summary.run_text(run_summary.of_run(result))
-    assert f"{MASS} (0.14 kg): -10% -152 %, +10% -208 %" in text
+    assert "furthest from the limits, -180 % at gravity 0 m/s^2, rod mass 0.1 kg:" in text
+    assert f"{MASS} (0.14 kg): -152 % with 10% less, -208 % with 10% more" in text
+    assert not any(effect.path.endswith(".exponent") for effect in result.effects)  # of which units depend
     again = quiet(source, tmp_path / "run")
     assert again.ran == 0
     assert again.effects == result.effects
+
+
+def test_where_all_cases_count_they_are_compared_at_one_value_and_all_would_pass_with_the_limits_said(tmp_path):
+    limits = {"limits": {"rod_slider_force_peak": 0.05, "weight": {"at_least": 10.0}}}
+    figures = {"figures": {"weight": "rod_slider_force_peak * 3.00004 + '0 N'"}}
+    source = searching(gravities=(GOOD, 1e-3), **{"for": "all"}) | limits | figures
+    facts = run_summary.of_run(quiet(source, tmp_path / "run"))
+    best = [each for answer in facts["seek"]["answers"] for each in answer["best"]]
+    assert [each["point"] for each in best] == [{GRAVITY: GOOD}, {GRAVITY: 1e-3}]
+    assert len({each["value"] for each in best}) == 1
+    text = run_summary.run_text(facts)
+    assert "All of these 2 would pass with" in text
+    loosened = {"rod_slider_force_peak": 0.1, "weight": {"at_least": 0.3}}
+    assert facts["seek"]["needed"] == {"rod_slider_force_peak": "at most 0.1\u00a0N", "weight": "at least 0.3\u00a0N"}
+    quiet(source | {"limits": loosened}, tmp_path / "run")
+    (row,) = answers(tmp_path / "run")
+    assert row[f"seek.{MASS}"] == 0.1
+
+
+def test_the_report_says_how_near_the_cases_come_and_which_keys_would_help(tmp_path):
+    quiet(searching(limit=0.05, largest="mechanism.rod.mass"), tmp_path / "run")
+    (section,) = sections(study.prepare(clearsweep.open(tmp_path / "run")))
+    nearest, keys = [block for block in section.blocks if isinstance(block, Table)][1:]
+    (row,) = nearest.rows
+    assert [each.text if isinstance(each, Quantity) else each for each in row] == [
+        0.1,
+        "\u2212180\u00a0%",
+        "rod_slider_force_peak",
+        "rod_slider_force_peak at most 0.14\u00a0N",
+    ]
+    assert [(row[0], row[2].text, row[3].text) for row in keys.rows] == [(MASS, "\u2212152\u00a0%", "\u2212208\u00a0%")]
+    quiet(searching(limit=1.0, largest="mechanism.rod.mass"), tmp_path / "run")
+    (section,) = sections(study.prepare(clearsweep.open(tmp_path / "run")))
+    assert len([block for block in section.blocks if isinstance(block, Table)]) == 1
+
+
+@pytest.mark.parametrize(
+    ("limit", "margin", "words"),
+    [
+        (Limit("x", "at_most", 5.0), -0.123456, "at most 5.618"),
+        (Limit("x", "at_least", 5.0), -0.123456, "at least 4.382"),
+        (Limit("x", "at_most", -5.0), -0.5, "at most -2.5"),
+        (Limit("x", "at_most", 2.0, "y"), -1.0, "at most 4 times y"),
+    ],
+)
+def test_a_limit_that_would_pass_is_rounded_so_that_it_does(limit, margin, words):
+    assert needed([limit], {}, [{"x": margin}]) == {"x": words.replace("-", "\u2212")}
+    assert needed([limit, limit._replace(kind="at_least")], {}, [{"x": margin}]) == {}  # which of both is not known
 
 
 FITTED = (
@@ -275,6 +329,7 @@ def test_fits_are_tried_completely_at_their_largest_clearances(at):
     assert [fit.name for fit in grid.seek.fits] == ["H7/g6", "H7/f7", "H8/e8"]
     assert grid.axes[PLAY] == tuple(fit.high for fit in grid.seek.fits)
     assert grid.fits == {}  # they name means
+    assert grid.written_units[PLAY].unit == "mm"  # as the grid has it; a fit is no number that is written
     assert grid.axes[PLAY][1] == pytest.approx(31e-6)  # of 20 mm: the contract's 10 to 31 um
     again = grid_load(grid.resolved())
     assert again.seek == grid.seek

@@ -6,10 +6,9 @@ import fake_physics
 import numpy as np
 import pandas as pd
 import pytest
-from fake_sweeps import sweep
-from grid_fake import CONTACT, JOINT, TEXT, load
+from fake_physics import sweep
+from fake_runs import CONTACT, JOINT, TEXT, OfFrame, load
 from scipy import stats
-from summary_fake import OfFrame
 
 from clearsweep import report
 from clearsweep.language.errors import InputError

@@ -10,8 +10,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from click.testing import CliRunner
-from fake_physics import CATALOGUE, FAILS, GOOD, Fake, grid
-from fake_sweeps import merge, sweep
+from fake_physics import CATALOGUE, FAILS, GOOD, Fake, grid, merge, sweep
 from ruamel.yaml import YAML
 from test_store import edit_record
 from test_sweep import quiet, same_results

@@ -17,8 +17,12 @@ from clearsweep.mechanics.joint.friction.sliding import Tanh
 from clearsweep.mechanics.joint.guide import GuideGap
 from clearsweep.mechanics.joint.loss.hysteresis import Hysteresis
 from clearsweep.mechanics.joint.slot import SlotJoint
+from clearsweep.mechanics.joint.wear import contract as contract_wear
+from clearsweep.mechanics.joint.wear import step
 from clearsweep.mechanics.joint.wear.contract import NoWear
 from clearsweep.mechanics.mechanism import contract, planar
+from clearsweep.report.sections import wear
+from clearsweep.report.study import prepare
 
 REACH, FOOT, CRANK_LENGTH, SPEED = 0.15, -0.15, 0.05, 12.0
 LEVER = Body(0.4, 2e-3, (0.12, 0.0), {"foot": (0.0, 0.0), "middle": (REACH, 0.0)})
@@ -111,7 +115,7 @@ def test_the_machine_without_clearance_moves_and_presses_as_the_closed_form_says
 
 
 LAW, ELASTIC, FRICTION = Hysteresis(0.4), PowerThreeHalves(1e9), Tanh(0.1, 0.01)
-JOINT = SlotJoint(5e-5, 6e-3, 1.0, 0.06, LAW, ELASTIC, FRICTION)
+JOINT = SlotJoint(5e-5, 6e-3, 1.0, 0.06, LAW, ELASTIC, FRICTION, 6.05e-3 + 0.12 / math.pi, NoWear())
 
 
 def state(gap, joint=JOINT):
@@ -204,7 +208,7 @@ def test_open_and_ideal_machines_agree_under_the_ideal_force():
     ("changes", "sentence"),
     [
         ({"joints": {}}, "slot: is missing"),
-        ({"joints__slot__wear": {"law": "archard", "coefficient": 1e-15}}, "unknown key 'wear'"),
+        ({"joints__slot__wear": {"law": "archard", "coefficient": 1e-15}}, "slot.length: is missing"),
         ({"joints__slot__slot_length": "-1 mm"}, "out of range"),
         ({"mechanism__driven": "slot"}, "slot"),
         ({"simulate__start": "seated"}, "cannot be seated"),
@@ -213,3 +217,124 @@ def test_open_and_ideal_machines_agree_under_the_ideal_force():
 def test_what_is_not_known_is_refused(changes, sentence):
     with pytest.raises(InputError, match=sentence):
         clearsweep.load_case(grid(**changes))
+
+
+# ---------------------------------------------------------------------------------------------- wear
+
+COEFFICIENTS = {"bearing_coefficient": 1e-14, "journal_coefficient": 4e-14}  # m^2/N
+HALF, AROUND = 0.06, 0.24 + 2.0 * math.pi * 6e-3  # m, half of the slot's length, its wall all round
+BINS = 180
+
+
+def worn_grid(**wear):
+    made = copy.deepcopy(GRID)
+    made["joints"]["slot"] |= {"length": 0.01, "wear": WEAR | wear}
+    made["simulate"] |= {"revolutions": 1.2, "discard": 0.2, "tolerance": 1e-7}
+    made["save"] = {"orbits": "all", "samples": 40000}
+    return made
+
+
+WEAR = {"law": "archard", **COEFFICIENTS, "pressure_modulus": 110e9, "bins": BINS}
+
+
+@pytest.fixture(scope="module")
+def worn():
+    path = clearsweep.simulate(clearsweep.load_case(worn_grid()))
+    assert path.status == "ok", path.message
+    return path
+
+
+def way_along(x, y, radius=6e-3):
+    """Return the way (m) along the wall from the middle of the end in the direction of the slot, counter-clockwise."""
+    nearest = np.clip(x, -HALF, HALF)
+    angle = np.arctan2(y, x - nearest) % (2.0 * math.pi)
+    return radius * angle + np.where(angle <= math.pi, HALF - nearest, 3.0 * HALF + nearest)
+
+
+def rubbing(path):
+    """Return what each sample wears off per coefficient and length (m^2), the way along the wall, the pin's angle."""
+    t, x, y = path.t, path["joints/slot/x"], path["joints/slot/y"]
+    counted = t >= 0.2 * 2.0 * math.pi / SPEED
+    beyond = x - np.clip(x, -HALF, HALF)
+    far = np.hypot(beyond, y)
+    nx, ny = beyond / far, y / far
+    slip = path["joints/slot/vy"] * nx - path["joints/slot/vx"] * ny
+    slip += 5.95e-3 * (path["crank/rate"] - path["lever/rate"])
+    work = path["joints/slot/force_normal"] * np.abs(slip) * np.gradient(t) * counted / 0.01
+    on_pin = np.arctan2(ny, nx) + path["lever/angle"] - path["crank/angle"]
+    return work, way_along(x, y), on_pin
+
+
+def test_a_pin_wears_the_wall_where_it_slides_along_it(worn):
+    bearing, journal = worn.wear["slot"]
+    work, way, on_pin = rubbing(worn)
+    wall = np.histogram(way % AROUND, BINS, (0.0, AROUND), weights=work)[0] * 1e-14 / (AROUND / BINS)
+    assert bearing.sum() == pytest.approx(wall.sum(), rel=2e-3)
+    assert bearing == pytest.approx(wall, rel=0.03, abs=0.02 * wall.max())
+    pin = work.sum() * 4e-14 / (2.0 * math.pi * 5.95e-3 / BINS)
+    assert journal.sum() == pytest.approx(pin, rel=2e-3)
+    assert np.count_nonzero(journal > 0.01 * journal.max()) < 0.6 * BINS  # the pin turns with the crank
+    assert on_pin.size == work.size
+    volume = 0.01 * work.sum() * 5e-14
+    assert worn.summary["slot_wear_volume"] == pytest.approx(volume, rel=2e-3)
+    assert worn.summary["slot_wear_narrow_arcs"] == 0.0
+
+
+def seen_at(x, y, axis=0.0):
+    """Return the angles on wall and pin that a contact is noted at, with their rates, for a motion along x of 1 m/s."""
+    places = np.zeros((1, 6, 1))
+    moment = step.Moment((), (), 0, step.Step(None, 0.0, np.array([PRESSED]), places, None, None, None, None))
+    gap = GuideGap(x, y, 1.0, 0.0, 3.0, 5.0, math.cos(axis), math.sin(axis), 1.0, 0.0)
+    step.see(JOINT, gap, (0.2, 0.7), 0, moment)
+    return places[0, :, 0]
+
+
+def test_places_on_the_wall_are_ways_all_round_and_those_on_the_pin_turn_with_it():
+    out = 5.06e-5  # m, from the line
+    points = [(0.03, out), (-0.05, out), (-0.06 - 0.6 * out, 0.8 * out), (-0.02, -out), (0.06 + 0.6 * out, -0.8 * out)]
+    for x, y in points:
+        seen = seen_at(x, y, 0.4)
+        way = seen[0] * JOINT.bearing_radius
+        assert way % (2.0 * math.pi * JOINT.bearing_radius) == pytest.approx(way_along(x, y, 6.05e-3), rel=1e-9)
+        # the rate is the slope
+        near = [seen_at(x + sign * 1e-9, y, 0.4) for sign in (-1.0, 1.0)]
+        assert seen[3] == pytest.approx((near[1][0] - near[0][0]) / 2e-9, rel=1e-3, abs=1e-3)
+        spin = (near[1][1] - near[0][1]) / 2e-9
+        assert seen[4] == pytest.approx(spin + 3.0 - 5.0, rel=1e-3, abs=1e-3)
+    upper = seen_at(0.03, out, 0.4)
+    assert upper[1] == pytest.approx(0.5 * math.pi + 0.4 - 0.7)
+
+
+def test_the_pin_has_its_own_radius_on_a_wall_and_that_of_a_bearing_at_an_end():
+    for way, clearance in ((0.0, 5e-5), (0.1, 6.05e-3), (0.135, 5e-5), (0.2, 6.05e-3), (0.275, 5e-5), (-0.1, 6.05e-3)):
+        assert contract_wear.local_clearance(JOINT, way / JOINT.bearing_radius, 0.0) == pytest.approx(clearance)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"evolve": True}, "unknown key 'evolve'"),
+        ({"pressure": "mean"}, "unknown word 'mean'"),
+        ({"pressure_modulus": None}, "pressure_modulus|material"),
+    ],
+)
+def test_wear_of_a_slot_says_what_it_needs(change, sentence):
+    made = worn_grid(**change)
+    made["joints"]["slot"]["wear"] = {key: value for key, value in made["joints"]["slot"]["wear"].items() if value}
+    with pytest.raises(InputError, match=sentence):
+        clearsweep.load_case(made)
+
+
+def test_a_life_of_a_slot_is_refused():
+    with pytest.raises(
+        InputError, match=r"life.joint: found 'slot'; the wear of a slot is computed, but nothing judges"
+    ):
+        clearsweep.load_case(worn_grid() | {"life": {"limit": "10 um", "joint": "slot"}})
+
+
+def test_the_report_says_what_the_angle_on_a_slot_is(tmp_path):
+    source = worn_grid() | {"name": "slot", "save": {"orbits": "none"}}
+    source["simulate"] = source["simulate"] | {"revolutions": 0.3, "discard": 0.0}
+    clearsweep.sweep(source, out=tmp_path / "run", executor="serial", show_progress=False)
+    (section,) = wear.sections(prepare(clearsweep.open(tmp_path / "run")))
+    assert "Of a slot 360° are once round its wall" in section.blocks[0].text

@@ -10,8 +10,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from fake_physics import FAILS, GOOD, Fake, grid
-from fake_sweeps import sweep
+from fake_physics import FAILS, GOOD, Fake, grid, sweep
 from test_sweep import parts, program, wait_for
 
 from clearsweep import cli, streams
@@ -22,7 +21,7 @@ pytestmark = pytest.mark.heavy
 
 HERE = Path(__file__).parent
 #: The command line with made-up mechanics; sweeps by this very process.
-MADE_UP = "import fake_sweeps; from clearsweep.sweeping import sweep; sweep.sweep = fake_sweeps.sweep; "
+MADE_UP = "import fake_physics; from clearsweep.sweeping import sweep; sweep.sweep = fake_physics.sweep; "
 MAIN = "from clearsweep import cli; cli.main()"
 
 

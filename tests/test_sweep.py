@@ -16,8 +16,7 @@ import numpy as np
 import psutil
 import pytest
 import torture
-from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, REFUSED, Fake, grid
-from fake_sweeps import sweep
+from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, REFUSED, Fake, grid, sweep
 
 from clearsweep.language import errors, phases
 from clearsweep.sweeping import estimate, executors, run_summary

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from fake_sweeps import sweep
+from fake_physics import sweep
 
 import clearsweep
 from clearsweep import grid, simulation

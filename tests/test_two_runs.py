@@ -4,8 +4,8 @@ import csv
 
 import numpy as np
 import pytest
+from fake_runs import RPM, Run
 from matplotlib.figure import Figure
-from report_fake import RPM, Run
 
 from clearsweep.language.errors import InputError
 from clearsweep.report import study, two_runs

@@ -4,9 +4,8 @@ import copy
 import json
 
 import fake_physics
-import fake_sweeps
 import pytest
-from test_seek import sought
+from test_seek import searching
 from test_sweep import same_results
 
 import clearsweep
@@ -22,12 +21,12 @@ PAYLOAD = "../<img src=x onerror=alert(1)>"
 
 
 def swept(source, out):
-    return fake_sweeps.sweep(source, out, executor="serial", show_progress=False)
+    return fake_physics.sweep(source, out, executor="serial", show_progress=False)
 
 
 @pytest.fixture(scope="module")
 def source():
-    return sought() | {"figures": LIMITED["figures"]}
+    return searching() | {"figures": LIMITED["figures"]}
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +85,7 @@ def test_an_answer_file_that_is_not_as_written_is_refused_and_made_anew_without_
 
 
 def test_an_answer_file_of_another_run_is_refused(run, tmp_path):
-    swept(sought(limit=0.5), tmp_path / "other")
+    swept(searching(limit=0.5), tmp_path / "other")
     (run / "seek.parquet").write_bytes((tmp_path / "other" / "seek.parquet").read_bytes())
     with pytest.raises(DamagedError, match=r"seek\.parquet"):
         clearsweep.open(run)

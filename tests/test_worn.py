@@ -180,6 +180,19 @@ def test_forces_and_moments_are_the_derivatives_of_what_is_stored(wear):
         assert contact.normal == pytest.approx(math.hypot(load.fx, load.fy), rel=1e-12)
 
 
+def test_a_root_that_lags_reports_no_depth_beyond_that_of_the_shapes():
+    """Newton's step from 20 nm to 0.3 um would be one to 0.9 mm: a penetration that no one had."""
+    worn = joint(BEARING.bins(), JOURNAL.bins(), BEDDED, elastic="winkler")
+    angles = (0.3, -0.7)
+    touching = C - float(overlap(C, 0.0, angles, np.linspace(-0.5, 0.5, 10001)).max())
+    for depth in (3e-7, 1e-5, 1e-4, 1e-3):  # m
+        place = gap(touching + depth, 0.0, angles)
+        nearby, settled = nearest(worn, place), measure(worn, [touching + depth, 0.0, *angles])
+        for pen in (2e-8 * C, 1e-6 * C, 1e-2 * depth, settled):
+            estimate = pressing(worn, nearby, place, pen).depth
+            assert settled * (1.0 - 1e-6) < estimate < 3.0 * settled, (depth, pen)
+
+
 def test_springs_store_what_the_integral_over_the_closed_gap_says():
     worn = joint(BEARING.bins(), JOURNAL.bins(), BEDDED, elastic="winkler")
     for state in ([1.5 * C, 0.3 * C, 0.3, -0.7], [-0.6 * C, 1.45 * C, 2.0, 4.0]):

@@ -5,8 +5,7 @@ from typing import ClassVar
 import h5py
 import numpy as np
 import pytest
-from fake_physics import FAILS, GOOD, Fake, grid
-from fake_sweeps import merge, sweep
+from fake_physics import FAILS, GOOD, Fake, grid, merge, sweep
 from test_sweep import same_results
 
 import clearsweep

@@ -5,7 +5,7 @@ import dataclasses
 import io
 
 import pytest
-from report_fake import Run
+from fake_runs import Run
 
 from clearsweep import grid, simulation
 from clearsweep.language import quantity, wording

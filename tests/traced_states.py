@@ -7,7 +7,6 @@ import numpy as np
 
 from clearsweep.mechanics.compiled.family import WIDTH, form_number, numbers_of
 from clearsweep.mechanics.coupling import rates, trial_step
-from clearsweep.mechanics.joint.places import observed_columns
 from clearsweep.mechanics.solver.accumulate.step_sums import step_width
 from clearsweep.mechanics.solver.dop853 import ROWS
 from clearsweep.mechanics.trace import objects
@@ -45,7 +44,7 @@ def states(scene, seed=7):
     y[2 * half + 1 :] = np.abs(y[2 * half + 1 :])
     mode = drawn.integers(0, 2, size=(contacts, WIDTH))
     numbers = np.array(numbers_of(value), dtype=float)[:, None] * np.ones(WIDTH)
-    shapes = ((latching,), (n,), (ROWS, n), (ROWS, observed_columns(value.joints)), (n,), (step_width(contacts, n),))
+    shapes = ((latching,), (n,), (ROWS, n), (ROWS, rates.observed_width(value)), (n,), (step_width(contacts, n),))
     latched, weight, k, o, end, step = (np.zeros((*shape, WIDTH)) for shape in shapes)
     latched[:], end[:] = 0.5, y
     made = State(numbers, y, mode, latched, weight, k, o, end, step)

@@ -1,1 +1,1 @@
-"""What all rooms hand to each other: a case, a described machine, results, and the names and units of them."""
+"""Data types that all rooms share: a case, a machine, results, and their names and units."""

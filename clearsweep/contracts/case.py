@@ -22,7 +22,7 @@ Table = Mapping[str, tuple[float, ...]]  # column -> its values in SI
 
 
 class Drive(NamedTuple):
-    """What turns the crank: a speed, a table of it over time, a torque, or a motor."""
+    """The drive of the crank: a speed, a table of it over time, a torque, or a motor."""
 
     speed: float = 0.0  # rad/s, constant
     table: Table | None = None  # time (s), speed (rad/s)
@@ -34,7 +34,7 @@ class Drive(NamedTuple):
 
 
 class Load(NamedTuple):
-    """What acts on a mechanism from outside."""
+    """An external load on a mechanism."""
 
     name: str
     form: str  # the name of a law of the family 'load'
@@ -44,7 +44,7 @@ class Load(NamedTuple):
 
 
 class Material(NamedTuple):
-    """What a body is made of."""
+    """The material of a body."""
 
     young: float  # Pa
     poisson: float  # 1
@@ -52,7 +52,7 @@ class Material(NamedTuple):
 
 
 class Materials(NamedTuple):
-    """What the bodies of a joint are made of."""
+    """The materials of the bodies of a joint."""
 
     bearing: Material
     journal: Material
@@ -134,7 +134,7 @@ class Oil(NamedTuple):
 
 
 class Thermal(NamedTuple):
-    """How the heat of a film or of dry friction is led away, and what a dry joint's bodies expand by."""
+    """Heat conduction from a film or from dry friction, and thermal expansion of the bodies of a dry joint."""
 
     conductance: float  # W/K
     ambient: float  # K
@@ -218,7 +218,7 @@ class Joint(NamedTuple):
 
     @property
     def balance(self) -> Thermal | None:
-        """Return how its heat, of its film or of dry friction, is led away; None: no temperature is to be found."""
+        """Return its heat balance, of its film or of dry friction; None: no temperature is to be found."""
         return self.film.thermal if self.film else self.thermal
 
     def warm_clearance(self, temperature: float) -> float:
@@ -252,7 +252,7 @@ class Joint(NamedTuple):
 
 
 class Until(NamedTuple):
-    """When a run has settled."""
+    """Criterion by which a run of open length ends."""
 
     figure: str  # column of the summary
     relative_ci: float  # half-width of its 95 % interval over its value
@@ -260,7 +260,7 @@ class Until(NamedTuple):
 
 
 class Simulate(NamedTuple):
-    """How long, how exactly and from where."""
+    """Length, accuracy and start of a run."""
 
     tolerance: float
     method: str
@@ -278,7 +278,7 @@ class Simulate(NamedTuple):
 
 
 class Life(NamedTuple):
-    """How long a case is to wear, and how closely that is extrapolated from blocks of revolutions."""
+    """Limit of a life, and accuracy of its extrapolation from blocks of revolutions."""
 
     limit: float  # m
     of: str  # 'wear_depth_max' or 'clearance_growth'
@@ -295,7 +295,7 @@ class Life(NamedTuple):
 
 
 class Uncertain(NamedTuple):
-    """How little is known of wear coefficients of a joint: the ends of their 95 % interval."""
+    """A 95 % interval of wear coefficients of a joint."""
 
     joint: str  # as in the grid: 'rod-slider'
     keys: tuple[str, ...]  # of Wear.values
@@ -305,7 +305,7 @@ class Uncertain(NamedTuple):
 
 
 class Save(NamedTuple):
-    """What is kept."""
+    """The results that are kept."""
 
     orbits: str
     samples: int  # per revolution; without a crank in all

@@ -1,4 +1,4 @@
-"""How all that a user names or reads is described: laws, mechanisms, figures of merit, time histories."""
+"""Descriptions of all that a user names or reads: laws, mechanisms, figures of merit, time histories."""
 
 import math
 from collections.abc import Callable
@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 from .outline import Outline
 
-LARGEST = 1e60  # of any quantity in SI, its inverse the least that is not zero: products of several are still numbers
+LARGEST = 1e60  # magnitude of a quantity in SI, its inverse the smallest: products of several must be finite floats
 
-#: What a null of a figure means to a limit, where it means more than "not known".
+#: Meanings of a null of a figure for a limit, other than "not known".
 NOTHING = "nothing"  # there was nothing to measure: every limit is kept
 ENDLESS = "endless"  # it is beyond every number: `at_least` is kept, `at_most` is exceeded
 
@@ -49,12 +49,12 @@ class Field(NamedTuple):
 
 
 def _is_sized(value: float) -> bool:
-    """Return whether a quantity is zero or of a size that can be reckoned with."""
+    """Return whether a quantity is zero or between 1 / LARGEST and LARGEST."""
     return value == 0.0 or 1.0 / LARGEST <= abs(value) <= LARGEST
 
 
 class Range(NamedTuple):
-    """What a law asks of a value that is not its own."""
+    """A range that a law requires of a value outside its own keys."""
 
     path: str  # within the joint, such as 'clearance'; of `Law.trusted` what simulation.advice measures, too
     low: float  # allowed, like all between
@@ -95,12 +95,12 @@ class Law(NamedTuple):
     fields: tuple[Field, ...] = ()
     uses_elastic: bool = True  # family 'law': False where the law brings its own stiffness and takes no `elastic`
     notes: str = ""  # pitfalls
-    needs: tuple[str, ...] = ()  # 'length', 'material', 'bearing_radius', 'modulus', 'hertz': what has to be there, too
+    needs: tuple[str, ...] = ()  # required besides: 'length', 'material', 'bearing_radius', 'modulus', 'hertz'
     ranges: tuple[Range, ...] = ()  # outside of which it is refused
-    trusted: tuple[Range, ...] = ()  # outside of which it can be had, but nothing speaks for it
+    trusted: tuple[Range, ...] = ()  # outside of which it is allowed, but nothing supports its use
     contact: str = ""  # family 'elastic': 'line' of two cylinders, 'ball' in a socket; '': neither
-    yields: bool = False  # family 'law': keeps an indentation, so that it is made for impacts beyond the elastic range
-    unsound: str = ""  # what speaks against it whatever the joint
+    yields: bool = False  # family 'law': leaves an indentation, for impacts beyond the elastic range
+    unsound: str = ""  # objection to its use in any joint
     uses_onset: bool = False  # family 'law': depends on the rate at which a contact began as long as it lasts
     orders: tuple[Order, ...] = ()
     remembers: bool = False  # family 'friction': depends on more than the present sliding
@@ -116,7 +116,7 @@ class JointSite(NamedTuple):
     distal: str
     kind: str = "revolute"  # 'guide': prismatic; 'slot': a pin in one; 'spatial', with flanges, or 'through', without;
     # or 'line': a gap with two ends, which is always there
-    journal: str = ""  # the body it sits on unless the grid says otherwise; left out: the distal one
+    journal: str = ""  # body of the journal unless the grid names it; default: the distal one
 
     @property
     def journals(self) -> tuple[str, str]:
@@ -287,7 +287,7 @@ class Figure(NamedTuple):
 
 
 class Catalogue(NamedTuple):
-    """All there is to choose from, and all that a case may give."""
+    """All laws and mechanisms of a grid, and all figures and channels of a case."""
 
     laws: tuple[Law, ...]
     mechanisms: tuple[Mechanism, ...] = ()  # the first one is meant where none is named

@@ -1,4 +1,4 @@
-"""What a case of a grid gives: its columns and time histories, with names, units and meaning, worked out once."""
+"""Columns and time histories of the cases of a grid, with names, units and meaning."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
@@ -7,6 +7,8 @@ from .case import Case, Joint, column_name
 from .catalogue import Catalogue, Channel, Figure, Mechanism
 from .outline import Outline
 
+PRELOAD = "preload"  # the form of load that presses on a joint with clearance
+FRICTION_POWER = "friction_power"  # the figure that a joint without clearance may have, too
 DIFFERENCE = "_difference"  # what the name of a figure's error check ends in
 CORNERS = 4  # of a guide's block
 MOST_REVOLUTIONS = 1 << 17  # of which peaks and sections are kept, the last ones of a run
@@ -29,7 +31,7 @@ class Column(NamedTuple):
 
 
 class JointLayout(NamedTuple):
-    """What decides what is stored about a clearance joint."""
+    """Properties of a clearance joint that decide what is stored of it."""
 
     name: str  # 'rod_slider': the name of the joint in columns and channels
     wear_bins: int = 0  # angular bins of each body; 0 where no wear is computed
@@ -66,10 +68,11 @@ class Parts(NamedTuple):
     until: str  # simulate.until.figure
     life: str = ""  # the joint that `life` judges, as in columns
     uncertain: bool = False  # wear coefficients are
+    preloads: tuple[str, ...] = ()  # joints with clearance that have a preload
 
 
 def parts_of(case: Case) -> Parts:
-    """Return what of a case decides its layout."""
+    """Return the parts of a case that decide its layout."""
     simulate = case.simulate
     joints = tuple(
         JointLayout(
@@ -95,6 +98,7 @@ def parts_of(case: Case) -> Parts:
         until,
         life,
         bool(case.uncertain),
+        tuple(column_name(load.values["on"]) for load in case.loads if load.form == PRELOAD),
     )
 
 
@@ -106,7 +110,7 @@ def _points(joint: Joint) -> tuple[int, int]:
 
 
 class Layout(NamedTuple):
-    """What a scene has and gives; every case of a grid shares it."""
+    """Joints, columns and channels of a scene; every case of a grid shares it."""
 
     mechanism: str
     turns: bool  # a drive turns it: there are revolutions
@@ -118,6 +122,7 @@ class Layout(NamedTuple):
     error_check: bool = False  # simulate.error_check
     until: str = ""  # simulate.until.figure
     life: str = ""  # the joint that `life` judges
+    frictions: tuple[str, ...] = ()  # the joint of each load that is friction, in the order of the loads
 
     @classmethod
     def of(cls, case: Case, catalogue: Catalogue) -> "Layout":
@@ -130,19 +135,27 @@ class Layout(NamedTuple):
         mechanism = catalogue.outlined(parts.mechanism, parts.outline)
         assert mechanism is not None, parts.mechanism  # a case is of a known one
         asked = {name for name in ASKED if getattr(parts, name)}
+        frictions = (*rubbing_joints(parts.outline), *parts.preloads)
         has = {joint.name: joint.has | ({"judged"} if joint.name == parts.life else set()) for joint in parts.joints}
         return cls(
             mechanism.name,
             mechanism.turns,
             mechanism.output.name if mechanism.output else "",
             parts.joints,
-            columns_of(catalogue, mechanism, has, asked, parts.until),
+            columns_of(catalogue, mechanism, has, asked, parts.until, frictions),
             _channels(catalogue, mechanism, parts.joints),
             parts.horizon,
             parts.error_check,
             parts.until,
             parts.life,
+            frictions,
         )
+
+    @property
+    def rubbing(self) -> tuple[str, ...]:
+        """Return the joints without clearance in which there is friction."""
+        opened = {joint.name for joint in self.joints}
+        return tuple(name for name in dict.fromkeys(self.frictions) if name not in opened)
 
     @property
     def sections(self) -> tuple[tuple[str, str], ...]:
@@ -173,6 +186,7 @@ class Layout(NamedTuple):
     def read(cls, written: Mapping[str, Any]) -> "Layout":
         """Return the layout that `written` gave."""
         listed: dict[str, Any] = {name: tuple(kind(**each) for each in written[name]) for name, kind in _LISTED.items()}
+        listed["frictions"] = tuple(written.get("frictions", ()))
         return cls(**(dict(written) | listed))
 
 
@@ -184,18 +198,27 @@ ASKED = ("horizon", "error_check", "until", "life", "uncertain")
 
 
 def columns_of(
-    catalogue: Catalogue, mechanism: Mechanism, parts: Mapping[str, set], asked: set, until: str = ""
+    catalogue: Catalogue,
+    mechanism: Mechanism,
+    parts: Mapping[str, set],
+    asked: set,
+    until: str = "",
+    frictions: Iterable[str] = (),
 ) -> tuple[Column, ...]:
     """Return the figures of merit of a case, in the order of the summary's columns.
 
     parts : joint with clearance ('rod_slider') -> what it has ('wear', 'film'); asked : those of ASKED that the grid
-    asks for; until : the figure that `simulate.until` judges.
+    asks for; until : the figure that `simulate.until` judges; frictions : the joints of loads that are friction, of
+    which those without clearance have a friction power.
     """
     there = {*asked, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
     columns: list[Column] = []
     for joint, has in parts.items():
         wanted = (figure for figure in catalogue.figures if figure.of == "joint")
         columns += [_column(figure, joint, mechanism) for figure in wanted if there | has >= {*figure.needs}]
+    for joint in dict.fromkeys(frictions):
+        wanted = (figure for figure in catalogue.figures if figure.name == FRICTION_POWER and joint not in parts)
+        columns += [_column(figure, joint, mechanism) for figure in wanted]
     for figure in catalogue.figures:
         if figure.of == "joint" or not there >= {*figure.needs} or (figure.of == "output" and not mechanism.output):
             continue
@@ -209,6 +232,11 @@ def columns_of(
         for column in columns
         for each in ((column, _difference(column)) if column.figure in differing else (column,))
     )
+
+
+def rubbing_joints(outline: Outline) -> tuple[str, ...]:
+    """Return the joint of each load of a grid that is friction, as in columns."""
+    return tuple(column_name(load.on) for load in outline.loads if load.form == "friction")
 
 
 def _column(figure: Figure, joint: str, mechanism: Mechanism, until: str = "", watched: str = "") -> Column:
@@ -282,7 +310,7 @@ _WHERE = {
     "rests": "nothing turns",
     "wear": "the joint wears",
     "film": "the joint has a film",
-    "friction": "the joint has friction",
+    "friction": "the joint has friction; without clearance: by a load",
     "thermal": "the joint has `thermal`",
     "strength": "a yield strength or a hardness is known",
     "spatial": "the joint is spatial",

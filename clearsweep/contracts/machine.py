@@ -14,7 +14,7 @@ GROUND = "ground"  # the body that does not move
 
 
 class Elastic(NamedTuple):
-    """How a link gives along the line between two of its points: a uniform bar of the link's mass, in segments."""
+    """Compliance of a link along the line between two of its points: a uniform bar of the link's mass, in segments."""
 
     near: str  # name of the point nearer the drive
     far: str

@@ -1,4 +1,4 @@
-"""What a case came to: its figures, events, wear and time histories.  What they mean is in `layout`."""
+"""Results of a case: figures, events, wear and time histories.  Their meaning is in `layout`."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

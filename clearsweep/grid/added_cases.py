@@ -1,4 +1,4 @@
-"""What the sections that add cases to a grid have in common: `seek`, `refine`, `optimise` and `identify`.
+"""Shared code of the sections that add cases to a grid: `seek`, `refine`, `optimise` and `identify`.
 
 The added cases themselves are written by a run: run.json keeps them.
 """
@@ -65,7 +65,7 @@ def section_of(
 def over_of(
     reader: Reader, root: WrittenValue, section: WrittenValue, name: str, others: Collection[str], example: str
 ) -> WrittenValue | None:
-    """Return what a section that chooses all cases varies; None where nothing is, or where others choose cases, too."""
+    """Return the `over` of a section that chooses all cases; None if it is missing or another section does so, too."""
     for other in others:
         if other in root.value:
             sentence = f"conflicts with `{other}`; `{name}` chooses all cases itself; remove one of the two"

@@ -1,4 +1,4 @@
-"""Finds how the quantities of a grid are written: as bare numbers, so that SI is assumed for them, or in which unit."""
+"""Finds quantities of a grid that are bare numbers, for which SI is assumed, and the units of all others."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -43,8 +43,9 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
     Left out is what is written without a unit, as an expression, or by the name of a fit or of an entry of a library.
     """
     units = {}
+    among_fits = [path for path, way in reader.way.items() if way == "seek"] if reader.among else []
     for path, node in reader.shape.items():
-        written = reader.swept.get(path) or reader.written.get(path)
+        written = reader.written.get(path) if path in among_fits else reader.swept.get(path) or reader.written.get(path)
         if not isinstance(node, Number) or not node.fields(reader.names) or written is None or path in reader.fits:
             continue
         exponent = reader.values.get(f"{path.rpartition('.')[0]}.exponent")
@@ -57,7 +58,7 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
 
 
 def as_written(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a grid that is read from its `record` in SI lacks: fits and units as they were written."""
+    """Return fits and units as they were written, which a grid that is read from its `record` in SI lacks."""
     units = {path: WrittenUnit(**known) for path, known in record.get("written_units", {}).items()}
     return {"fits": noted(record), "written_units": units}
 

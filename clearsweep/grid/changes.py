@@ -1,4 +1,4 @@
-"""Reads values that options put in place of those of a grid, and puts them where the grid would have them."""
+"""Reads the overrides of a command line and applies them to a grid."""
 
 from collections.abc import Mapping
 from os import PathLike
@@ -14,7 +14,7 @@ SET, SWEEP = "--set", "--sweep"
 
 
 class Changed(NamedTuple):
-    """A grid with values from the command line, each as text in YAML, in place of its own."""
+    """A grid with overrides from the command line, each as text in YAML."""
 
     source: str | PathLike | Mapping
     fixed: Mapping[str, str] = {}  # dotted path -> the value of every case
@@ -22,7 +22,7 @@ class Changed(NamedTuple):
 
 
 def read_options(option: str, given: tuple[str, ...]) -> dict[str, str]:
-    """Return path -> text of what was given with an option, each `PATH=VALUE`; raise InputError where it is not."""
+    """Return path -> text of the values of an option, each `PATH=VALUE`; InputError for any other form."""
     example = "drive.speed=3000rpm" if option == SET else "drive.speed=1000rpm,3000rpm"
     options: dict[str, str] = {}
     wrong = []
@@ -39,7 +39,7 @@ def read_options(option: str, given: tuple[str, ...]) -> dict[str, str]:
 
 
 def put(root: WrittenValue, changed: Changed, problems: Problems) -> WrittenValue:
-    """Return a document with the values of `changed` in it; a value that is nothing takes the key away."""
+    """Return a document with the overrides of `changed`; an empty value removes the key."""
     for path in sorted(changed.fixed.keys() & changed.swept.keys()):
         problems.add(WrittenValue(None, SET), path, f"is given with {SWEEP}, too; give it with one of them")
     for path, text in changed.fixed.items():
@@ -50,7 +50,7 @@ def put(root: WrittenValue, changed: Changed, problems: Problems) -> WrittenValu
 
 
 def _read(origin: str, path: str, text: str, problems: Problems) -> WrittenValue:
-    """Return what a text says in YAML, which was given at `origin`."""
+    """Return the value of a text in YAML, which comes from `origin`."""
     try:
         node = YAML(typ="safe", pure=True).compose(text)
     except YAMLError:

@@ -15,7 +15,7 @@ from .wear_unit import COEFFICIENTS
 
 
 def check(reader: Reader, catalogue: Catalogue) -> None:
-    """Note what does not fit together."""
+    """Report values that conflict with each other."""
     for order in reader.mechanism.orders:
         _below(reader, order.low, order.high, order.reason, equal=order.equal)
     _below(reader, "simulate.discard", "simulate.revolutions", "nothing would be left")
@@ -184,7 +184,7 @@ def _hertzian(reader: Reader, elastic: str, law: Law) -> None:
 
 
 def _needed(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
-    """Return the paths within the joint of what a law of its contact needs besides its own fields."""
+    """Return the paths within the joint of the further keys that a law of its contact needs."""
     if any(reader.there(f"{joint}.contact.{columns.name}") for columns in law.tables):
         return ()  # the table says it all
     needed = tuple("contact.material" if name == "material" else name for name in law.needs if name != "hertz")
@@ -196,7 +196,7 @@ def _needed(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
 
 
 def _roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
-    """Check that rough surfaces have what they follow from: the joint's sizes, and a texture or a profile of it."""
+    """Check that rough surfaces have the joint's sizes, and a texture or a profile of it."""
     rough = f"{joint}.roughness"
     for law in [law for law in catalogue.of("roughness") if law.name in reader.names[f"{rough}.law"]]:
         for needed in law.needs:
@@ -217,7 +217,7 @@ def _roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
 
 
 def _wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
-    """Check what wear needs of its joint, and that its coefficients are there and possible."""
+    """Check the keys of the joint that wear needs, and that its coefficients are present and possible."""
     wear = f"{joint}.wear"
     if not reader.there(f"{joint}.length"):
         sentence = "is missing; wear needs the joint's length along the pin, such as 20 mm"
@@ -259,7 +259,7 @@ def _of_both(reader: Reader, wear: str, key: str, overriding: tuple[str, str], e
 
 
 def _wear_numbers(reader: Reader, wear: str) -> None:
-    """Check that wear coefficients, times the hardness, are such as there are."""
+    """Check that wear coefficients, times the hardness, have a realistic size."""
     bare = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
     hardness = 1.0 if bare else max(reader.reached(f"{wear}.hardness"), default=0.0)
     for path in (f"{wear}.{key}" for key in COEFFICIENTS):
@@ -278,7 +278,7 @@ def _wear_numbers(reader: Reader, wear: str) -> None:
 
 
 def _evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
-    """Check that nothing is next to a shape that acts that is not known with it."""
+    """Check that a joint whose worn shape acts has no key that excludes this."""
     evolve = f"{joint}.wear.evolve"
     if f"{joint}.film" in reader.shape:
         sentence = "is not available with a film, whose formula assumes circles; remove one of the two"

@@ -1,6 +1,6 @@
-"""Reads `define`: quantities of a grid's own, and the expressions of them that are used in place of numbers.
+"""Reads `define`: user-defined quantities, and the expressions of them that are used in place of numbers.
 
-An expression is text that begins with `=`.  It is worked out before anything else is read, so that all other readers
+An expression is text that begins with `=`.  It is evaluated before anything else is read, so that all other readers
 see quantities.  Where a name varies, the numbers that are made of it are worked out again for every case.
 """
 
@@ -76,7 +76,7 @@ class Definitions(NamedTuple):
         return _said(self.values[name], self.units[name])
 
     def reached(self, path: str, axes: Mapping[str, tuple[Any, ...]], way: Mapping[str, str]) -> tuple[float, ...]:
-        """Return every value that a number takes, its names on these axes, which vary in these ways."""
+        """Return every value of a number whose names vary along these axes in these ways."""
         names = sorted(self.varied_in(self.follow[path]))
         groups: dict[str, list[str]] = {}
         for name in names:
@@ -142,7 +142,7 @@ def resolve(
 
 
 def of_resolved(resolved: Mapping[str, Any]) -> Definitions:
-    """Return what a grid defines that `Grid.resolved` gave, or a run.json that contains it."""
+    """Return the definitions of a grid from `Grid.resolved`, or from a run.json that contains it."""
     known = {key: resolved[key] for key in (*_OF_CASES, *_WAYS, *_OVER, "seek") if resolved.get(key)}
     return resolve(written_of(known, ""), Problems())[1] if DEFINE in known else NOTHING
 

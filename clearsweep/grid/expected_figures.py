@@ -2,7 +2,7 @@
 
 from ..contracts.case import column_name
 from ..contracts.catalogue import Catalogue, Mechanism
-from ..contracts.layout import columns_of
+from ..contracts.layout import columns_of, rubbing_joints
 from . import life_keys
 from .keys import Section
 from .reader import Reader
@@ -27,7 +27,7 @@ def figures(reader: Reader, mechanism: Mechanism, catalogue: Catalogue) -> dict[
             parts[column_name(joint.name)].add("strength")
     if life and column_name(life) in parts:
         parts[column_name(life)].add("judged")
-    columns = columns_of(catalogue, mechanism, parts, asked, until)
+    columns = columns_of(catalogue, mechanism, parts, asked, until, rubbing_joints(reader.outline))
     return {column.name: column.unit for column in columns}
 
 

@@ -8,7 +8,7 @@ from .reader import Reader
 
 
 def check(reader: Reader, catalogue: Catalogue) -> None:
-    """Note what does not fit together."""
+    """Report values that conflict with each other."""
     films = [path for path, node in reader.shape.items() if isinstance(node, Section) and _is_film(path)]
     for film in films:
         joint = film.removesuffix(".film")
@@ -95,7 +95,7 @@ def _modulus(reader: Reader, joint: str) -> None:
 
 
 def _nothing_behind(reader: Reader, joint: str) -> None:
-    """Check that nothing is written of a dry contact where there is none."""
+    """Check that a joint without a dry contact has no keys of one."""
     for part in ("friction", "wear", "film.transition"):
         if f"{joint}.{part}" in reader.sections and reader.there(f"{joint}.{part}"):
             path = f"{joint}.{part}"

@@ -163,13 +163,13 @@ class Grid:
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Return what it makes of the columns of its cases: figures of its own, limits."""
+        """Return its user-defined figures and its limits."""
         units = {column.name: column.unit for column in self.layout.columns}
         return Verdict(figures_of(self.figures, units), limits_of(self.limits, self.layout.columns))
 
     @property
     def worst(self) -> int:
-        """Return of how many of the worst cases the revolution of the largest peak is saved."""
+        """Return the number of worst cases of which the revolution of the largest peak is saved."""
         return int(self._values.get(_WORST, 0))
 
     @cached_property
@@ -349,7 +349,7 @@ class Grid:
 
     @cached_property
     def _ways(self) -> dict[str, tuple[str, ...]]:
-        """Return the section of a grid file -> the axes that it says, as far as there are any."""
+        """Return section of a grid file -> its axes, for the sections that have any."""
         stepping = {path for paths in self._steps.values() for path in paths}
         swept = tuple(path for path in self.axes if path not in stepping)
         return ({"sweep": swept} if swept else {}) | self._steps

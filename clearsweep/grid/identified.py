@@ -77,7 +77,7 @@ class Identify(NamedTuple):
 
 
 def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
-    """Return path -> its place and its ends as an axis has them, of what is to be identified."""
+    """Return path -> its place and its ends, as an axis has them, for every key to identify."""
     section = section_of(reader, root, IDENTIFY, KEYS, _EXAMPLE)
     others = ("sweep", "zip", "cases", "sample", "seek", "refine", optimised.OPTIMISE, "life")
     over = over_of(reader, root, section, IDENTIFY, others, _EXAMPLE) if section else None
@@ -98,7 +98,7 @@ def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, Wr
 
 
 def read(reader: Reader, root: WrittenValue) -> Identify | None:
-    """Return what is to be identified, the axes being known; None where nothing is or something is wrong.
+    """Return the section `identify`, the axes being known; None if it is missing or wrong.
 
     The signals have no units yet; `check` gives them, when the channels are known.
     """

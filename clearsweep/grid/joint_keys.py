@@ -2,13 +2,13 @@
 
 from ..contracts.case import Materials
 from ..contracts.catalogue import Catalogue, Field, Law
+from ..contracts.layout import PRELOAD
 from .film_keys import THERMAL
 from .keys import Condition, Name, Number, Rather, Section, Shape, Table, Use, Word, word_key
 from .library import MATERIALS
 from .naming import MATERIAL
 
 JOURNAL = "compatible"  # the elastic law of a journal in a bearing
-PRELOAD = "preload"  # the key of a force on a joint with clearance, and the form of load that it makes
 
 _MATERIAL = (
     Field("young", "Pa", "Young's modulus"),
@@ -44,7 +44,7 @@ def enter_friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
 
 
 def enter_preload(tree: Shape, path: str, catalogue: Catalogue) -> None:
-    """Enter what presses on a joint whether it touches or not."""
+    """Enter the preload of a joint, which also acts without contact."""
     text = "constant force on the joint, such as a seal's; its friction acts as a couple, friction x bearing_radius"
     laws = frozenset(law.name for law in catalogue.of("friction") if not law.remembers)
     use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))

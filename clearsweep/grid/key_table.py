@@ -73,6 +73,12 @@ _SLOT = (
     Field("clearance", "m", "between the pin and each wall, with the pin in the middle"),
     Field("bearing_radius", "m", "half the width of the slot; the pin's radius is smaller by the clearance"),
     Field("slot_length", "m", "length of the slot between the centres of its rounded ends", low_open=False),
+    Field("length", "m", "length along the pin; wear needs it", optional=True),
+)
+_ON_FLAT = "hertz-line"  # the pressure of wear in a slot: others are of a journal in a bearing
+_STICKING_GUIDE = (
+    "a guide with clearance touches at up to four corners, which would share one sticking force; take lugre or "
+    "elasto-plastic, which stick by their bristles, or a guide without clearance under a load with this friction"
 )
 _TIME_LIMIT = Field(
     "time_limit",
@@ -337,6 +343,10 @@ def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> Non
         del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
     enter_friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.sticks)))
+    refused = {law.name: _STICKING_GUIDE for law in catalogue.of("friction") if law.sticks}
+    friction = tree[f"{path}.friction.law"]
+    assert isinstance(friction, Word)
+    tree[f"{path}.friction.law"] = friction._replace(refused=refused)
 
 
 def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
@@ -348,6 +358,10 @@ def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None
         del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
     enter_friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.remembers)))
+    laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _ON_FLAT)
+    _wear(tree, path, catalogue._replace(laws=laws))
+    del tree[f"{path}.wear.evolve"]
+    tree[f"{path}.wear.pressure"] = Word((_ON_FLAT,), "the pressure of the pin on a flat wall or a round end", _ON_FLAT)
 
 
 def _either(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:

@@ -10,7 +10,7 @@ Names = Mapping[str, Set[str]]  # path of a law's name -> the names in play
 
 
 class Use(NamedTuple):
-    """One way in which a key is in use: what it means there, and the law names that all have to be chosen."""
+    """One meaning of a key, and the law names that all have to be chosen for it."""
 
     field: Field
     when: tuple[Condition, ...] = ()
@@ -36,7 +36,7 @@ class Number(NamedTuple):
 
 
 class Rather(NamedTuple):
-    """Another default of a Word, and where it applies; paths are written or swept."""
+    """A conditional default of a Word; paths count if they are written or swept."""
 
     word: str
     one_of: tuple[str, ...] = ()  # one of these paths is there, if any are named
@@ -86,7 +86,7 @@ class Name(NamedTuple):
 
 
 class Flag(NamedTuple):
-    """A key that asks for something if it is true; written false it is as if left out, unless it has a default."""
+    """A key that is true or false; false is the same as absent, unless the key has a default."""
 
     text: str
     default: bool | None = None  # it is entered, true or false, where there is one

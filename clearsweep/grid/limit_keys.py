@@ -1,4 +1,4 @@
-"""What a grid file says of columns: `figures`, which it makes of them, and `limits`, which it sets them."""
+"""Reads `figures`, user-defined columns, and `limits` of columns."""
 
 from typing import Any
 
@@ -56,7 +56,7 @@ def _unknown(name: str, units: dict[str, str]) -> str:
 
 
 def _taken(reader: Reader, name: str) -> str:
-    """Return why a figure of a grid's own cannot have this name, '' if it can."""
+    """Return why a user-defined figure cannot have this name, '' if it can."""
     if name in reader.figures:
         return "is a column already; give the figure another name"
     if name in (EXCEEDED, MARGIN, "case_id", "status", "message", *expression.FUNCTIONS):

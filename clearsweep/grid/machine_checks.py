@@ -1,4 +1,4 @@
-"""The checks of what a grid names itself: how bodies hang together, what drives and loads them."""
+"""The checks of user-defined machines: connections between bodies, drives and loads."""
 
 from ..contracts.catalogue import Catalogue
 from ..contracts.outline import GROUND, JointOutline
@@ -9,7 +9,7 @@ _REACHES = "no chain of joints leads from the ground to it; join it to a body th
 
 
 def check(reader: Reader, catalogue: Catalogue) -> None:
-    """Note what does not fit together."""
+    """Report values that conflict with each other."""
     if reader.outline.bodies and "mechanism.bodies" in reader.shape:
         _bodies(reader)
         _driven(reader)
@@ -40,7 +40,7 @@ def _ends(reader: Reader, joint: JointOutline) -> tuple[str, str] | None:
 
 
 def _bodies(reader: Reader) -> None:
-    """Check that there is a ground, that no joint joins a body with itself, and that every body hangs on something."""
+    """Check that there is a ground, that no joint joins a body with itself, and that every body is connected."""
     outline, section = reader.outline, "mechanism.bodies"
     if GROUND not in {body.name for body in outline.bodies}:
         sentence = "is missing; write the body that does not move, such as ground: {points: {main: [0 mm, 0 mm]}}"
@@ -191,7 +191,8 @@ def _guides(reader: Reader, sticking: set[str]) -> None:
         if site.kind == "guide" and inertia in reader.shape and not reader.there(inertia):
             sentence = f"is missing; with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
             reader.problems.add(reader.place("mechanism.slider"), inertia, sentence)
-        for other in (other for other in reader.shape if other.endswith(".wear") and other.startswith("joints.")):
+        worn = (other for other in reader.shape if other.endswith(".wear") and other.startswith("joints."))
+        for other in worn if site.kind == "guide" else ():
             sentence = f"is not computed with clearance in {site.name}, a {site.kind}; leave it out"
             reader.problems.add(reader.place(other), other, sentence)
         for other in (path for path in reader.names if path.endswith(".friction.law")):

@@ -1,4 +1,4 @@
-"""Whether the time histories of cases find room."""
+"""Checks that the time histories of cases fit into the memory and on the disk."""
 
 import os
 

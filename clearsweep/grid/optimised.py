@@ -58,7 +58,7 @@ class Choice(NamedTuple):
 
 
 class Optimise(NamedTuple):
-    """What is to be made small or large, in SI."""
+    """Objectives, and the values to choose from, in SI."""
 
     over: dict[str, Choice]
     objectives: tuple[tuple[str, bool], ...]  # column, and whether it is to be large
@@ -96,7 +96,7 @@ def ends(column: str) -> tuple[str, str]:
 
 
 def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
-    """Return path -> its place and its values as an axis has them, of what is to vary; note the kinds of choices."""
+    """Return path -> its place and its values, as an axis has them, for all keys to vary; note the kinds of choices."""
     section = section_of(reader, root, OPTIMISE, KEYS, _EXAMPLE)
     others = ("sweep", "zip", "cases", "sample", "seek", "refine")
     over = over_of(reader, root, section, OPTIMISE, others, _EXAMPLE) if section else None
@@ -135,7 +135,7 @@ def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | 
 
 
 def read(reader: Reader, root: WrittenValue) -> Optimise | None:
-    """Return what is to be optimised, the axes being known; None where nothing is or something is wrong."""
+    """Return the section `optimise`, the axes being known; None if it is missing or wrong."""
     section = section_in(root, OPTIMISE)
     paths = [path for path, way in reader.way.items() if way == OPTIMISE]
     if section is None or not isinstance(section.value, dict) or not paths or not set(paths) <= reader.axes.keys():

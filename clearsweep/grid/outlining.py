@@ -1,4 +1,4 @@
-"""Finds what a grid names itself: its form of drive, loads, bodies and joints, as far as they can be read."""
+"""Finds the outline of a grid: form of its drive, loads, bodies and joints, as far as they can be read."""
 
 import re
 from collections.abc import Iterable, Mapping

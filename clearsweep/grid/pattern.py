@@ -1,4 +1,4 @@
-"""What the cases with the same law names share: all but a few values, so that a further case costs little."""
+"""Shared content of the cases with the same law names: all but a few values, so that a further case costs little."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""What a document says, path by path, as far as it has been read."""
+"""State of the reader of a grid: the values of a document, path by path, as far as they have been read."""
 
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -18,7 +18,7 @@ from .sampling import Distribution, Sample
 
 @dataclass
 class Reader:
-    """What a document says, path by path."""
+    """The values of a document, path by path."""
 
     problems: Problems
     mechanism: Mechanism  # the one named, or the likeliest
@@ -54,7 +54,7 @@ class Reader:
     defined: Definitions = NOTHING
 
     def place(self, path: str) -> WrittenValue:
-        """Return the value to blame for the value at `path`: its own, or the section's that lacks it."""
+        """Return the value to report a mistake at `path` for: its own, or that of the section that lacks it."""
         while path and path not in self.swept and path not in self.written and path not in self.sections:
             path = path.rpartition(".")[0]
         return self.swept.get(path) or self.written.get(path) or self.sections[path]

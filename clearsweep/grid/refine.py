@@ -18,7 +18,7 @@ _EXAMPLE = "{along: limits, cases: 200}"
 
 
 class Refine(NamedTuple):
-    """How many further cases are put where the border runs, and which values may lie between those of the grid."""
+    """Number of further cases along the border, and the values that may lie between those of the grid."""
 
     cases: int  # at most
     paths: tuple[str, ...]  # swept numbers
@@ -29,7 +29,7 @@ class Refine(NamedTuple):
 
 
 def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Refine | None:
-    """Return how the grid is refined, its axes being known; None where it is not or something is wrong."""
+    """Return the section `refine`, the axes being known; None if it is missing or wrong."""
     noted = len(reader.problems)
     section = section_of(reader, root, REFINE, KEYS, _EXAMPLE)
     if section is None:

@@ -34,7 +34,7 @@ DISTRIBUTIONS = {
 
 
 class Sample(NamedTuple):
-    """What `sample` says but for the distributions."""
+    """The section `sample` without its distributions."""
 
     method: str
     n: int

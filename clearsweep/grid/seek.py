@@ -24,7 +24,7 @@ _AMONG = "{fits: [H7/g6, H7/f7]}"
 
 
 class Seek(NamedTuple):
-    """What is searched for, in SI."""
+    """The value that is searched for, and how, in SI."""
 
     end: str  # one of ENDS
     paths: tuple[str, ...]  # in step: all have the same value
@@ -143,7 +143,7 @@ def _among(
 
 
 def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | None:
-    """Return what is searched for, its axis being known; None where nothing is or something is wrong."""
+    """Return the section `seek`, its axis being known; None if it is missing or wrong."""
     section = section_in(root, SEEK)
     paths = tuple(path for path, way in reader.way.items() if way == SEEK)
     if section is None or not paths or not set(paths) <= reader.axes.keys():

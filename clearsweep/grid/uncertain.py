@@ -1,4 +1,4 @@
-"""Reads `uncertain`: how little is known of wear coefficients, from which a life gets a second interval."""
+"""Reads `uncertain`: intervals of wear coefficients, from which a life gets a second interval."""
 
 import re
 from collections.abc import Iterator, Mapping

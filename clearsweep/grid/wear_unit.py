@@ -1,4 +1,4 @@
-"""Finds out what the wear coefficients of a grid are in: unless it says so, bare numbers with a hardness are k H."""
+"""Finds the unit of wear coefficients: by default, bare numbers next to a hardness are dimensionless, k H."""
 
 from collections.abc import Iterator
 

@@ -15,14 +15,14 @@ BANDS = (
     *((65, 90), (91, 128), (129, 181), (182, 256), (257, 362), (363, 512), (513, 724), (725, 1024)),
 )
 HARMONICS = 12  # of the energy of impacts over the crank angle, which say where in a revolution it is
-RIGID_ORDERS = 12  # the motion without clearance has hardly any power above; what is above is taken for impacts
+RIGID_ORDERS = 12  # above, the power is attributed to impacts: motion without clearance has hardly any there
 THRESHOLD = 0.2  # of the median over revolutions of the largest value above RIGID_ORDERS: beyond, it is an impact
 WEAK = 0.05  # rms of an order over that of the signal, below which its phase cannot be followed
 APART = 48  # at most so many impacts are distinguished in a revolution
 
 
 class Features(NamedTuple):
-    """What stays of a signal; in its unit."""
+    """Features of a signal, in its unit."""
 
     rms: float  # about its mean
     peak_median: float  # of the largest absolute values of its revolutions, about the mean
@@ -34,7 +34,7 @@ class Features(NamedTuple):
 
 
 class Statistics(NamedTuple):
-    """What the features of a signal are made of, revolution by revolution."""
+    """Statistics of each revolution of a signal, from which its features follow."""
 
     square: "np.ndarray"  # (turns,) mean square about the mean of the signal
     peak: "np.ndarray"  # (turns,)
@@ -113,19 +113,19 @@ def noise(chance: "np.random.Generator", turns: "np.ndarray", orders: float) -> 
 
 
 def density(angle: "np.ndarray") -> float:
-    """Return how many samples a revolution has, of ascending crank angles (rad)."""
+    """Return the number of samples per revolution of ascending crank angles (rad)."""
     import numpy as np
 
     return float(TURN / np.median(np.diff(angle)))
 
 
 def common_band(*densities: float) -> float:
-    """Return up to which order signals with so many samples a revolution can be compared."""
+    """Return the highest order at which signals with these numbers of samples per revolution can be compared."""
     return USED_BAND * min(*densities, LARGEST_GRID) / 2.0
 
 
 def grid_of(orders: float) -> int:
-    """Return how many samples a revolution needs for a band up to these orders."""
+    """Return the number of samples per revolution that a band up to these orders needs."""
     samples = SAMPLES
     while samples < min(2.0 * orders / USED_BAND, LARGEST_GRID) - 1e-6:
         samples *= 2
@@ -158,7 +158,7 @@ def revolutions(
 
 
 def shift(measured: "np.ndarray", computed: "np.ndarray", highest: int | None = None) -> int:
-    """Return by how many samples a revolution that was measured lags behind the computed one, from 0 on.
+    """Return the lag (samples, from 0 on) of a measured revolution behind the computed one.
 
     Both are means over revolutions, (samples,); it is where their circular correlation is largest.
 

@@ -1,4 +1,4 @@
-"""How a life is described: hours with the interval of its numerics, and what uncertain wear coefficients make of it."""
+"""Text for a life: hours with the interval of the numerics and that of uncertain wear coefficients."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What was identified of a measured machine, in words: how sure it is, and whether the model explains the signals."""
+"""Sentences on an identified machine: certainty of its values, and whether the model explains the signals."""
 
 import math
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ LISTED = 4  # features that are named
 
 
 def certainty(parameter: Mapping[str, Any]) -> str:
-    """Return what to add to an interval: that the data hardly determine the value, or that the range ends it."""
+    """Return the remark on an interval: the data hardly determine the value, or the interval ends at the range."""
     words = {"not": "the data do not determine it", "weakly": "the data determine it weakly"}
     parts = [words[parameter["determined"]]] if parameter["determined"] in words else []
     if parameter["ends"] and parameter["determined"] == "well":
@@ -29,7 +29,7 @@ def difference(fit: Mapping[str, Any]) -> str:
 
 
 def sentences(identified: Mapping[str, Any], joints: int) -> list[str]:
-    """Return what to know of the intervals: misfit, keys that trade off, priors, what the signals were taken as."""
+    """Return sentences on the intervals: misfit, keys that trade off, priors, treatment of the signals."""
     lines = [_misfit(identified)]
     for first, second, size in identified["traded"]:
         names = f"{wording.axis_name(first, joints)} and {wording.axis_name(second, joints)}"
@@ -56,7 +56,7 @@ def sentences(identified: Mapping[str, Any], joints: int) -> list[str]:
 
 
 def _misfit(identified: Mapping[str, Any]) -> str:
-    """Return whether the model explains what was measured."""
+    """Return the sentence on whether the model explains the measurement."""
     if identified["explained"]:
         return (
             "The model explains what was measured within the errors that are assumed; a law that differs by less is "

@@ -19,14 +19,14 @@ _LEAST, _MOST = True, False  # which end of the ranking figure is the worst
 
 
 class Candidate(NamedTuple):
-    """The columns by which one joint, or the whole mechanism, is ranked: by the first of them."""
+    """Columns of one joint, or of the whole mechanism; the first of them ranks it."""
 
     joint: str  # 'rod_slider', '' for the mechanism
     columns: tuple[str, ...]
 
 
 class Lead(NamedTuple):
-    """What ranks the cases of a run."""
+    """The ranking of the cases of a run."""
 
     question: str  # one of QUESTIONS, the first that the run answers
     title: str  # of the closing table
@@ -52,12 +52,12 @@ class Lead(NamedTuple):
         return np.take_along_axis(values, which[None], axis=0)[0], which
 
     def ranking(self, values: np.ndarray) -> np.ndarray:
-        """Return values as numbers that are larger the worse the case is, -inf for null."""
+        """Return numbers that grow from the best case to the worst, -inf for null."""
         return np.where(np.isnan(values), -np.inf, -values if self.smallest else values)
 
 
 def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | None = None) -> Lead:
-    """Return what ranks the cases of a run with this layout and these limits.
+    """Return the ranking of the cases of a run with this layout and these limits.
 
     grid : as run.json contains it, of which the sections that choose cases count
 
@@ -91,7 +91,7 @@ def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | N
 
 
 def _optimised(asked: Mapping[str, Any], limited: tuple[str, ...]) -> Lead:
-    """Return what ranks cases by the objectives of `optimise`."""
+    """Return the ranking by the objectives of `optimise`."""
     written = {sense: asked.get(sense) or [] for sense in SENSES}
     objectives = [name for names in written.values() for name in ([names] if isinstance(names, str) else names)]
     names = (*objectives, *((MARGIN,) if limited else ()))
@@ -110,7 +110,7 @@ _BY_CONTENT: tuple[tuple[str, str, bool, dict[str, str]], ...] = (
 
 
 def no_limits(layout: Layout) -> str:
-    """Return which limit to add to a grid that asks nothing of its cases."""
+    """Return the limit to suggest for a grid without limits."""
     there = {column.name for column in layout.columns}
     lead = lead_of(layout, ())
     if lead.question == "film":

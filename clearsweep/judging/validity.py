@@ -1,7 +1,7 @@
-"""Remarks where cases leave what their laws are made for, and where figures of a finished case cannot be meant.
+"""Remarks on cases outside the range of their laws, and on implausible figures of finished cases.
 
-Yield and a law's range are figures of their own.  The message of a case gives the rest, and the law's range besides: a
-list of remarks, each of which begins with a word.
+Yield and the range of a law have columns of their own. The message of a case is a list of remarks, each of which begins
+with a keyword. It repeats the range of a law and has all other remarks.
 """
 
 import math
@@ -15,8 +15,8 @@ from ..language.wording import joint_name, short_id
 #: Figures of a joint.  The first is judged over the second, the approach speed at which a contact first yields.
 ONSET_RATE, YIELD_SPEED, LIMIT_SHARE = "onset_rate_max", "yield_speed", "law_limit_fraction"
 _FIGURES = {ONSET_RATE: 1.0, LIMIT_SHARE: 0.0}  # -> value above which there is a remark
-#: What remarks in the message of a case begin with: past its law's range, a contact that never ends and keeps the rate
-#: at which it began, and what nobody can have meant.
+#: Keywords of the remarks in a message: a law beyond its range, a contact that never ends and keeps its onset rate,
+#: implausible results.
 LAW_LIMIT, ONSET_KEPT = "law-limit: ", "onset-kept: "
 WORN_AWAY, PV_HIGH = "worn-away: ", "pv-high: "
 TOO_DEEP, WORN_THROUGH, IMBALANCE = "too-deep: ", "worn-through: ", "imbalance: "
@@ -27,9 +27,9 @@ FILM_UNSURE = "film-unsure: "  # the temperature of its film is not known closel
 TAYLOR = 41.3  # above, vortices begin between cylinders of which the inner one turns (Taylor 1923)
 FRICTION_HEAT, HEATING, LEADS = "friction-heat: ", 100.0, 1.0  # K, W/K
 BALL = "ball-stiffness: "  # a stiffness that follows from the material, of a ball in a socket
-UNCHECKED = "unchecked: "  # its error check came to nothing
-UNREACHED = "unreached: "  # its life did not come to the limit
-LIFE_FAILED = "life-failed: "  # a life at an end of what its wear coefficients may be
+UNCHECKED = "unchecked: "  # its error check failed
+UNREACHED = "unreached: "  # its life did not reach the limit
+LIFE_FAILED = "life-failed: "  # a life at an end of the interval of its wear coefficients
 SMOOTHED = "smoothed: "  # its worn shapes were smoothed more widely than an arc of contact is
 WIDE_SMOOTHING = math.radians(4.0)
 BETWEEN = " | "  # remarks in a message
@@ -47,7 +47,7 @@ RESIDUAL, LEAST_RESIDUAL, MOST_RESIDUAL = 10.0, 1e-9, 1e-2
 
 
 def columns(joints: Iterable[str], known: Collection[str]) -> list[str]:
-    """Return the columns of the summary that decide whether there is a remark on some joints ('rod_slider').
+    """Return the columns of the summary from which the remarks on some joints ('rod_slider') follow.
 
     known : all columns; a joint whose strength is not known has no `yield_speed`, and nothing is said of its yielding.
     """
@@ -77,7 +77,7 @@ class Remarks:
         self.worst = dict.fromkeys(_FIGURES, _Worst(0.0, "", "", ""))
 
     def add(self, cases: Mapping[str, Sequence[Any] | np.ndarray]) -> None:
-        """Take in finished cases, column of the summary -> its values, with at least `columns`."""
+        """Add finished cases: column of the summary -> its values, with at least `columns`."""
         ids, messages = cases["case_id"], cases["message"]
         self.cases += len(ids)
         for place in (place for place, message in enumerate(messages) if message):
@@ -176,7 +176,7 @@ def _remark(message: str | None, word: str) -> str:
 
 
 class Reached(NamedTuple):
-    """How far a joint came in a case."""
+    """Largest penetration and wear of a joint in a case."""
 
     joint: str  # 'rod-slider'
     penetration: float  # m, largest
@@ -212,7 +212,7 @@ def worn_through(joints: Iterable[Reached]) -> str:
 
 
 class Rubbed(NamedTuple):
-    """How hard a joint that wears is rubbed in a case."""
+    """Load and wear of a joint in a case."""
 
     joint: str  # 'rod-slider'
     rate: float  # m/s, of the deepest wear
@@ -222,7 +222,7 @@ class Rubbed(NamedTuple):
 
 
 def worn_away(joints: Iterable[Rubbed]) -> str:
-    """Return the remark on wear that comes to the bearing's radius within 1000 h."""
+    """Return the remark on wear that reaches the bearing's radius within 1000 h."""
     remarks = [
         f"{joint.joint} loses {_mm(THOUSAND_HOURS * joint.rate)} in 1000 h at a bearing radius of "
         f"{_mm(joint.bearing_radius)}"
@@ -263,7 +263,7 @@ def smoothed(widths: Iterable[tuple[str, float | None]]) -> str:
 
 
 class Lubricated(NamedTuple):
-    """What became of the film of a joint in a case."""
+    """State of the film of a joint in a case."""
 
     joint: str  # 'rod-slider'
     limit: float  # eccentricity ratio up to which its formula is valid
@@ -276,7 +276,7 @@ class Lubricated(NamedTuple):
 
 
 def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
-    """Return the remarks on films: past their limit, squeezed out, not laminar, feeding energy in."""
+    """Return the remarks on films: beyond their limit, squeezed out, not laminar, generating energy."""
     joints = list(joints)
     share_beyond = [
         f"{joint.joint} is beyond the eccentricity ratio {joint.limit:g}, from which on it is evaluated there, for "
@@ -319,7 +319,7 @@ def unsure_films(joints: Iterable[tuple[str, float, float, float]]) -> str:
 
 
 def friction_heat(joints: Iterable[tuple[str, float, float | None]]) -> str:
-    """Return the remark on dry joints that their friction heats by more than HEATING: (joint, W, W/K or None)."""
+    """Return the remark on dry joints that friction heats by more than HEATING: (joint, W, W/K or None)."""
     hot = [
         f"{joint}: friction power {power:.3g} W {'heats' if leads else 'would heat'} a dry joint by "
         f"{'' if leads else 'some '}{power / (leads or LEADS):.3g} K at {leads or LEADS:g} W/K"
@@ -355,7 +355,7 @@ def _mm(length: float) -> str:
 
 
 def past_limits(spent: Iterable[tuple[str, str, float, float]]) -> str:
-    """Return the message of a finished case from (joint, elastic law, its limit in m, share of the time beyond it)."""
+    """Return the remark on elastic laws beyond their range: (joint, law, limit in m, share of the time beyond it)."""
     excesses = [
         f"{joint} is deeper than {1e3 * limit:.4g} mm, up to which {law} holds, for {_percent(share)} of the time"
         for joint, law, limit, share in spent
@@ -365,7 +365,7 @@ def past_limits(spent: Iterable[tuple[str, str, float, float]]) -> str:
 
 
 def kept_onsets(lasting: Iterable[tuple[str, float]]) -> str:
-    """Return the message of a finished case from (joint, onset rate in m/s) of contacts that keep it and never end."""
+    """Return the remark on contacts that never end and keep their onset rate: (joint, onset rate in m/s)."""
     kept = [
         f"{joint} never loses contact in the window, and its law keeps the {rate:.3g} m/s of the first touch"
         for joint, rate in lasting

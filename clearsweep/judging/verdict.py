@@ -1,4 +1,4 @@
-"""What a grid makes of its cases' columns: figures of its own, and which cases keep to its limits, by what margin."""
+"""User-defined figures and limits of a grid: their columns, the limits that a case exceeds, its margin."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -40,7 +40,7 @@ class Limit(NamedTuple):
         return allowed
 
     def short_by(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return how far (in the column's unit) each case is on the good side of the bound, negative beyond it."""
+        """Return the distance of each case to the bound, in the column's unit, negative beyond it."""
         import numpy as np
 
         with np.errstate(all="ignore"):
@@ -64,7 +64,7 @@ class Limit(NamedTuple):
         return unknown
 
     def fails(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return which cases do not keep to the limit: those beyond the bound, and those that cannot be judged."""
+        """Return which cases exceed the limit or cannot be judged."""
         import numpy as np
 
         failing: np.ndarray = (self.short_by(columns) < 0.0) | self.unknown(columns)
@@ -84,8 +84,14 @@ class Limit(NamedTuple):
         return np.where(usable, np.clip(margin, -most, most), np.nan)
 
 
+def units_of(record: Mapping[str, Any]) -> dict[str, str]:
+    """Return the SI unit of every column of a run, by its run.json."""
+    own = {figure.name: figure.unit for figure in of_record(record).figures}
+    return {column["name"]: column["unit"] for column in record["layout"]["columns"]} | own
+
+
 class Own(NamedTuple):
-    """A figure of a grid's own."""
+    """A user-defined figure."""
 
     name: str
     text: str  # expression of columns
@@ -93,7 +99,7 @@ class Own(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """All that a grid makes of columns."""
+    """User-defined figures and limits of a grid."""
 
     figures: tuple[Own, ...] = ()
     limits: tuple[Limit, ...] = ()
@@ -110,14 +116,14 @@ class Verdict(NamedTuple):
         return tuple(figures)
 
     def needs(self) -> set[str]:
-        """Return the columns that it is made of."""
+        """Return the columns that it needs."""
         own = {figure.name for figure in self.figures}
         used = {name for figure in self.figures for name in expression.names_in(figure.text)}
         used |= {name for limit in self.limits for name in (limit.column, limit.times) if name}
         return used - own
 
     def of_case(self, summary: Mapping[str, Any], *, failed: bool = False) -> dict[str, Any]:
-        """Return what it adds to the summary of one case, None for null there and here."""
+        """Return the added columns of one case from its `summary`; None is null in both."""
         if not (self.figures or self.limits):
             return {}
         if failed:
@@ -131,7 +137,7 @@ class Verdict(NamedTuple):
         return {name: None if values[0] != values[0] else values.tolist()[0] for name, values in evaluated.items()}
 
     def evaluate(self, columns: "Mapping[str, np.ndarray]") -> "dict[str, np.ndarray]":
-        """Return what it adds to the columns (n,) of some finished cases, NaN for null there and here.
+        """Return the added columns (n,) of finished cases from their `columns` (n,); NaN is null in both.
 
         A case that cannot be judged counts as exceeding its limit, and its margin is null.
         """
@@ -152,7 +158,7 @@ class Verdict(NamedTuple):
         return evaluated
 
     def unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return which cases some limit cannot judge; `columns` hold own figures, too."""
+        """Return which cases some limit cannot judge; `columns` include the user-defined figures."""
         import numpy as np
 
         unknown: np.ndarray = np.any([limit.unknown(columns) for limit in self.limits], axis=0)
@@ -191,7 +197,7 @@ def limits_of(written: Mapping[str, Any], columns: Iterable[Column] = ()) -> tup
 
 
 def of_record(record: Mapping[str, Any]) -> Verdict:
-    """Return what a grid, as run.json contains it, makes of its cases' columns."""
+    """Return the Verdict of a grid as run.json contains it."""
     columns = [Column(**column) for column in record["layout"]["columns"]]
     units = {column.name: column.unit for column in columns}
     limits = limits_of(record.get("limits") or {}, columns)
@@ -199,7 +205,7 @@ def of_record(record: Mapping[str, Any]) -> Verdict:
 
 
 def figures_of(written: Mapping[str, str], units: Mapping[str, str]) -> tuple[Own, ...]:
-    """Return a grid's own figures, each of columns and those before it; InputError where one cannot be read."""
+    """Return the user-defined figures of a grid, functions of columns and earlier figures; InputError for a mistake."""
     known, figures = dict(units), []
     for name, text in written.items():
         known[name] = expression.unit_of(text, known)

@@ -1,1 +1,1 @@
-"""What is said and understood in words: errors, units, numbers as people read them, figures of a user's own."""
+"""Errors, units, numbers as people read them, user-defined figures: all that is said and understood in words."""

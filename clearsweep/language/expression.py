@@ -1,4 +1,4 @@
-"""Arithmetic on columns of the summary or on defined quantities, its units checked.  Nothing is run but what is here.
+"""Arithmetic on columns of the summary or on defined quantities, with a check of units.  No other code is run.
 
 An expression is read by Python's own grammar, of which a few forms are taken and all else is refused: names, numbers,
 quantities in quotes ('5 kN'), + - * /, ** with a number, brackets, and the functions below.
@@ -15,7 +15,7 @@ from . import quantity
 from .errors import InputError, nearest, shown
 
 if TYPE_CHECKING:
-    import numpy as np  # loaded only where values are worked out
+    import numpy as np  # loaded only where values are computed
 
 LONGEST = 500  # characters
 _SUMS: dict[type, Callable] = {ast.Add: operator.add, ast.Sub: operator.sub}
@@ -29,10 +29,10 @@ Dimension = dict[str, Fraction]
 
 
 class Vocabulary(NamedTuple):
-    """What the names in an expression are, for messages."""
+    """Words for the names of an expression, as messages need them."""
 
     names: str
-    unknown: str  # what a name is not
+    unknown: str  # text for an unknown name
     example: str
 
 
@@ -110,7 +110,7 @@ def _expected(vocabulary: Vocabulary) -> str:
 
 
 class _Checked:
-    """The dimensions of expressions of some names."""
+    """Dimensions of expressions over known names."""
 
     def __init__(self, units: Mapping[str, str], vocabulary: Vocabulary):
         self.units, self.vocabulary = units, vocabulary

@@ -84,7 +84,7 @@ class Phase:
         return spent * (1.0 / self.share - 1.0) if self.share and spent >= SETTLED else None
 
     def further(self) -> str:
-        """Return what else a line about this phase says."""
+        """Return further words for a line about this phase."""
         return ""
 
 
@@ -156,7 +156,7 @@ def progress(first: int = 0) -> Progress | None:
 
 
 def innermost() -> Phase | None:
-    """Return the phase that was opened last of those that are open."""
+    """Return the open phase that was opened last."""
     return next(reversed(list(_open)), None)
 
 
@@ -166,7 +166,7 @@ def innermost_once() -> bool:
 
 
 def outermost(first: int = 0) -> Phase | None:
-    """Return the phase that was opened first of those that are open, from the place `first` on."""
+    """Return the open phase that was opened first, from the place `first` on."""
     return next(iter(list(_open)[first:]), None)
 
 
@@ -208,7 +208,7 @@ class Display:
                 print(printable(sentence), file=sys.stderr, flush=True)
 
     def close(self) -> None:
-        """Leave nothing on the terminal that is to be redrawn."""
+        """Remove a line that would be redrawn from the terminal."""
         with self.lock:
             self._clear()
 
@@ -330,7 +330,7 @@ class Latest:
 
 @contextlib.contextmanager
 def estimated() -> Iterator[Latest]:
-    """Yield what keeps the latest estimate of the time that the work within takes."""
+    """Yield a Latest, which keeps the latest estimate of the time of the work within."""
     listener = Latest()
     _listeners.append(listener)
     try:

@@ -1,4 +1,4 @@
-"""Up to which approach speed contacts stay elastic: the column of every joint, in sentences, cards and pictures."""
+"""Approach speeds up to which contacts stay elastic, in sentences, cards and pictures."""
 
 import numpy as np
 

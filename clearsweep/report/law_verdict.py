@@ -1,4 +1,4 @@
-"""Whether the choice of a law decides which designs keep to the limits."""
+"""Effect of the choice of a law on which designs keep to the limits."""
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,7 @@ from .table import Column, Table, counted
 
 
 def of_axis(study: Study, groups: Matched) -> Part:
-    """Return what the laws on an axis do to the verdict at otherwise equal values; nothing without limits."""
+    """Return the effect of the laws on an axis on the verdict, all else equal; nothing without limits."""
     if verdict.EXCEEDED not in study.cases:
         return Part([], [], [])
     ids = groups.pairs["case_id"]

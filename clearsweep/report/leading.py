@@ -24,7 +24,7 @@ LEADS = {
 
 
 def led_by(layout: Layout, limits: Iterable[Limit], has: Callable[[str], bool], grid: Mapping[str, Any]) -> Lead:
-    """Return what leads a page; of limits the first on a figure of a joint, which any case `has`.
+    """Return the leading figure of a page; of limits the first on a figure of a joint that any case `has`.
 
     grid : as run.json contains it.
     """

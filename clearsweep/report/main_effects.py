@@ -1,4 +1,4 @@
-"""What a swept value does to a figure by itself: medians over its values, its share of the variation."""
+"""Main effects of swept values on a figure: medians over the values, share of the variation."""
 
 from typing import NamedTuple
 

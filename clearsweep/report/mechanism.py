@@ -25,11 +25,12 @@ def picture(case: Case) -> Picture | None:
         return None
     bodies = ", ".join(body.name for body in sketch.bodies if body.name != GROUND)
     opened = ", ".join(joint.name for joint in sketch.joints if joint.open) or "none"
+    elastic = ", ".join(body.name for body in sketch.bodies if body.gives is not None)
     angle = f"{math.degrees(sketch.angle):.6g}°"
     return Picture(
         f"The mechanism at crank angle {angle}",
-        "Red: joints with clearance.  +: centres of mass.",
-        f"Bodies {bodies}; with clearance: {opened}.",
+        "Red: joints with clearance.  +: centres of mass." + ("  Zigzag: elastic links." if elastic else ""),
+        f"Bodies {bodies}; with clearance: {opened}.{f' Elastic: {elastic}.' if elastic else ''}",
         lambda ax: mechanism.paint(ax, sketch),
         (WIDTH, min(mechanism.height(sketch, WIDTH), HIGHEST)),
     )

@@ -41,7 +41,7 @@ class History(NamedTuple):
     def painter(
         self, values: np.ndarray, unit: str, name: str, ideal: np.ndarray | None = None
     ) -> Callable[[Axes], None]:
-        """Return what draws a quantity (SI) over the angle of the drive, over time where nothing turns."""
+        """Return a function that draws a quantity (SI) over the angle of the drive; over time where nothing turns."""
         angle = self.angle
         if angle is None:
             return lambda ax: motion.over_time(ax, self.time, values, unit, name)
@@ -49,7 +49,7 @@ class History(NamedTuple):
 
 
 class JointHistory(NamedTuple):
-    """How a quantity of a case goes over its history, and how it would without clearance."""
+    """A quantity of a joint over the history of a case, and the same without clearance."""
 
     name: str
     unit: str  # SI
@@ -79,7 +79,7 @@ def saved_of(study: Study, case_id: str, path: Mapping) -> History:
 
 
 def courses(study: Study, case_id: str, saved: History) -> list[JointHistory]:
-    """Return how forces in joints, acceleration of the output and torque go, with the ideal mechanism's."""
+    """Return histories of joint forces, output acceleration and torque, each with that of the ideal mechanism."""
     ideal, courses = _ideal(study, case_id, saved), []
     for joint in study.joints:
         reaction = ideal.reactions.get(joint.title) if ideal else None
@@ -276,7 +276,7 @@ def _straight(study: Study, joint: Joint) -> bool:
 
 
 def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]:
-    """Return the forces of a case that its history is to be compared with: name, N."""
+    """Return the forces with which the history of a case is compared: name, N."""
     if study.cases.place(case_id) < 0:
         return []
     columns = [(name, joint.column(figure)) for figure, name in LEVELS]

@@ -1,4 +1,4 @@
-"""Measured signals compared with the computed ones: which case is nearest, how far the crank angle is off."""
+"""Measured signals compared with computed ones: the nearest case, the offset of the crank angle."""
 
 from collections.abc import Mapping
 from os import PathLike

@@ -1,4 +1,4 @@
-"""The report: one HTML file that carries all it shows and asks nothing of the network, its tables and its pictures."""
+"""The report: one self-contained HTML file; its tables and its pictures as files."""
 
 import itertools
 from os import PathLike
@@ -19,7 +19,7 @@ from .study import Study
 
 
 class Page(NamedTuple):
-    """A page before it is written: its name, what kind of page it is, the axes that are varied, its sections."""
+    """A page before it is written: its name, its kind, the axes that vary, its sections."""
 
     name: str
     kind: str

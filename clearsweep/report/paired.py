@@ -1,4 +1,4 @@
-"""How a figure goes with one swept value where all else is equal: pairs of cases, and no distribution assumed."""
+"""Trend of a figure with one swept value, all else equal: from pairs of cases, without assumed distributions."""
 
 import itertools
 import math
@@ -11,7 +11,7 @@ EXACT = 3000  # comparisons up to which the chance of orders is counted; of more
 
 
 def power(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
-    """Return the power of `x` with which a figure goes, its interval, and how many pairs of cases were compared.
+    """Return the exponent of `x` in the trend of a figure, its interval, and the number of pairs of cases.
 
     The power is the median slope of log figure over log x of all pairs of a row; the interval contains what the orders
     within the rows do not contradict (Sen 1968, J. Am. Stat. Assoc. 63:1379; several rows as blocks: Hirsch, Slack &

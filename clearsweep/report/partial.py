@@ -1,4 +1,4 @@
-"""Opens a run that is not finished: the cases that it has so far are put together as if it had ended with them."""
+"""Opens an unfinished run: its finished cases are put together as if it had ended with them."""
 
 import dataclasses
 import shutil

@@ -1,4 +1,4 @@
-"""A picture of the report: what it shows in words, how it is painted, and its form as one inline SVG."""
+"""A picture of the report: its description, its painter, and its form as an inline SVG."""
 
 import functools
 import html
@@ -58,7 +58,7 @@ class Sheet(FigureCanvasBase):
     """
 
     def get_renderer(self) -> RendererAgg:
-        """Return what measures."""
+        """Return the renderer that measures texts."""
         return _measure(self.figure.dpi)
 
 

@@ -1,4 +1,4 @@
-"""One case in motion: what the page's player is given of its histories."""
+"""One case in motion: the histories that the player of a page needs."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""What a sample says in tables: how figures spread, how likely limits are exceeded, what drives the spread."""
+"""Tables of a sample: spread of figures, chance to exceed limits, variables that drive the spread."""
 
 import itertools
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from .table import Column, Quantity, Table, counted
 
 
 class Judged(NamedTuple):
-    """One figure of merit whose spread is shown."""
+    """A figure of merit whose spread is shown."""
 
     column: str
     name: str
@@ -167,9 +167,8 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
     ]
     if not measured:
         sentences.append(
-            "Chaos was not measured in this run, only bounded: its share of the variance is at most the "
-            "smallest total index of a variable that moves anything. simulate: {error_check: true} "
-            "measures it."
+            "Chaos was not measured in this run, only bounded. Its share of the variance is at most the smallest "
+            "total index of a variable that has an effect. simulate: {error_check: true} measures it."
         )
     return Table("sensitivity", "Sobol indices", note, columns, rows), sentences
 
@@ -199,9 +198,8 @@ def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]
                 head = (figure.name, figure.unit, *point_cells(study, sample), names[effect.path])
                 rows.append((*head, *cells, _blur(effect)))
     note = (
-        "One variable at a time, the others at their medians. Scatter: how far the figure moves under disturbances "
-        "of one part in a thousand million of the variables' ranges, or a tenth of the tolerance where the run "
-        "tried that too."
+        "One variable at a time, the others at their medians. Scatter: change of the figure under disturbances of "
+        "1e-9 of the variables' ranges, or at a tenth of the tolerance if that was run."
     )
     sentences = [_advice(list(chaotic), "chaotic")] if chaotic else []
     return Table("one_at_a_time", "One-at-a-time effects", note, columns, rows), sentences
@@ -221,7 +219,7 @@ def _chance_cells(chance: Chance, verdict: str, *, shown: bool) -> list[Quantity
 
 
 def _blur(effect: Effect) -> str:
-    """Return what is to be said of an effect compared with its scatter, '' for nothing."""
+    """Return the remark on an effect compared with its scatter, '' for none."""
     if effect.chaotic:
         return "chaotic: scatter as large as the effect"
     blurred = effect.blurred()
@@ -229,7 +227,7 @@ def _blur(effect: Effect) -> str:
 
 
 def _advice(figures: list[str], verdict: str) -> str:
-    """Return what to do about figures that are chaotic or may be."""
+    """Return advice on figures that are chaotic or may be."""
     several = len(figures) > 1
     state = f"{'are' if several else 'is'} {'' if verdict == 'chaotic' else 'not known to be free of '}"
     state += "chaotic here" if verdict == "chaotic" else "chaos here"

@@ -61,7 +61,7 @@ class Facts(NamedTuple):
 
 
 class Interactive(NamedTuple):
-    """What a script of the page makes of data, and what is said where no script runs."""
+    """Data for a script of the page, and the text for readers without scripts."""
 
     kind: str  # 'explorer', 'player' or 'worn': the script of that name
     key: str  # of the data

@@ -1,4 +1,4 @@
-"""What a sample says about the figures of a run: spread, chance of exceeding a limit, and which variable drives it.
+"""Statistics of a sample of cases: spread of figures, chance of exceeding a limit, sensitivity to each variable.
 
 Intervals take the points as independent; for Sobol points and Latin hypercubes, which spread more evenly, they are
 wider than need be.  Nothing here knows how the figures came about.
@@ -72,7 +72,7 @@ class Spread(NamedTuple):
 
 
 class Effect(NamedTuple):
-    """What one variable alone does to one figure, from its 5 % to its 95 % quantile."""
+    """Effect of one variable alone on one figure, from its 5 % to its 95 % quantile."""
 
     path: str
     low: float  # the figure at the 5 % quantile, the others in the middle
@@ -96,7 +96,7 @@ class Index(NamedTuple):
 
 
 class Chance(NamedTuple):
-    """How much of a figure's variance over a design is chance: chaos, or the tolerance."""
+    """Share of chance in a figure's variance over a design: chaos, or the tolerance."""
 
     share: float  # 0 to 1; NaN for a figure that does not vary
     measured: bool  # from cases run again; else the most that the design allows for

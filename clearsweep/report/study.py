@@ -113,7 +113,7 @@ class Study(NamedTuple):
 
     @property
     def lead(self) -> Lead:
-        """Return what leads by the question of the grid."""
+        """Return the leading figure by the question of the grid."""
         return led_by(self.run.layout, self.limits, self.has, self.run.grid)
 
     @property
@@ -329,17 +329,17 @@ def cells(study: Study, values: np.ndarray, axes: tuple[Axis, Axis]) -> list[np.
 
 
 def largest(values: np.ndarray) -> float:
-    """Return the worst of what should be small."""
+    """Return the worst value of a figure that should be small."""
     return float(values.max())
 
 
 def smallest(values: np.ndarray) -> float:
-    """Return the worst of what should be large."""
+    """Return the worst value of a figure that should be large."""
     return float(values.min())
 
 
 def median(values: np.ndarray) -> float:
-    """Return the middle of what is neither worse where it is more nor where it is less."""
+    """Return the middle value of a figure that is neither worse where it is larger nor where it is smaller."""
     return float(np.median(values))
 
 

@@ -1,4 +1,4 @@
-"""Two runs compared case by case: what differs in their setup, which cases both have, how far their figures differ."""
+"""Two runs compared case by case: differences of setup, shared cases, differences of figures."""
 
 from typing import NamedTuple
 
@@ -173,7 +173,7 @@ def _cases(pairs: Pairs) -> Table:
 
 
 def _setup(pairs: Pairs) -> list[tuple[str, str]]:
-    """Return what both hold fixed and differs: dotted path, the value of A and that of B."""
+    """Return the fixed values of both that differ: dotted path, the value of A and that of B."""
     values = []
     for study in (pairs.first, pairs.second):
         swept = {axis.path for axis in study.axes}

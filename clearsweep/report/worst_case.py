@@ -7,7 +7,7 @@ from .study import Study
 
 
 def question(study: Study) -> order.Lead:
-    """Return what ranks the cases of a study."""
+    """Return the ranking of the cases of a study."""
     return order.lead_of(study.run.layout, study.limits, study.run.grid)
 
 

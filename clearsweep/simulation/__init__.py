@@ -12,6 +12,7 @@ from .advice import advice_text, laws_text
 from .ensemble import compile_together, solve_each
 from .ideal import ideal_motion, ideal_peaks, mechanism_of
 from .life_block import Log
+from .links import ElasticLink, elastic_links
 from .peak_revolution import peak_revolution
 from .scene import build, catalogue, derived, load_case, signature, warnings
 from .sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
@@ -19,6 +20,7 @@ from .trajectory import compile_for, compile_loop, simulate
 
 __all__ = [
     "FINEST",
+    "ElasticLink",
     "IdealMotion",
     "Sketch",
     "SketchedBody",
@@ -33,6 +35,7 @@ __all__ = [
     "derived",
     "elastic_choices",
     "elastic_forces",
+    "elastic_links",
     "ideal_motion",
     "ideal_peaks",
     "jam_angle",

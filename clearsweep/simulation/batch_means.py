@@ -1,8 +1,8 @@
-"""How well a run has settled its figures: 95 % intervals from blocks of revolutions.
+"""95 % intervals of figures from blocks of revolutions (batch means).
 
-A figure is taken over blocks of equally many revolutions, from what its sums grow by in each; Student's interval of the
-mean of the blocks is that of the figure.  As a run grows, two blocks are made one whenever there are more than MOST, so
-that what is left of their dependence fades; what shows of it between neighbours (lag 1, if positive) widens the
+A figure is computed for blocks of equally many revolutions, from the growth of its sums in each. Its interval is
+Student's interval of the mean of the blocks. As a run grows, blocks are merged in pairs whenever there are more than
+MOST, which reduces their dependence. A correlation that remains between neighbours (lag 1, r if positive) widens the
 interval by sqrt((1 + r) / (1 - r)), as for a first-order autoregressive process.
 """
 
@@ -28,12 +28,12 @@ class Interval(NamedTuple):
     blocks: int
 
     def within(self, relative: float) -> bool:
-        """Return whether the interval is narrower than this share of the value to either side."""
+        """Return whether the half-width is at most this share of the value; False for too few blocks."""
         return self.blocks >= LEAST and self.half_width <= relative * abs(self.value)
 
 
 class Blocks:
-    """What some figures of a scene sum up to, at the ends of the blocks of a run that is under way."""
+    """Sums of some figures of a scene at the ends of the blocks of a run."""
 
     def __init__(self, layout: Layout, figures: Iterable[str]):
         self.layout = layout
@@ -43,7 +43,7 @@ class Blocks:
         self.turns, self.stride = 0, 1  # revolutions noted, and those of a block
 
     def note(self, work: Work) -> bool:
-        """Take down the sums at the end of a revolution of a run (event.Work); return whether a block ends here."""
+        """Record the sums at the end of a revolution of a run (event.Work); return whether a block ends here."""
         ends = self.turns % self.stride == 0
         self.turns += 1
         if ends:

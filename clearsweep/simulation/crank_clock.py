@@ -1,4 +1,4 @@
-"""What a run is measured along: where its revolutions begin and end, in time or in the angle of a free crank."""
+"""The independent variable of a run and the ends of its revolutions: time, or the angle of a free crank."""
 
 import math
 from typing import NamedTuple
@@ -12,7 +12,7 @@ PATIENCE = 100.0  # turns at the nominal speed during which a crank that is free
 
 
 class Steady(NamedTuple):
-    """A crank at constant speed: time; also where nothing turns."""
+    """Clock of a crank at constant speed, or of a machine without a crank: time."""
 
     turn: float  # s, that it takes for a revolution
 
@@ -27,7 +27,7 @@ class Steady(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """A crank whose speed follows a table: time."""
+    """Clock of a crank whose speed follows a table: time."""
 
     times: np.ndarray  # (rows,) s, first row at 0 or before
     speeds: np.ndarray  # (rows,) rad/s
@@ -54,7 +54,7 @@ class Followed(NamedTuple):
 
 
 class Free(NamedTuple):
-    """A free crank: its angle."""
+    """Clock of a free crank: its angle."""
 
     start: float  # rad
 
@@ -69,7 +69,7 @@ class Free(NamedTuple):
 
 
 def turning_of(machine: Machine | None, turn: float) -> Steady | Followed | Free:
-    """Return what runs of a machine are measured along; `turn` (s): a revolution at its nominal speed."""
+    """Return the clock of a machine; `turn` (s): a revolution at its nominal speed."""
     if machine is None or not isinstance(machine.drive, (Schedule, Motor)):
         return Steady(turn)
     if isinstance(machine.drive, Motor):
@@ -78,7 +78,7 @@ def turning_of(machine: Machine | None, turn: float) -> Steady | Followed | Free
 
 
 def followed(schedule: Schedule) -> Followed:
-    """Return the course of a table from t = 0 on, constant before its first row."""
+    """Return the clock of a table of speeds from t = 0 on, constant before its first row."""
     later = schedule.times > 0.0
     times = np.concatenate([[0.0], schedule.times[later]])
     speeds = np.concatenate([[np.interp(0.0, schedule.times, schedule.speeds)], schedule.speeds[later]])

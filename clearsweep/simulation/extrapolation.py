@@ -1,14 +1,15 @@
-"""Many cycles from few: what blocks of revolutions wear off, extrapolated in jumps until a limit is reached.
+"""Extrapolation of wear in jumps of many revolutions, from the rates of short blocks, up to a limit.
 
-What has worn is a vector x, a block gives its rates r(x) per revolution, and dx/dn = r(x) is integrated by a predictor
-and a corrector.  The next block is run with x* = x + M r(x) and gives r(x*); along that way rates are taken to change
-evenly with what is judged, so that where the trapezoidal rule arrives, x + M (r(x) + r') / 2, they are r' = r + alpha
-(r* - r), alpha = 1 / (1 - (q* - q) / 2 q), q being the rates of what is judged; where the way slid alone acts, alpha is
-1.  r' serves the next jump: each costs one block.  The share of what wears off in a jump that the rates before and
-after it put in different places, sum |r* - r| / sum (r* + r), decides on M: beyond the tolerance the jump is made again
-at half the length.  What the 95 % intervals of the rates explain of the difference does not count.  (Jumps whose length
-adapts itself: Mukras, Kim, Sawyer, Jackson & Bergquist 2009, Wear 266:822; predictor and corrector: Heun's method, of
-order two.)
+The worn state is a vector x. A block gives its rates r(x) per revolution, and dx/dn = r(x) is integrated by a predictor
+and a corrector. The next block is run at the predicted x* = x + M r(x) and gives r(x*). Between the two, rates are
+taken as linear in the judged quantity. The trapezoidal rule then arrives at x + M (r(x) + r') / 2, with r' = r + alpha
+(r* - r) and alpha = 1 / (1 - (q* - q) / 2 q). Here q is the rate of the judged quantity; alpha is 1 if only the sliding
+distance acts. The next jump starts with r', so each jump costs one block.
+
+The length M follows from the share of the wear in a jump that the rates before and after it put in different places,
+sum |r* - r| / sum (r* + r). Beyond the tolerance the jump is repeated at half the length. Differences that the 95 %
+intervals of the rates explain do not count. (Jumps of adaptive length: Mukras, Kim, Sawyer, Jackson & Bergquist 2009,
+Wear 266:822; predictor and corrector: Heun's method, of order two.)
 """
 
 import itertools
@@ -27,7 +28,7 @@ FURTHEST = 2.0**60  # times the first guess at the way to the limit: beyond, it 
 
 
 class Block(Protocol):
-    """What a block of revolutions gives."""
+    """Wear rates that a block of revolutions gives."""
 
     rate: np.ndarray  # (n,) per revolution
     width: np.ndarray  # (n,) half of its 95 % interval, inf where it is not known
@@ -35,17 +36,17 @@ class Block(Protocol):
 
 
 class Judge(Protocol):
-    """What the limit is of: a function of the vector of what has worn."""
+    """The limited quantity as a function of the worn state."""
 
     def value(self, state: np.ndarray, /) -> float:
-        """Return what it comes to."""
+        """Return the quantity."""
 
     def slope(self, state: np.ndarray, /) -> np.ndarray:
         """Return its derivatives (n,)."""
 
 
 class Plan(NamedTuple):
-    """How far to go, and in which jumps."""
+    """Limit and step control of an extrapolation."""
 
     limit: float
     tolerance: float
@@ -60,7 +61,7 @@ class Plan(NamedTuple):
 
 
 class Node(NamedTuple):
-    """What has worn after so many revolutions, and how it goes on from there."""
+    """Worn state after a number of revolutions, and the rates from there."""
 
     revolutions: float
     state: np.ndarray
@@ -69,7 +70,7 @@ class Node(NamedTuple):
 
 
 class Life(NamedTuple):
-    """How it went on, and when it came to its limit."""
+    """Course of a life, and the revolutions to its limit."""
 
     nodes: tuple[Node, ...]  # from 0 to the limit, or as far as the blocks reached
     reached: bool
@@ -87,9 +88,9 @@ class Life(NamedTuple):
 
 
 def lived(measure: Callable[[np.ndarray], Any], criterion: Judge, settings: Plan, start: np.ndarray) -> Life | None:
-    """Return how what wears goes on from `start`, (n,), to its limit; None where a block failed.
+    """Return the life from the worn state `start`, (n,), to its limit; None where a block failed.
 
-    measure : what has worn -> the Block that is run with it, None where it failed
+    measure : worn state -> the Block that is run in it, None where it failed
     """
     first = measure(start)
     if first is None:
@@ -142,7 +143,7 @@ def _corrected(before: np.ndarray, after: np.ndarray, slope: np.ndarray) -> np.n
 
 
 def _within(here: Node, end: Node, part: float) -> Node:
-    """Return what has worn a `part` (revolutions) into a jump, in which the rates go evenly from one to the other."""
+    """Return the worn state `part` revolutions into a jump, in which the rates change linearly."""
     share = part / (end.revolutions - here.revolutions)
     rate = here.rate + share * (end.rate - here.rate)
     return Node(here.revolutions + part, here.state + 0.5 * part * (here.rate + rate), rate, end.block)
@@ -155,7 +156,7 @@ def _cut(limit: float, criterion: Judge, here: Node, end: Node) -> Node:
 
 
 def misplaced(here: Node, there: Block, groups: tuple[slice, ...]) -> float:
-    """Return the share of what wears off that rates before and after put in different places, in the worst group."""
+    """Return the share of the wear that the rates before and after put in different places, in the worst group."""
     allowed = np.hypot(*(np.where(np.isfinite(block.width), block.width, 0.0) for block in (here.block, there)))
     off = np.maximum(np.abs(there.rate - here.rate) - allowed, 0.0)
     shares = [0.0]
@@ -183,7 +184,7 @@ def revolutions_to(limit: float, criterion: Judge, here: Node, fastest: float) -
 
 
 def _root(function: Callable[[float], float], last: float) -> float:
-    """Return where a function that is below zero at 0 and not at `last` comes to zero."""
+    """Return the zero of a function that is below zero at 0 and not at `last`."""
     from scipy.optimize import brentq
 
     return float(brentq(function, 0.0, last, xtol=1e-14 * last, rtol=1e-14))

@@ -1,7 +1,7 @@
-"""The figures of merit: one block each, with all there is to say of it and its formula over what was summed up.
+"""The figures of merit: one block each, with name, unit, text and formula over the sums of the motion.
 
-To add one is to add its block; columns, units, `until`, `limits`, the JSON Schema, all tables follow from that.  The
-order is that of the columns.
+A new figure needs its block alone: columns, units, `until`, `limits`, the JSON Schema and all tables follow.  The order
+is that of the columns.
 """
 
 import math
@@ -15,7 +15,7 @@ from ..mechanics.solver.accumulate import totals as total_columns
 from . import film_figures, life_figures, wear_figures
 from .peak_figures import PEAKS, RETURNS, ideal_peak
 from .spatial_figures import SPATIAL
-from .sums import ForceExceeded, Mean, PerRevolution, RootMean
+from .sums import ForceExceeded, Mean, PerRevolution, RootMean, of_joint
 from .window import Window
 
 
@@ -27,7 +27,7 @@ def largest(column: int, of: str = "joint") -> Callable[[Window, int], float]:
 
 
 def depth(window: Window, place: int) -> float:
-    """Return how far (m) the journal came beyond the bearing, negative where it never touched it."""
+    """Return the largest penetration (m) of the journal, negative if it never touched the bearing."""
     return float(max(window.totals.joint[place, total_columns.DEPTH_MAX], -window.joints[place].clearance))
 
 
@@ -341,14 +341,15 @@ FIGURES = (*JOINT, *MECHANISM, *RETURNS, *WATCHED, RESIDUAL, *COST, SETUP)
 
 
 def column_of(layout: Layout, name: str) -> tuple[Figure, int | None]:
-    """Return the figure that a column of the summary contains, and the place of its joint, None for no joint's."""
+    """Return the figure of a column of the summary and the index of its joint; None: of no joint."""
     column = next(column for column in layout.columns if column.name == name)
     figure = next(figure for figure in FIGURES if figure.name == column.figure)
-    return figure, _places(layout).get(column.joint)
+    return of_joint(figure, layout, column.joint), _places(layout).get(column.joint)
 
 
 def _places(layout: Layout) -> dict[str, int]:
-    return {joint.name: place for place, joint in enumerate(layout.joints)}
+    places = {joint.name: place for place, joint in enumerate(layout.joints)}
+    return places | {joint: place for place, joint in enumerate(layout.rubbing)}
 
 
 def figures_of(window: Window, *, failed: bool = False) -> dict:
@@ -365,7 +366,7 @@ _Formula = tuple[str, Callable, int | None, type]  # column, formula of its figu
 
 
 class Shared(NamedTuple):
-    """What all cases of a layout share on the way to their summaries."""
+    """Values that all cases of a layout share."""
 
     layout: Layout | None
     figures: tuple[Figure, ...]  # FIGURES
@@ -392,7 +393,7 @@ def _formulas(layout: Layout, figures: tuple[Figure, ...]) -> list[_Formula]:
     known, places = {figure.name: figure for figure in figures}, _places(layout)
     formulas: list[_Formula] = []
     for column in layout.columns:
-        figure = known.get(column.figure)
+        figure = column.figure in known and of_joint(known[column.figure], layout, column.joint)
         formula = figure and (figure.sums.value if figure.settles else figure.value)
         if figure and formula:
             formulas.append((column.name, formula, places.get(column.joint), int if figure.kind == "int" else float))

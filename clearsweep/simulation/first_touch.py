@@ -1,4 +1,4 @@
-"""How far a worn joint lets its journal go: the eccentricity at which its surfaces touch first, in any direction."""
+"""Largest eccentricity of the journal in a worn joint: where its surfaces touch first, in any direction."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 class Touch(NamedTuple):
-    """Where the journal comes furthest before it touches."""
+    """The largest eccentricity of a journal before its surfaces touch."""
 
     growth: float  # m, of the eccentricity over the clearance of the unworn joint
     bearing: int  # bins that touch there
@@ -15,7 +15,7 @@ class Touch(NamedTuple):
 
 
 def first_touch(clearance: float, bearing: np.ndarray, journal: np.ndarray, turned: np.ndarray) -> Touch:
-    """Return where the journal comes furthest before it touches.
+    """Return the largest eccentricity of a journal before its surfaces touch.
 
     With the gap clearance + h_bearing + h_journal - e cos(phi - gamma), a journal that goes in the direction gamma
     touches at e = min over phi of (clearance + h_bearing + h_journal) / cos(phi - gamma), to first order in what is

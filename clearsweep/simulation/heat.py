@@ -1,26 +1,28 @@
-"""The temperature at which a joint settles: what it loses is led away.
+"""Temperature of a joint in equilibrium of its losses and the heat that is led away.
 
-The warmer its oil, the thinner that is; the warmer a dry joint, the wider or narrower its clearance.
-
-It is the equilibrium, T = ambient + mean loss / conductance of every joint with a heat balance, not the hours of
-warming up.  The case is run at a temperature, its loss gives the next one by the secant method, until the two differ by
-no more than CLOSE or NEAR of the rise above ambient.  After PATIENT runs a difference within the scatter of the
-revolutions is accepted, too, up to UNSURE of the rise.  The first guess, the ambient, is never accepted.
+The warmer the oil of a joint, the thinner it is; the warmer a dry joint, the wider or narrower its clearance. The
+temperature is that of equilibrium, T = ambient + mean loss / conductance of every joint with a heat balance; the hours
+of warming up are left out. The case is run at a temperature, and its loss gives the next one by the secant method,
+until the two differ by no more than CLOSE or NEAR of the rise above ambient. After PATIENT runs a difference within the
+scatter of the revolutions is accepted, too, up to UNSURE of the rise. The first guess, the ambient temperature, is
+never accepted.
 """
 
 import dataclasses
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..contracts.case import COLD, Case, Joint
+from ..contracts.layout import Layout
 from ..mechanics.solver import run_control
 from ..mechanics.solver.accumulate.totals import FRICTION_ENERGY, HEAT
 from ..mechanics.solver.event import Work
 from .run import integrated
 from .scene import Scene, build
 from .sums import half_width
+from .window import by_joint
 
 CLOSE = 0.02  # K
 NEAR = 0.01  # of the rise
@@ -33,7 +35,7 @@ TIGHTEST = 0.01  # of the cold clearance: a joint that is warmer than where this
 
 
 class Balance(NamedTuple):
-    """Where the heat balances of a case are, joint by joint."""
+    """Temperatures of the joints of a case, and where their heat balances point."""
 
     temperature: dict[str, float]  # K, by column name
     width: dict[str, float]  # K, half of the 95 % interval; inf: too few revolutions to give one
@@ -57,16 +59,17 @@ class _Blocks:
 
     parts = 1
 
-    def __init__(self, rows: list[int], columns: list[int]):
-        """Take the contacts to look at, and the column of each in which its heat settles."""
-        self.rows, self.columns = rows, columns
+    def __init__(self, layout: Layout, rows: list[int], columns: list[int]):
+        """Take the joints to look at, and the column of each in which its heat settles."""
+        self.layout, self.rows, self.columns = layout, rows, columns
         self.times: list[float] = []
         self.sums: list[np.ndarray] = []
 
     def see(self, work: Work) -> bool:
         """Note the time (s) and what has been summed up (J); the run goes on."""
         self.times.append(float(work.y[work.time]))
-        self.sums.append(work.totals.joint[self.rows, self.columns].copy())  # type: ignore[attr-defined]
+        totals: Any = work.totals  # mypy takes it for a tuple of anything
+        self.sums.append(by_joint(totals, self.layout).joint[self.rows, self.columns].copy())
         return False
 
 
@@ -150,12 +153,9 @@ def _warm(joint: Joint, temperature: float) -> Joint:
 
 def _losses(scene: Scene, names: list[str]) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the mean loss (W) in some joints over the window, and half of its 95 % interval; None: the run failed."""
-    ends = np.cumsum([len(joint.contacts) for joint in scene.layout.joints])
-    looked = [
-        (int(end) - 1, joint) for end, joint in zip(ends, scene.layout.joints, strict=True) if joint.name in names
-    ]
+    looked = [(row, joint) for row, joint in enumerate(scene.layout.joints) if joint.name in names]
     rows, columns = [row for row, _ in looked], [HEAT if joint.film else FRICTION_ENERGY for _, joint in looked]
-    settings, blocks = scene.case.simulate, _Blocks(rows, columns)
+    settings, blocks = scene.case.simulate, _Blocks(scene.layout, rows, columns)
     end = scene.crank_clock.at(settings.revolutions)
     run = integrated(scene, np.empty(0), end, (blocks,), turned=True)
     if run.status != run_control.OK:

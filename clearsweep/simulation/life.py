@@ -1,9 +1,9 @@
-"""The life of a case: blocks of revolutions, each run with what has worn before it, from which wear is extrapolated.
+"""The life of a case: blocks of revolutions, each run in a worn state, from which wear is extrapolated.
 
-Every block begins as the case does, with `discard` again, and not where the one before it ended: between the two its
-surfaces have moved by more than a penetration, so that nothing is true any more of the contacts there.  So a block is a
-function of what has worn and of nothing else, blocks err independently of each other, and what they find is all that
-has to be kept for a life that is killed to come to the same end.
+Every block starts as the case does, `discard` included, and not from the end of the last block. Between the two blocks
+the surfaces have moved by more than a penetration, so the old contacts no longer apply. Thus a block is a function of
+the worn state alone, and the errors of blocks are independent. A life that was killed is resumed from the results of
+its blocks, with the same end.
 """
 
 import dataclasses
@@ -32,10 +32,10 @@ HOUR = 3600.0  # s
 
 
 class Ageing:
-    """What wears in a case: the vector of what has worn, the blocks that say how fast, and what follows from it."""
+    """Wear of a case: the worn state, a vector; the blocks that give its rates; the figures of its life."""
 
     def __init__(self, scene: Scene, log: Log | None, number: int = 0, name: str = ""):
-        """Take the scene with nothing worn, and where to keep what blocks find.
+        """Take the unworn scene and the log for the results of blocks.
 
         number : of the life among those of its case, 0 is the case's own.  They share a log and are run one by one.
         name : of a further life, in the words of its progress.
@@ -58,7 +58,7 @@ class Ageing:
         self.progress = LifePhase(limits, len(self.records), name)
 
     def further(self, case: Case, name: str) -> "Ageing":
-        """Return what wears in another case, one life further, which shares the time and the log of this one."""
+        """Return the Ageing of another case, one life further, with the processor time and the log of this one."""
         self.lives += 1
         scene = dataclasses.replace(build(case), deadline=self.scene.deadline, verdict=self.scene.verdict)
         other = Ageing(scene, self.log, self.lives, name)
@@ -67,16 +67,16 @@ class Ageing:
 
     @property
     def alike(self) -> bool:
-        """Return whether nothing that has worn changes the motion."""
+        """Return whether the motion does not depend on the wear."""
         return not any(joint.wear.evolve for joint in self.scene.case.joints if joint.wear)
 
     @property
     def constant(self) -> bool:
-        """Return whether nothing that has worn changes how it goes on."""
+        """Return whether the wear rates do not depend on the wear."""
         return self.alike and not any(joint.wear.running_in for joint in self.scene.case.joints if joint.wear)
 
     def settings(self) -> Plan:
-        """Return how far to go, and in which jumps."""
+        """Return limit and step control of the extrapolation."""
         case, life, first = self.scene.case, self.life, np.full(self.size, math.inf)
         for part in self.parts:
             first[part.both] = FIRST * min(joint.clearance for joint in case.joints)
@@ -97,17 +97,17 @@ class Ageing:
         )
 
     def scene_at(self, state: np.ndarray) -> Scene:
-        """Return the scene with what has worn."""
+        """Return the scene in a worn state."""
         scene = build(self.scene.case, {part.name: self._worn(part, state) for part in self.parts})
         return dataclasses.replace(scene, deadline=self.scene.deadline, verdict=self.scene.verdict)
 
     @staticmethod
     def _worn(part: Part, state: np.ndarray) -> Worn:
-        """Return what a joint has lost."""
+        """Return the wear of a joint in a worn state."""
         return Worn(state[part.bearing], state[part.journal], state[part.slid])
 
     def recall(self, state: np.ndarray) -> BlockRecord | None:
-        """Return what the next block found in an earlier process, run with what had worn; None: it has yet to run."""
+        """Return the result of the next block from an earlier process; None: it has not run yet."""
         if self.recalled == len(self.records):
             return None
         self.recalled += 1
@@ -115,7 +115,7 @@ class Ageing:
         return self.records[self.recalled - 1]
 
     def keep(self, records: BlockRecord, state: np.ndarray) -> None:
-        """Keep what a block found, run with what had worn, besides what those before it did."""
+        """Append the result of a block that was run in a worn state to the log."""
         self.records.append(records._replace(life=self.number))
         self.progress.reached(self.value(state))
         self.recalled += 1
@@ -125,7 +125,7 @@ class Ageing:
     def measured(
         self, run: Callable[["Ageing", np.ndarray], BlockRecord | None]
     ) -> Callable[[np.ndarray], BlockRecord | None]:
-        """Return what runs the next block by `run` and keeps what it found, or recalls that from an earlier process."""
+        """Return a function that runs the next block by `run` and logs it, or recalls it from an earlier process."""
 
         def measure(state: np.ndarray) -> BlockRecord | None:
             if (known := self.recall(state)) is not None:
@@ -138,19 +138,19 @@ class Ageing:
         return measure
 
     def touch(self, part: Part, state: np.ndarray) -> Touch:
-        """Return where the journal of a joint comes furthest before it touches."""
+        """Return the largest eccentricity of a joint before its surfaces touch."""
         turned = self.records[0].turned[:, part.place]
         clearance = self.scene.case.joints[part.place].clearance
         return first_touch(clearance, state[part.bearing], state[part.journal], turned)
 
     def value(self, state: np.ndarray) -> float:
-        """Return what is judged (m) of what has worn."""
+        """Return the limited quantity (m) of a worn state."""
         if self.life.of == "clearance_growth":
             return self.touch(self.target, state).growth
         return float(state[self.target.both].max())
 
     def slope(self, state: np.ndarray) -> np.ndarray:
-        """Return the derivatives (n,) of what is judged."""
+        """Return the derivatives (n,) of the limited quantity."""
         slope, part = np.zeros(self.size), self.target
         if self.life.of == "clearance_growth":
             touch = self.touch(part, state)
@@ -160,12 +160,12 @@ class Ageing:
         return slope
 
     def ended(self, life: Life, records: BlockRecord) -> Life:
-        """Return a life whose last node has the block that was run with what had worn by then."""
+        """Return a life whose last node has the block that was run in its worn state."""
         end = life.nodes[-1]._replace(rate=records.rate, block=records)
         return life._replace(nodes=(*life.nodes[:-1], end), blocks=life.blocks + 1)
 
     def figures(self, life: Life) -> dict[str, float | int | None]:
-        """Return what a life came to, as columns of the summary."""
+        """Return the figures of a life as columns of the summary."""
         end, target = life.nodes[-1], self.target.column
         numbers = {
             f"{target}_life_revolutions": life.revolutions if life.reached else math.nan,
@@ -190,12 +190,12 @@ class Ageing:
         return [registry.smoothing(joints[part.place], self._worn(part, state)) for part in self.parts]
 
     def remarks(self, life: Life) -> tuple[str, ...]:
-        """Return why a life did not come to its limit, and where its shapes were smoothed widely, '' for neither."""
+        """Return why a life did not reach its limit, and where its shapes were smoothed widely; '' for neither."""
         widths = zip([part.name for part in self.parts], self.smoothing(life.nodes[-1].state), strict=True)
         return self._unreached(life), smoothed(widths)
 
     def _unreached(self, life: Life) -> str:
-        """Return why a life did not come to its limit; '' where it did."""
+        """Return why a life did not reach its limit; '' if it did."""
         if life.reached:
             return ""
         if life.blocks < self.life.blocks:
@@ -206,7 +206,7 @@ class Ageing:
         )
 
     def history(self, life: Life) -> dict[str, np.ndarray]:
-        """Return how a life went on, by dataset below `history/`, node by node."""
+        """Return the course of a life: dataset below `history/` -> values, node by node."""
         nodes, layouts = life.nodes, self.scene.layout.joints
         columns = {"revolutions": np.array([node.revolutions for node in nodes])}
         for part in self.parts:
@@ -223,7 +223,7 @@ class Ageing:
         return columns
 
     def _at(self, part: Part, node: Node) -> dict[str, float]:
-        """Return what the history gives of a joint at a node."""
+        """Return the values of a joint at a node of the history."""
         return {
             "wear_depth_max": float(node.state[part.both].max()),
             "clearance": self.scene.case.joints[part.place].clearance + self.touch(part, node.state).growth,

@@ -1,4 +1,4 @@
-"""A block of revolutions of a life: when it is long enough, and what it shows of how fast its joints wear."""
+"""A block of revolutions of a life: its length, and the wear rates that follow from it."""
 
 import io
 import math
@@ -25,7 +25,7 @@ PARTS = 24  # of a revolution, at which it is noted how the bodies of the joints
 
 
 class Part(NamedTuple):
-    """A joint that wears, and where what it has lost is in the vector of what has worn."""
+    """A joint that wears, and its elements of the worn state."""
 
     place: int  # of the joint among all
     name: str
@@ -36,17 +36,17 @@ class Part(NamedTuple):
 
     @property
     def bearing(self) -> slice:
-        """Return where the depths (m) of the bearing are."""
+        """Return the elements that are depths (m) of the bearing."""
         return slice(self.first, self.first + self.bins)
 
     @property
     def journal(self) -> slice:
-        """Return where the depths (m) of the journal are."""
+        """Return the elements that are depths (m) of the journal."""
         return slice(self.first + self.bins, self.first + 2 * self.bins)
 
     @property
     def both(self) -> slice:
-        """Return where the depths (m) of both are."""
+        """Return the elements that are depths (m) of both bodies."""
         return slice(self.first, self.first + 2 * self.bins)
 
 
@@ -62,7 +62,7 @@ def parts_of(case: Case) -> tuple[Part, ...]:
 
 
 class BlockRecord(NamedTuple):
-    """What a block of revolutions found; n elements: depths (m) of all bins, ways (m), the time (s)."""
+    """Result of a block of revolutions; n elements: depths (m) of all bins, sliding distances (m), the time (s)."""
 
     rate: np.ndarray  # (n,) per revolution
     width: np.ndarray  # (n,) half of its 95 % interval, inf where it is not known
@@ -123,7 +123,7 @@ def longest_block(case: Case) -> float:
 
 
 def told_by(scene: Scene, run: Run, watch: Rates, process_time: float) -> BlockRecord:
-    """Return what a block found that has been run; `process_time`: s, that all took until then."""
+    """Return the result of a block that was run; `process_time`: s, that all took until then."""
     parts = parts_of(scene.case)
     turns = watch.revolutions - watch.discard
     whole: Any = run.totals  # mypy takes it for a tuple of anything
@@ -155,17 +155,17 @@ def _widths(blocks: Blocks, part: Part) -> np.ndarray:
 
 
 class Log(Protocol):
-    """Where what the blocks of a case found is kept until it is done."""
+    """Storage for the results of the blocks of a case until it is done."""
 
     def read(self) -> bytes | None:
-        """Return what was kept last, None where nothing was."""
+        """Return the stored content, None if there is none."""
 
     def keep(self, content: bytes) -> None:
-        """Keep this in its place."""
+        """Replace the stored content."""
 
 
 def written(records: Sequence[BlockRecord]) -> bytes:
-    """Return what blocks found as bytes, from which `read` makes the same to the last bit."""
+    """Return the results of blocks as bytes; `read` restores them to the last bit."""
     content = io.BytesIO()
     rows: dict[str, Any] = {name: np.array([getattr(each, name) for each in records]) for name in BlockRecord._fields}
     np.savez(content, **rows)
@@ -173,7 +173,7 @@ def written(records: Sequence[BlockRecord]) -> bytes:
 
 
 def read(content: bytes | None, size: int) -> list[BlockRecord]:
-    """Return what `written` was given, of vectors of this size; [] where it was nothing of the kind."""
+    """Return the results that `written` stored, of vectors of this size; [] for any other content."""
     if content is None:
         return []
     try:

@@ -1,4 +1,4 @@
-"""How fast a disturbance grows: a second run alongside the first, brought back whenever it has departed."""
+"""Lyapunov exponent: a second, perturbed run is brought back towards the first whenever it has departed."""
 
 import math
 from collections.abc import Sequence
@@ -19,12 +19,12 @@ HORIZON = 0.01  # clearances: where prediction ends
 
 
 class Perturbed:
-    """A second run, a little off the first and brought back whenever it has grown: Benettin et al. 1980.
+    """A second run, perturbed, and brought back whenever it has departed from the first: Benettin et al. 1980.
 
     The distance is that of the coordinates in clearances and of their rates in clearances times crank rate, at equal
-    times.  To bring it back is to take the same share of all that distinguishes the two states; where one of them
-    is in contact and the other not yet, it waits.  Brought back, it begins with the step length of the first run, so
-    that their steps and the errors of these hardly differ until one of them meets an event without the other.
+    times. To bring the run back, all differences of the two states are scaled by the same factor. This waits while one
+    run is in contact and the other is not. The perturbed run then continues with the step length of the first, so that
+    steps and their errors hardly differ until one of the runs meets an event without the other.
     """
 
     parts = PARTS

@@ -1,4 +1,4 @@
-"""What an integration came to: its trajectory with the figures, the status in words."""
+"""From a finished integration to its trajectory: figures, histories, and the status in words."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -86,15 +86,16 @@ def _ended(scene: Scene, run: Run) -> tuple[str, str]:
 
 
 class Outcome(NamedTuple):
-    """What an integration came to, taken from a run before another one may begin in its place."""
+    """Results of an integration, copied from a run before its buffers are used again."""
 
     scene: Scene
     status: str
     message: str  # why it failed, '' where it did not
-    whole: np.ndarray  # of the Totals by joint, likewise the next three
+    whole: np.ndarray  # of the Totals by joint, likewise the next four
     joint: np.ndarray
     wear: np.ndarray
     account: np.ndarray
+    friction: np.ndarray
     exceeded: list[float]  # by joint, see `Window`
     dry: list[float]  # likewise
     turns: Any  # Turns
@@ -111,7 +112,7 @@ class Outcome(NamedTuple):
 
 
 def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
-    """Return what an integration up to `end` (s; rad where the crank is free) came to."""
+    """Return the results of an integration up to `end` (s; rad where the crank is free)."""
     turns: Any = run.work.turns  # mypy takes it for a tuple of anything
     failed, duration = run.status != run_control.OK, _duration(scene, run, end)
     totals, rarely = by_joint(run.totals, scene.layout), RARELY * duration
@@ -124,6 +125,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
         joint=totals.joint.copy(),
         wear=totals.wear.copy(),
         account=totals.account.copy(),
+        friction=totals.friction.copy(),
         exceeded=[
             force_exceeded(histogram[: highest + 1], rarely)
             for histogram, highest in zip(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), strict=True)
@@ -157,7 +159,7 @@ def periods_of(outcomes: Sequence[Outcome]) -> list[int | None]:
 
 
 def to_trajectory(outcome: Outcome, period: int | None) -> Trajectory:
-    """Return the trajectory that an integration came to, whose motion has this period."""
+    """Return the trajectory of an outcome whose motion has this period."""
     scene, window = outcome.scene, window_of(outcome, period)
     units, failed = shared_by(scene.layout).units.copy(), outcome.status != "ok"
     summary = figures_of(window, failed=failed)
@@ -172,7 +174,7 @@ def to_trajectory(outcome: Outcome, period: int | None) -> Trajectory:
 
 
 def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
-    """Return the trajectory that an integration up to `end` (s; rad where the crank is free) came to."""
+    """Return the trajectory of an integration up to `end` (s; rad where the crank is free)."""
     outcome = outcome_of(scene, run, end)
     return to_trajectory(outcome, *periods_of([outcome]))
 
@@ -248,9 +250,9 @@ def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
 
 
 def window_of(outcome: Outcome, period: int | None) -> Window:
-    """Return what figures are functions of."""
+    """Return the Window from which figures are computed."""
     scene, settings = outcome.scene, outcome.scene.case.simulate
-    totals = Summed(outcome.whole, outcome.joint, outcome.wear, outcome.account)
+    totals = Summed(outcome.whole, outcome.joint, outcome.wear, outcome.account, outcome.friction)
     return Window(
         case=scene.case,
         mechanism=scene.mechanism,

@@ -1,4 +1,4 @@
-"""Figures of merit of what each revolution came to: how force peaks spread, and whether the motion repeats itself."""
+"""Figures of merit of single revolutions: quantiles of their force peaks, and the period of the motion."""
 
 import math
 from collections.abc import Callable
@@ -29,7 +29,7 @@ def peak_ratio(window: Window, place: int) -> float | None:
 
 
 def peak_turn(window: Window, place: int) -> int | None:
-    """Return the revolution in which the largest normal force lies, None where it lies in none that is whole."""
+    """Return the revolution of the largest normal force, None if that revolution is incomplete."""
     highest, largest = window.spreads[place].highest, window.totals.joint[place, total_columns.FORCE_MAX]
     return highest[1] if highest and highest[0] >= (1.0 - WITHIN) * largest > 0.0 else None
 

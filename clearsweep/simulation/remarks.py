@@ -1,10 +1,11 @@
-"""What is to be remarked on a finished case: laws past their range, films past their limit, figures nobody meant."""
+"""Remarks on a finished case: laws beyond their range, films beyond their limit, implausible figures."""
 
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..contracts.case import Joint
+from ..contracts.case import Joint, column_name
+from ..contracts.layout import FRICTION_POWER
 from ..judging.validity import (
     Lubricated,
     Reached,
@@ -28,7 +29,7 @@ from .window import Window
 
 
 def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the remarks on a finished case, '' for each that there is no reason for."""
+    """Return the remarks on a finished case, '' for each that does not apply."""
     parts = list(zip(scene.layout.joints, scene.case.joints, strict=True))
     shares = [(joint, summary[f"{part.name}_law_limit_fraction"]) for part, joint in parts]
     limits = past_limits(
@@ -38,9 +39,16 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
     dry = [(part, joint) for part, joint in parts if part.friction and not part.film]
     leads = [joint.thermal.conductance if joint.thermal else None for _, joint in dry]
     powers = [(joint.name, summary[f"{part.name}_friction_power"]) for part, joint in dry]
-    heat = friction_heat([(*power, lead) for power, lead in zip(powers, leads, strict=True)])
+    ideal = [(name, summary[f"{column_name(name)}_{FRICTION_POWER}"], None) for name in _rubbing(scene)]
+    heat = friction_heat([*((*power, lead) for power, lead in zip(powers, leads, strict=True)), *ideal])
     balls = ball_stiffness([joint.name for _, joint in parts if scene.mechanism.turns and registry.is_ball(joint)])
     return limits, kept_onsets(_lasting(scene, window)), *oiled, heat, balls, *_nonsense(scene, window, summary)
+
+
+def _rubbing(scene: Scene) -> list[str]:
+    """Return the joints without clearance that have friction, as their grid names them."""
+    names = dict.fromkeys(load.values["on"] for load in scene.case.loads if load.friction)
+    return [name for name in names if column_name(name) in scene.layout.rubbing]
 
 
 def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
@@ -52,7 +60,7 @@ def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
 
 
 def _lubricated(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Iterator[Lubricated]:
-    """Yield what became of every film."""
+    """Yield the state of every film."""
     for place, joint in enumerate(scene.case.joints):
         if joint.film:
             fed, drained = window.totals.joint[place, [FED_ENERGY, DRAINED_ENERGY]]
@@ -79,7 +87,7 @@ def passive_film(joint: Joint) -> str:
 
 
 def _nonsense(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return remarks on figures of a finished case that cannot be meant, '' for each that can."""
+    """Return the remarks on implausible figures of a finished case, '' for each that does not apply."""
     joints = [
         Reached(
             joint.name,

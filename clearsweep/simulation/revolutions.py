@@ -1,4 +1,4 @@
-"""What is taken revolution by revolution: force peaks, the motion at crank angle 0, after how many it repeats."""
+"""Quantities of single revolutions: force peaks, the motion at crank angle 0, the period of the motion."""
 
 import functools
 import math
@@ -19,7 +19,7 @@ SAME = 1e-9  # revolutions: marks that are nearer are one
 
 
 class Marks(NamedTuple):
-    """Where along a run, in revolutions since its start, something is taken."""
+    """Places along a run, in revolutions since its start, at which something is recorded."""
 
     turns: np.ndarray  # (marks,) increasing
     window: np.ndarray  # (w,) which of them begin or end a revolution of the window
@@ -105,7 +105,7 @@ def _highest(peaks: np.ndarray, begins: np.ndarray) -> tuple[float, int] | None:
 
 
 def reached(places: np.ndarray, turns: Any) -> np.ndarray:
-    """Return those of some places of marks that a run has come to."""
+    """Return those `places` of marks that a run has reached."""
     passed = turns.passed.item()
     return places if passed == len(turns.marks) else places[places < passed]
 

@@ -14,7 +14,7 @@ from ..mechanics.compiled.family import NO_ENTRY, flatten, form_number, put_numb
 from ..mechanics.compiled.pinned import Pinned
 from ..mechanics.compiled.rows import BatchArrays
 from ..mechanics.coupling.guards import guards_of
-from ..mechanics.coupling.rates import samples_of, slopes_of
+from ..mechanics.coupling.rates import observed_width, samples_of, slopes_of
 from ..mechanics.coupling.trial_step import attempt_of
 from ..mechanics.coupling.wear import room_of, wear_of
 from ..mechanics.joint.contract import (
@@ -25,8 +25,9 @@ from ..mechanics.joint.contract import (
     touches,
 )
 from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
-from ..mechanics.joint.places import Offsets, after_joint, first_place, observed_columns, with_current_state
+from ..mechanics.joint.places import Offsets, after_joint, first_place, with_current_state
 from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
+from ..mechanics.mechanism.contract import friction_loads
 from ..mechanics.observe import histogram
 from ..mechanics.observe.histogram import MOMENTS
 from ..mechanics.solver import dop853, loop, newton, run_control
@@ -63,7 +64,7 @@ def board_of(scene: Scene) -> BatchArrays:
             **dict.fromkeys(("mode", "rubs"), ((contacts,), np.int64)),
             **dict.fromkeys(("end", "z"), ((n,), float)),
             "k": ((dop853.ROWS, n), float),
-            "o": ((dop853.ROWS, observed_columns(scene.value.joints)), float),
+            "o": ((dop853.ROWS, observed_width(scene.value)), float),
             "step": ((step_width(contacts, n),), float),
             "bins": ((contacts, total_columns.HIGHEST_BIN + 1), np.int64),
             "spent": ((contacts, total_columns.BELOW + 1), float),
@@ -126,6 +127,7 @@ def _tally_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> 
         workspace=zeros(room_of(contacts, bins) if worn else 0),
         wear=zeros(2 * contacts * bins),
         account=zeros((contacts, ACCOUNT)),
+        friction=zeros(friction_loads(scene.value.mechanism)),
     )
 
 

@@ -27,7 +27,7 @@ from ..mechanics.joint.worn import seat, worn_in
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built, body_angles, gaps, place
 from ..mechanics.mechanism.spatial import seats
-from . import crank_clock, figures
+from . import crank_clock, figures, links
 from .ideal import ideal_motion, mechanism_of
 
 _LAYOUTS: dict[Parts, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with what they were made of
@@ -37,7 +37,7 @@ _LARGEST_WEAR = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, it is beyond
 
 @dataclass(frozen=True)
 class Scene:
-    """A case made ready: its compiled form and where it starts."""
+    """A case ready to run: its compiled form and its initial state."""
 
     case: Case
     mechanism: Mechanism
@@ -198,7 +198,7 @@ def _seated(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any]) -> t
 
 
 def signature(case: Case) -> tuple:
-    """Return what decides the compiled code of a case: the types in its scene."""
+    """Return the key of the compiled code of a case: the types in its scene."""
     joints = tuple(
         (
             joint.name,
@@ -220,7 +220,7 @@ def _types(term: tuple) -> str:
 
 
 def derived(case: Case) -> dict[str, tuple[float, str]]:
-    """Return what follows from other values of a case: dotted path -> (value, unit)."""
+    """Return the derived values of a case: dotted path -> (value, unit)."""
     return {
         f"joints.{joint.name}.{key}": value for joint in case.joints for key, value in registry.derived(joint).items()
     }
@@ -228,7 +228,7 @@ def derived(case: Case) -> dict[str, tuple[float, str]]:
 
 def warnings(case: Case) -> list[str]:
     """Return sentences about values of a case that may not be what was meant."""
-    sentences = []
+    sentences = links.warnings(case)
     for joint in case.joints:
         if registry.pulls(joint):
             sentences.append(

@@ -1,4 +1,4 @@
-"""Where the bodies of a mechanism are as it starts: what a picture of it is drawn from."""
+"""Bodies, joints and loads of a mechanism at its start, as drawings need them."""
 
 import math
 from collections.abc import Callable
@@ -21,6 +21,7 @@ class SketchedBody(NamedTuple):
     points: np.ndarray  # (n, 2) where joints hold on to it
     center: np.ndarray  # (2,) its centre of mass; of the ground its first point
     angle: float  # rad, of its frame
+    gives: np.ndarray | None = None  # (2, 2) the pins between which it is elastic; None: it is rigid
 
 
 class SketchedJoint(NamedTuple):
@@ -84,9 +85,13 @@ def sketch(case: Case) -> Sketch | None:
             carried_points[end.body].append(place(*end))
     bodies = tuple(
         SketchedBody(
-            name, np.unique(np.round(carried_points[name], 12), axis=0), _center(machine, frames, name), frames[name][1]
+            name,
+            np.unique(np.round(carried_points[name], 12), axis=0),
+            _center(machine, frames, name),
+            frames[name][1],
+            np.array([place(name, point) for point in body.elastic[:2]]) if body.elastic else None,
         )
-        for name in machine.bodies
+        for name, body in machine.bodies.items()
         if carried_points[name]
     )
     loads = tuple(_load(load, place, joints) for load in machine.loads)

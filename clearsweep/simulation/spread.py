@@ -1,4 +1,4 @@
-"""How what each revolution came to spreads: quantiles, and their intervals."""
+"""Quantiles of a value of every revolution, and their intervals."""
 
 from functools import lru_cache
 from typing import NamedTuple
@@ -11,7 +11,7 @@ OUTSIDE = 0.5 * (1.0 - CONFIDENCE)  # chance to lie beyond either end of an inte
 
 
 class Quantile(NamedTuple):
-    """A quantile of what each revolution came to, and its 95 % interval; None: there are too few revolutions."""
+    """A quantile of a value of every revolution, and its 95 % interval; None: there are too few revolutions."""
 
     value: float | None
     low: float | None

@@ -1,4 +1,4 @@
-"""What an integration begins with and goes by, in numbers: for many cases worked out before the first of them goes."""
+"""Initial state and inputs of an integration as arrays, made for many cases before the first of them is run."""
 
 import math
 from itertools import accumulate, chain, pairwise
@@ -53,7 +53,7 @@ class BatchKey(NamedTuple):
 
 
 class RunInputs(NamedTuple):
-    """What the loop reads of a scene: arrays that a Work, its Record and its Turns call so."""
+    """Arrays of a scene that the loop reads, under their names in Work, Record and Turns."""
 
     times: np.ndarray
     marks: np.ndarray
@@ -64,13 +64,13 @@ class RunInputs(NamedTuple):
 
 
 def parts_of(given: np.ndarray, form: BatchKey, contacts: int, internal: int) -> RunInputs:
-    """Return the parts of what is given of a scene with so many contacts and numbers of `internal` state."""
+    """Return the inputs in one array of a scene with this number of contacts and of `internal` states."""
     sizes = form.samples, form.marks, form.knots, internal, contacts, contacts
     return RunInputs._make(given[first:end] for first, end in pairwise(accumulate(sizes, initial=0)))
 
 
 class InitialState(NamedTuple):
-    """The first arrays of a lane: what a motion begins with."""
+    """The first arrays of a lane: the initial state of a motion."""
 
     parameters: Any  # of the compiled scene, see `family.flatten`; this and all that follows as in Work
     y: Any
@@ -81,30 +81,30 @@ class InitialState(NamedTuple):
 
 
 class Start(NamedTuple):
-    """What an integration of a scene begins with."""
+    """Initial state and inputs of an integration of a scene."""
 
     scene: Scene
     form: BatchKey
     marks: Marks
-    given: np.ndarray  # a Given, one part behind the other
-    first: np.ndarray  # a First, likewise
+    given: np.ndarray  # a RunInputs, its arrays concatenated
+    first: np.ndarray  # an InitialState, likewise
     rubs: list[bool]  # by contact
     slid: list[float]  # m, by contact, of what is worn before; [] where nothing is
     longest: float  # s, a step spans no more
 
     @property
     def times(self) -> np.ndarray:
-        """Return where to report."""
+        """Return the times at which results are reported."""
         return self.given[: self.form.samples]
 
 
 def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
-    """Return what the integration of a scene that is reported at `times` and has `marks` begins with."""
+    """Return the Start of a scene whose results are reported at `times` and which has `marks`."""
     pairs = zip(scene.value.joints, scene.case.joints, strict=True)
     contacts = [pair for pair in pairs for _ in contact_modes(pair[0])]
     internal, latched = _states(scene)
     knots = knots_of(scene.machine)
-    given = [  # in the order of Given
+    given = [  # in the order of RunInputs
         *map(scene.crank_clock.at, marks.turns.tolist()),
         *knots,
         *[began for _, _, began in internal],
@@ -132,7 +132,7 @@ def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
 
 
 def first_forms(scene: Scene) -> dict[str, tuple[int, ...]]:
-    """Return the shapes of the arrays of a First."""
+    """Return the shapes of the arrays of an InitialState."""
     contacts, latched = len(every_contact(scene.value.joints)), _states(scene)[1]
     shapes = flatten(scene.value).shape, scene.start.shape, scene.start.shape, (contacts + len(latched),)
     return InitialState(*shapes, (contacts,), (contacts, 2))._asdict()

@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..contracts.catalogue import Figure
+from ..contracts.layout import Layout
 from ..mechanics.observe import histogram
 from ..mechanics.solver.accumulate.totals import LOAD_TIME, Totals
 from .spread import CONFIDENCE, dependence
@@ -19,7 +21,7 @@ from .window import LEAST_DRY, RARELY, Summed, Window
 
 
 def half_width(values: np.ndarray) -> float:
-    """Return half the width of the 95 % interval of the mean of what follows each other."""
+    """Return the half-width of the 95 % interval of the mean of successive values."""
     from scipy.special import stdtrit
 
     count = len(values)
@@ -58,6 +60,28 @@ class Mean(NamedTuple):
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the mean and its half-width."""
         return _mean(times, sums)
+
+
+class FrictionMean(NamedTuple):
+    """The mean power of friction in a joint without clearance."""
+
+    def take(self, totals: Totals | Summed, place: int | None) -> Any:
+        """Return the work; `place`: of the joint in `Layout.rubbing`."""
+        assert place is not None
+        return totals.friction[place]
+
+    def value(self, window: Window, place: int | None) -> Any:
+        """Return the mean power."""
+        return self.take(window.totals, place) / window.duration
+
+    def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
+        """Return the mean and its half-width."""
+        return _mean(times, sums)
+
+
+def of_joint(figure: Figure, layout: Layout, joint: str) -> Figure:
+    """Return a figure for a joint: without clearance the friction power follows from the work of loads."""
+    return figure._replace(sums=FrictionMean()) if joint in layout.rubbing else figure
 
 
 class Share(NamedTuple):

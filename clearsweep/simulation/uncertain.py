@@ -1,4 +1,4 @@
-"""What uncertain wear coefficients make of a life: two further lives, at the ends of what the coefficients may be."""
+"""Effect of uncertain wear coefficients on a life: two further lives, at the ends of the coefficients' intervals."""
 
 import math
 from collections.abc import Callable
@@ -17,7 +17,7 @@ LOW, HIGH = "low", "high"
 
 
 class Further(NamedTuple):
-    """A life at an end of what its wear coefficients may be."""
+    """A life at an end of the intervals of its wear coefficients."""
 
     life: Life | None  # None: a block of it failed
     records: tuple[BlockRecord, ...]  # the blocks that were run for it
@@ -38,7 +38,7 @@ def at_end(case: Case, end: str) -> Case:
 def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], BlockRecord | None]) -> dict[str, Further]:
     """Return the lives with the coefficients at their LOW and HIGH ends.
 
-    Where nothing that has worn changes how it goes on, every rate is proportional to the coefficient of its body, so
+    If the wear rates do not depend on the wear, every rate is proportional to the coefficient of its body, so
     that the one block gives both lives; else each is run block by block.
 
     Parameters
@@ -60,12 +60,12 @@ def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], BlockRecor
 
 
 def _always(records: BlockRecord) -> Callable[[np.ndarray], BlockRecord]:
-    """Return what runs nothing: of a motion that nothing changes all blocks find the same."""
+    """Return a function that gives the result of one block again and again, for motion that wear does not change."""
     return lambda state: records
 
 
 def _scaled(ageing: Ageing, case: Case) -> BlockRecord:
-    """Return what the block of a life found, its rates as the coefficients of another case make them."""
+    """Return the result of a block with its rates scaled to the wear coefficients of another case."""
     records = ageing.records[0]
     factors = np.ones(ageing.size)
     for part in ageing.parts:
@@ -81,7 +81,7 @@ def _ratio(case: Case, other: Case, part: Part, body: str) -> float:
 
 
 def _coefficient(case: Case, part: Part, body: str) -> float:
-    """Return the wear coefficient of a body of a joint that wears, in what the grid has it in."""
+    """Return the wear coefficient of a body of a joint that wears, in the unit of the grid."""
     wear = case.joints[part.place].wear
     assert wear is not None  # asked of joints that wear
     return wear.values[f"{body}_coefficient"]

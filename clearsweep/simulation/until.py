@@ -51,7 +51,7 @@ class Until:
         return turns > 0 and self.settled and self.revolutions >= self.least
 
     def figures(self) -> dict[str, float | None]:
-        """Return what the run came to, as columns of the summary."""
+        """Return the results as columns of the summary."""
         width = self.interval.half_width if self.interval and math.isfinite(self.interval.half_width) else None
         return {
             "revolutions_run": self.revolutions,
@@ -73,7 +73,7 @@ def _journals(scene: Scene) -> tuple[list[int], np.ndarray]:
 
 
 def longest(settings: Simulate) -> float:
-    """Return the most revolutions that an `until` allows: `discard` and whole ones, as intervals are made of those."""
+    """Return the most revolutions that an `until` allows: `discard` and whole ones."""
     discard = settings.discard
     return discard + math.floor(until_of(settings).max_revolutions - discard + 1e-9)
 

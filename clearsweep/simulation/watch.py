@@ -1,4 +1,4 @@
-"""Runs that are watched on their way, by what shows how fast a disturbance grows or whether they are long enough.
+"""Runs with observers, which measure how fast a perturbation grows, or decide whether the run is long enough.
 
 A watched run pauses between two steps and goes on as if it had not: its motion and figures are, to the last bit, those
 of a plain run of the same length.
@@ -31,12 +31,12 @@ class Pausing(Protocol):
 
 
 class Observer(Protocol):
-    """What looks at a run on its way."""
+    """An observer of a run."""
 
     parts: int  # of a revolution, at the end of each of which it looks
 
     def see(self, work: Work) -> bool:
-        """Look; return whether the run may end with this revolution."""
+        """Observe the run; return whether it may end with this revolution."""
 
 
 def drive(
@@ -46,7 +46,7 @@ def drive(
     at: Callable[[float], float],
     watchers: Sequence[Observer],
 ) -> tuple[int, np.ndarray]:
-    """Return the status and the events of an integration that its `watchers` look at on the way.
+    """Return the status and the events of an integration that `watchers` observe.
 
     discard : revolutions after which they begin; at : revolutions -> where they end, see `crank_clock`.
     """

@@ -1,4 +1,4 @@
-"""The figures of merit of joints that wear, as `figures` has the others."""
+"""The figures of merit of joints that wear."""
 
 import math
 from typing import Any
@@ -68,11 +68,12 @@ def pressure_mean(window: Window, place: int) -> float:
 
 def pv_mean(window: Window, place: int) -> float:
     """Return the mean normal force over diameter and length (Pa) times the mean sliding speed (m/s), W/m^2."""
-    joint, case = window.joints[place], window.case.joints[place]
+    case = window.case.joints[place]
     force = window.totals.joint[place, FORCE_TIME] / window.duration
     speed = (window.totals.account[place, SLID] - window.slid[place]) / window.duration
-    assert case.length is not None  # joints that wear have one
-    return float(force / (2.0 * joint.bearing_radius * case.length) * speed)
+    assert case.length is not None  # joints that wear have both
+    assert case.bearing_radius is not None
+    return float(force / (2.0 * case.bearing_radius * case.length) * speed)
 
 
 def pv_beyond(window: Window, place: int) -> float | None:

@@ -1,4 +1,4 @@
-"""The stretch of a run over which figures are taken: all that their formulas are functions of."""
+"""The window of a run: all that the formulas of figures are functions of."""
 
 import math
 from collections.abc import Mapping
@@ -21,6 +21,7 @@ from ..mechanics.solver.accumulate.totals import (
     FORCE_SQUARE,
     FORCE_TIME,
     FRICTION_ENERGY,
+    HEAT,
     JOINT,
     LOAD_MAX,
     ONSET_MAX,
@@ -46,10 +47,11 @@ class Summed(NamedTuple):
     joint: np.ndarray  # (joints, JOINT or, of joints in space, WIDTH)
     wear: np.ndarray
     account: np.ndarray
+    friction: np.ndarray  # (joints without clearance that have friction,) J
 
 
 class Window(NamedTuple):
-    """What a run came to after `discard`: what formulas of figures are functions of, with a joint's place."""
+    """Results of a run after `discard`; formulas of figures are functions of a Window and a joint's index."""
 
     case: Case
     mechanism: Mechanism
@@ -72,11 +74,15 @@ class Window(NamedTuple):
 
 
 def by_joint(totals: Totals, layout: Layout) -> Totals:
-    """Return what was summed up contact by contact as joint by joint: of a guide what its corners come to together.
+    """Return the sums of joints from those of contacts: the sums of a guide combine those of its corners.
+
+    The work of a preload counts as friction of its joint and as heat; `friction` is by joint without clearance.
 
     Counts, squares and histograms are added; of what is largest, and of times in contact, the largest counts.  Of a
     joint in space these are its walls, but forces are those of the sum of the walls.
     """
+    if layout.frictions:
+        totals = _with_friction(totals, layout)
     if not any(joint.corners for joint in layout.joints):
         return totals
     rows, bearing = rows_of(layout), bearing_of(layout)
@@ -89,8 +95,21 @@ def by_joint(totals: Totals, layout: Layout) -> Totals:
     return totals._replace(joint=joints, histogram=histogram, dry=dry, bins=bins, account=account, wear=wear)
 
 
+def _with_friction(totals: Totals, layout: Layout) -> Totals:
+    """Return what was summed up with the work of loads that are friction where it belongs."""
+    joint, work = totals.joint.copy(), dict.fromkeys(layout.rubbing, 0.0)
+    opened = {part.name: (row, part) for row, part in zip(rows_of(layout), layout.joints, strict=True)}
+    for name, taken in zip(layout.frictions, totals.friction, strict=True):
+        if name in opened:
+            row, _ = opened[name]
+            joint[row.start, [FRICTION_ENERGY, HEAT]] += taken
+        else:
+            work[name] += taken
+    return totals._replace(joint=joint, friction=np.array(list(work.values())))
+
+
 def rows_of(layout: Layout) -> list[slice]:
-    """Return the contacts of each joint, in the row of all."""
+    """Return the indices of the contacts of each joint among all contacts."""
     ends = np.cumsum([len(joint.contacts) for joint in layout.joints])
     return [slice(end - len(joint.contacts), end) for end, joint in zip(ends, layout.joints, strict=True)]
 

@@ -38,7 +38,7 @@ class Axis(NamedTuple):
 
 
 class ResultSchema(NamedTuple):
-    """What decides the columns and datasets of a run; all its cases share it."""
+    """Columns and datasets of a run, the same for all its cases."""
 
     layout: Layout
     axes: tuple[Axis, ...]

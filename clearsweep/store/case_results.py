@@ -1,4 +1,4 @@
-"""What limits make of committed cases, and the file of what was searched for with them."""
+"""Committed cases compared to their limits, and the files of the answers of searches."""
 
 import io
 from collections.abc import Mapping, Sequence

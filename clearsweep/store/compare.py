@@ -15,7 +15,7 @@ Difference = tuple[str, str, Any, Any]  # case_id, name of a column or dataset, 
 def difference(
     form: ResultSchema, first: RunDirectory, mine: np.ndarray, second: RunDirectory, theirs: np.ndarray
 ) -> Difference | None:
-    """Return the first thing in which two directories differ, or None.
+    """Return the first difference of two directories, or None.
 
     `mine` and `theirs` (ROWS) say where each has the same cases in the same order.  Timings are not looked at.
     """

@@ -1,4 +1,4 @@
-"""The datasets of the orbits besides time histories and wear: events, sections, how a life went on."""
+"""The datasets of the orbits besides time histories and wear: events, sections, the history of a life."""
 
 import math
 from typing import NamedTuple
@@ -72,7 +72,7 @@ _OF_JOINT = (
 
 
 def life_datasets(layout: Layout) -> list[Dataset]:
-    """Return the datasets of how a life went on, from node to node."""
+    """Return the datasets of the history of a life, node by node."""
     if not layout.life:
         return []
     text = "revolutions from the start, where nothing has worn, to the limit or as far as the life was run"

@@ -33,7 +33,7 @@ from .batch import (
     read_done,
     summary_bytes,
 )
-from .record import RECORD_FILE, now, plain, read_record, record_bytes
+from .record import RECORD_FILE, now, plain, read_record, record_bytes, signed
 
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"
@@ -188,6 +188,11 @@ class RunDirectory:
         """Write run.json: the resolved grid, versions, machine and `facts` (start, end, counts and the like)."""
         with durable.storing(self.record):
             durable.replace(self.record, record_bytes(grid, facts), self.scratch)
+
+    def add_to_record(self, **facts: Any) -> None:
+        """Add facts to run.json, which is there."""
+        with durable.storing(self.record):
+            durable.replace(self.record, signed(read_record(self.path) | facts), self.scratch)
 
     def recover(self) -> list[str]:
         """Take in what is committed and intact; return what was damaged, and what becomes of it.

@@ -25,7 +25,7 @@ SEARCHES = {SEEK, REFINE, OPTIMISE, IDENTIFY}  # sections that add cases on the 
 
 
 def is_unfinished(directory: Path) -> bool:
-    """Return whether the run in a directory has not come to its end; raise DirectoryError where there is none."""
+    """Return whether the run in a directory is unfinished; raise DirectoryError where there is none."""
     return "merged" not in read_record(directory)
 
 

@@ -1,4 +1,4 @@
-"""Reads what a run left: its summary, orbits, events and wear; what is not as it was written is named."""
+"""Reads the results of a run: summary, orbits, events and wear; damaged files are reported by name."""
 
 import contextlib
 import os
@@ -301,7 +301,7 @@ class StoredRun:
             }
 
     def history(self, case_id: str) -> dict[str, np.ndarray]:
-        """Return how the life of one case went on, as Trajectory.history; {} where there is no `life`.
+        """Return the history of the life of one case, as Trajectory.history; {} where there is no `life`.
 
         Of a failed case the arrays are empty.
         """

@@ -1,4 +1,4 @@
-"""run.json: what a run was asked, by what it ran, what it came to; it carries a checksum of itself."""
+"""run.json: the grid, the versions and the results of a run; it contains a checksum of itself."""
 
 import datetime
 import functools
@@ -22,7 +22,7 @@ RECORD_FILE = "run.json"
 def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
     """Return run.json: the resolved grid, versions, machine and `facts` (start, end, counts and the like)."""
     written = grid.resolved()
-    record = plain(
+    return signed(
         {
             **written,
             "keys": list(written),
@@ -39,7 +39,12 @@ def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
             **facts,
         }
     )
-    return json.dumps(record | {"checksum": checksum_of(record)}, indent=2).encode()
+
+
+def signed(record: dict[str, Any]) -> bytes:
+    """Return the content of run.json with its checksum."""
+    content = plain(record)
+    return json.dumps(content | {"checksum": checksum_of(content)}, indent=2).encode()
 
 
 def read_record(directory: Path) -> dict[str, Any]:

@@ -197,6 +197,7 @@ _LAYOUT = {
     "channels": _list(_fields(Column, _GIVEN | {"name": _CHANNEL})),
     "until": _NAME_OR_NONE,
     "life": _NAME_OR_NONE,
+    "frictions": _list(_NAME),
     **dict.fromkeys(_some("turns", "horizon", "error_check"), _FLAG),
 }
 _SPAN = _sections({"unit": _UNIT, "min": _NUMBER, "max": _NUMBER}, {})
@@ -222,6 +223,21 @@ _IDENTIFIED = _sections(
     },
     {},
 )
+_NUMBER_OR_NONE = _either(_NOTHING, _NUMBER)
+_BEST = _sections(
+    {
+        "point": _by(_PATH, _either(_NOTHING, _TEXT, _FLAG, _NUMBER)),
+        "value": _NUMBER,
+        "margin": _NUMBER_OR_NONE,
+        "needed": _by(_COLUMN, _TEXT),
+        **dict.fromkeys(_some("fit", "limiting"), _either(_NOTHING, _TEXT)),
+    },
+    {},
+)
+_EFFECT = {"path": _PATH, "unit": _UNIT, "value": _NUMBER, "margin": _NUMBER}
+_EFFECT |= dict.fromkeys(_some("lower", "upper"), _NUMBER_OR_NONE)
+_NEAREST = {"best": _list(_BEST), "needed": _by(_COLUMN, _TEXT), "effects": _list(_sections(_EFFECT, {}))}
+_NEAREST["furthest"] = _either(_NOTHING, _sections({"point": _SECTION, "value": _NUMBER, "margin": _NUMBER}, {}))
 _REQUIRED: dict[str, Check] = {
     "frame": _SECTION,
     "keys": _list(_WORD),
@@ -244,6 +260,7 @@ _OPTIONAL: dict[str, Check] = {
     ),
     "identify": _sections({"over": _by(_PATH, _anything)}, {}),
     "identified": _either(_NOTHING, _IDENTIFIED),
+    "nearest": _sections(_NEAREST, {}),
     "define": _by(_NAME, _TEXT),
     "source": _either(_TEXT, _NOTHING),
     "fits": _by(_PATH, _list(_FIT)),

@@ -1,4 +1,4 @@
-"""What a long case keeps until its row is committed, so that it goes on where a killed process left it."""
+"""State of a long case until its row is committed, from which it resumes after its process was killed."""
 
 import hashlib
 from pathlib import Path
@@ -16,7 +16,7 @@ class Unfinished:
         self.path = durable.kept(self.scratch, case_id)
 
     def read(self) -> bytes | None:
-        """Return what was kept last; None where nothing was, or it is not what was written."""
+        """Return the last content; None if there is none, or if it is damaged."""
         try:
             content = durable.read(self.path)
         except FileNotFoundError:
@@ -25,12 +25,12 @@ class Unfinished:
         return rest if checksum == _checksum(rest) else None
 
     def keep(self, content: bytes) -> None:
-        """Keep this in the place of what was kept before; a crash leaves one of them, whole."""
+        """Replace the content; after a crash either the old or the new one is there, whole."""
         with durable.storing(self.path):
             durable.replace(self.path, _checksum(content) + b"\n" + content, self.scratch)
 
     def discard(self) -> None:
-        """Forget what was kept."""
+        """Remove the content."""
         durable.discard(self.path)
 
 

@@ -16,17 +16,17 @@ Look = Callable[[Grid, int], store.CaseResults | None]
 
 
 class Search(Protocol):
-    """What decides which cases come next."""
+    """A search that chooses the next cases."""
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Take in how the cases of a grid from the index `first` on compare to its limits."""
+        """Record how the cases of a grid, from the index `first` on, compare to its limits."""
 
     def wanted(self) -> Sequence[Point]:
-        """Return where the next cases are, of what is known; none where that is enough."""
+        """Return the points of the next cases; none if no more are needed."""
 
 
 def run(grid: Grid, search: Search, look: Look) -> tuple[Grid, bool]:
-    """Run a grid and what a search adds to it by `look`; return the grid with that, and whether it came to its end."""
+    """Run a grid and the cases that a search adds, by `look`; return the grid with them, and whether it completed."""
     grid, first = grid.without_added(), 0
     while results := look(grid, first):
         search.learn(grid, first, results)

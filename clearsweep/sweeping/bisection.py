@@ -1,4 +1,4 @@
-"""Finds the last place of a row that is good, where good places come first: which to look at next, and the answer.
+"""Finds the last good place of a row in which good places come first: the places to try next, and the answer.
 
 Near the border the motion is chaotic, so good and bad places may alternate.  Hence the border is bracketed from a scan
 and by halving, then its neighbours on both sides are looked at until REPEATS of them in a row agree, further away each
@@ -16,14 +16,14 @@ Known = Mapping[int, bool]  # place -> whether it is good
 
 
 class Border(NamedTuple):
-    """Where good places end."""
+    """The end of the good places."""
 
     good: int | None  # last place up to which all that was looked at is good; None: not even the first ones are
     bad: int | None  # first place from which on all that was looked at is bad; None: the last place is good
 
 
 class Search(NamedTuple):
-    """What is known so far: either places to look at, or the answer."""
+    """State of a search: either the next places to try, or the answer."""
 
     wanted: tuple[int, ...] = ()
     border: Border | None = None

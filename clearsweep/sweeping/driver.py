@@ -129,7 +129,7 @@ class Driver:
                 self._restart()
 
     def _settle(self, future: Future) -> None:
-        """Take in how one batch ended."""
+        """Record the end of one batch."""
         if future not in self.window:
             return  # lost in a restart that another of these caused
         batch = self.window.pop(future)
@@ -151,7 +151,7 @@ class Driver:
             self._take(batch, manifest)
 
     def _take(self, batch: Batch, manifest: Manifest) -> None:
-        """Take a batch into account that its worker has given back."""
+        """Record a batch that its worker has returned."""
         self._discard(batch)
         if manifest.committed:
             self.directory.adopt(manifest.committed)

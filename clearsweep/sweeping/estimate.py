@@ -1,4 +1,4 @@
-"""What a sweep would cost: a few of its cases are timed, nothing is stored."""
+"""Estimates the cost of a sweep: a few of its cases are timed, nothing is stored."""
 
 import itertools
 import math
@@ -31,7 +31,7 @@ EVENT_BYTES = 26  # of one event in orbits.h5
 
 
 class Estimate(NamedTuple):
-    """What a run of a grid would do and cost."""
+    """Estimated work and cost of a run of a grid."""
 
     cases: int  # of the grid, or of its shard
     pending: int  # cases that the directory does not hold yet
@@ -209,7 +209,7 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
 
 
 def _joined(first: Timed, second: Timed) -> Timed:
-    """Return the time of a case of which the first attempt came to no end of its set-up, which the second one found."""
+    """Return the time of a case from a first attempt that did not finish its set-up and from a second attempt."""
     setup = first.spent if first.seconds is None and first.once <= COMPILED else 0.0
     seconds = None if second.seconds is None else second.seconds + setup
     return second._replace(seconds=seconds, spent=first.spent + second.spent)

@@ -32,12 +32,12 @@ THREAD_VARIABLES = (
     "NUMBA_NUM_THREADS",
 )
 CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
-COUNTING = 2.0  # s between two looks at how many workers a cluster has
-PATIENCE = 10.0  # s a scheduler has to answer, from the first knock to the last word of a greeting
-FILES = 24  # that a run has open at most, apart from its workers
+COUNTING = 2.0  # s between two counts of the workers of a cluster
+PATIENCE = 10.0  # s in which a scheduler must answer a request, the whole of a connection included
+FILES = 24  # open files of a run at most, without those of its workers
 FILES_OF_WORKER = {"local": 2, "serial": 0, "dask": 10}
-LOUD = ("asyncio", "distributed", "tornado")  # loggers that log, with tracebacks, of deaths that are dealt with here
-CONSTS.channel_lock_timeout = 2.0  # s; a worker killed while it held the lock stalls the others twice as long
+LOUD = ("asyncio", "distributed", "tornado")  # loggers that print tracebacks of failures that are handled here
+CONSTS.channel_lock_timeout = 2.0  # s; a worker that is killed with the lock stalls the others for twice as long
 
 
 def cores() -> int:
@@ -46,7 +46,7 @@ def cores() -> int:
 
 
 def allow_files(executor: str, jobs: int) -> None:
-    """Allow this process the open files that a run with so many workers needs; raise InputError where it may not."""
+    """Raise the limit of open files to the need of a run with `jobs` workers; InputError if that is not permitted."""
     resources.allow_files(FILES + FILES_OF_WORKER[executor] * jobs)
 
 
@@ -55,12 +55,12 @@ def no_preparation() -> None:
 
 
 class Executor(Protocol):
-    """What the driver asks of the place where batches run.
+    """Workers that run batches, as the driver uses them.
 
-    It is made of the number of workers, the address of a scheduler, and a function that its own workers call first.
+    Arguments: number of workers, address of a scheduler, and a function that each new worker calls first.
     """
 
-    deaths: tuple[type[Exception], ...]  # exceptions that say that a worker died with its batch
+    deaths: tuple[type[Exception], ...]  # exceptions of a batch whose worker died
     elsewhere: bool  # whether workers may be on other machines
 
     @property
@@ -71,14 +71,14 @@ class Executor(Protocol):
         """Run `function(*args)` in a worker; raise RuntimeError where the pool is broken."""
 
     def restart(self) -> None:
-        """Replace all workers; what they had in hand is lost."""
+        """Replace all workers; their unfinished batches are lost."""
 
     def close(self) -> None:
         """End all workers."""
 
 
 class _Process(SpawnProcess):
-    """A worker process that does not import the user's own script again: it may have no `__main__` guard."""
+    """A worker process that does not import the user's script again, as that may have no `__main__` guard."""
 
     @staticmethod
     def _Popen(process_obj: BaseProcess) -> Any:  # noqa: N802 - the name that multiprocessing calls
@@ -95,7 +95,7 @@ class _Context(SpawnContext):
 
 
 class Local:
-    """Processes of their own on this machine, one thread each; one that dies takes only its own batch along."""
+    """Processes on this machine, one thread each; a process that dies loses only its own batch."""
 
     deaths: tuple[type[Exception], ...] = (ProcessExpired,)
     elsewhere = False
@@ -125,13 +125,13 @@ class Local:
         return self._pool.schedule(function, args=args)
 
     def restart(self) -> None:
-        """Replace all workers; what they had in hand is lost."""
+        """Replace all workers; their unfinished batches are lost."""
         self.close()
         os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
         self._pool = self._started()
 
     def close(self) -> None:
-        """End all workers at once, which harms nothing that is committed."""
+        """Kill all workers; finished batches are kept."""
         self._pool.stop()
         for process in multiprocessing.active_children():
             if isinstance(process, _Process):
@@ -145,13 +145,13 @@ class Local:
 
 
 class Serial:
-    """This very process, one batch at a time: for looking into a case, not for sweeps."""
+    """This process, one batch at a time: to debug a case, not for sweeps."""
 
     jobs, elsewhere = 1, False
     deaths: tuple[type[Exception], ...] = ()
 
     def __init__(self, _jobs: int = 1, _scheduler: str | None = None, _load: Callable[[], None] = no_preparation):
-        """Take any number of jobs for one."""
+        """Ignore the number of jobs: it is 1."""
 
     def submit(self, function: Callable, *args: Any) -> Future:
         """Run `function(*args)` and return its outcome."""
@@ -163,14 +163,14 @@ class Serial:
         return future
 
     def restart(self) -> None:
-        """Do nothing: there is no worker to lose."""
+        """Do nothing: there are no workers."""
 
     def close(self) -> None:
         """Do nothing."""
 
 
 class Dask:
-    """The workers of a dask cluster: of the one whose scheduler is named, else of a new one on this machine."""
+    """The workers of the dask cluster at a scheduler's address; without an address, of a new one on this machine."""
 
     elsewhere = True
 
@@ -188,7 +188,7 @@ class Dask:
 
     @property
     def jobs(self) -> int:
-        """Return the number of workers there are, at least 1; it is asked for now and then."""
+        """Return the number of workers, at least 1, counted at most every COUNTING seconds."""
         if time.monotonic() - self._counted > COUNTING:
             try:
                 self._jobs = max(1, len(_in_time(self._client.nthreads)))
@@ -207,7 +207,7 @@ class Dask:
         return future
 
     def restart(self) -> None:
-        """Connect again, to a new cluster where it is our own."""
+        """Connect again; a cluster that this run started is replaced."""
         self.close()
         try:
             self._start()
@@ -215,14 +215,14 @@ class Dask:
             raise self._lost(error.__cause__) from None
 
     def _lost(self, error: BaseException | None) -> SchedulerLostError:
-        """Return what to say where the scheduler answers no more."""
+        """Return the error for a scheduler that no longer answers."""
         return SchedulerLostError(
             f"scheduler: {self._scheduler or 'the one of this run'} was lost ({error}); "
             "what was finished is kept: run the same command again to go on"
         )
 
     def close(self) -> None:
-        """Take back what is not done; end the workers where they are our own."""
+        """Cancel unfinished batches; end the workers of a cluster that this run started."""
         self._executor.shutdown(wait=False)
         if self._cluster is not None:
             for nanny in self._cluster.workers.values():
@@ -235,10 +235,10 @@ class Dask:
 
 
 def _close(peer: Any) -> None:
-    """Close a client or a cluster, or give it up after PATIENCE.
+    """Close a client or a cluster, or abandon it after PATIENCE.
 
-    Both wait for a lock that all of them share and that is not given back where one of them is collected as garbage
-    meanwhile; a cluster that is given up must not be closed once more when the interpreter ends.
+    Closing waits for a lock that all clients and clusters share. Garbage collection of one of them meanwhile can leave
+    it locked for ever. The interpreter must not close an abandoned cluster again at its end.
     """
     with contextlib.suppress(Exception):
         _in_time(functools.partial(peer.close, timeout=PATIENCE))
@@ -248,7 +248,7 @@ def _close(peer: Any) -> None:
 
 
 def reach(scheduler: str | None) -> None:
-    """Raise InputError where dask or the scheduler at this address is not there, or its workers have many threads."""
+    """Raise InputError if dask is not installed, the scheduler does not answer, or a worker has several threads."""
     _distributed()
     if scheduler is None:
         return
@@ -271,12 +271,12 @@ def _client(address: Any) -> Any:
     make = functools.partial(_distributed().Client, address, timeout=PATIENCE, set_as_default=False)
     try:
         return _in_time(make)
-    except Exception as error:  # of many kinds: no address, nobody there, or somebody who speaks another language
+    except Exception as error:  # of many kinds: a wrong address, no server, or a server of another protocol
         raise _no_answer(address, error) from error
 
 
 def _no_answer(address: Any, error: Exception) -> InputError:
-    """Return what to say where nobody at `address` answers as a scheduler."""
+    """Return the error for an address at which no scheduler answers."""
     return InputError(
         f"scheduler: {address} does not answer ({brief(error)}); expected the address that "
         "`dask scheduler` prints, such as tcp://10.0.0.1:8786"
@@ -287,9 +287,9 @@ T = TypeVar("T")
 
 
 def _in_time(function: Callable[[], T]) -> T:
-    """Return `function()`, or raise TimeoutError after PATIENCE; then its thread is left to itself.
+    """Return `function()`, or raise TimeoutError after PATIENCE; its thread then goes on in the background.
 
-    A client waits for each word of a scheduler on its own, and once more where it takes leave.
+    The time limit of a client is for each message alone, and starts again as it closes.
     """
     answer: Future[T] = Future()
 

@@ -197,14 +197,12 @@ class Identifying:
             self.learnt = (len(points), emulated.kernels)
         likelihood = emulator.LikelihoodModel(emulated, self.observation.values, self.observation.covariance)
         inputs, size, moves = points.shape[1], POINTS[last], DRAWS[last]
-        posterior = emulator.sample(likelihood.log_likelihood, inputs, chance, size, moves)
-        squares, volumes = likelihood.distance(posterior.points)
-        least = float(squares.min()) / len(self.observation.values)
+        posterior = emulator.sample(likelihood, inputs, chance, size, moves)
+        least = float(posterior.squares.min()) / len(self.observation.values)
         if least > 1.0:  # errors are larger than was assumed
             likelihood = likelihood._replace(inflation=least)
-            posterior = emulator.sample(likelihood.log_likelihood, inputs, chance, size, moves)
-            squares, volumes = likelihood.distance(posterior.points)
-        best = posterior.points[np.argmin(squares / likelihood.inflation + volumes)]
+            posterior = emulator.sample(likelihood, inputs, chance, size, moves)
+        best = posterior.points[np.argmax(likelihood.log_likelihood(posterior.squares, posterior.volumes))]
         return likelihood, posterior._replace(points=ranges[0] + (ranges[1] - ranges[0]) * posterior.points), best
 
     def _identified(

@@ -26,7 +26,7 @@ class Lives:
         self.ends: dict[str, dict[str, Any]] = {}  # of BETTER -> the case
 
     def add(self, block: Mapping[str, np.ndarray], known: Callable[[int], dict[str, Any]]) -> None:
-        """Take in some finished cases; known : place in the block -> which case that is."""
+        """Add finished cases; known : place in the block -> which case that is."""
         if not self.columns:
             return
         hours = block[self.columns[0]].astype(float)
@@ -42,7 +42,7 @@ class Lives:
                     self.ends[word] = known(place) | {"hours": life.hours, "words": lifetime.interval_text(life)}
 
     def facts(self) -> dict[str, Any] | None:
-        """Return the ends and how many did not come to their limit, ready for JSON; None where there is no life."""
+        """Return the ends and the number of cases that did not reach their limit, ready for JSON; None: no life."""
         return {"joint": self.joint, **self.ends, "unreached": self.unreached} if self.columns else None
 
 

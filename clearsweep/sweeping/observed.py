@@ -24,7 +24,7 @@ ALIGNED_ORDERS = 6  # that the crank angle of a signal is found by: those of the
 
 
 class Label(NamedTuple):
-    """What one number of a vector is."""
+    """Meaning of one number of a feature vector."""
 
     signal: int
     kind: str  # one of `identified.FEATURES`

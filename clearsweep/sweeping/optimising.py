@@ -1,5 +1,6 @@
-"""Looks for the best cases, round by round, with a sampler of Optuna, which is asked and answered.
+"""Looks for the best cases, round by round: half are asked of a sampler of Optuna.
 
+The other half are asked of a model of the cases near the best one; for a front they vary its cases.
 What the sampler knows is rebuilt in every round from the cases that are there, and it is seeded by the round: the same
 results lead to the same cases however often a run was interrupted, and whatever the number of workers.
 """
@@ -15,12 +16,13 @@ from .. import store
 from ..grid import Grid
 from ..grid.optimised import AMONG, ROUND, WHOLE, Choice, ends
 from ..language.errors import InputError
+from . import surrogate
 from .adaptive import Point
 
 if TYPE_CHECKING:
     import optuna  # an extra dependency, loaded where a round is asked for
 
-VARIED = 0.5  # share of a round that varies the cases of a front, where there is one
+OWN = 0.5  # share of a round that does not come from Optuna: a model's, or variations of the cases of a front
 FEWEST = 3  # cases of a front that are varied
 STEP = 0.32  # of a variation over its range, after the first case; it falls with the square root of their number
 CHANGED = 0.6  # probability that a variation changes a key by a step of its own
@@ -136,11 +138,36 @@ class Optimising:
                     constraints={"limits": trial.violation},
                 )
             )
-        varied = self._varied(int(VARIED * count), np.random.default_rng(seed)) if len(signs) > 1 else []
-        for _ in range(count - len(varied)):
+        own = self._varied if len(signs) > 1 else self._expected
+        points = own(int(OWN * count), np.random.default_rng(seed))
+        for _ in range(count - len(points)):
             asked = study.ask(distributions)
             yield {path: asked.params[path] for path in self.optimise.over}
-        yield from varied
+        yield from points
+
+    def _expected(self, count: int, chance: np.random.Generator) -> list[Point]:
+        """Return points where a model of one objective expects better cases: a sampler alone stops short of the best.
+
+        They have the categories of the best case, and the model is made of the cases that have them, too.
+        """
+        ((name, sign),) = self._signed()
+        trials = sorted(self.trials, key=lambda trial: trial.merit(name, sign))
+        best = trials[0]
+        choices = {path: choice for path, choice in self.optimise.over.items() if choice.kind != AMONG}
+        fixed = {path: value for path, value in best.point.items() if path not in choices}
+        if best.failed or not choices:
+            return []
+        trials = [trial for trial in trials if fixed.items() <= trial.point.items()]
+        known = np.array([[choice.part(trial.point[path]) for path, choice in choices.items()] for trial in trials])
+        objective = np.array([sign * trial.values[name] for trial in trials])
+        objective[np.isnan(objective)] = np.nanmax(objective)  # of cases that failed
+        margins = np.array([[-1.0 if trial.failed else trial.margins[key] for key in best.margins] for trial in trials])
+        rows = surrogate.better_points(known, objective, np.nan_to_num(margins, nan=-1.0), count, chance)
+        own = [
+            {path: _within(choices[path], part) for path, part in zip(choices, row, strict=True)}
+            for row in rows.tolist()
+        ]
+        return [{path: (fixed | point)[path] for path in self.optimise.over} for point in own]
 
     def _varied(self, count: int, chance: np.random.Generator) -> list[Point]:
         """Return points about those of the front, [] where that has few cases: a sampler alone leaves gaps in it.
@@ -197,6 +224,10 @@ class _Trial(NamedTuple):
             return FAILED
         beyond = [FAILED if not math.isfinite(self.margins[name]) else -self.margins[name] for name in self.names]
         return sum(max(each, np.finfo(float).tiny) for each in beyond)
+
+    def merit(self, name: str, sign: float) -> tuple[float, float, str]:
+        """Return what is the smaller, the better it is by its limits, then by an objective."""
+        return self.violation, math.inf if self.failed else sign * self.values[name], self.case_id
 
     @property
     def names(self) -> list[str]:

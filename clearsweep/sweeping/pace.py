@@ -1,4 +1,4 @@
-"""How long cases took next to the machine itself, as the closing lines of a run report it."""
+"""Run time of cases relative to the time of their motion, for the closing lines of a run."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -14,7 +14,7 @@ RUN, SPENT = "revolutions_run", "run_time"  # columns
 
 
 class Pace:
-    """Keeps the case whose integration took longest for the time that its machine takes."""
+    """Keeps the case with the longest integration relative to the time of its motion."""
 
     def __init__(self, record: Mapping[str, Any], layout: Layout):
         """Take what a run's directory says of its grid; of lives and of free cranks nothing is kept."""
@@ -28,7 +28,7 @@ class Pace:
         self.slowest: dict[str, Any] | None = None
 
     def add(self, block: Mapping[str, np.ndarray], known: Callable[[int], dict[str, Any]]) -> None:
-        """Take in some finished cases; known : place in the block -> which case that is."""
+        """Add finished cases; known : place in the block -> which case that is."""
         if not self.columns:
             return
         spent = block[SPENT].astype(float)
@@ -47,7 +47,7 @@ class Pace:
 
 
 def pace_lines(slowest: dict[str, Any] | None) -> list[str]:
-    """Return the line on the case that took longest for the time that its machine takes."""
+    """Return the line on the case with the longest integration relative to the time of its motion."""
     if not slowest:
         return []
     factor = wording.text(slowest["factor"], "1", 2)

@@ -23,7 +23,7 @@ GridPoint = tuple[int, ...]  # along each axis, in parts of a step of the grid
 
 
 class Refined(NamedTuple):
-    """What refining a grid came to."""
+    """Results of refining a grid."""
 
     asked: int  # cases that might be added
     added: int
@@ -109,7 +109,7 @@ class Refining:
         self.crossed, self.added, self.left = 0, 0, False
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Take in how the cases of a grid from the index `first` on compare to its limits."""
+        """Record how the cases of a grid, from the index `first` on, compare to its limits."""
         keys = [self._key(grid.point(index)) for index in range(first, len(grid))]
         good = [status == "ok" and not names for status, names in zip(results.status, results.exceeded, strict=True)]
         if first:
@@ -123,7 +123,7 @@ class Refining:
             self.crossed = len(self.boxes)
 
     def wanted(self) -> list[Point]:
-        """Return where the next cases are: in the largest boxes that the border crosses."""
+        """Return the points of the next cases: in the largest boxes that the border crosses."""
         asked: dict[tuple[int, GridPoint], None] = {}
         while self.boxes and not asked:
             largest = max(math.prod(box.size) for box in self.boxes)
@@ -137,7 +137,7 @@ class Refining:
         return [self._point(*key) for key in asked]
 
     def result(self) -> Refined:
-        """Return what it came to, at its end."""
+        """Return the results, at the end."""
         return Refined(self.refine.cases, self.added, self.crossed, whole=not self.left)
 
     def _halve(self, box: _Box, asked: dict[tuple[int, GridPoint], None]) -> None:

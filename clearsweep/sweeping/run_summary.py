@@ -73,7 +73,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "limits": kept.facts(),
         "life": lives.facts(),
         "slowest": pace.slowest,
-        "seek": seek_facts(result, run.grid.get("units", {}), kept.verdict.limits, kept.units),
+        "seek": seek_facts(result, run.grid),
         "optimised": optimised(result, kept.units),
         "identified": result.identified and identified.of_run(result.identified),
         "refined": result.refined and result.refined._asdict(),
@@ -92,8 +92,7 @@ class _Kept:
 
     def __init__(self, record: Mapping[str, Any]):
         self.verdict = verdict.of_record(record)
-        self.units = {column["name"]: column["unit"] for column in record["layout"]["columns"]}
-        self.units |= {own.name: own.unit for own in self.verdict.figures}
+        self.units = verdict.units_of(record)
         limited = {name for limit in self.verdict.limits for name in (limit.column, limit.times) if name}
         self.columns = [verdict.EXCEEDED, verdict.MARGIN, *sorted(limited)] if limited else []
         self.cases = 0

@@ -1,37 +1,29 @@
 """The closing lines of a run on what was searched for, optimised and refined."""
 
-from collections.abc import Iterable, Mapping
+import itertools
+from collections.abc import Mapping
 from typing import Any
 
-from ..grid import key_units
-from ..judging.verdict import KINDS, Limit
 from ..language import wording
+from . import nearest
 from .sensitivity import STEP
 from .settings import friendly, joint_count, setting_text, value_text
-from .simulator import SIMULATION
 from .sweep import RunResult
 
 LISTED_ANSWERS, LISTED_EFFECTS = 12, 6
 
 
-def seek_facts(
-    result: RunResult, units: Mapping[str, str], limits: Iterable[Limit], columns: Mapping[str, str]
-) -> dict[str, Any] | None:
+def seek_facts(result: RunResult, record: Mapping[str, Any]) -> dict[str, Any] | None:
     """Return what was searched for and found, ready for JSON, in SI; None where nothing was searched for.
 
-    units, columns : of swept paths, and of columns; limits : of the grid.
+    record : run.json
     """
     if result.seek is None:
         return None
-    answers = []
-    for answer in result.answers:
-        best = [each | {"needed": _needed(limits, columns, each["margins"])} for each in answer.best]
-        answers.append(answer._asdict() | {"best": best})
-    return {
-        "asked": result.seek.written() | {"unit": units[result.seek.path]},
-        "answers": answers,
-        "effects": _effects(result),
-    }
+    near = nearest.of_run(record, result.answers, result.effects)
+    best = iter(near.pop("best"))
+    answers = [each._asdict() | {"best": [*itertools.islice(best, len(each.best))]} for each in result.answers]
+    return {"asked": result.seek.written() | {"unit": record["units"][result.seek.path]}, "answers": answers} | near
 
 
 def seek_lines(facts: dict[str, Any]) -> list[str]:
@@ -62,31 +54,34 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
             names = wording.sentence_list(list(answer["beyond"]))
             lines.append(f"    not monotone: {names} beyond it keeps to the limits, too")
         lines += [f"    {_nearest(path, best, facts)}" for best in answer["best"][:LISTED_ANSWERS]]
+        if len(answer["best"]) > LISTED_ANSWERS:
+            lines.append(f"    and {len(answer['best']) - LISTED_ANSWERS:,} more")
     if len(answers) > LISTED_ANSWERS:
         lines.append(f"  and {len(answers) - LISTED_ANSWERS:,} more")
-    return [*lines, *_effect_lines(facts["seek"]["effects"])]
+    count = sum(len(answer["best"]) for answer in answers)
+    if facts["seek"]["needed"] and count > 1:
+        loosened = wording.sentence_list([f"{name} {words}" for name, words in facts["seek"]["needed"].items()])
+        lines.append(f"  All of these {count} would pass with {loosened}.")
+    return [*lines, *_effect_lines(path, facts)]
 
 
-def _effects(result: RunResult) -> list[dict[str, Any]]:
-    """Return what other keys do to the margin, ready for JSON."""
-    units = key_units(result.open().grid, SIMULATION.catalogue()) if result.effects else {}
-    return [effect._asdict() | {"unit": units.get(effect.path, "1")} for effect in result.effects]
-
-
-def _effect_lines(effects: list[dict[str, Any]]) -> list[str]:
-    """Return the lines on the keys that move the margin where no value keeps to the limits."""
-    moving = [each for each in effects if any(each[end] not in (None, each["margin"]) for end in ("lower", "upper"))]
+def _effect_lines(path: str, facts: dict[str, Any]) -> list[str]:
+    """Return the lines on the keys that move the margin where no value of `path` keeps to the limits."""
+    effects, furthest, moving = facts["seek"]["effects"], facts["seek"]["furthest"], []
+    for each in effects:
+        lower, own, upper = (_margin(each[name]) for name in ("lower", "margin", "upper"))
+        if len({lower, own, upper}) > 1:
+            value = friendly(each["value"], each["unit"], speed=each["path"].endswith("speed"))
+            moving.append(f"    {each['path']} ({value}): {lower} with {STEP:.0%} less, {upper} with {STEP:.0%} more")
     if not moving:
         return ["  No other key of the grid moves the margin by itself."] if effects else []
-    lines = [f"  What moves the margin ({100.0 * moving[0]['margin']:.3g} %) of the case furthest from its limits:"]
-    for each in moving[:LISTED_EFFECTS]:
-        ends = [
-            f"{change} {'fails' if each[end] is None else f'{100.0 * each[end]:.3g} %'}"
-            for change, end in ((f"-{STEP:.0%}", "lower"), (f"+{STEP:.0%}", "upper"))
-        ]
-        value = friendly(each["value"], each["unit"], speed=each["path"].endswith("speed"))
-        lines.append(f"    {each['path']} ({value}): {', '.join(ends)}")
-    return lines
+    setting = setting_text({**furthest["point"], path: furthest["value"]}, facts)
+    head = f"  Other keys that move the margin furthest from the limits, {_margin(furthest['margin'])} at {setting}:"
+    return [head, *moving[:LISTED_EFFECTS]]
+
+
+def _margin(margin: float | None) -> str:
+    return "failed" if margin is None else f"{100.0 * margin:.3g} %"
 
 
 def _nearest(path: str, best: dict[str, Any], facts: dict[str, Any]) -> str:
@@ -95,29 +90,18 @@ def _nearest(path: str, best: dict[str, Any], facts: dict[str, Any]) -> str:
     where = f"{setting}: " if setting else ""
     if best["margin"] is None:
         return f"{where}every case failed or cannot be judged ({best['limiting']})"
-    margin = f"{100.0 * best['margin']:.3g} %"
+    margin = _margin(best["margin"])
     text = f"{where}best at {value_text(path, best['value'], facts)}, margin {margin}"
-    if best["limiting"] is None:  # good values alone, where motion is chaotic
-        return f"{text}, but neighbouring values exceed the limits"
+    text = f"{where}best with {best['fit']}, margin {margin}" if best["fit"] else text
+    if best["limiting"] is None:  # it is another case that exceeds them, or motion is chaotic
+        return f"{text}, within the limits there"
     text += f", limited by {best['limiting']}"
     needed = [f"{name} {words}" for name, words in best["needed"].items()]
     return f"{text}; it would pass with {wording.sentence_list(needed)}" if needed else text
 
 
-def _needed(limits: Iterable[Limit], units: Mapping[str, str], margins: Mapping[str, float]) -> dict[str, str]:
-    """Return the limits that cases with these margins exceed, each as it would pass, in words."""
-    needed: dict[str, str] = {}
-    for limit in limits:
-        margin = margins.get(limit.column, 0.0)
-        if margin < 0.0:
-            size = abs(limit.value) * margin
-            loosened = limit.value - size if limit.kind == KINDS[0] else limit.value + size
-            needed[limit.column] = limit._replace(value=loosened).words(units.get(limit.column, "1"))
-    return needed
-
-
 def refine_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the lines on what `refine` came to."""
+    """Return the lines on the results of `refine`."""
     refinement = facts["refined"]
     if not refinement:
         return []

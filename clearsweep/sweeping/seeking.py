@@ -12,7 +12,7 @@ from .bisection import Border, scan, search
 
 
 class Answer(NamedTuple):
-    """What was found for one case of the other axes, or for the worst of them; SI."""
+    """Answer for one case of the other axes, or for the worst of them; SI."""
 
     point: Point
     value: float | None  # the last one that is safe; None: none is
@@ -23,7 +23,7 @@ class Answer(NamedTuple):
     fits: bool = False  # it was searched for among fits
     fit: str | None = None  # the one at `value`
     beyond: tuple[str, ...] = ()  # fits on the unsafe side of the border that keep to the limits all the same
-    best: tuple[dict[str, Any], ...] = ()  # where no value keeps to them: how near each case of the other axes comes
+    best: tuple[dict[str, Any], ...] = ()  # where no value keeps to them: how near each case comes
 
 
 class _Probe(NamedTuple):
@@ -50,7 +50,7 @@ class Seeking:
         return tuple(range(self.seek.last + 1)) if self.seek.fits else scan(self.seek.last)
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Take in how the cases of a grid from the index `first` on compare to its limits."""
+        """Record how the cases of a grid, from the index `first` on, compare to its limits."""
         for index in range(first, len(grid)):
             point = grid.point(index)
             place = self.asked[[point.pop(path) for path in self.seek.paths].pop()]
@@ -79,7 +79,7 @@ class Seeking:
         return self.others[j] | dict.fromkeys(self.seek.paths, value)
 
     def _answer(self, subject: tuple[int, ...]) -> Answer:
-        """Return what the probes of some cases of the other axes say."""
+        """Return the answer from the probes of some cases of the other axes."""
         known, seek = self._known(subject), self.seek
         border = every(known, seek.last) if seek.fits else search(known, seek.last).border
         assert border is not None  # nothing is wanted any more
@@ -88,7 +88,8 @@ class Seeking:
         limiting = None if known[at] else self.probes[worst][at].limiting
         point = self.others[worst]
         if border.good is None:
-            best = tuple(self._best(j) for j in subject)
+            nearest = max(known, key=lambda place: (min(self.probes[j][place].margin for j in subject), -place))
+            best = tuple(self._best(j, nearest) for j in subject)
             tried = len(known) * len(subject)
             return Answer(point, None, None, None, limiting, tried, fits=bool(seek.fits), best=best)
         good = seek.value(border.good)
@@ -99,13 +100,14 @@ class Seeking:
         beyond = tuple(seek.fit(place).name for place in sorted(known) if known[place] and place > border.good)
         return answer._replace(fits=True, fit=seek.fit(border.good).name, beyond=beyond)
 
-    def _best(self, j: int) -> dict[str, Any]:
-        """Return the value at which a case of the other axes comes nearest to its limits, and what limits it there."""
-        place, probe = max(self.probes[j].items(), key=lambda item: (item[1].margin, -item[0]))
+    def _best(self, j: int, place: int) -> dict[str, Any]:
+        """Return how near a case of the other axes comes to its limits at the best place, and what limits it there."""
+        probe = self.probes[j][place]
         finite = np.isfinite(probe.margin)
         return {
             "point": self.others[j],
             "value": self.seek.value(place),
+            "fit": self.seek.fit(place).name if self.seek.fits else None,
             "margin": probe.margin if finite else None,
             "limiting": probe.limiting,
             "margins": {name: margin for name, margin in probe.margins.items() if np.isfinite(margin)},
@@ -113,7 +115,7 @@ class Seeking:
 
 
 def _deciding(known: dict[int, bool], border: Border, last: int) -> int:
-    """Return the place that says what the limiting column is: the first bad one beyond the border."""
+    """Return the place from which the limiting column is taken: the first bad one beyond the border."""
     if border.good is None:
         return min((place for place, good in known.items() if not good), default=0)
     return min((place for place, good in known.items() if place > border.good and not good), default=last)
@@ -136,7 +138,7 @@ def _others(grid: Grid, seek: Seek) -> list[Point]:
 
 
 def _probe(results: store.CaseResults, index: int) -> _Probe:
-    """Return what the case at an index of a grid gave."""
+    """Return the result of the case at an index of a grid."""
     status = results.status[index]
     if status != "ok":
         return _Probe(good=False, margin=-np.inf, limiting=status, margins={})

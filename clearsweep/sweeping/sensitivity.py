@@ -4,7 +4,7 @@ Their cases are a run of their own in a folder of the run's directory, so that i
 """
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,10 +19,11 @@ STEP = 0.1  # of a value, up and down: beyond the scatter of chaotic motion, sma
 FOLDER = "sensitivity"  # its name goes on with a hash of the keys
 _APART = ("sweep", "zip", "cases", "sample", "seek")  # sections of a resolved grid that choose its cases
 _OF_METHOD = ("simulate.", "save.", "uncertain.")  # keys that are no part of the machine
+_EXPONENT = ".exponent"  # a key on which units of others depend
 
 
 class Effect(NamedTuple):
-    """What one key does to the margin where none of the values tried keeps to the limits."""
+    """Effect of one key on the margin where no value that was tried keeps to the limits."""
 
     path: str
     value: float  # SI, as the grid has it
@@ -43,10 +44,9 @@ def effects(
 
     They are those at the case furthest from its limits, at its best value.  `run` runs a grid in a directory.
     """
-    nearest = [each for answer in answers for each in answer.best if each["margin"] is not None]
-    if grid.seek is None or not nearest:
+    worst = furthest(answers)
+    if grid.seek is None or worst is None:
         return []
-    worst = min(nearest, key=lambda each: each["margin"])
     point = worst["point"] | dict.fromkeys(grid.seek.paths, worst["value"])
     fixed = {key: part for key, part in grid.resolved().items() if key not in _APART}
     moved = _moved(grid, point, fixed, simulator)
@@ -71,13 +71,23 @@ def effects(
     return sorted(effects, key=lambda effect: (-effect.size, effect.path))
 
 
+def furthest(answers: Iterable[Answer]) -> dict[str, Any] | None:
+    """Return what is known of the case furthest from its limits at its best value, None where every search has one."""
+    finite = [each for answer in answers for each in answer.best if each["margin"] is not None]
+    return min(finite, key=lambda each: each["margin"], default=None)
+
+
 def _numbers(grid: grids.Grid, point: Mapping[str, Any]) -> dict[str, float]:
     """Return path -> value (SI) of the numbers of a case that could be others."""
     tree = grid.case_tree(point)
     return {
         path: value
         for path, value in grids.leaves(tree)
-        if isinstance(value, float) and value and path not in point and not path.startswith(_OF_METHOD)
+        if isinstance(value, float)
+        and value
+        and path not in point
+        and not path.startswith(_OF_METHOD)
+        and not path.endswith(_EXPONENT)
     }
 
 

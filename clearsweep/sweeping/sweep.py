@@ -15,7 +15,7 @@ from .. import store
 from ..contracts.results import Peak
 from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
-from . import adaptive, executors, identified, progress, resources, signals
+from . import adaptive, executors, identified, nearest, progress, resources, signals
 from .identifying import Identified, Identifying
 from .optimising import Optimised, Optimising
 from .refining import Refined, Refining
@@ -125,9 +125,13 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
             _run_sweep(further, directory, options, simulator)
 
         grid = load(source, simulator)
-        return replace(
+        result = replace(
             result, effects=tuple(effects(grid, [*result.answers], result.directory, simulator, run_further))
         )
+        with directory_of(grid, result.directory).open_for(grid) as directory:
+            record = result.open().grid
+            directory.add_to_record(nearest=nearest.of_run(record, result.answers, result.effects))
+        return result
 
 
 def _run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator) -> RunResult:
@@ -274,7 +278,7 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
     for taken in grid.taken:
         unit, typical, low, high = taken.value
         ranges[f"{taken.path} ({taken.name})"] = {"unit": unit, "min": typical, "max": typical}
-        ranges[f"{taken.path} ({taken.name}, published range)"] = {"unit": unit, "min": low, "max": high}
+        ranges[f"{taken.path} ({taken.name}, range)"] = {"unit": unit, "min": low, "max": high}
     for index in np.unique(np.linspace(0, len(grid) - 1, SAMPLED_CASES).round().astype(int)).tolist():
         case = grid.case(index)
         for name, (value, unit) in simulator.derived(case).items():

@@ -1,4 +1,4 @@
-"""What a worker process does: it computes a batch of cases and commits them; a manifest goes back."""
+"""Work of a worker process: it computes the cases of a batch, commits them and returns a manifest."""
 
 import contextlib
 import ctypes
@@ -37,7 +37,7 @@ NOTE_LENGTH = 22  # bytes that say who is at which case; after them a watchdog w
 
 
 class Simulator(Protocol):
-    """What a sweep asks of mechanics: `SIMULATION`, or what a test puts in its place.
+    """The functions of mechanics that a sweep calls: `SIMULATION`, or a substitute in tests.
 
     It travels to worker processes by pickle.
     """
@@ -49,7 +49,7 @@ class Simulator(Protocol):
         """Load what cases need."""
 
     def signature(self, case: Case, /) -> Hashable:
-        """Return what is equal for cases that share their compiled code."""
+        """Return a key that cases with the same compiled code share."""
 
     def compile_for(self, case: Case, /) -> None:
         """Compile what a case shares with cases of the same signature, or load it from the cache."""
@@ -74,10 +74,10 @@ class Simulator(Protocol):
         """
 
     def derived(self, case: Case, /) -> dict[str, tuple[float, str]]:
-        """Return name -> (value, SI unit) of what follows from other values."""
+        """Return name -> (value, SI unit) of derived values."""
 
     def warnings(self, case: Case, /) -> list[str]:
-        """Return sentences about values that may not be what was meant."""
+        """Return sentences about suspicious values."""
 
 
 class Task(NamedTuple):
@@ -97,7 +97,7 @@ class Batch(NamedTuple):
 
 @dataclass(frozen=True)
 class Job:
-    """What all batches of a run share; a process that is sent it again with each batch unpacks it once."""
+    """Data that all batches of a run share; a process that receives it again with each batch unpacks it once."""
 
     directory: Path
     grid: Grid
@@ -145,7 +145,7 @@ class AbandonedError(Exception):
 
 
 class Manifest(NamedTuple):
-    """What a batch came to; the results themselves are in the store."""
+    """Outcome of a batch; the results themselves are in the store."""
 
     committed: str | None  # name of its summary; None where nothing was committed
     done: int
@@ -331,7 +331,7 @@ def _noting(path: Path) -> Iterator[_Noting]:
 
 
 class Note(NamedTuple):
-    """What a worker left about the batch it was at."""
+    """A worker's note on its batch."""
 
     process: int
     batch_index: int
@@ -365,7 +365,7 @@ def _solve(job: Job, case: Case, log: store.Unfinished | None, note: int) -> Tra
 
 
 def _gone_wrong(error: Exception) -> Trajectory:
-    """Return the result of a case of which an exception is all that came."""
+    """Return the result of a case that ended with an exception."""
     if isinstance(error, InputError):
         return failure("refused", str(error))
     return failure("crashed", resources.remedy(error) or brief(error))

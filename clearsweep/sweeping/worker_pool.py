@@ -143,7 +143,7 @@ class WorkerPool:
 
 
 def _submitted(workers: executors.Executor, *what: Any) -> Future:
-    """Return what `find_peak` comes to in a worker."""
+    """Return the future of `find_peak` in a worker."""
     try:
         return workers.submit(find_peak, *what)
     except RuntimeError as error:  # the pool broke

@@ -21,7 +21,7 @@ class WorstCases:
         self.entries: list[dict[str, Any]] = []  # the worst first
 
     def add(self, block: Mapping[str, np.ndarray], known: Callable[[int], dict[str, Any]]) -> None:
-        """Take in some finished cases; known : place in the block -> which case that is."""
+        """Add finished cases; known : place in the block -> which case that is."""
         if not self.lead.candidates:
             return
         values, which = self.lead.worst(block)

@@ -20,3 +20,4 @@ class Entry(NamedTuple):
     summary: str
     values: Mapping[str, Value]  # by key
     source: str
+    checked: str  # what of it was compared with a text, and with which one

@@ -9,11 +9,12 @@ _SCALES = {"Pa": (1e9, "GPa"), "1/K": (1e-6, "1e-6/K"), "m^2/s": (1e-6, "mm^2/s"
 
 
 def listed(entry: Entry) -> str:
-    """Return an entry with its values, their ranges and its source."""
+    """Return an entry with its values, their ranges, its source and what was checked of it."""
     lines = [_wrapped("", f"{entry.name}: {entry.summary}")]
     wide = max(map(len, entry.values))
     lines += [f"  {key:{wide}}  {shown(value)}" for key, value in entry.values.items()]
-    return "\n".join([*lines, _wrapped("  ", f"source: {entry.source}")])
+    lines += [_wrapped("  ", f"source: {entry.source}"), _wrapped("  ", f"checked: {entry.checked}")]
+    return "\n".join(lines)
 
 
 def shown(value: Value) -> str:

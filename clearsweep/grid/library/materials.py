@@ -10,6 +10,7 @@ from pathlib import Path
 
 from .entry import Entry, Value
 
+_CHECKED = "no: written from memory of the source; check a data sheet before you quote a value"
 _COLUMNS = (  # key, unit, factor on what is written
     ("young", "Pa", 1e9),
     ("poisson", "1", 1.0),
@@ -38,7 +39,7 @@ def _material(row: dict[str, str]) -> Entry:
     for key, unit, factor in _COLUMNS:
         typical, low, high = (float(number) * factor for number in row[key].split())
         values[key] = Value(unit, typical, low, high)
-    return Entry(row["name"], row["summary"], values, _SOURCES[row["source"]])
+    return Entry(row["name"], row["summary"], values, _SOURCES[row["source"]], _CHECKED)
 
 
 def _materials() -> dict[str, Entry]:

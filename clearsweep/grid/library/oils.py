@@ -32,6 +32,10 @@ inf   0.83531  14.6731 -216.246  0.16841  11.8493 -96.947
 _REFERENCE = [tuple(map(float, row.split())) for row in _ROWS.strip().splitlines()]
 _D2270 = "viscosity index by ASTM D2270"
 _VG_SOURCE = f"ISO 3448 (viscosity at 40 degC within 10 %); {_D2270}, 95 for a solvent-refined mineral oil"
+_VG_CHECKED = (
+    "the limits of the grades with a reprint of ISO 3448, three rows of the table of ASTM D2270 with a program that "
+    "has it; the density is from memory"
+)
 _DENSITY = Value("kg/m^3", 880.0, 840.0, 920.0)  # mineral oils at 15 degC
 _GRADES = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 1500)
 #: SAE grade -> viscosity at 100 degC from, to (mm^2/s; SAE J300), viscosity index typical, from, to.
@@ -46,6 +50,7 @@ _SAE = {
     "SAE 15W-40": (12.5, 16.3, 138.0, 125.0, 150.0),
     "SAE 20W-50": (16.3, 21.9, 125.0, 115.0, 140.0),
 }
+_SAE_CHECKED = "the limits at 100 degC with reprints of SAE J300; the viscosity index and the density are from memory"
 _SAE_SOURCE = f"SAE J300 (viscosity at 100 degC); {_D2270}, typical of data sheets, without shear thinning"
 
 
@@ -88,7 +93,7 @@ def _vg(grade: int) -> Entry:
         "at_100C": _viscosity(hot_viscosity(grade, VG_INDEX), *ends),
         "density": _DENSITY,
     }
-    return Entry(f"ISO VG {grade}", "mineral oil, viscosity index 95", values, _VG_SOURCE)
+    return Entry(f"ISO VG {grade}", "mineral oil, viscosity index 95", values, _VG_SOURCE, _VG_CHECKED)
 
 
 def _sae(name: str) -> Entry:
@@ -99,7 +104,7 @@ def _sae(name: str) -> Entry:
         "at_100C": _viscosity(middle, low, high),
         "density": _DENSITY,
     }
-    return Entry(name, f"engine oil, viscosity index {index:g}", values, _SAE_SOURCE)
+    return Entry(name, f"engine oil, viscosity index {index:g}", values, _SAE_SOURCE, _SAE_CHECKED)
 
 
 OILS = {entry.name: entry for entry in (*map(_vg, _GRADES), *map(_sae, _SAE))}

@@ -1,7 +1,8 @@
 """Wear pairs: specific wear rates, volume per load and sliding distance, of the softer body.
 
-A specific wear rate k (m^2/N) is K / H; K is dimensionless, H the hardness of the softer body.  Its scatter is part of
-what is published: where a source has K alone, the range is its scatter of a factor of 4 (Rabinowicz 1981) or wider.
+A specific wear rate k (m^2/N) is K / H; K is dimensionless, H the hardness of the softer body.  It scatters: where a
+source has K alone, the range is a factor of 4 either way (after Rabinowicz 1981) or wider.  `checked` says which
+numbers were compared with a text; all others are remembered.
 """
 
 from .entry import Entry, Value
@@ -12,7 +13,11 @@ _POLYMERS = (
     "Theberge 1970, SPE ANTEC (wear factors of thermoplastics, ASTM D3702, in "
     "1e-10 in^3 min/(ft lb h) = 2.014e-17 m^2/N)"
 )
-_MUKRAS = "Mukras et al. 2010, Wear 268:643 (5.05e-13 m^2/N, a steel pin in a PTFE bushing)"
+_REPRINTED = (
+    "K with a reprint of the table (Wikipedia, Wear coefficient), which has K / (3 H): that is within the range; the "
+    "hardness is from memory"
+)
+_REMEMBERED = "no: written from memory of the source; do not quote it as published"
 #: Name, what it is, typical, low, high (m^2/N), source.
 _ROWS = (
     ("steel/steel dry", "mild steel on mild steel", 3.8e-12, 1e-13, 1.5e-11, f"{_ARCHARD}: 7e-3, 1.82 GPa"),
@@ -24,11 +29,17 @@ _ROWS = (
      f"{_SCATTER}: 5e-7 to 5e-5, 1.2 GPa"),
     ("steel/cast iron greased", "grey cast iron on steel, boundary lubricated", 1e-15, 1e-16, 1e-14,
      f"{_SCATTER}: 2e-7 to 2e-5, 2 GPa"),
-    ("steel/PTFE dry", "unfilled PTFE on steel", 5e-13, 5e-14, 1e-12, f"{_MUKRAS}; {_ARCHARD}: 2.5e-5, 49 MPa"),
+    ("steel/PTFE dry", "unfilled PTFE on steel", 5.1e-13, 1.3e-13, 2e-12, f"{_ARCHARD}: 2.5e-5, 49 MPa"),
     ("steel/POM dry", "unfilled acetal on steel", 1.3e-15, 3e-16, 1e-14, f"{_POLYMERS}: 65"),
     ("steel/PA66 dry", "unfilled polyamide 66 on steel", 4e-15, 1e-15, 2e-14, f"{_POLYMERS}: 200"),
 )  # fmt: skip
 PAIRS = {
-    name: Entry(name, summary, {"coefficient": Value("m^2/N", typical, low, high)}, source)
+    name: Entry(
+        name,
+        summary,
+        {"coefficient": Value("m^2/N", typical, low, high)},
+        source,
+        _REPRINTED if source.startswith(_ARCHARD) else _REMEMBERED,
+    )
     for name, summary, typical, low, high, source in _ROWS
 }

@@ -16,7 +16,6 @@ from ..joint.places import (
     after_part,
     extent,
     first_place,
-    observed_columns,
     where_internal,
     with_current_state,
 )
@@ -24,6 +23,7 @@ from ..observe.observables import column_of, observed_in
 from ..solver.dop853 import END, ROWS
 from ..solver.guarding import EARLIEST
 from .impact_mass import joints_at_event
+from .rates import observed_width
 
 
 class Guards(NamedTuple):
@@ -116,7 +116,7 @@ def guards_entry(scene, y, latched, o, value, row):
     shared = _Values(
         in_lane(y, (roots + size.contact + size.internal,)),
         in_lane(latched, (size.contact + size.latched,)),
-        in_lane(o, (ROWS, observed_columns(here.joints))),
+        in_lane(o, (ROWS, observed_width(here))),
         row,
         roots,
         shaped(value, (2, size.guard)),
@@ -184,7 +184,7 @@ def latch_entry(scene, y, latched, o, event, row):
     shared = _Event(
         in_lane(y, (roots + size.contact + size.internal,)),
         in_lane(latched, (size.contact + size.latched,)),
-        in_lane(o, (ROWS, observed_columns(here.joints))),
+        in_lane(o, (ROWS, observed_width(here))),
         row,
         roots,
         which[0],

@@ -31,13 +31,23 @@ from ..joint.contract import (
 )
 from ..joint.loads import loads_of, put_internal_rates
 from ..joint.nearest import with_angles, with_body_angles
-from ..joint.places import after_joint, after_number, channels_beside_those, extent, first_place, histories_of
+from ..joint.places import (
+    after_joint,
+    after_number,
+    channels_beside_those,
+    extent,
+    first_place,
+    histories_of,
+    observed_columns,
+)
 from ..mechanism.contract import (
     accelerate,
     body_angles,
     crank_rate,
     describe,
     energy,
+    friction_loads,
+    friction_powers,
     gaps,
     load_power,
     output_error,
@@ -193,10 +203,19 @@ def rates(scene, y, mode, latched, k, o, row):
     if row == 0 or row >= END:  # wanted where the state is accurate, at the ends of a step and on the interpolant
         o[row, KINETIC] = kinetic
         o[row, ERROR], o[row, ERROR_RATE] = output_error(scene.mechanism, p)
+    powers, first = friction_powers(scene.mechanism, motion), observed_columns(scene.joints)
+    for i in range(len(powers)):
+        o[row, first + i] = powers[i]
     present = JointState(y, mode, latched, time + 1)
     rows = _Rows(scene, present, kappa, k, o, row)
     _put_all_contacts(scene.joints, loads, first_place(scene.joints, time + 1), rows)
     put_internal_rates(scene.joints, loads, present, kappa, k[row])
+
+
+@inlined
+def observed_width(scene):
+    """Return how many observables a scene has: those of its joints, and behind them the power of each friction load."""
+    return observed_columns(scene.joints) + friction_loads(scene.mechanism)
 
 
 @kernel

@@ -8,10 +8,9 @@ bits.
 """
 
 from ..compiled.family import WIDTH, Entry, entry, in_lane, inlined
-from ..joint.places import observed_columns
 from ..solver.accumulate.step_sums import LENGTH, WHOLE, TrialStep, keep_last_stage, step_width
 from ..solver.dop853 import END, ROWS, stage_state
-from .rates import rates, size_of
+from .rates import observed_width, rates, size_of
 
 ARRAYS = "fiffffff"  # the fields of TrialStep: float64 or int64
 
@@ -41,7 +40,7 @@ def trial_step_entry(scene, y, mode, latched, weight, k, o, end, step, row):
         in_lane(latched, (latching,)),
         in_lane(weight, (n,)),
         in_lane(k, (ROWS, n)),
-        in_lane(o, (ROWS, observed_columns(here.joints))),
+        in_lane(o, (ROWS, observed_width(here))),
         in_lane(end, (n,)),
         in_lane(step, (step_width(contacts, n),)),
     )

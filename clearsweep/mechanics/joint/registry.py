@@ -93,8 +93,9 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
     if joint.is_guide:
         return guide.Guide(joint.clearance, 1.0, joint.length, joint.height, law, elastic, friction_term(joint))
     if joint.slot_length is not None:
-        half = 0.5 * joint.slot_length
-        return slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half, law, elastic, friction_term(joint))
+        half, around = 0.5 * joint.slot_length, radius + joint.slot_length / math.pi
+        laws = law, elastic, friction_term(joint), around, wear_term(joint)
+        return slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half, *laws)
     if joint.is_spatial:
         return _spatial_term(joint)
     pressed = dry.Joint(

@@ -6,6 +6,11 @@ pin: across the walls, or radially at the ends, without a jump between them.  Th
 one the pin.  All is in the frame of the slot: x along it, y across.  Force and friction act on both bodies at the
 pin's surface, so that their powers add up to normal force times rate of penetration and friction times sliding speed
 exactly, as in a guide.
+
+Wear of the wall goes by the way s along it, counter-clockwise from the middle of the end that lies in the direction of
+the slot: with the angle a (0 to 2 pi) of the normal, the radius R of the ends and half the length l, x within +-l,
+
+    s = R a + (l - x where a <= pi, else 3 l + x).
 """
 
 from typing import NamedTuple
@@ -14,10 +19,13 @@ from ..compiled import calculus as math
 from ..compiled.choosing import where
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined, kernel
-from .contract import FREE, PRESSED, Contact, ContactModes, Load, Part, contact_modes, load, parts
+from .contract import FREE, PRESSED, Contact, ContactModes, Load, Part, contact_modes, load, parts, touches
 from .dry import Clip, normal_forces
 from .friction.contract import friction_force
 from .places import after_law, with_current_state
+from .wear.contract import local_clearance, middle_arc
+from .wear.passage import rubbing_at
+from .wear.step import SLOPES, see
 
 
 class SlotJoint(NamedTuple):
@@ -30,6 +38,8 @@ class SlotJoint(NamedTuple):
     law: tuple  # contact_force
     elastic: tuple  # elastic_force
     friction: tuple  # friction_force
+    bearing_radius: float  # m, of a circle as long as the wall all round: by its angle wear has places on the wall
+    wear: tuple  # wear_rate, or NoWear
 
 
 @contact_modes.member(SlotJoint)
@@ -83,6 +93,8 @@ def _pressed(joint, gap, place, present):
         law=law,
         elastic=joint.elastic,
         friction=friction,
+        bearing_radius=joint.bearing_radius,
+        wear=joint.wear,
     )
     force, rubbing, elastic, raw = normal_forces(here, mode, root * abs(root), normal.rate, present.latched[c])
     tangential = as_type_of(friction_force(friction, rubbing, normal.slip), normal.slip)
@@ -101,3 +113,46 @@ def _load_at_the_pin(joint, gap, place, present):
         moment_distal=on_pin,
         contacts=(contact,),
     )
+
+
+# ---------------------------------------------------------------------------------------------- wear
+
+
+@see.member(SlotJoint)
+def _along_the_wall(joint, gap, turned, j, moment):
+    step, i = moment.step, moment.number
+    if not touches(step.mode[j]):
+        return
+    half, radius = joint.half_length, joint.journal_radius + joint.clearance
+    nearest = min(max(gap.x, -half), half)
+    beyond = gap.x - nearest
+    eccentricity = math.sqrt(beyond * beyond + gap.y * gap.y)
+    nx, ny = beyond / eccentricity, gap.y / eccentricity
+    angle, travels = math.atan2(ny, nx), gap.vy * nx - gap.vx * ny
+    way = radius * angle + (half - nearest if ny >= 0.0 else nearest - half)
+    spins = travels / eccentricity if abs(gap.x) > half else 0.0  # of the normal, from the slot
+    pace = radius * spins if abs(gap.x) > half else travels
+    _, distal = turned
+    step.places[j, 0, i] = way / joint.bearing_radius
+    step.places[j, 1, i] = angle + math.atan2(gap.axis_y, gap.axis_x) - distal
+    step.places[j, 2, i] = 0.0
+    step.places[j, SLOPES, i] = pace / joint.bearing_radius
+    step.places[j, SLOPES + 1, i] = spins + gap.spin_proximal - gap.spin_distal
+    step.places[j, SLOPES + 2, i] = 0.0
+
+
+@local_clearance.member(SlotJoint)
+def _of_walls_and_ends(joint, on_wall, on_pin):
+    """A wall is flat: with it the pin has its own radius, R_b R_j / c for c = R_b."""
+    radius, turn = joint.journal_radius + joint.clearance, 2.0 * math.pi
+    way = (on_wall - turn * math.floor(on_wall / turn)) * joint.bearing_radius
+    quarter, wall = 0.5 * math.pi * radius, 2.0 * joint.half_length
+    half_way = math.pi * joint.bearing_radius
+    within = where(way > half_way, way - half_way, way)  # both halves are alike
+    return where((within > quarter) & (within < quarter + wall), radius, joint.clearance)
+
+
+@middle_arc.member(SlotJoint)
+def _swept_by_the_pin(joint, workspace):
+    """No arc is too narrow for the bins: the pin runs along the wall, so that what it wears is even within a bin."""
+    return 2.0 * math.pi, rubbing_at(joint, workspace, 0.5)

@@ -19,7 +19,7 @@ from numpy.polynomial import Chebyshev, Polynomial
 
 from ..compiled import calculus as math
 from ..compiled.direction import direction
-from ..compiled.dual import plain
+from ..compiled.dual import as_type_of, plain
 from ..compiled.family import inlined, kernel
 from .elastic.contract import elastic_force
 from .nearest import TurnedGap, bodies_of, nearest, surfaces_of
@@ -137,7 +137,9 @@ def _over_the_arc(joint, there, gap, pen):
         by_bearing, by_journal = by_bearing + part * slope, by_journal + part * other_slope
         stored = stored + part * f
     stored_by_circles, pressed_by_circles = circles(c, pen)
-    depth = pen + (0.5 * half * stored - stored_by_circles) / pressed_by_circles
+    # Newton's step from a root that lags, just after an onset, goes far beyond the pen that stores deep^2 half or less
+    most = 2.0 * max(deep, (deep * deep * half) ** 0.4 * c**0.2)
+    depth = min(pen + (0.5 * half * stored - stored_by_circles) / pressed_by_circles, as_type_of(most, there.depth))
     scale = half / pressed_by_circles
     gx, gy, turns = scale * along_x, scale * along_y, (scale * by_bearing, scale * by_journal)
     gain = math.sqrt(gx * gx + gy * gy)

@@ -128,6 +128,26 @@ def _no_load(mechanism, motion):
 
 
 @family
+def friction_loads(mechanism):
+    """Return how many loads of a mechanism are friction in joints without clearance, or of a given size."""
+
+
+@friction_loads.member(None)
+def _no_friction(mechanism):
+    return 0
+
+
+@family
+def friction_powers(mechanism, motion):
+    """Return the power (W) of each of these loads for a Motion, below 0 where it takes energy."""
+
+
+@friction_powers.member(None)
+def _no_powers(mechanism, motion):
+    return ()
+
+
+@family
 def output_error(mechanism, pose):
     """Return how far the output is from its place in the ideal mechanism, in its unit, and the rate of that."""
 

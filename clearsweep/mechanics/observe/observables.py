@@ -5,6 +5,7 @@ of the resultant of normal and tangential force (N^2), and RUBBED, the power of 
 filled in where they are asked for, by `put_load` and `put_rubbed`.  Only where a joint has a film, another block for
 every contact follows: the dry share of its normal force (N), the powers (W) that the film takes and dry friction, its
 largest pressure (Pa), the speed (m/s) of the surfaces that shear it, the power (W) that its pressure alone takes.
+Behind these is the power (W) of each load that is friction, below 0 where it takes energy.
 """
 
 from typing import NamedTuple

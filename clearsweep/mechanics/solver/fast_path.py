@@ -27,9 +27,10 @@ from .run_control import (
 
 @kernel
 def can_take_fast_path(at):
-    """Return whether steps of a case can be fast: a free crank, films and wear are looked at in each."""
+    """Return whether steps of a case can be fast: each is looked at of a free crank, films, wear, friction loads."""
     work = at[0]
     watched = work.independent != work.time or work.control[PATIENCE] < math.inf or work.wear.code != 0
+    watched = watched or work.totals.friction.size > 0
     for j in range(work.mode.size):
         watched = watched or work.film[j, 1] < math.inf
     return work.takes_steps != 0 and not watched

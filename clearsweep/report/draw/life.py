@@ -1,4 +1,4 @@
-"""The drawing of lives: how a joint goes on with the revolutions of its crank."""
+"""Drawings of lives: a figure of a joint over the revolutions of its crank."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -13,7 +13,7 @@ COLOURS = (RED, BLUE, GREEN)
 
 
 class DepthCurve(NamedTuple):
-    """How a figure of one case goes on."""
+    """A figure of one case over revolutions."""
 
     name: str
     revolutions: np.ndarray  # (nodes,) from 0

@@ -155,8 +155,20 @@ def _body(ax: Axes, body: simulation.SketchedBody, colour: str) -> np.ndarray:
         ax.fill(*points[order].T, facecolor=(colour, 0.25), edgecolor=colour, linewidth=2.5)
     else:
         ax.plot(points[:, 0], points[:, 1], color=colour, lw=4.0, solid_capstyle="round", zorder=2)
+    if body.gives is not None:
+        ax.plot(*_spring(*body.gives).T, color="white", lw=1.2, zorder=3)
     ax.plot(*body.center, marker="+", color=INK, ms=5, mew=0.8, zorder=5)
     return np.vstack([_between(points), body.center])
+
+
+def _spring(near: np.ndarray, far: np.ndarray) -> np.ndarray:
+    """Return the corners (m) of a zigzag between two places, straight at its ends."""
+    line = far - near
+    across = 0.02 * np.array([-line[1], line[0]])
+    shares = np.concatenate([[0.0, 0.15], np.linspace(0.175, 0.825, 14), [0.85, 1.0]])
+    signs = np.concatenate([[0.0, 0.0], np.resize([1.0, -1.0], 14), [0.0, 0.0]])
+    corners: np.ndarray = near + shares[:, None] * line + signs[:, None] * across
+    return corners
 
 
 def _guide(ax: Axes, joint: simulation.SketchedJoint, direction: float, size: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""A map of what passes: cells that keep to the limits in one colour, those that do not in another, a line between."""
+"""A map of limits: cells that keep to them in one colour, cells that exceed them in another, a line between."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Drawings of what was identified: how likely the values of a key are, and pairs of keys."""
+"""Drawings of identified values: their distribution, and that of pairs of keys."""
 
 import numpy as np
 from matplotlib.axes import Axes

@@ -1,4 +1,4 @@
-"""Drawings of what was searched for: intervals that hold a border, over another axis."""
+"""Drawings of the answers of `seek`: intervals that contain the border of the limits, over another axis."""
 
 from collections.abc import Sequence
 

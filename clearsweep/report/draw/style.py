@@ -1,4 +1,4 @@
-"""What all drawings share: colours, and how axes, ticks and colour bars look."""
+"""Shared style of all drawings: colours, axes, ticks and colour bars."""
 
 from typing import Any
 

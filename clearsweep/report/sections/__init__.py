@@ -11,6 +11,7 @@ from . import (
     curves,
     drivers,
     elastic_laws,
+    elastic_links,
     explorer,
     failures,
     films,
@@ -61,7 +62,7 @@ MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by sub
         (peak_revolution.sections, cases.others, motion_type.sections, films.sections),
     ),
     ("Wear and life", (life.sections, wear.sections, trends.sections)),
-    ("Laws and errors", (budget.sections, law_choice.sections, elastic_laws.sections)),
+    ("Laws and errors", (budget.sections, law_choice.sections, elastic_laws.sections, elastic_links.sections)),
     ("All cases", (explorer.sections, peaks.sections, failures.sections)),
     ("Setup", (mechanism.sections, setup.sections)),
 )

@@ -1,4 +1,4 @@
-"""An error budget: one case, and others of which each changes one unknown: what decides the force peak, by how much."""
+"""An error budget: effects of single unknowns on the force peak, from a base case and one-at-a-time changes."""
 
 import itertools
 from collections import Counter
@@ -33,7 +33,7 @@ class Unknown(NamedTuple):
 
 
 class Bar(NamedTuple):
-    """What an unknown does to a figure."""
+    """Effect of an unknown on a figure."""
 
     unknown: Unknown
     down: float  # of the base, at most 0
@@ -92,7 +92,7 @@ def bars_of(study: Study, column: str, base: str, unknowns: list[Unknown]) -> li
 
 
 def together(bars: list[Bar]) -> tuple[float, float]:
-    """Return how far (of 1) all unknowns move a figure down and up.
+    """Return the change (of 1) of a figure, down and up, by all unknowns together.
 
     As of independent ones: roots of the sums of squares, of logarithms, since a peak falls by 100 % at the most.
     """

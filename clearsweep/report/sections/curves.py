@@ -55,7 +55,7 @@ def _beside(study: Study, across: Axis) -> Axis | None:
 
 
 def _effects(study: Study) -> list[MainEffect]:
-    """Return what moves the leading figure, the strongest first; [] where no case has it."""
+    """Return the main effects on the leading figure, the strongest first; [] where no case has it."""
     column = study.hardest_joint().column(study.lead.figure)
     return main_effects(study, column) if study.has(column) else []
 

@@ -22,7 +22,7 @@ NOTED = 9  # values of an axis up to which the text of a picture gives each medi
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section, with a picture for each of the strongest; [] where no axis has values that cases share."""
+    """Return the section with pictures of the strongest axes; [] if no two cases share the value of an axis."""
     if not _comparable(study):
         return []
     said = Points(sentences(study, study.hardest_joint()))
@@ -41,7 +41,7 @@ def more(study: Study) -> list[Section]:
 
 
 def sentences(study: Study, joint: Joint) -> list[str]:
-    """Return what drives the leading figure of a joint, and its other figures."""
+    """Return sentences that name the strongest axes for the leading figure of a joint and for its other figures."""
     effects = main_effects(study, joint.column(study.lead.figure))
     strong = [effect for effect in effects if effect.clear()]
     weak = [effect.axis.name for effect in effects if not effect.clear()]
@@ -57,11 +57,11 @@ def sentences(study: Study, joint: Joint) -> list[str]:
     most = [main_effects(study, joint.column(figure))[0] for figure in others]
     named = zip(others.values(), _causes(most, study), strict=True)
     text += f" The {', the '.join(f'{name} is driven most by {cause}' for name, cause in named)}."
-    return [text, *_beside_ideal(study, joint)]
+    return [text, *_relative_to_ideal(study, joint)]
 
 
-def _beside_ideal(study: Study, joint: Joint) -> list[str]:
-    """Return what drives the force once the ideal mechanism's own reaction is taken out; only where that varies."""
+def _relative_to_ideal(study: Study, joint: Joint) -> list[str]:
+    """Return the sentence on the strongest axis for force over ideal reaction; [] if the ideal reaction is constant."""
     ratio = joint.column("force_peak_ratio")
     if study.lead is not PEAK or not study.has(ratio) or not ideal_varies(study, joint):
         return []
@@ -75,7 +75,7 @@ def _beside_ideal(study: Study, joint: Joint) -> list[str]:
 
 
 def _causes(effects: list[MainEffect], study: Study) -> list[str]:
-    """Return what moves forces, and from where to where, all in one unit."""
+    """Return the name of each axis with its smallest and largest median, all in one unit."""
     known = [median for effect in effects for median in effect.medians]
     scale = wording.scale(study.unit(effects[0].column), known)
     return [f"{effect.axis.name} ({_span(effect, scale)})" for effect in effects]
@@ -91,7 +91,7 @@ def _span(effect: MainEffect, scale: wording.Scale) -> str:
 
 
 def _comparable(study: Study) -> bool:
-    """Return whether any axis has values that cases share."""
+    """Return whether any axis has a value that several cases share."""
     if study.cases.empty or not study.levels():
         return False
     return study.has(study.hardest_joint().column(study.lead.figure))
@@ -129,19 +129,19 @@ def _note(study: Study) -> str:
 
 
 def _pictures(study: Study, figures: tuple[tuple[str, str], ...], name: str) -> list[Picture]:
-    """Return one picture per axis, the strongest first; of the figures (figure, name) the first has a band."""
+    """Return one picture per axis, the strongest first; the first of the `figures`, (figure, name), has a band."""
     leading = study.hardest_joint().column(figures[0][0])
     curves: dict[str, list[Curve]] = {effect.axis.path: [] for effect in main_effects(study, leading)}
     for place, joint in enumerate(study.joints):
         for number, (figure, word) in enumerate(figures):
             for curve in _curves(study, joint, place, (figure, word), band=number == 0):
                 curves[curve.effect.axis.path].append(curve)
-    edges = [edge for alike in curves.values() for curve in alike for edge in _edges(curve)]
-    return [_picture(study, alike, name, _range(edges)) for alike in curves.values() if alike]
+    edges = [edge for group in curves.values() for curve in group for edge in _edges(curve)]
+    return [_picture(study, group, name, _range(edges)) for group in curves.values() if group]
 
 
 def _curves(study: Study, joint: Joint, place: int, figure: tuple[str, str], *, band: bool) -> list[Curve]:
-    """Return the curves of one figure (figure, name) of the joint at `place`, one an axis."""
+    """Return the curves of one figure, (figure, name), of the joint with index `place`, one for each axis."""
     several, column = len(study.joints) > 1, joint.column(figure[0])
     if not study.has(column):
         return []
@@ -154,7 +154,7 @@ def _curves(study: Study, joint: Joint, place: int, figure: tuple[str, str], *, 
 def line(study: Study, effect: MainEffect, name: str) -> Picture:
     """Return the picture of a figure over one axis."""
     curve = Curve("", BLUE, True, effect)
-    return _over(study, [curve], (name, name), _range(_edges(curve)))
+    return _picture_over_axis(study, [curve], (name, name), _range(_edges(curve)))
 
 
 def _edges(curve: Curve) -> list[np.ndarray]:
@@ -169,22 +169,24 @@ def _range(edges: list[np.ndarray]) -> tuple[float, float]:
 
 def _picture(study: Study, curves: list[Curve], name: str, limits: tuple[float, float]) -> Picture:
     joint = study.joints[0]
-    what = study.lead.name if curves[0].effect.column.endswith(f"_{study.lead.figure}") else "p99 / ideal"
-    what += study.where(joint, ", joint {}")
-    return _over(study, curves, (name, what), limits)
+    first = study.lead.name if curves[0].effect.column.endswith(f"_{study.lead.figure}") else "p99 / ideal"
+    first += study.where(joint, ", joint {}")
+    return _picture_over_axis(study, curves, (name, first), limits)
 
 
-def _over(study: Study, curves: list[Curve], names: tuple[str, str], limits: tuple[float, float]) -> Picture:
-    """Return the picture of curves over one axis; `names` : of all of them, and of the first."""
-    (name, what), effect = names, curves[0].effect
+def _picture_over_axis(
+    study: Study, curves: list[Curve], names: tuple[str, str], limits: tuple[float, float]
+) -> Picture:
+    """Return the picture of curves over one axis; `names`: (of all curves together, of the first curve)."""
+    (name, first), effect = names, curves[0].effect
     unit, axis, medians = study.unit(effect.column), effect.axis, ""
     if len(axis.values) <= NOTED:
         steps = zip(axis.values, wording.alike(effect.medians, unit), strict=True)
         medians = "; ".join(f"{axis.text(value)}: {median}" for value, median in steps)
     return Picture(
         f"{capital(name)} over {axis.name}",
-        "" if np.isnan(effect.share) else f"{wording.percent(effect.share)} of the variation of {what}",
-        f"Median of {what} over {axis.name}. {medians}",
+        "" if np.isnan(effect.share) else f"{wording.percent(effect.share)} of the variation of {first}",
+        f"Median of {first} over {axis.name}. {medians}",
         lambda ax: comparison.effect(ax, curves, unit, limits, name),
         size=(3.3, 2.8),
     )

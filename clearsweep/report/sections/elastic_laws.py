@@ -1,4 +1,4 @@
-"""What another elastic law would give in a joint whose material allows several, and whose law is not swept."""
+"""Other elastic laws for a joint whose material allows several, and whose law is not swept."""
 
 from .. import elastic_comparison
 from ..section import Section

@@ -1,4 +1,4 @@
-"""Films of oil: how thin each becomes, what it takes, how long it bears alone."""
+"""Films of oil: least thickness, losses, and the time for which the film bears alone."""
 
 from ..case_table import case_table
 from ..section import Block, Section

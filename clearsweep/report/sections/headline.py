@@ -4,6 +4,7 @@ from collections import Counter
 
 import numpy as np
 
+from ...contracts.layout import FRICTION_POWER
 from ...judging import validity
 from ...language import wording
 from ..case_table import AT_ONCE, axis_columns
@@ -24,7 +25,7 @@ def sections(study: Study) -> list[Section]:
 
 def sentences(study: Study) -> list[str]:
     """Return the largest and the smallest figures of the finished cases, one sentence or two per entry."""
-    return [*_hardest(study), *_output(study), *_restitution(study)]
+    return [*_hardest(study), *_output(study), *_restitution(study), *_friction(study)]
 
 
 def _hardest(study: Study) -> list[str]:
@@ -49,6 +50,19 @@ def _hardest(study: Study) -> list[str]:
 
 def _at(study: Study, case_id: str) -> str:
     return f" at {study.setting(case_id)}" if study.swept() else ""
+
+
+def _friction(study: Study) -> list[str]:
+    """Return the friction power of the joints without clearance that have friction."""
+    opened, points = {joint.name for joint in study.joints}, []
+    for column in study.run.layout.columns:
+        if column.figure == FRICTION_POWER and column.joint not in opened and study.has(column.name):
+            powers = study.cases[column.name]
+            ends = wording.alike(dict.fromkeys((float(powers.min()), float(powers.max()))), "W")
+            points.append(
+                f"Friction in joint {column.joint}, which has no clearance, takes {' to '.join(ends)} on average."
+            )
+    return points
 
 
 def _output(study: Study) -> list[str]:
@@ -92,7 +106,7 @@ def _restitution(study: Study) -> list[str]:
 
 
 def repeating(study: Study) -> list[str]:
-    """Return how many motions repeat themselves or are known to be chaotic, and so what a single peak is worth."""
+    """Return the number of periodic and of chaotic motions, and the weight that a single peak thus has."""
     if "period" not in study.cases:
         return []
     periods, count = study.cases["period"], len(study.cases)
@@ -106,7 +120,7 @@ def repeating(study: Study) -> list[str]:
     if len(repeated) < count:
         rest, suffix = wording.count(count, "motion"), _beside_median(study, study.hardest_joint())
         points.append(
-            f"{count - len(repeated)} of {rest} were not seen to repeat themselves within the window: compare these by "
+            f"{count - len(repeated)} of {rest} were not seen to repeat themselves within the window. Compare these by "
             f"the median of the peaks of revolutions, by rms or p99{suffix}."
         )
     return points
@@ -135,7 +149,7 @@ def _beside_median(study: Study, joint: Joint) -> str:
 
 
 def limits(study: Study) -> list[str]:
-    """Return where the cases leave what their laws are made for, as the run's closing words say it."""
+    """Return where cases leave the range of their laws, in the words of the closing lines of the run."""
     joints = [joint.name for joint in study.joints]
     remarks = validity.Remarks(joints)
     cases = {"case_id": study.cases.index}

@@ -1,4 +1,4 @@
-"""Wear and life at a glance: the deepest wear, its map, and how long a joint lasts where the verdict does not lead."""
+"""Wear and life at a glance: deepest wear, its map, and the life of joints where the verdict does not lead."""
 
 from ..picture import Picture
 from ..section import Gallery, Points, Section, filled

@@ -1,4 +1,4 @@
-"""What the choice of a swept law does: forces law by law, and the spread between laws at otherwise equal values."""
+"""Effect of the choice of a swept law: forces law by law, and the spread between laws, all else equal."""
 
 import numpy as np
 import pandas as pd

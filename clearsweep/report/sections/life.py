@@ -1,4 +1,4 @@
-"""How long a joint lasts: hours to its limit over the swept values, and how it goes on until then."""
+"""Life of joints: hours to the limit over the swept values, and figures until then."""
 
 from functools import partial
 
@@ -35,7 +35,7 @@ def ends(study: Study) -> list[str]:
 
 
 def _points(study: Study, joint: Joint) -> list[str]:
-    """Return the shortest and the longest life, and how many cases did not come to their limit."""
+    """Return the shortest and the longest life, and the number of cases that did not reach their limit."""
     asked, hours = study.run.grid["life"], joint.column("life_hours")
     what = f"{CALLED[asked['of']]} in joint {joint.title}"
     limit = study.base.get("life", asked).get("limit")
@@ -85,7 +85,7 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
 
 
 def _course(study: Study, joint: Joint, name: str, case_id: str, history: dict, figure: str) -> DepthCurve:
-    """Return how a figure of a case goes on; the end of what is judged has its interval."""
+    """Return a figure of a case over revolutions; the limited figure has the interval of its end."""
     key = f"{joint.name}/{'clearance' if figure == 'clearance_growth' else figure}"
     values = np.asarray(history[key], float)
     interval = None

@@ -1,4 +1,4 @@
-"""The mechanism of a run as it starts, so that a reader sees what was studied."""
+"""The mechanism of a run at its start."""
 
 from ...language.errors import InputError
 from .. import mechanism

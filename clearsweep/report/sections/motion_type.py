@@ -1,4 +1,4 @@
-"""How motions are of their kind: bearing, flying or striking; repeating or not; what they look like once a turn."""
+"""Kinds of motion: contact, flight or impacts; periodic or not; Poincaré sections and spectra."""
 
 from collections.abc import Sequence
 
@@ -119,8 +119,8 @@ def _table(study: Study, joint: Joint) -> Table:
 
 def _of_points(study: Study) -> str:
     return (
-        "The journal once a turn, at crank angle 0 of every revolution of the recorded window: one point where the "
-        "motion repeats itself every revolution, n of period n, a cloud where it is irregular."
+        "The journal at crank angle 0 of every revolution of the recorded window. Motion of period n revolutions has "
+        "n points, irregular motion a cloud."
     )
 
 

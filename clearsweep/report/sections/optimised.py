@@ -18,7 +18,7 @@ FRONT = 2  # cases, from which on there is a front to draw
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where nothing was optimised, or the run did not come to its end."""
+    """Return the section; [] where nothing was optimised, or the run did not end."""
     if "optimise" not in study.run.grid:
         return []
     frame = study.run.optimise
@@ -61,7 +61,7 @@ def _beside_start(study: Study, rows: list[dict[str, Any]], names: list[str], st
 
 
 def _told_apart(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[str]:
-    """Return of each objective with an interval which cases cannot be distinguished from the best one."""
+    """Return, for each objective with an interval, the cases that cannot be distinguished from the best one."""
     lines = []
     for name in names:
         ends = [f"{name}_{end}" for end in ("low", "high")]

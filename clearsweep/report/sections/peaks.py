@@ -62,8 +62,7 @@ def _certainty(study: Study) -> Table:
     table = case_table(study, "certainty", "How certain the figures are", columns, first)
     return table._replace(
         note=f"{table.note} Error: difference from a run at a tenth of the tolerance. Horizon: revolutions after which "
-        "two such runs are two samples of a chaotic motion, so that up to there the error checks the first revolutions "
-        "alone and beyond it nothing.",
+        "two such runs are two samples of a chaotic motion. The error checks the revolutions before the horizon alone.",
         rows=_Unchecked(table, _words_of_columns(study)) if len(table.rows) else table.rows,
     )
 

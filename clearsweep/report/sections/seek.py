@@ -11,13 +11,13 @@ from ..draw import seek as draw
 from ..picture import Picture, capital
 from ..section import Block, Gallery, Section, Sentences, filled
 from ..study import Axis, Study
-from ..table import Column, Table, counted
+from ..table import Column, Quantity, Table, counted
 
 PICTURED = 2  # answers at least that are drawn over the other axis
 
 
 class _Answers(NamedTuple):
-    """What was found on one axis."""
+    """The answers on one axis."""
 
     axis: Axis  # that of the value searched for
     others: tuple[Axis, ...]
@@ -41,7 +41,7 @@ class _Answers(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where nothing was searched for, or the search did not come to its end."""
+    """Return the section; [] where nothing was searched for, or the search did not end."""
     answers = _answers(study)
     if answers is None:
         return []
@@ -51,7 +51,7 @@ def sections(study: Study) -> list[Section]:
         "An interval wider than was asked for says that motion near the border is chaotic."
     ]
     sentences, pictures = Sentences([*safest(study), *lines]), Gallery("", _pictures(answers, words))
-    blocks: list[Block] = [sentences, pictures, _table(study, answers)]
+    blocks: list[Block] = [sentences, pictures, _table(study, answers), *_nearest(study, answers)]
     return [Section("seek", words, filled(blocks))]
 
 
@@ -123,6 +123,65 @@ def _table(study: Study, answers: _Answers) -> Table:
             )
         )
     return Table("seek", "What was found", "", columns, rows)
+
+
+def _nearest(study: Study, answers: _Answers) -> list[Block]:
+    """Return how near cases come to the limits where no value keeps to them, and which other keys would help."""
+    nearest: dict[str, Any] = study.run.grid.get("nearest") or {}
+    best, axis = nearest.get("best", []), answers.axis
+    if not best:
+        return []
+    columns = (
+        *axis_columns(study, answers.others),
+        Column(f"best {axis.name}", study.unit(axis.path), axis),
+        Column("margin"),
+        Column("limited by"),
+        Column("would pass with"),
+    )
+    rows = [
+        (
+            *(each["point"].get(other.path) for other in answers.others),
+            each["value"],
+            _margin(each["margin"]),
+            each["limiting"] or wording.DASH,
+            _limits(each["needed"]) or wording.DASH,
+        )
+        for each in best
+    ]
+    blocks: list[Block] = [Table("nearest", "How near the cases come to their limits", "", columns, rows)]
+    if nearest["needed"] and len(best) > 1:
+        blocks.append(Sentences([f"All of these {len(best)} would pass with {_limits(nearest['needed'])}."]))
+    return [*blocks, *_effects(answers, nearest)]
+
+
+def _effects(answers: _Answers, nearest: dict[str, Any]) -> list[Block]:
+    """Return the other keys that move the margin of the case furthest from its limits."""
+    furthest, rows = nearest["furthest"], []
+    for each in nearest["effects"]:
+        margins = [_margin(each[name], "failed") for name in ("lower", "margin", "upper")]
+        if len({margin.text for margin in margins}) > 1:
+            scale = wording.scale(each["unit"], each["value"], speed=each["path"].endswith("speed"))
+            rows.append((each["path"], Quantity(each["value"], scale.text(each["value"])), *margins[::2]))
+    if not nearest["effects"]:
+        return []
+    if not rows:
+        return [Sentences(["No other key of the grid moves the margin by itself."])]
+    others = [f"{other.name} {other.text(furthest['point'].get(other.path))}" for other in answers.others]
+    setting = ", ".join([*others, f"{answers.axis.name} {answers.axis.text(furthest['value'])}"])
+    margin = _margin(furthest["margin"]).text
+    note = f"Of the case furthest from its limits ({setting}), whose margin is {margin}. One key at a time is changed."
+    columns = (Column("key"), Column("value"), Column("margin with 10 % less"), Column("with 10 % more"))
+    return [Table("nearest-keys", "Other keys that move the margin", note, columns, rows)]
+
+
+def _margin(margin: float | None, missing: str = "unknown") -> Quantity:
+    """Return a margin in per cent, or what is said where there is none."""
+    text = missing if margin is None else f"{wording.short(100.0 * margin, 3)}{wording.BLANK}%"
+    return Quantity(text if margin is None else margin, text)
+
+
+def _limits(needed: dict[str, str]) -> str:
+    return wording.sentence_list([f"{name} {words}" for name, words in needed.items()])
 
 
 def _pictures(answers: _Answers, title: str) -> list[Picture]:

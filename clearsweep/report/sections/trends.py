@@ -20,9 +20,9 @@ LOOKED_AT = 200  # cases whose depths round the circle are read; ids are hashes,
 SHOWN, CONTRADICTED, OPEN = "shown", "contradicted", "not decided"
 NOTE = (
     "The literature has wear deeper with larger clearance, higher crank speed and lower stiffness, and uneven round "
-    "the circle. Depths per turn of the crank are compared, of cases that differ in one value alone: shown or "
-    "contradicted is what the 95 % interval of the median change says, whatever the distribution of depths; where it "
-    "leaves both open, or has no ends for lack of cases, nothing is decided. Uneven: the deepest place is at least "
+    "the circle. Depths per turn of the crank are compared, of cases that differ in one value alone. The 95 % "
+    "interval of the median change shows or contradicts a trend, whatever the distribution of depths. If it allows "
+    "both, or has no ends for lack of cases, nothing is decided. Uneven: the deepest place is at least "
     f"{UNEVEN} times as deep as the mean round the body."
 )
 
@@ -79,7 +79,7 @@ def _about(claim: Claim, axis: Axis, joint: Joint) -> bool:
 
 
 def _with_value(study: Study, joint: Joint, claim: Claim, axis: Axis) -> Answer:
-    """Return what pairs of cases that differ in the value of an axis alone say to a claim."""
+    """Return the answer to a claim from pairs of cases that differ in the value of one axis alone."""
     table = matched(study, axis).table(study, joint.column(PER_STROKES))
     estimate, pairs = power(table.columns.to_numpy(float), table.to_numpy(float))
     ends = sorted((claim.sign * estimate.low, claim.sign * estimate.high))

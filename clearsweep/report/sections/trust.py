@@ -4,7 +4,7 @@ from markupsafe import Markup
 
 from ..section import Points, Section, filled
 from ..study import Study
-from . import budget, elastic_laws, headline, law_choice
+from . import budget, elastic_laws, elastic_links, headline, law_choice
 
 NO_BUDGET = Markup(
     "No error budget: this run does not change one unknown at a time from a base case, as "
@@ -38,6 +38,8 @@ def _of_finished(study: Study) -> list[str]:
     sentences = [*headline.limits(study), *headline.repeating(study)]
     for section in (*law_choice.sections(study), *elastic_laws.sections(study)):
         sentences += [_linked(section, sentence) for sentence in section.sentences[:1]]
+    for section in elastic_links.sections(study):
+        sentences.append(_linked(section, " ".join(section.sentences[:2])))
     of_budget = budget.sections(study)
     budget_points = [_linked(section, " ".join(section.sentences[1:2])) for section in of_budget]
     return [*sentences, *(budget_points or [NO_BUDGET])]

@@ -36,7 +36,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def _worst(study: Study) -> list[str]:
-    """Return the worst case of a grid that asks nothing of its cases, and which limit to add."""
+    """Return the worst case of a grid without limits, and the limit to add."""
     worst, lead = worst_case(study), question(study)
     if lead.question not in ("film", "force"):
         return []
@@ -93,7 +93,7 @@ def _motion(study: Study, joint: Joint, case_id: str, usual: list[str]) -> str:
 
 
 def _kept(study: Study) -> list[str]:
-    """Return how many cases keep to the limits, and the worst and the best margin."""
+    """Return the number of cases that keep to the limits, and the worst and the best margin."""
     if verdict.EXCEEDED not in study.cases:
         return []
     exceeded = study.cases[verdict.EXCEEDED]
@@ -127,7 +127,7 @@ def _chance(study: Study) -> list[str]:
 
 
 def _not_judged(study: Study) -> list[str]:
-    """Return how many cases the limits cannot judge, and by which figures; [] where they can judge all."""
+    """Return the number of cases that the limits cannot judge, and the figures at fault; [] for none."""
     unknown = [limit.unknown(_columns(study, limit)) for limit in study.limits]
     count = int(np.any(unknown, axis=0).sum())
     if not count:

@@ -27,6 +27,10 @@ GLANCE = (  # of one case
 MAPPED = ((PER_HOURS, "wear depth per 1000 h"), ("pressure_peak", "pressure peak"), ("pv_peak", "pV peak"))
 
 IN_SPACE = " Of joints in space maps are unrolled: angle across, along the body's own axis z upwards from its middle."
+IN_SLOT = (
+    " Of a slot 360° are once round its wall, counter-clockwise from the middle of the end in its direction; its "
+    "journal is a pin."
+)
 
 
 def sections(study: Study) -> list[Section]:
@@ -42,7 +46,9 @@ def sections(study: Study) -> list[Section]:
 
 
 def _note(study: Study) -> str:
-    return NOTE + IN_SPACE if any(joint.telling for joint in study.run.layout.joints) else NOTE
+    slots = any("slot_length" in study.base["joints"].get(joint.title, {}) for joint in study.joints if joint.wears)
+    note = NOTE + IN_SPACE if any(joint.telling for joint in study.run.layout.joints) else NOTE
+    return note + IN_SLOT if slots else note
 
 
 def _coarse(study: Study, joint: Joint) -> list[str]:
@@ -59,7 +65,7 @@ def _coarse(study: Study, joint: Joint) -> list[str]:
     return [
         f"In joint {joint.title} {bins} bins are too coarse in {len(coarse):,} of "
         f"{wording.count(len(study.cases), 'case')}: more than 5 % of the wear comes from contact arcs narrower than "
-        f"five bins, so that depths are means over the bins, not peaks; {remedy}."
+        f"five bins. Depths there are means over the bins, not peaks; {remedy}."
     ]
 
 

@@ -1,4 +1,4 @@
-"""How the pictures of the page look."""
+"""Colours and line styles of the pictures of results/measured.md."""
 
 from typing import Any
 

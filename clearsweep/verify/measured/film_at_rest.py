@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -25,12 +26,22 @@ TURNS = 30
 LAWS = {"1": ("reynolds", "finite"), "0.5": ("reynolds", "finite"), "0.25": ("reynolds", "finite", "short")}
 
 
-def settled(law: str, slenderness: float, sommerfeld: float) -> dict[str, float]:
-    """Return what a bearing of this length / diameter comes to under F = So L D mu w / psi^2."""
-    load = sommerfeld * slenderness * (2.0 * RADIUS) ** 2 * VISCOSITY * SPEED * (RADIUS / CLEARANCE) ** 2
+def load_of(slenderness: float, sommerfeld: float) -> float:
+    """Return the load (N) of a bearing of this length / diameter: F = So L D mu w / psi^2."""
+    return sommerfeld * slenderness * (2.0 * RADIUS) ** 2 * VISCOSITY * SPEED * (RADIUS / CLEARANCE) ** 2
+
+
+def rig(law: str, slenderness: float, sommerfeld: float) -> dict[str, Any]:
+    """Return the grid of a bearing of this length / diameter under its load."""
     film = {"law": law, "viscosity": VISCOSITY}
     joint = {"clearance": CLEARANCE, "bearing_radius": RADIUS, "length": 2.0 * RADIUS * slenderness, "film": film}
-    trajectory = bearing.run(bearing.grid(joint, SPEED, load, mass=MASS, revolutions=TURNS))
+    return bearing.grid(joint, SPEED, load_of(slenderness, sommerfeld), mass=MASS, revolutions=TURNS)
+
+
+def settled(law: str, slenderness: float, sommerfeld: float) -> dict[str, float]:
+    """Return what a bearing of this length / diameter comes to under its load."""
+    load = load_of(slenderness, sommerfeld)
+    trajectory = bearing.run(rig(law, slenderness, sommerfeld))
     return {
         "eccentricity ratio": bearing.eccentricity(trajectory) / CLEARANCE,
         "attitude": math.degrees(bearing.attitude(trajectory)),
@@ -48,15 +59,15 @@ def measure(*, quick: bool = False) -> list[Row]:
 
 
 def _rows(
-    table: Reference, so_of: Callable[[float], float], laws: Mapping[str, tuple[str, ...]], every: int = 1
+    table: Reference, to_sommerfeld: Callable[[float], float], laws: Mapping[str, tuple[str, ...]], every: int = 1
 ) -> list[Row]:
-    """Return the rows of a table; `so_of`: from the load number of the table to So."""
+    """Return the rows of a table; `to_sommerfeld` converts its load number to So."""
     rows: list[Row] = []
     for point in list(dict.fromkeys(point for point, *_ in table.points))[::every]:
         slenderness, _, number = (part.rpartition(" ")[2] for part in point.split(", "))
         for law in laws[slenderness]:
-            there = settled(law, float(slenderness), so_of(float(number)))
-            rows += table.rows({(point, name): value for name, value in there.items()}, law)
+            computed = settled(law, float(slenderness), to_sommerfeld(float(number)))
+            rows += table.rows({(point, name): value for name, value in computed.items()}, law)
     return rows
 
 
@@ -65,14 +76,14 @@ def picture(rows: list[Row]) -> Figure:
     page = Figure(figsize=(9.0, 3.4), layout="constrained")
     panels = page.subplots(1, 3, sharey=True)
     for panel, slenderness in zip(panels, LAWS, strict=True):
-        mine = [row for row in rows if row.point.startswith(f"L/D {slenderness},") and row.kind == "published"]
+        selected = [row for row in rows if row.point.startswith(f"L/D {slenderness},") and row.kind == "published"]
         for law in LAWS[slenderness]:
             ratio, angle = (
-                [r.computed for r in mine if r.variant == law and r.quantity == name]
+                [r.computed for r in selected if r.variant == law and r.quantity == name]
                 for name in ("eccentricity ratio", "attitude")
             )
             panel.plot(ratio, angle, **LOOK[law], label=law)
-        table = [r for r in mine if r.variant == "reynolds"]
+        table = [r for r in selected if r.variant == "reynolds"]
         values = [[r.reference for r in table if r.quantity == name] for name in ("eccentricity ratio", "attitude")]
         panel.plot(*values, **REFERENCE, label="Butenschoen 1976")
         panel.set(title=f"length / diameter {slenderness}", xlabel="eccentricity ratio [1]")

@@ -40,7 +40,7 @@ class Reference(NamedTuple):
         difference = None if computed is None else computed - value
         return Row(self.benchmark, self.kind, self.source, point, quantity, unit, value, computed, difference, variant)
 
-    def rows(self, computed: Mapping[tuple[str, str], float], variant: str = "") -> list[Row]:
+    def rows(self, computed: Mapping[tuple[str, str], float | None], variant: str = "") -> list[Row]:
         """Return the rows of all points; `computed`: (point, quantity) -> value, points that it lacks are left out."""
         return [
             self.row(i, computed[point, quantity], variant)

@@ -21,7 +21,7 @@ END = 0.03  # s
 TOLERANCE = 1e-11
 START = {"crank": -0.0617138900142764496, "theta": 0.0, "b": 0.455279819163070380, "phi": 0.222668390165885885}
 START |= {"delta": 0.487364979543842550, "omega": -0.222668390165885885, "epsilon": 1.23054744454982119}
-#: Name of the source -> the bodies whose angles differ by it: the source measures some angles from another body.
+#: Name in the source -> (body, body that the source measures its angle from; None: the ground).
 ANGLES = {
     "beta": ("crank", None),
     "theta": ("link", "crank"),
@@ -43,7 +43,7 @@ CONTACT = {"law": "lankarani-nikravesh", "stiffness": 1e9, "exponent": 1.5, "res
 
 def grid(clearance: float = 0.0) -> dict[str, Any]:
     """Return the machine, with a clearance (m) in the pin between crank and link unless that is 0."""
-    a, still = [-0.06934, -0.00227], [0.0, 0.0]
+    a, origin = [-0.06934, -0.00227], [0.0, 0.0]
     at = {
         "crank": START["crank"],
         "link": START["crank"] + START["theta"],
@@ -54,20 +54,20 @@ def grid(clearance: float = 0.0) -> dict[str, Any]:
         "right": START["epsilon"],
     }
     bodies = {
-        "ground": {"points": {"o": still, "a": a, "b": [-0.03635, 0.03273], "c": [0.014, 0.072]}},
-        "crank": _body(0.04325, 2.194e-6, [0.00092, 0.0], o=still, pin=[0.007, 0.0]),
-        "link": _body(0.00365, 4.410e-7, [-0.0115, 0.0], pin=still, e=[-0.028, 0.0]),
-        "lever": _body(0.02373, 5.255e-6, [0.01043, -0.01874], b=still, e=[0.0, -0.035], d=[0.02, -0.018]),
-        "upper": _body(0.00706, 5.667e-7, [0.0, -0.00579], k=still, e=[0.0, -0.02]),
-        "left": _body(0.07050, 1.169e-5, [0.02308, 0.00916], a=still, k=[0.04, 0.0]),
-        "lower": _body(0.00706, 5.667e-7, [0.00579, 0.0], h=still, e=[0.02, 0.0]),
-        "right": _body(0.05498, 1.912e-5, [0.01228, -0.00449], a=still, h=[0.0, -0.04]),
+        "ground": {"points": {"o": origin, "a": a, "b": [-0.03635, 0.03273], "c": [0.014, 0.072]}},
+        "crank": _body(0.04325, 2.194e-6, [0.00092, 0.0], o=origin, pin=[0.007, 0.0]),
+        "link": _body(0.00365, 4.410e-7, [-0.0115, 0.0], pin=origin, e=[-0.028, 0.0]),
+        "lever": _body(0.02373, 5.255e-6, [0.01043, -0.01874], b=origin, e=[0.0, -0.035], d=[0.02, -0.018]),
+        "upper": _body(0.00706, 5.667e-7, [0.0, -0.00579], k=origin, e=[0.0, -0.02]),
+        "left": _body(0.07050, 1.169e-5, [0.02308, 0.00916], a=origin, k=[0.04, 0.0]),
+        "lower": _body(0.00706, 5.667e-7, [0.00579, 0.0], h=origin, e=[0.02, 0.0]),
+        "right": _body(0.05498, 1.912e-5, [0.01228, -0.00449], a=origin, h=[0.0, -0.04]),
     }
     ends = ["ground.o crank.o", "crank.pin link.pin", "ground.b lever.b", "ground.a left.a", "ground.a right.a"]
     ends += ["left.k upper.k", "right.h lower.h", "link.e lever.e", "link.e upper.e", "link.e lower.e"]
     pins = {f"p{i}": pin for i, pin in enumerate(ends)} | ({} if clearance else {"rest": "ground.o weight.middle"})
     if not clearance:  # a grid has a joint with clearance: that of a body that lies still
-        bodies["weight"] = _body(1.0, 1.0, still, middle=still) | {"initial": {}}
+        bodies["weight"] = _body(1.0, 1.0, origin, middle=origin) | {"initial": {}}
     joint = {"clearance": clearance, "bearing_radius": 2e-3, "contact": CONTACT}
     return {
         "mechanism": {
@@ -98,8 +98,8 @@ def end(clearance: float = 0.0) -> dict[tuple[str, str], float]:
     values = {}
     for name, (body, other) in ANGLES.items():
         for quantity, channel in (("angle at 0.03 s", "angle"), ("rate at 0.03 s", "rate")):
-            less = float(trajectory[f"{other}/{channel}"][0]) if other else 0.0
-            values[name, quantity] = float(trajectory[f"{body}/{channel}"][0]) - less
+            base = float(trajectory[f"{other}/{channel}"][0]) if other else 0.0
+            values[name, quantity] = float(trajectory[f"{body}/{channel}"][0]) - base
     return values
 
 

@@ -23,7 +23,7 @@ below the onset the housing has come to rest, above it whirls. The threshold is 
   damping, inertia and the integrator all enter.
 * **Nicholas, Barrett & Leader** give 2.1 for a bearing with two axial grooves, length / diameter 1, close to its
   centre. Here the law is `reynolds`, without grooves. The difference is that of the bearings: a plain one whirls
-  later.
+  later. The coefficients in the last section show the same difference.
 * The whirl's own speed is taken from the motion at the largest stable speed."""
 GRAVITY = 9.81  # m/s^2
 RADIUS, CLEARANCE, MASS, SLENDERNESS = 0.02, 4e-5, 10.0, 0.25  # m, m, kg, of the closed form: of no influence on it

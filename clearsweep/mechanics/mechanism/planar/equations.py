@@ -201,6 +201,10 @@ def _crank_rate(machine: MachineType) -> str:
     return Lines("mechanism", "pose").function("crank_rate", f"pose.turns[{crank}].rate")
 
 
+def _rubs(machine: MachineType) -> str:
+    return Lines("mechanism").function("rubs", str(len(machine.rubs)))
+
+
 def _aim(write: Bodies) -> tuple[str | None, str | None]:
     """Return the output's place and its rate."""
     machine, lines = write.machine, write.lines
@@ -222,4 +226,5 @@ _WRITERS = (
     _body_angles,
     _output_and_crank,
     _crank_rate,
+    _rubs,
 )

@@ -6,6 +6,8 @@ from ..contract import (
     crank_rate,
     describe,
     energy,
+    friction_loads,
+    friction_powers,
     gaps,
     impact_masses,
     load_power,
@@ -15,11 +17,22 @@ from ..contract import (
 from .cycle import at_angle
 from .equations import written
 from .form import Planar
-from .rubbing import rubbed_power
+from .rubbing import rubbed_powers
 
-_placed, _gaps_of, _accelerated, _masses, _energy_of, _described, _angles, _judged, _rate_of = map(
+_placed, _gaps_of, _accelerated, _masses, _energy_of, _described, _angles, _judged, _rate_of, _rubs_of = map(
     written,
-    ("place", "gaps", "accelerate", "impact_masses", "energy", "describe", "body_angles", "output", "crank_rate"),
+    (
+        "place",
+        "gaps",
+        "accelerate",
+        "impact_masses",
+        "energy",
+        "describe",
+        "body_angles",
+        "output",
+        "crank_rate",
+        "rubs",
+    ),
 )
 
 
@@ -55,7 +68,21 @@ def _crank_rate(mechanism, pose, nominal):
 
 @load_power.member(Planar)
 def _load_power(mechanism, motion):
-    return rubbed_power(motion)
+    powers = rubbed_powers(motion)
+    total = powers[0] if powers else 0.0
+    for i in range(1, len(powers)):
+        total = total + powers[i]
+    return total
+
+
+@friction_loads.member(Planar)
+def _friction_loads(mechanism):
+    return _rubs_of(mechanism)
+
+
+@friction_powers.member(Planar)
+def _friction_powers(mechanism, motion):
+    return rubbed_powers(motion)
 
 
 @body_angles.member(Planar)

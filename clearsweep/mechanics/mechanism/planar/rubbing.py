@@ -19,11 +19,12 @@ from .writer import number, tupled
 SWEEPS = 200  # over friction and reactions
 LEAST_YIELD = 1e-6  # rad/s^2 for N m, m/s^2 for N: what yields less moves as the crank says, and cannot stick
 SETTLED = 1e-15  # of the largest friction, by which it still changes
+JAMS = 1e-9  # the same after all sweeps: up to it, rounding keeps it from settling, beyond it the joint jams
 
 _SOLVED = """def accelerate(mechanism, pose, loads):
     normal = under_friction(mechanism, pose, loads, {zeros})[1]
     rub = {friction}
-    settled = False
+    change, largest = 0.0, 0.0
     for _ in range({sweeps}):
         normal = under_friction(mechanism, pose, loads, rub)[1]
         before, rub = rub, {friction}
@@ -32,11 +33,10 @@ _SOLVED = """def accelerate(mechanism, pose, loads):
             change = max(change, abs(plain(rub[i]) - plain(before[i])))
             largest = max(largest, abs(plain(rub[i])))
         if change <= {near} * largest:
-            settled = True
             break
     motion = under_friction(mechanism, pose, loads, rub)[0]
-    lost = {power}
-    return RubbedMotion(motion.accelerations, motion.output, motion.torque, lost if settled else math.nan * lost)
+    valid = 1.0 if change <= {jams} * largest else math.nan
+    return RubbedMotion(motion.accelerations, motion.output, motion.torque, {power})
 """
 
 
@@ -68,27 +68,27 @@ _STICKING = """def accelerate(mechanism, pose, loads):
 
 
 class RubbedMotion(NamedTuple):
-    """How a machine with friction in its ideal joints accelerates: a Motion, and the power of that friction."""
+    """How a machine with friction in its ideal joints accelerates: a Motion, and the powers of that friction."""
 
     accelerations: tuple
     output: float
     torque: float  # N m
-    power: float  # W; nan where friction and reactions were not found
+    powers: tuple  # W, of each friction; nan where friction and reactions were not found
 
 
 @family
-def rubbed_power(motion):
-    """Return the power (W) of friction in joints without clearance."""
+def rubbed_powers(motion):
+    """Return the power (W) of each friction in joints without clearance, or of a given size."""
 
 
-@rubbed_power.member(Motion)
+@rubbed_powers.member(Motion)
 def _nothing_rubs(motion):
-    return 0.0
+    return ()
 
 
-@rubbed_power.member(RubbedMotion)
-def _power(motion):
-    return motion.power
+@rubbed_powers.member(RubbedMotion)
+def _powers(motion):
+    return motion.powers
 
 
 class Reacting(Dynamics):
@@ -230,14 +230,16 @@ def accelerate(machine: MachineType) -> str:
         power.append(f"rub[{i}] * {slip}")
     if any(rub.sticks for rub in machine.rubs):
         return f"{first}\n\n{_sticking(machine, seen, friction, power)}"
-    head, body = (_GIVEN if all(rub.given for rub in machine.rubs) else _SOLVED).split("\n", 1)
+    given = all(rub.given for rub in machine.rubs)
+    head, body = (_GIVEN if given else _SOLVED).split("\n", 1)
     text = body.format(
         zeros=tupled(["0.0"] * len(friction)),
         friction=tupled(friction),
         sweeps=SWEEPS,
         count=len(friction),
         near=SETTLED,
-        power=" + ".join(power),
+        jams=JAMS,
+        power=tupled(power if given else [f"valid * ({each})" for each in power]),
     )
     slips = "".join(f"    {line}\n" for line in seen.lines.text)
     return f"{first}\n\n{head}\n{slips}{text}"
@@ -279,7 +281,7 @@ def _sticking(machine: MachineType, seen: Bodies, friction: list[str], power: li
         turns="\n".join(f"        {turn}" for turn in turns),
         count=len(friction),
         near=SETTLED,
-        power=" + ".join(power),
+        power=tupled(power),
     )
     lines = "".join(f"    {line}\n" for line in seen.lines.text)
     return f"{head}\n{lines}{text}"

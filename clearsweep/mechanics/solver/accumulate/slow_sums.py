@@ -170,6 +170,16 @@ def note_film(at, h, j, dense):
 
 
 @kernel
+def note_friction(at, h):
+    """Add up the work of friction loads over a step of length `h`: the last observables are their powers."""
+    work = at[0]
+    weights = STAGE_WEIGHTS if work.method[0] == IMPLICIT else WEIGHTS
+    loads = work.totals.friction
+    for i in range(loads.size):
+        loads[i] -= h * integral_of(work.o, work.o.shape[1] - loads.size + i, weights)
+
+
+@kernel
 def seek_maxima(at):
     """Raise the maxima that may lie between the stages to those of the dense output, see `totals.accumulate_step`."""
     work = at[0]
@@ -248,6 +258,7 @@ def note_step(at, h, dense):
             if acts(work.mode[j]) and work.film[j, 1] < math.inf:
                 dense = note_film(at, h, j, dense)
         add_courses(at)
+        note_friction(at, h)
         if work.independent != time:
             note_speed(at, h)
         if work.wear.code != 0 and touching:
@@ -269,5 +280,7 @@ def open_window(at):
         for column in range(PEAK):
             totals.joint[j, column] = 0.0
         totals.joint[j, DEPTH_MAX] = -math.inf
+    for i in range(totals.friction.size):
+        totals.friction[i] = 0.0
     totals.whole[OPENED] = at[0].end[at[0].time] if at[0].counts[STEPS] else at[0].y[at[0].time]
     totals.whole[SPEED_MIN], totals.whole[SPEED_MAX] = math.inf, -math.inf

@@ -107,6 +107,7 @@ class Totals(NamedTuple):
     workspace: np.ndarray  # for the wear of a step, see joint.wear.step
     wear: np.ndarray  # (2 contacts bins,) m, wear depth of bearing and journal of every joint
     account: np.ndarray  # (contacts, ACCOUNT) see joint.wear.contract
+    friction: np.ndarray  # (friction loads,) J, taken by each in the window
 
 
 IN_LANES = "whole", "joint", "bins", "spent"  # of its fields
@@ -196,7 +197,8 @@ def enter_powers(accumulators, accepted, counted):
         add(joint, (j, FRICTION_ENERGY), counted & acting & dry, h * step[sum_of(j, SUM_RUBBED)])
     kinetic = o[END, KINETIC]
     gain = kinetic - whole[KINETIC_START] + whole[ENERGY_STORED] + whole[ENERGY_LOST] + whole[ENERGY_RUBBED]
-    raise_to(whole, RESIDUAL, accepted, abs(whole[WORK_DRIVE] + whole[WORK_GRAVITY] - gain))
+    imbalance = abs(whole[WORK_DRIVE] + whole[WORK_GRAVITY] - gain)
+    raise_to(whole, RESIDUAL, accepted, where(imbalance <= math.inf, imbalance, math.inf))  # a maximum passes over nan
     raise_to(whole, KINETIC_MAX, accepted, kinetic)
 
 

@@ -1,15 +1,129 @@
-"""A run as the store hands it out, made up by formula: nothing is simulated, the figures only look the part."""
+"""A small catalogue of laws, a demo grid, and runs as the store hands them out, made up by formula.
 
+Nothing is simulated or compiled; the figures only look the part.
+"""
+
+import copy
 import hashlib
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from summary_fake import OfFrame
 
-from clearsweep import simulation
+from clearsweep import grid, simulation
 from clearsweep.contracts import case
+from clearsweep.contracts.catalogue import Order
 from clearsweep.contracts.layout import Layout
+from clearsweep.grid import Field, Law
+
+CONFIGS = Path(__file__).parent.parent / "configs"
+RESTITUTION = Field("restitution", "1", "wanted restitution", 0.0, 1.0, high_open=False)
+COEFFICIENT = Field("coefficient", "1", "friction coefficient", low_open=False)
+
+
+def law(family, name, *fields, uses_elastic=True):
+    return Law(family, name, "", "", "", fields, uses_elastic)
+
+
+CATALOGUE = simulation.catalogue()._replace(
+    laws=(
+        law("law", "hertz"),
+        *(law("law", name, RESTITUTION) for name in ("lankarani-nikravesh", "hunt-crossley", "flores", "exact")),
+        law(
+            "law",
+            "kelvin-voigt",
+            Field("stiffness", "N/m", "spring"),
+            Field("damping", "N*s/m", "damper", low_open=False),
+            uses_elastic=False,
+        ),
+        law(
+            "elastic",
+            "power",
+            Field("stiffness", "N/m^exponent", "contact stiffness"),
+            Field("exponent", "1", "exponent of the penetration", default=1.5),
+        ),
+        law("friction", "tanh", COEFFICIENT, Field("velocity_scale", "m/s", "scale of the sliding speed")),
+        law(
+            "friction", "ambrosio", COEFFICIENT, Field("v0", "m/s", "dead band"), Field("v1", "m/s", "full slip")
+        )._replace(orders=(Order("v0", "v1", "friction grows from v0 to v1"),)),
+        law("wear", "archard"),
+        law("pressure", "mean"),
+        law("pressure", "hertz-line", Field("pressure_modulus", "Pa", "E* of both bodies", optional=True))._replace(
+            needs=("modulus",)
+        ),
+    )
+)
+TEXT = """\
+name: demo
+mechanism:
+  type: slider-crank
+  crank:  {length: 50 mm, mass: 0.30 kg, inertia: 1e-4 kg*m^2}
+  rod:    {length: 120 mm, mass: 0.21 kg, inertia: 2.5e-4 kg*m^2, center: 60 mm}
+  slider: {mass: 0.14 kg}
+drive: {speed: 5000 rpm}
+joints:
+  rod-slider:
+    clearance: 0.5 mm
+    bearing_radius: 10 mm
+    length: 20 mm
+    contact:
+      law: lankarani-nikravesh
+      stiffness: 6.61e10 N/m^1.5
+      restitution: 0.9
+    friction: {law: ambrosio, coefficient: 0.05, v0: 1 mm/s, v1: 10 mm/s}
+    wear: {law: archard, coefficient: 2e-14 m^2/N}
+simulate: {revolutions: 10, discard: 2, tolerance: 1e-8}
+save: {orbits: last, samples: 720}
+"""
+JOINT = "joints.rod-slider"
+CONTACT = f"{JOINT}.contact"
+
+
+def load(source, overrides=None):
+    return grid.load(source, CATALOGUE, overrides)
+
+
+def sweep(base, axes):
+    return copy.deepcopy(base) | {"sweep": axes}
+
+
+def ids(cases):
+    return [cases.case_id(k) for k in range(len(cases))]
+
+
+class OfFrame:
+    """The reading side of a store whose summary is the frame `summary`, its units in `attrs`."""
+
+    seek = optimise = identify = None  # nothing is searched for, optimised or identified
+    worst = ()  # no revolution of a peak is saved
+
+    @property
+    def columns(self):
+        """Return the names of the columns."""
+        return list(self.summary.columns)
+
+    @property
+    def units(self):
+        """Return the unit of every column that has one."""
+        return self.summary.attrs["units"]
+
+    def blocks(self, columns):
+        """Yield all rows at once."""
+        yield {name: self.summary[name].to_numpy() for name in columns}
+
+    def column(self, name):
+        """Return one column."""
+        return self.summary[name]
+
+    def event_blocks(self):
+        """Yield nothing: no events were kept."""
+        yield from ()
+
+    def poincare(self, case_id):
+        """Return that nothing was kept at crank angle 0."""
+        return pd.DataFrame()
+
 
 RPM = 2.0 * np.pi / 60.0
 SWEEP = {

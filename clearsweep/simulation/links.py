@@ -1,0 +1,72 @@
+"""Elastic links of a case: what follows from their stiffness, and whether the bending they leave out would matter."""
+
+import math
+from typing import NamedTuple
+
+from ..contracts.case import Case
+from ..contracts.machine import Body, Constant, Elastic, Machine, Motor, Schedule
+from .ideal import mechanism_of
+
+STEEL = 210e9  # Pa; a link of a softer metal has a larger section, so that steel bends soonest
+#: Speed over the first bending mode from which a link bends over 4 % more than its inertia would bend it at rest.
+BENDS = 0.2
+
+
+class ElasticLink(NamedTuple):
+    """A link that gives along the line of its pins."""
+
+    name: str
+    stiffness: float  # N/m, E A / l
+    segments: int
+    first_mode: float  # rad/s, axial, both ends free: pi sqrt(k / m)
+    impedance: float  # N s/m, of a pin before waves return: sqrt(k m)
+    bending: float  # largest speed of the drive over the first bending mode of a round steel bar of this stiffness
+    joints: tuple[str, ...]  # at its two pins
+
+
+def elastic_links(case: Case) -> tuple[ElasticLink, ...]:
+    """Return the elastic links of a case."""
+    mechanism = mechanism_of(case)
+    if mechanism.machine is None or not case.outline.elastic:
+        return ()
+    machine = mechanism.machine(case)
+    return tuple(_link(machine, name, body, body.elastic) for name, body in machine.bodies.items() if body.elastic)
+
+
+def _link(machine: Machine, name: str, body: Body, elastic: Elastic) -> ElasticLink:
+    length = math.dist(body.points[elastic.near], body.points[elastic.far])
+    speed_of_sound = length * math.sqrt(elastic.stiffness / body.mass)
+    diameter = math.sqrt(4.0 * elastic.stiffness * length / (math.pi * STEEL))
+    first_bending = math.pi**2 * speed_of_sound * diameter / (4.0 * length**2)  # see `Elastic links` in docs/model.md
+    pins = {(name, elastic.near), (name, elastic.far)}
+    return ElasticLink(
+        name,
+        elastic.stiffness,
+        elastic.segments,
+        math.pi * math.sqrt(elastic.stiffness / body.mass),
+        math.sqrt(elastic.stiffness * body.mass),
+        fastest(machine) / first_bending,
+        tuple(joint.name for joint in machine.joints if pins & {tuple(joint.proximal), tuple(joint.distal)}),
+    )
+
+
+def fastest(machine: Machine) -> float:
+    """Return the largest speed (rad/s) that a drive asks for; of a free crank under a constant torque its first one."""
+    drive = machine.drive
+    if isinstance(drive, Constant):
+        return abs(drive.speed)
+    if isinstance(drive, Schedule):
+        return float(max(abs(drive.speeds)))
+    assert isinstance(drive, Motor)  # there is no other drive
+    return max(abs(speed) for speed in (drive.initial_speed, drive.no_load_speed) if math.isfinite(speed))
+
+
+def warnings(case: Case) -> list[str]:
+    """Return a sentence for each elastic link whose bending would matter."""
+    return [
+        f"{'mechanism.bodies' if case.outline.bodies else 'mechanism'}.{link.name}.elastic: the drive turns at "
+        f"{link.bending:.2g} of the first bending mode of a round steel bar of this stiffness; beyond "
+        f"{BENDS:g} its bending matters, which is left out; take a shorter or thicker link, or a model that bends"
+        for link in elastic_links(case)
+        if link.bending > BENDS
+    ]

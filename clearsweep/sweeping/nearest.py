@@ -1,0 +1,54 @@
+"""How near cases come to their limits where `seek` has no answer: margins, limits that would pass, keys that help."""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from typing import Any
+
+from ..grid import key_units
+from ..judging import verdict
+from ..judging.verdict import KINDS, Limit
+from .seeking import Answer
+from .sensitivity import Effect, furthest
+from .simulator import SIMULATION
+
+DIGITS = 4  # of a limit that would pass
+
+
+def of_run(record: Mapping[str, Any], answers: Sequence[Answer], effects: Iterable[Effect]) -> dict[str, Any]:
+    """Return what is known of searches without an answer, as run.json contains it, in SI; `record` is run.json."""
+    limits, columns = verdict.of_record(record).limits, verdict.units_of(record)
+    best = [each for answer in answers for each in answer.best]
+    finite = all(each["margin"] is not None for each in best)
+    units = key_units(record, SIMULATION.catalogue()) if effects else {}
+    return {
+        "best": [each | {"needed": needed(limits, columns, [each["margins"]])} for each in best],
+        "needed": needed(limits, columns, [each["margins"] for each in best]) if finite else {},
+        "furthest": furthest(answers),
+        "effects": [effect._asdict() | {"unit": units.get(effect.path, "1")} for effect in effects],
+    }
+
+
+def needed(limits: Sequence[Limit], units: Mapping[str, str], margins: Sequence[Mapping[str, float]]) -> dict[str, str]:
+    """Return the limits that cases with these margins exceed, each as all of them would pass, in words.
+
+    There are none where a column has two limits: its margin does not say which of them is exceeded.
+    """
+    loosened_limits: dict[str, str] = {}
+    columns = Counter(limit.column for limit in limits)
+    for limit in limits:
+        margin = min((each.get(limit.column, 0.0) for each in margins), default=0.0)
+        if margin < 0.0 and columns[limit.column] > 1:
+            return {}
+        if margin < 0.0:
+            most = limit.kind == KINDS[0]
+            loosened = limit.value + abs(limit.value) * (-margin if most else margin)
+            value = _rounded(loosened, ROUND_CEILING if most else ROUND_FLOOR)
+            loosened_limits[limit.column] = limit._replace(value=value).words(units.get(limit.column, "1"))
+    return loosened_limits
+
+
+def _rounded(value: float, rounding: str) -> float:
+    """Return a number with DIGITS digits, rounded up or down: a limit must not become one that is exceeded."""
+    exact = Decimal(f"{value:.12g}")  # without what is left of rounding in a margin
+    return float(exact.quantize(Decimal(1).scaleb(exact.adjusted() + 1 - DIGITS), rounding))

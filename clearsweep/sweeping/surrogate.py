@@ -1,0 +1,68 @@
+"""Points that a model of the known cases near the best one expects to be better.
+
+The model is a cubic radial basis function.  Points are chosen by expected value and by distance from known ones, as in
+the local stochastic method of Regis and Shoemaker (2007, INFORMS J. Comput. 19, 497).  The margin of each limit has a
+model of its own (Regis 2014, Eng. Optim. 46, 218).
+"""
+
+import numpy as np
+
+NEIGHBOURS = 150  # cases that the model is made of, at most; so few that linear algebra keeps to one thread
+LEAST = (2, 2)  # cases that it is made of at least: so many, and so many for each key
+CANDIDATES = 400  # points among which each one is chosen
+#: Weight of the rank by expected value, the rest being that by distance; in turn.  The first is chosen from all ranges.
+WEIGHTS = (0.5, 0.8, 0.95, 1.0)
+LARGEST_STEP, HALVINGS = 0.2, 7  # standard deviations of the other candidates about good cases, in parts of the ranges
+CHANGED = 0.6  # probability that a candidate has another value of a key than the case it is about
+CLIPPED = 75.0  # percentile of the objective: what is above is of no interest, and would make the model swing
+INFEASIBLE = 10.0  # what it counts if limits are exceeded, in ranges of the objective
+
+
+def better_points(
+    known: np.ndarray, objective: np.ndarray, margins: np.ndarray, count: int, chance: np.random.Generator
+) -> np.ndarray:
+    """Return points (count, keys) of the unit cube, (0, keys) where too little is known.
+
+    known : (n, keys) in order of merit
+    objective : (n,) to be small
+    margins : (n, limits) of their limits, not below 0 where these are kept
+    """
+    from scipy.interpolate import RBFInterpolator
+    from scipy.spatial.distance import cdist
+
+    keys = known.shape[1]
+    near = np.sort(np.argsort(np.linalg.norm(known - known[0], axis=1), kind="stable")[:NEIGHBOURS])
+    known, objective = known[near], np.minimum(objective[near], np.percentile(objective[near], CLIPPED))
+    if len(known) < LEAST[0] + LEAST[1] * keys:
+        return np.empty((0, keys))
+    scaled = (objective - objective.min()) / max(np.ptp(objective), np.finfo(float).tiny)
+    try:
+        model = RBFInterpolator(known, np.column_stack([scaled, margins[near].clip(-1.0, 1.0)]), kernel="cubic")
+    except np.linalg.LinAlgError:  # all cases have the same value of a key
+        return np.empty((0, keys))
+    taken = known
+    for place in range(count):
+        weight = WEIGHTS[place % len(WEIGHTS)]
+        candidates = chance.random((CANDIDATES, keys)) if weight == WEIGHTS[0] else _about(known, chance)
+        expected = model(candidates)
+        exceeded = np.maximum(-expected[:, 1:], 0.0).sum(axis=1)
+        merit = expected[:, 0] + (exceeded > 0.0) * (INFEASIBLE + exceeded)
+        apart = cdist(candidates, taken).min(axis=1)
+        chosen = np.argmin(weight * _ranks(merit) + (1.0 - weight) * _ranks(-apart))
+        taken = np.vstack([taken, candidates[chosen]])
+    return taken[len(known) :]
+
+
+def _about(known: np.ndarray, chance: np.random.Generator) -> np.ndarray:
+    """Return candidates about cases in order of merit: half of them about the first, a quarter about the next."""
+    centres = known[np.minimum(chance.geometric(0.5, CANDIDATES), len(known)) - 1]
+    steps = LARGEST_STEP * 0.5 ** chance.integers(HALVINGS, size=(CANDIDATES, 1))
+    changed = chance.random(centres.shape) < CHANGED
+    changed[np.arange(CANDIDATES), chance.integers(centres.shape[1], size=CANDIDATES)] = True
+    candidates: np.ndarray = (centres + steps * changed * chance.standard_normal(centres.shape)).clip(0.0, 1.0)
+    return candidates
+
+
+def _ranks(values: np.ndarray) -> np.ndarray:
+    """Return the ranks of values from 0 on, the lowest first."""
+    return np.argsort(np.argsort(values, kind="stable"), kind="stable")

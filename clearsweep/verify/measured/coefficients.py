@@ -1,0 +1,60 @@
+"""Stiffness and damping of a film at rest in its load: the slope of its force round the place where it rests."""
+
+import math
+
+import numpy as np
+
+from ...mechanics.joint import registry
+from ...mechanics.joint.dry import Gap
+from ...mechanics.joint.lubricated import floating
+from ...simulation.scene import load_case
+from . import film_at_rest
+
+STEP = 1e-5  # of the clearance, and of clearance times speed: central differences err by its square
+AXES = ("x", "y")
+
+
+def of_film(law: str, slenderness: float, sommerfeld: float, ratio: float, attitude: float) -> dict[str, float]:
+    """Return stiffness K (W / c) and damping B (W / (c w)) of a film in which a journal rests.
+
+    ratio, attitude : eccentricity ratio and angle (rad) from the load to the eccentricity, in the sense of rotation.
+
+    x is along the load, y turned from it by 90 degrees with the shaft: K_xy = -dF_x / dy c / W, B_xy = -dF_x / dy' c w
+    / W (Lund & Thomsen 1978).  A law that closes and opens with different damping has the mean of both.
+    """
+    load = film_at_rest.load_of(slenderness, sommerfeld)
+    scene = load_case(film_at_rest.rig(law, slenderness, sommerfeld))
+    (joint,) = scene.case.joints
+    term = registry.joint_term(joint, str(joint.journal))
+    clearance, speed = film_at_rest.CLEARANCE, film_at_rest.SPEED
+    scales = clearance * np.array([1.0, 1.0, speed, speed])
+    rest = np.array([ratio * math.cos(attitude), ratio * math.sin(attitude), 0.0, 0.0])
+
+    def force(motion: np.ndarray) -> np.ndarray:
+        """Return the (2,) force on the journal over the load, for its (4,) place and velocity over `scales`."""
+        x, y, vx, vy = (float(number) for number in motion * scales)
+        film = floating(term, Gap(x, y, vx, vy, spin_proximal=0.0, spin_distal=speed))
+        towards, across = np.array([film.nx, film.ny]), np.array([-film.ny, film.nx])
+        return np.asarray((film.radial * towards + film.tangential * across) / load)
+
+    slopes = [(force(rest - STEP * way) - force(rest + STEP * way)) / (2.0 * STEP) for way in np.eye(4)]
+    stiffness, damping = np.array(slopes[:2]).T, np.array(slopes[2:]).T
+    result = {}
+    for i, first in enumerate(AXES):
+        for j, second in enumerate(AXES):
+            result[f"stiffness K{first}{second}"] = float(stiffness[i, j])
+            result[f"damping B{first}{second}"] = float(damping[i, j])
+    return result
+
+
+def threshold(values: dict[str, float]) -> float:
+    """Return the speed w over sqrt(g / c) from which a rigid rotor of this weight whirls; infinite: it never does.
+
+    values : as `of_film` returns them.  Routh's criterion: at the threshold M s^2 c / W is the stiffness `whirling`, s
+    the speed of the whirl, and `square` is (s / w)^2 (Lund & Thomsen 1978).
+    """
+    names = [first + second for first in AXES for second in AXES]
+    k, b = ({name: values[f"{kind}{name}"] for name in names} for kind in ("stiffness K", "damping B"))
+    whirling = (k["xx"] * b["yy"] + k["yy"] * b["xx"] - k["xy"] * b["yx"] - k["yx"] * b["xy"]) / (b["xx"] + b["yy"])
+    square = ((k["xx"] - whirling) * (k["yy"] - whirling) - k["xy"] * k["yx"]) / (b["xx"] * b["yy"] - b["xy"] * b["yx"])
+    return math.sqrt(whirling / square) if square > 0.0 and whirling > 0.0 else math.inf

@@ -1,0 +1,39 @@
+"""Every scene is vectorised: a step with any law can be traced for as many cases as a register has lanes."""
+
+import pytest
+from law_cases import RECIPES, joint
+from mechanism_cases import slider_crank
+from test_every_transition import case_of as in_transition
+from test_film import oiled
+from test_roughness import rough
+
+import clearsweep
+from clearsweep import simulation
+from clearsweep.mechanics.compiled.family import WIDTH
+from clearsweep.mechanics.coupling import trial_step
+from clearsweep.mechanics.trace import objects
+
+pytestmark = pytest.mark.heavy
+
+#: Family -> a joint with the law of that name; laws of wear are no part of a step.
+JOINTS = {
+    "law": joint,
+    "elastic": lambda name: joint("exact", name),
+    "friction": lambda name: joint(friction=name),
+    "roughness": lambda name: rough(law=name),
+    "film": oiled,
+    "film-friction": lambda name: oiled(friction=name),
+    "transition": in_transition,
+}
+
+
+def vectorised(joint):
+    """Trace a step of as many slider-cranks with this joint as a register has lanes; NotTraceableError says why not."""
+    case = clearsweep.load_case(slider_crank("rod-slider")).case
+    scene = simulation.build(case._replace(joints=(joint,)))
+    objects.traced(trial_step.trial_step_entry, scene.value, trial_step.ARRAYS, width=WIDTH, spread=True)
+
+
+@pytest.mark.parametrize(("family", "name"), [key for key in RECIPES if key[0] not in ("pressure", "wear")])
+def test_steps_with_every_law_are_vectorised(family, name):
+    vectorised(JOINTS[family](name))
