@@ -2,6 +2,7 @@
 
 import errno
 import os
+import signal
 import time
 
 from fake_physics import Fake
@@ -33,3 +34,16 @@ class OtherClock(Fake):
         now, now_ns = time.time, time.time_ns
         time.time = lambda: now() + offset
         time.time_ns = lambda: now_ns() + int(1e9 * offset)
+
+
+class DiesFinishing(Fake):
+    """Stands in for the mechanics where the first worker that finishes a block is killed meanwhile."""
+
+    @staticmethod
+    def peak(case, joint, revolutions):
+        """Die once, else return what `Fake` does."""
+        marker = os.environ["CLEARSWEEP_TEST_MARKER"]
+        if not os.path.exists(marker):
+            with open(marker, "w", encoding="utf-8"):
+                os.kill(os.getpid(), signal.SIGKILL)
+        return Fake.peak(case, joint, revolutions)

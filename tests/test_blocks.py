@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
+from fake_faults import DiesFinishing
 from fake_physics import FAILS, GOOD, Fake, grid
 from fake_sweeps import merge
 from test_sweep import quiet
@@ -297,3 +298,40 @@ def test_a_mark_that_nobody_wrote_counts_for_nothing(tmp_path, change):
 def test_all_cases_of_a_run_in_blocks_are_those_of_its_grid(pair):
     with complete_run(pair[0].directory, Fake) as run:
         assert len(run) == 36
+
+
+@pytest.mark.heavy
+def test_workers_of_a_cluster_run_and_finish_blocks(tmp_path):
+    pytest.importorskip("distributed")
+    result = quiet(grid(12, (GOOD, FAILS)), tmp_path / "run", executor="dask", jobs=1)
+    assert (result.ran, result.ok, result.failed, result.missing) == (24, 12, 12, 0)
+    assert len(rows_of(tmp_path / "run")) == 24
+    assert store.status(tmp_path / "run", every_file=True)["state"] == "finished"
+
+
+@pytest.mark.parametrize("count", [0, 1, 5, 3000, 50_000])
+def test_an_identity_is_located_in_a_file_of_many(tmp_path, count):
+    chance = np.random.default_rng(count)
+    ids = np.sort(chance.integers(0, 2**64, count, dtype="u8"))
+    if count == 50_000:
+        ids[: count // 2] = np.arange(count // 2)  # not evenly spread at all
+    block = store.Block(tmp_path, 3)
+    block.path.mkdir(parents=True)
+    ids.astype("<u8").tofile(block.path / "ids.bin")
+    part = store.OneBlock(tmp_path, block, {}, None)
+    values = [0, 1, 2**63, 2**64 - 1, *ids[:: max(count // 40, 1)].tolist()]
+    for low in values:
+        for high in (low, min(low + 2**60, 2**64 - 1)):
+            expected = [np.count_nonzero(ids < np.uint64(low)), np.count_nonzero(ids <= np.uint64(high))]
+            assert part.between(low, high).tolist() == expected
+
+
+@pytest.mark.heavy
+def test_a_block_whose_worker_dies_while_it_is_finished_is_finished_by_another(tmp_path, monkeypatch):
+    monkeypatch.setenv("CLEARSWEEP_TEST_MARKER", str(tmp_path / "died"))
+    source = MIXED | {"save": MIXED["save"] | {"worst": 1}}
+    result = quiet(source, tmp_path / "run", jobs=2, simulator=DiesFinishing)
+    assert (tmp_path / "died").exists()
+    assert (result.ok, result.failed, result.missing) == (24, 12, 0)
+    assert store.status(tmp_path / "run", every_file=True)["state"] == "finished"
+    assert len(store.open(tmp_path / "run").worst) == 5

@@ -4,8 +4,7 @@ import json
 import shutil
 
 import pytest
-from fake_physics import FAILS, GOOD, grid
-from fake_sweeps import sweep
+from fake_physics import FAILS, GOOD, grid, sweep
 from test_store import filled, loaded, rows_of
 
 from clearsweep import store

@@ -5,12 +5,12 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
+from fake_runs import Run
 from matplotlib import get_data_path
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator, MultipleLocator
-from report_fake import Run
 
 from clearsweep import report
 from clearsweep.language import wording

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...judging import verdict
 from ...language import wording
+from ...store import SampledRun
 from .. import elastic_range
 from ..leading import PEAK
 from ..section import Cards, Section
@@ -25,7 +26,7 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
     """Return name, value with unit, what to compare it with; of a figure of joints the worst, its joint named."""
     finished, failed = len(study.cases), len(study.failed)
     missing = study.run.grid.get("counts", {}).get("missing", 0)
-    marks = study.run.marks()
+    marks = study.run.marks() if isinstance(study.run, SampledRun) else []
     if marks:
         finished, failed = (sum(mark[name] for mark in marks) for name in ("ok", "failed"))
     said = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")
