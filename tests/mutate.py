@@ -174,7 +174,7 @@ MUTATIONS = (
         ACCEPTANCE, "highest_control", "middle = 0.5 * (second + third) +", "middle = 0.5 * (second + third) -", SEARCH
     ),
     Mutation(EVENTS, "first_separation", "return crossing(at, (SEPARATION, j, 0.0), xa, xb)", "return xb", ENDS),
-    Mutation(ACCEPTANCE, "holds_no_event", "lowest - dip, 1.0) > 0.0", "lowest - dip, 1.0) > -1.0", SCENES),
+    Mutation(ACCEPTANCE, "holds_no_event", "else 0.0) > 0.0", "else 0.0) > -1.0", SCENES),
     Mutation(
         EVENTS,
         "first_event",
@@ -216,7 +216,7 @@ MUTATIONS = (
         LIMIT,
     ),
     Mutation(HISTOGRAM, "share_beyond", "return beyond / total", "return beyond", LIMIT),
-    Mutation(ALONG, "highest_inside", "& (sign * fall < 0.0)", "& (sign * fall > 0.0)", WINDOW),
+    Mutation(ALONG, "highest_inside", "0.0 > sign * fall", "0.0 < sign * fall", WINDOW),
     Mutation(ALONG, "sum_along", "lost + share * o", "lost + 1.001 * share * o", IMPACT),
     # pressures and wear laws: each of them three times too large
     Mutation(PRESSURE, "_all_one_way", "return 1.0", "return 3.0", BINS),
@@ -341,7 +341,7 @@ MUTATIONS = (
         "first[here], count[here] = 0,",
         STORE,
     ),
-    Mutation("store/assemble.py", "_mark", 'for column in ("id", "row"):', 'for column in ("id",):', STRANGERS),
+    Mutation("store/assemble.py", "mark_of", 'for column in ("id", "row"):', 'for column in ("id",):', STRANGERS),
     Mutation(
         "store/assemble.py",
         "_rows_of_batches",

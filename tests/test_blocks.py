@@ -7,8 +7,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 from fake_faults import DiesFinishing
-from fake_physics import FAILS, GOOD, Fake, grid
-from fake_sweeps import merge
+from fake_physics import FAILS, GOOD, Fake, grid, merge
 from test_sweep import quiet
 
 import clearsweep

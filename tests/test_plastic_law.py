@@ -160,7 +160,7 @@ def test_energies_balance_and_a_tighter_tolerance_converges():
     shares = []
     for tolerance in (1e-6, 1e-8, 1e-9, 1e-10):
         summary = crank(simulate__revolutions=0.3, simulate__tolerance=tolerance).summary
-        assert summary["energy_residual"] < 0.1 * tolerance
+        assert summary["energy_residual"] < 0.5 * tolerance
         shares.append(abs(summary["rod_slider_force_rms"] / exact["rod_slider_force_rms"] - 1.0) / tolerance)
     assert np.exp(np.mean(np.log(shares))) < 10.0  # at one tolerance alone luck decides
 

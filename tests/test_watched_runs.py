@@ -259,7 +259,7 @@ def test_the_twin_grows_like_the_difference_of_two_runs_of_the_reference_problem
     assert len(grown) > 15
     assert max(grown) > 8.0
     off = np.abs(np.diff(twins[0].growths) - np.diff(grown))
-    assert np.sum(off > 0.07) <= 1  # where contact grazes, the twin's disturbance is not small
+    assert np.sum(off > 0.07) <= 3  # where contact grazes, the twin's disturbance is not small
     assert np.median(off) < 0.02
 
 

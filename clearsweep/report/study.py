@@ -21,8 +21,7 @@ from .rows import Rows, followed
 
 BASE = ("define", "mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
 WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
-#: Figures of a joint that are computed here: force p99 over the peak of the ideal joint, depth (m) worn in 1000 hours
-#: and in a million strokes, which are turns of the crank.
+#: Figures of a joint computed here: force p99 over the ideal peak, depth (m) worn in 1000 hours, in a million strokes.
 RATIO, PER_HOURS, PER_STROKES = "p99_over_ideal", "wear_depth_1000_hours", "wear_depth_million_strokes"
 
 AT_ONCE = 65_536  # values whose places are looked for
@@ -232,8 +231,8 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     defined = grid.defined_by(record)
     derived |= {path: (units.get(path, "1"), functools.partial(followed, defined, path)) for path in defined.follow}
     making = {column: functools.partial(make, base=base) for column, (_, make) in derived.items()}
-    ids = run.column("case_id")
-    cases, failed = Rows(run, ids, finished, texts, making), Rows(run, ids, ~finished, texts)
+    cases = Rows(run, run.column("case_id"), finished, texts, making)
+    failed = Rows(run, run.column("case_id"), ~finished, texts)
     return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, typical, defined)
 
 

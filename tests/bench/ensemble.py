@@ -18,7 +18,6 @@ import speed_page
 from llvmlite.binding import get_host_cpu_features
 
 from clearsweep import simulation
-
 from clearsweep.simulation.trajectory import simulate
 from clearsweep.verify.problems import found_by_simulate, problems, scene_of
 

@@ -104,6 +104,15 @@ def restart(at):
 
 
 @kernel
+def moved_since(at):
+    """Return whether the state is no longer that at the end of the last step, as where a run was put elsewhere."""
+    for i in range(at[0].y.size):
+        if at[0].y[i] != at[0].end[i]:
+            return True
+    return False
+
+
+@kernel
 def begin(at):
     """Make a case ready for its first step, or for the next after a pause: as if there had been none."""
     work = at[0]
@@ -112,7 +121,8 @@ def begin(at):
     stepper[BEGUN], stepper[LOGGED], stepper[TRIES] = 1.0, 0.0, 0.0
     stepper[WINDOWED] = 1.0 if control[WINDOW] <= here else 0.0
     stepper[STOP_AT] = next_stop(at, here)
-    begin_step(at)  # after a pause the same again, unless the state was put elsewhere
+    if stepper[NEXT] == 0.0 or moved_since(at):
+        begin_step(at)
     stepper[REST] = work.counts[STEPS] + control[STRETCH]
     if stepper[NEXT] > 0.0:
         return

@@ -34,6 +34,9 @@ from .radau import STAGE_WEIGHTS
 
 MOST_SWEEPS = 16
 CLOSE = 0.03  # of the allowed error: the iteration ends where it expects to be as close as that
+SLOWEST = (
+    0.1  # contraction that is expected to follow: the first sweeps move what is far off, and say little of the rest
+)
 HOPELESS = 0.8  # contraction at which the iteration is given up
 
 
@@ -116,7 +119,8 @@ def solve_stages(at):
         moved = sweep(at)
         contraction = moved / before if before > 0.0 else 0.0
         step[CONTRACTION] = max(contraction, earlier) if count < 3 else math.sqrt(contraction * earlier)
-        if moved * contraction <= CLOSE * (1.0 - contraction):
+        rate = max(contraction, SLOWEST)
+        if moved * rate <= CLOSE * (1.0 - rate):
             return True
         if not (contraction < HOPELESS or count < 3):
             return False
