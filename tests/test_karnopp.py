@@ -132,7 +132,7 @@ def test_surfaces_stick_within_the_band_and_slide_beyond_it():
     x, y, vx, vy = (run[f"joints/rod_slider/{name}"] for name in ("x", "y", "vx", "vy"))
     slip = (x * vy - y * vx) / np.hypot(x, y) + run["rod/rate"] * 9.5e-3  # the journal sits on the rod
     normal, tangential = run["joints/rod_slider/force_normal"], run["joints/rod_slider/force_tangential"]
-    sliding = np.abs(slip) > 1.02e-3
+    sliding = np.abs(slip) > 1.001e-3
     inside = np.abs(slip) < 0.999e-3
     curve = 0.1 + 0.05 * np.exp(-((slip / 1e-2) ** 2)) + 2.0 * np.abs(slip)
     law = -normal * np.sign(slip) * curve

@@ -162,7 +162,7 @@ def test_energies_balance_and_a_tighter_tolerance_converges():
         summary = crank(simulate__revolutions=0.3, simulate__tolerance=tolerance).summary
         assert summary["energy_residual"] < 0.5 * tolerance
         shares.append(abs(summary["rod_slider_force_rms"] / exact["rod_slider_force_rms"] - 1.0) / tolerance)
-    assert np.exp(np.mean(np.log(shares))) < 10.0  # at one tolerance alone luck decides
+    assert np.median(shares) < 10.0  # at one tolerance alone luck decides
 
 
 @pytest.mark.compiled

@@ -20,7 +20,7 @@ from ..joint.places import (
     with_current_state,
 )
 from ..observe.observables import column_of, observed_in
-from ..observe.stages import END, PLACES
+from ..observe.stages import END, PLACES, START
 from .impact_mass import joints_at_event
 from .rates import observed_width
 
@@ -86,7 +86,7 @@ def _evaluate_part(part, _, place, shared):
     y, latched, o, row, roots, value = shared
     contact, staged = place.contact + part.contact, at_stages(part.law)
     law, root = with_current_state(part.law, y, latched, place), y[roots + contact]
-    start = observed_in(o, 0, contact)
+    start = observed_in(o, START, contact)
     _put_each(guard_values(law, start, observed_in(o, row, contact), root), staged, place.guard, value)
     if row == END and True in staged:
         for stage in range(END):

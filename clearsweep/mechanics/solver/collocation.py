@@ -129,8 +129,8 @@ def error_norm(f, weight):
     """Return the error over the tolerance of a step with the interpolant `f`: the step is good below 1.
 
     weight : (n,) 1 / allowed error of each component.  Of the rates' series in Legendre's polynomials the last four
-    coefficients are looked at, in pairs, as every other one may be small.  By how much the last pair is smaller than the
-    one before, squared, tells a smooth motion, whose end is far more accurate than its interior, from one with a kink.
+    coefficients are looked at, in pairs, as every other one may be small.  By how much the last pair is smaller than
+    the one before, squared, tells a smooth motion, whose end is far more accurate than its interior, from one with a kink.
     Root mean squares.
     """
     last = before = 0.0

@@ -106,10 +106,10 @@ def restart(at):
 @kernel
 def moved_since(at):
     """Return whether the state is no longer that at the end of the last step, as where a run was put elsewhere."""
+    moved = False
     for i in range(at[0].y.size):
-        if at[0].y[i] != at[0].end[i]:
-            return True
-    return False
+        moved = moved or at[0].y[i] != at[0].end[i]
+    return moved
 
 
 @kernel
