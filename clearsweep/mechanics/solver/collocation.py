@@ -130,8 +130,8 @@ def error_norm(f, weight):
 
     weight : (n,) 1 / allowed error of each component.  Of the rates' series in Legendre's polynomials the last four
     coefficients are looked at, in pairs, as every other one may be small.  By how much the last pair is smaller than
-    the one before, squared, tells a smooth motion, whose end is far more accurate than its interior, from one with a kink.
-    Root mean squares.
+    the one before, squared, tells a smooth motion, whose end is far more accurate than its interior, from one with a
+    kink.  Root mean squares.
     """
     last = before = 0.0
     for i in range(weight.size):
