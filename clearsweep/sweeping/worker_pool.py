@@ -20,7 +20,7 @@ from . import executors, progress, signals
 from .driver import TICK, Batches, Driver
 from .worker import Job, Simulator, find_peak, prepare
 
-MANY = 64  # cases per kind of scene, for which it is worth compiling what integrates several side by side
+MANY = 64  # cases per kind of scene, from which on their figures are made in bulk
 
 
 class Options(NamedTuple):
