@@ -27,6 +27,7 @@ from ..language import phases
 from ..language.errors import ClearsweepError, DirectoryError, InputError, StorageError, brief
 from ..store import durable
 from . import resources, signals
+from .tasks import Batch, Task
 
 AT_ONCE = 64  # cases made at a time, in a third of the time of one by one
 LOOK = 0.01  # s between two looks at what asks workers to stop
@@ -75,21 +76,6 @@ class Simulator(Protocol):
 
     def warnings(self, case: Case, /) -> list[str]:
         """Return sentences about suspicious values."""
-
-
-class Task(NamedTuple):
-    """One case on its way to a worker, which makes its values itself: the parent stays light."""
-
-    case_id: str
-    grid_index: int
-
-
-class Batch(NamedTuple):
-    """Cases that are computed and committed together."""
-
-    name: str  # of its files
-    cases: tuple[Task, ...]
-    tried: int = 0  # times it was lost with its worker
 
 
 @dataclass(frozen=True)
@@ -279,7 +265,7 @@ def _together(job: Job, batch: Batch, note: "_Noting", logs: list[store.Unfinish
 def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Case]]:
     """Yield tasks, points and cases; some are made at once, which takes a third of making each after another's run."""
     for first in range(0, len(batch.cases), AT_ONCE):
-        tasks = batch.cases[first : first + AT_ONCE]
+        tasks = batch.cases.part(first, first + AT_ONCE).listed()
         points = [grid.point(task.grid_index) for task in tasks]
         yield from zip(tasks, points, [grid.case_at(point) for point in points], strict=True)
 

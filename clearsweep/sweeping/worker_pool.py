@@ -43,6 +43,7 @@ class Pending(NamedTuple):
     ids: np.ndarray  # (cases,), their identities, uint64
     title: str = ""  # of their progress
     drop: Callable[[], np.ndarray] | None = None  # returns identities, ascending, that need not run any more
+    alike: bool = False  # they take about as long as those that ran before
 
 
 class WorkerPool:
@@ -57,6 +58,7 @@ class WorkerPool:
         self.ran, self.case_seconds = 0, 0.0
         self.ready: float | None = None
         self.failed = 0
+        self.batches: Batches | None = None  # of the latest cases
         self.warmed: set[Hashable] = set()  # signatures of the scenes whose code is compiled
         self.tried: list[np.ndarray] = []  # identities of cases, which are not tried again however they ended
 
@@ -95,6 +97,9 @@ class WorkerPool:
         driver = secrets.token_hex(8) if pending.drop else ""
         job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, together, driver)
         batches = Batches(pending.indices, pending.ids, workers.jobs, grids.usual_history(grid), pending.drop)
+        if pending.alike and self.batches:
+            batches.follow(self.batches)
+        self.batches = batches
         with phases.phase(display := progress.Cases(count, pending.title)):
             if most_failures is None:
                 most_failures = most(self.options.max_failures, count)
