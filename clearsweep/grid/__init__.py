@@ -1,4 +1,4 @@
-"""What the user wrote, checked and in SI, and the cases it applies for.  Imports neither llvmlite nor numpy."""
+"""Reads grid files: checks them, converts to SI and enumerates cases.  Imports neither llvmlite nor numpy."""
 
 from ..contracts.catalogue import Catalogue, Field, Law
 from .assumed_units import as_written

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    import numpy as np  # loaded only where features are worked out
+    import numpy as np  # loaded only where features are computed
 
 TURN = 6.283185307179586  # rad
 SAMPLES = 720  # of a revolution, at least

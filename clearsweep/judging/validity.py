@@ -177,7 +177,7 @@ def message_of(*remarks: str) -> str:
 
 
 def _remark(message: str | None, word: str) -> str:
-    """Return the remark in a case's message that begins with `word`, without it; '' where there is none."""
+    """Return the remark in a case's message that begins with `word`, without it, or '' if there is none."""
     remarks = str(message or "").split(BETWEEN)
     return next((remark.removeprefix(word) for remark in remarks if remark.startswith(word)), "")
 

@@ -76,7 +76,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
 
 
 def likely(word: str, known: Iterable[str]) -> list[str]:
-    """Return the known words of which `word` is a part, or else those most like it; [] where none is."""
+    """Return the known words of which `word` is a part, or else those most like it, or [] if none is."""
     known = list(known)
     parts = [other for other in known if word and word.lower() in other.lower()]
     return parts or get_close_matches(word, known, 3, 0.6)

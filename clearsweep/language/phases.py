@@ -62,7 +62,7 @@ class Phase:
         self.idle = 0.0  # s of phases inside that are done once, which say nothing of its pace
 
     def note(self, *, share: float | None = None, left: float | None = None, **facts: Any) -> None:
-        """Note the share of the work that is done, or the time (s) left, and facts for programs."""
+        """Record the finished share of the work or the time (s) left, and facts for programs."""
         self.share = self.share if share is None else share
         self._left = self._left if left is None else (left, time.monotonic())
         if facts:
@@ -76,7 +76,7 @@ class Phase:
         return self._what if self.share is None else f"{self._what}, {100.0 * self.share:.0f} %"
 
     def left(self, now: float) -> float | None:
-        """Return the time (s) left, None where too little is known."""
+        """Return the time (s) left, or None if too little is known."""
         if self._left is not None:
             left, noted = self._left
             return max(left - (now - noted), 0.0) or None
@@ -137,7 +137,7 @@ def once_seconds() -> float:
 
 
 def progress(first: int = 0) -> Progress | None:
-    """Return the progress of the open phases from the place `first` on, None where none is open.
+    """Return the progress of the open phases from the place `first` on, or None if none is open.
 
     The time left is that of the outermost phase that is `whole`, else of the innermost one that knows it.
     """
@@ -302,7 +302,7 @@ def written(put: Callable[[bytes | None], None]) -> Iterator[None]:
 
 
 def read(content: bytes) -> Progress | None:
-    """Return the progress that `written` put there, as it is now; None where the content is not whole."""
+    """Return the progress that `written` put there, as it is now, or None if the content is not whole."""
     try:
         written = json.loads(content)
         age = max(time.time() - written.pop("time"), 0.0)

@@ -88,9 +88,9 @@ class Life(NamedTuple):
 
 
 def lived(measure: Callable[[np.ndarray], Any], criterion: Judge, settings: Plan, start: np.ndarray) -> Life | None:
-    """Return the life from the worn state `start`, (n,), to its limit; None where a block failed.
+    """Return the life from the worn state `start`, (n,), to its limit, or None if a block failed.
 
-    measure : worn state -> the Block that is run in it, None where it failed
+    measure : worn state -> the Block that is run in it, or None if it failed
     """
     first = measure(start)
     if first is None:

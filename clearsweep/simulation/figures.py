@@ -32,7 +32,7 @@ def depth(window: Window, place: int) -> float:
 
 
 def restitution(window: Window, place: int) -> float | None:
-    """Return the mean of rebound over approach speed, None where nothing rebounded."""
+    """Return the mean of rebound over approach speed, or None if nothing rebounded."""
     joint = window.totals.joint[place]
     return joint[total_columns.RESTITUTION] / joint[total_columns.REBOUNDS] if joint[total_columns.REBOUNDS] else None
 

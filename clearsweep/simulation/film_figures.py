@@ -16,7 +16,7 @@ def thickness(window: Window, place: int) -> float:
 
 
 def pressure(window: Window, place: int) -> float | None:
-    """Return the largest pressure (Pa) in the film of a joint, None where its law gives none."""
+    """Return the largest pressure (Pa) in the film of a joint, or None if its law gives none."""
     joint: Any = window.joints[place]  # mypy takes it for a dry one
     law = joint.film
     return window.totals.joint[place, total_columns.PRESSURE_MAX] if type(law) in film_pressure.members else None

@@ -66,7 +66,7 @@ class _Blocks:
         self.sums: list[np.ndarray] = []
 
     def see(self, work: Work) -> bool:
-        """Note the time (s) and what has been summed up (J); the run goes on."""
+        """Record the time (s) and the accumulated energies (J); the run continues."""
         self.times.append(float(work.y[work.time]))
         totals: Any = work.totals  # mypy takes it for a tuple of anything
         self.sums.append(by_joint(totals, self.layout).joint[self.rows, self.columns].copy())

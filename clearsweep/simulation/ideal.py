@@ -29,7 +29,7 @@ def _outlined(outlined: Callable[[Outline], Mechanism], outline: Outline) -> Mec
 
 
 def ideal_motion(case: Case, angles: np.ndarray) -> IdealMotion | None:
-    """Return a case's mechanism without clearance at angles (rad) of its drive; None where it has no ideal."""
+    """Return a case's mechanism without clearance at angles (rad) of its drive, or None if it has no ideal."""
     mechanism = mechanism_of(case)
     return planar.ideal(mechanism.machine(case), angles) if mechanism.machine else None
 

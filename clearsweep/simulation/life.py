@@ -185,7 +185,7 @@ class Ageing:
         return figures | {f"{target}_life_blocks": life.blocks}
 
     def smoothing(self, state: np.ndarray) -> list[float | None]:
-        """Return how widely (rad) the worn shapes of each joint that wears are smoothed, None where they do not act."""
+        """Return how widely (rad) the worn shapes of each joint that wears are smoothed, or None if they do not act."""
         joints = self.scene.case.joints
         return [registry.smoothing(joints[part.place], self._worn(part, state)) for part in self.parts]
 
@@ -195,7 +195,7 @@ class Ageing:
         return self._unreached(life), smoothed(widths)
 
     def _unreached(self, life: Life) -> str:
-        """Return why a life did not reach its limit; '' if it did."""
+        """Return why a life did not reach its limit, or '' if it did."""
         if life.reached:
             return ""
         if life.blocks < self.life.blocks:

@@ -158,7 +158,7 @@ class Log(Protocol):
     """Storage for the results of the blocks of a case until it is done."""
 
     def read(self) -> bytes | None:
-        """Return the stored content, None if there is none."""
+        """Return the stored content, or None if there is none."""
 
     def keep(self, content: bytes) -> None:
         """Replace the stored content."""

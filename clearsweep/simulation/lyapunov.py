@@ -66,7 +66,7 @@ class Perturbed:
         return False
 
     def _measure(self, base: Work) -> None:
-        """Note how far the perturbed motion has departed from `base`, and bring it back."""
+        """Record the distance of the perturbed motion from `base`, and rescale it."""
         work, n = self.work, self.scale.size
         alike = bool(np.all(work.mode == base.mode))
         alike = alike and bool(np.all(np.sign(work.latched[self.phases]) == np.sign(base.latched[self.phases])))
@@ -90,7 +90,7 @@ class Perturbed:
         roots[:] = np.where(touches(work.mode), np.maximum(roots, event_actions.SEED * work.sigma), 0.0)
 
     def figures(self, turn: float) -> dict[str, float | None]:
-        """Return the exponent and the horizon; None where there is none, or where a disturbance does not grow.
+        """Return the exponent and the horizon, or None if there is none, or where a disturbance does not grow.
 
         Of more than SETTLED revolutions the first does not count: in it the disturbance turns to where it grows most.
         """

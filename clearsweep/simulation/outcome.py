@@ -90,7 +90,7 @@ class Outcome(NamedTuple):
 
     scene: Scene
     status: str
-    message: str  # why it failed, '' where it did not
+    message: str  # why it failed, or '' if it did not
     whole: np.ndarray  # of the Totals by joint, likewise the next four
     joint: np.ndarray
     wear: np.ndarray
@@ -154,7 +154,7 @@ def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:
 
 
 def periods_of(outcomes: Sequence[Outcome]) -> list[int | None]:
-    """Return the period (revolutions) of each motion, None where none was seen."""
+    """Return the period (revolutions) of each motion, or None if none was seen."""
     return periods_in([(outcome.scene, outcome.marks, outcome.turns) for outcome in outcomes])
 
 
@@ -216,7 +216,7 @@ def _leaving(scene: Scene, run: Run) -> dict[str, str | float]:
 
 
 def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
-    """Return the journals' places and rates at crank angle 0 of every revolution, by channel; {} if not asked for."""
+    """Return journal positions and velocities at crank angle 0 of every revolution, by channel, or {} if not stored."""
     if not len(run.marks.sections) or not run.work.sample.code:
         return {}
     turns: Any = run.work.turns  # mypy takes it for a tuple of anything
@@ -230,7 +230,7 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
 
 
 def _histories_of(layout: Layout, record: Record) -> dict[str, np.ndarray]:
-    """Return the time histories of a run by channel, {} where none are taken."""
+    """Return the time histories of a run by channel, or {} if none are taken."""
     if not record.times.size:
         return {}
     samples = np.array(record.samples.T, order="C")  # a copy: another case may follow in the same room

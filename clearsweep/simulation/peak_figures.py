@@ -23,13 +23,13 @@ def load_peak(window: Window, place: int) -> float:
 
 
 def peak_ratio(window: Window, place: int) -> float | None:
-    """Return the largest resultant over the largest reaction without clearance, None where there is no reaction."""
+    """Return the largest resultant over the largest reaction without clearance, or None if there is no reaction."""
     ideal = ideal_peak(window, place)
     return load_peak(window, place) / ideal if ideal else None
 
 
 def peak_turn(window: Window, place: int) -> int | None:
-    """Return the revolution of the largest normal force, None if that revolution is incomplete."""
+    """Return the revolution of the largest normal force, or None if that revolution is incomplete."""
     highest, largest = window.spreads[place].highest, window.totals.joint[place, total_columns.FORCE_MAX]
     return highest[1] if highest and highest[0] >= (1.0 - WITHIN) * largest > 0.0 else None
 

@@ -54,7 +54,7 @@ class Life(phases.Phase):
         return f"{life}block {self.block}, {text(self.worn, 'm')} of {text(self.limits.limit, 'm')}"
 
     def reached(self, worn: float) -> None:
-        """Note the end of a block that was run with so much (m) worn of what the limit is of."""
+        """Record the end of a block, with the wear depth (m) that the limit refers to."""
         self.block, self.jump = self.block + 1, max(worn - self.worn, 0.0) or self.jump
         self.worn, self.since, self.idle = worn, time.monotonic(), 0.0
         self.note(block=self.block, reached=worn, limit=self.limits.limit)

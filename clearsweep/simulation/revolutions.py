@@ -129,7 +129,7 @@ def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
 
 
 def periods_in(runs: Sequence[tuple[Scene, Marks, Any]]) -> list[int | None]:
-    """Return after how many revolutions the window's motion repeats itself, None where it was not seen to.
+    """Return after how many revolutions the window's motion repeats itself, or None if it was not seen to.
 
     runs : scene, Marks and Turns of each; those of as many revolutions are looked at together, which takes much less.
     """

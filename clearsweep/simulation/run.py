@@ -282,7 +282,7 @@ class Run:
         return FinalContacts(self.value.joints, self.places, work.mode.copy(), work.latched.copy(), work.end.copy())
 
     def conclude(self, log: np.ndarray) -> None:
-        """Note all events, and what the integration took."""
+        """Record all events and the work counts of the integration."""
         self.events = log
         self.counts += self.work.counts
 

@@ -55,7 +55,7 @@ class Sketch(NamedTuple):
 
 
 def sketch(case: Case) -> Sketch | None:
-    """Return a case's mechanism as it starts; None where it is no machine.  Raises InputError where it cannot close."""
+    """Return a case's mechanism as it starts, or None if it is no machine.  Raises InputError where it cannot close."""
     mechanism = mechanism_of(case)
     if mechanism.machine is None:
         return None

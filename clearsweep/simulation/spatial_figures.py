@@ -10,7 +10,7 @@ from .window import AXIAL_FORCE_MAX, AXIAL_ONSETS, TILT_MAX, UNEVEN_TIME, Window
 
 
 def tilt_limit(window: Window, place: int) -> float | None:
-    """Return the tilt (rad) at which the journal jams between the walls, None where nothing stops it."""
+    """Return the tilt (rad) at which the journal jams between the walls, or None if nothing stops it."""
     angle = jam_angle(window.joints[place])
     return angle if math.isfinite(angle) else None
 

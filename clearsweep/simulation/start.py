@@ -89,7 +89,7 @@ class Start(NamedTuple):
     given: np.ndarray  # a RunInputs, its arrays concatenated
     first: np.ndarray  # an InitialState, likewise
     rubs: list[bool]  # by contact
-    slid: list[float]  # m, by contact, of what is worn before; [] where nothing is
+    slid: list[float]  # m, by contact, of what is worn before, or [] if nothing is
     longest: float  # s, a step spans no more
 
     @property

@@ -44,7 +44,7 @@ def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], BlockRecor
     Parameters
     ----------
     ageing : that of the case itself, whose life is known.
-    run : Ageing, (n,) what has worn -> the block, None where it failed.
+    run : Ageing, (n,) what has worn -> the block, or None if it failed.
     """
     lives = {}
     for end in (LOW, HIGH):
@@ -98,7 +98,7 @@ def failures(lives: dict[str, Further]) -> tuple[str, ...]:
 
 
 def figures(column: str, lives: dict[str, Further]) -> dict[str, float | None]:
-    """Return the ends of the life of a joint in columns, None where it is not known: the more wears, the shorter."""
+    """Return the ends of the life of a joint in columns, or None if it is not known: the more wears, the shorter."""
     ends = {"low": lives[HIGH].life, "high": lives[LOW].life}
     turns = {end: life.revolutions if life and life.reached else math.nan for end, life in ends.items()}
     return {f"{column}_life_{end}_uncertain": turn if math.isfinite(turn) else None for end, turn in turns.items()}

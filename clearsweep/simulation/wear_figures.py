@@ -77,7 +77,7 @@ def pv_mean(window: Window, place: int) -> float:
 
 
 def pv_beyond(window: Window, place: int) -> float | None:
-    """Return the share of the window's time beyond the limit of pressure times speed, None where there is none."""
+    """Return the share of the window's time beyond the limit of pressure times speed, or None."""
     law: Any = window.joints[place].wear
     return None if math.isinf(law.pv_limit) else float(window.totals.account[place, PV_BEYOND] / window.duration)
 

@@ -29,7 +29,7 @@ def yield_speeds(scene: Scene) -> dict[str, float | None]:
 
 
 def _speed(joint: Joint, mass: float | None) -> float | None:
-    """Return the approach speed (m/s) at which a joint first yields under a mass (kg), None where that is not known."""
+    """Return the approach speed (m/s) at which a joint first yields under a mass (kg), or None if that is not known."""
     if mass is None:
         return None
     energy = yield_energy(joint, registry.contact_terms(joint)[1])
@@ -37,7 +37,7 @@ def _speed(joint: Joint, mass: float | None) -> float | None:
 
 
 def _masses(scene: Scene) -> list[float | None]:
-    """Return the largest mass (kg) of every joint over all directions at the start, None where it is not known."""
+    """Return the largest mass (kg) of every joint over all directions at the start, or None if it is not known."""
     mechanism, start = scene.value.mechanism, scene.start
     pose = place(mechanism, start)
     by_direction = [

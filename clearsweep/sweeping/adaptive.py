@@ -11,7 +11,7 @@ from .. import store
 from ..grid import Grid
 
 Point = dict[str, Any]  # dotted path -> value
-#: Runs what is missing of a grid and judges its cases from an index on; None where it was stopped.
+#: Runs what is missing of a grid and judges its cases from an index on, or None if it was stopped.
 Look = Callable[[Grid, int], store.CaseResults | None]
 
 

@@ -68,7 +68,7 @@ class _Side(NamedTuple):
 def _settled(known: Known, place: int | None, step: int, end: int) -> _Side:
     """Return the first place from `place` towards `end` with which its next REPEATS neighbours there agree.
 
-    Places below the border (`step` -1) have to be good, those above it bad; None where the row ends before.
+    Places below the border (`step` -1) have to be good, those above it bad, or None if the row ends before.
     """
     stride = 1
     while place is not None and (end - place) * step >= 0:

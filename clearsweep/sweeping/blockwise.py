@@ -95,7 +95,7 @@ class Outcome(NamedTuple):
 
 
 def settled(job: BlockJob, number: int) -> dict[str, Any] | None:
-    """Return the mark of a block of which nothing is to be done, None where there is something."""
+    """Return the mark of a block of which nothing is to be done, or None if there is something."""
     mark = store.read_mark(store.Block(job.directory, number), job.cut.form)
     if mark is None or mark["missing"] or (mark["failed"] and job.options.retry_failed):
         return None

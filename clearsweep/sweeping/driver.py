@@ -63,7 +63,7 @@ class Batches:
             self.largest = max(self.largest, manifest.done)
 
     def next(self) -> Batch | None:
-        """Return the next batch, None where all is handed out."""
+        """Return the next batch, or None if all is handed out."""
         if self.again:
             return self.again.popleft()
         if self.drop and time.monotonic() - self.dropped > TARGET:

@@ -39,7 +39,7 @@ class Estimate(NamedTuple):
     warnings: list[str]
     timed: int  # cases timed
     extrapolated: int  # of them that took too long, whose time is extrapolated from their first revolutions or blocks
-    case_seconds: float | None  # s a case on average; None where the beginning of a case does not determine
+    case_seconds: float | None  # s a case on average, or None if the beginning of a case does not determine
     longest: float | None  # s, of the cases timed
     seconds: float | None  # s of the whole run, compiled code in the cache
     give_or_take: float | None  # s, twice the standard error of `seconds`, as the cases that were timed differ
@@ -149,7 +149,7 @@ def _left(grid: Grid, directory: store.RunDirectory, part: Shard | None, simulat
 
 
 def _ends(grid: Grid, path: str) -> list[Any]:
-    """Return the value of a path, or the first and the last that it takes; [] where the first case does not use it."""
+    """Return the value of a path, or the first and the last that it takes, or [] if the first case does not use it."""
     axis = grid.axes.get(path)
     if axis is None:
         return [value for key, value in leaves(grid.written_case(0)) if key == path]
@@ -186,7 +186,7 @@ def chosen(count: int) -> list[int]:
 
 
 def _pilot(grid: Grid, left: _Left, simulator: Simulator) -> list[Timed]:
-    """Return the times of a few cases spread over the grid; [] where the first of them does not answer."""
+    """Return the times of a few cases spread over the grid, or [] if the first of them does not answer."""
     with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         directory = Path(folder)
         (directory / store.SCRATCH).mkdir()

@@ -145,7 +145,7 @@ class Identifying:
         return [self.identify.point(parts) for parts in [*likely, *even[: count - len(likely)]]]
 
     def result(self) -> Identified | None:
-        """Return what was found, at the end; None where too few cases finished."""
+        """Return what was found, at the end, or None if too few cases finished."""
         if self.too_few:
             return None
         with _repeatable():
@@ -154,7 +154,7 @@ class Identifying:
 
     @property
     def too_few(self) -> str:
-        """Return why nothing can be identified of the cases that finished; '' where it can."""
+        """Return why nothing can be identified of the cases that finished, or '' if it can."""
         if len(self.points) >= LEAST_CASES:
             return ""
         return (

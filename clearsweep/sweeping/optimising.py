@@ -38,7 +38,7 @@ class Best(NamedTuple):
     point: Point
     values: dict[str, float]  # by objective
     intervals: dict[str, tuple[float, float]]  # 95 %, by objective that has one
-    margin: float | None  # of the limits, None where there are none
+    margin: float | None  # of the limits, or None if there are none
     limiting: str | None  # the columns whose limits it exceeds, or whose limit is nearest
     feasible: bool
 
@@ -109,7 +109,7 @@ class Optimising:
         return Optimised(tuple(trial.best() for trial in best), start, len(self.trials), len(feasible), alike)
 
     def _alike(self, best: "_Trial", feasible: "list[_Trial]") -> int | None:
-        """Return how many other feasible cases cannot be distinguished from the best; None where it has no interval."""
+        """Return how many other feasible cases cannot be distinguished from the best, or None if it has no interval."""
         ((name, _),) = self.optimise.objectives
         low, high = best.intervals[name]
         if not feasible or not math.isfinite(low + high):
@@ -170,7 +170,7 @@ class Optimising:
         return [{path: (fixed | point)[path] for path in self.optimise.over} for point in own]
 
     def _varied(self, count: int, chance: np.random.Generator) -> list[Point]:
-        """Return points about those of the front, [] where that has few cases: a sampler alone leaves gaps in it.
+        """Return points about those of the front, or [] if that has few cases: a sampler alone leaves gaps in it.
 
         They are made as in differential evolution (Storn and Price 1997, J. Global Optim. 11, 341).  Cases next to wide
         gaps are varied more often, as in NSGA-II (Deb et al. 2002, IEEE Trans. Evol. Comput. 6, 182).

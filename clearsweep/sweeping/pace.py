@@ -59,7 +59,7 @@ def pace_lines(slowest: dict[str, Any] | None) -> list[str]:
 
 
 def _number(record: Mapping[str, Any], path: str) -> float | None:
-    """Return a number of a grid, None where it has none at this path."""
+    """Return a number of a grid, or None if it has none at this path."""
     section, key = path.split(".")
     value = (record.get(section) or {}).get(key)
     return float(value) if isinstance(value, (int, float)) else None

@@ -174,7 +174,7 @@ class Refining:
         return any(self._good(box.other, a) is not self._good(box.other, b) for a, b in box.edges(axis))
 
     def _good(self, other: int, place: GridPoint) -> bool | None:
-        """Return whether the case at a place keeps to the limits, None where none was looked at."""
+        """Return whether the case at a place keeps to the limits, or None if none was looked at."""
         if any(part % STEP for part in place):
             return self.between.get((other, place))
         return bool(self.of_grid[other, *(part // STEP for part in place)])

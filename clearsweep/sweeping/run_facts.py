@@ -131,7 +131,7 @@ class _LimitCounts:
                 self.worst = _known(block, place, swept) | {"margin": margin, "margin_words": words}
 
     def facts(self) -> dict[str, Any] | None:
-        """Return the counts, ready for JSON; None where there are no limits."""
+        """Return the counts, ready for JSON, or None if there are no limits."""
         if not self.columns:
             return None
         bounds: dict[str, list[str]] = {limit.column: [] for limit in self.verdict.limits}

@@ -14,7 +14,7 @@ LISTED_ANSWERS, LISTED_EFFECTS = 12, 6
 
 
 def seek_facts(result: RunResult, record: Mapping[str, Any]) -> dict[str, Any] | None:
-    """Return what was searched for and found, ready for JSON, in SI; None where nothing was searched for.
+    """Return what was searched for and found, ready for JSON, in SI, or None if nothing was searched for.
 
     record : run.json
     """
@@ -119,7 +119,7 @@ def refine_lines(facts: dict[str, Any]) -> list[str]:
 
 
 def optimised(result: RunResult, units: Mapping[str, str]) -> dict[str, Any] | None:
-    """Return what `optimise` found, ready for JSON, in SI; None where nothing was optimised. `units`: of columns."""
+    """Return what `optimise` found, ready for JSON, in SI, or None if nothing was optimised. `units`: of columns."""
     optimum = result.optimised
     if optimum is None:
         return None

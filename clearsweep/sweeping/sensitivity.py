@@ -28,7 +28,7 @@ class Effect(NamedTuple):
     path: str
     value: float  # SI, as the grid has it
     margin: float  # of the limits, at this value
-    lower: float | None  # with the value lower by STEP, None where the case failed or cannot be
+    lower: float | None  # with the value lower by STEP, or None if the case failed or cannot be
     upper: float | None
 
     @property
@@ -40,7 +40,7 @@ class Effect(NamedTuple):
 def effects(
     grid: grids.Grid, answers: list[Answer], directory: Path, simulator: Simulator, run: Callable[[dict, Path], Any]
 ) -> list[Effect]:
-    """Return the effects of other keys on the margin, the largest first; [] where every search has an answer.
+    """Return the effects of other keys on the margin, the largest first, or [] if every search has an answer.
 
     They are those at the case furthest from its limits, at its best value.  `run` runs a grid in a directory.
     """
@@ -72,7 +72,7 @@ def effects(
 
 
 def furthest(answers: Iterable[Answer]) -> dict[str, Any] | None:
-    """Return what is known of the case furthest from its limits at its best value, None where every search has one."""
+    """Return what is known of the case furthest from its limits at its best value, or None if every search has one."""
     finite = [each for answer in answers for each in answer.best if each["margin"] is not None]
     return min(finite, key=lambda each: each["margin"], default=None)
 

@@ -63,9 +63,9 @@ class RunResult:
     seek: grids.Seek | None = None  # what was searched for
     answers: tuple[Answer, ...] = ()  # what was found
     effects: tuple[Effect, ...] = ()  # of other keys on the margin, where a search has no answer
-    optimised: Optimised | None = None  # what was found; None where nothing was optimised, or it was stopped
+    optimised: Optimised | None = None  # what was found, or None if nothing was optimised, or it was stopped
     identified: Identified | None = None  # of a measured machine; None as for `optimised`, or too few cases finished
-    refined: Refined | None = None  # what `refine` came to; None where it was not asked for or was stopped
+    refined: Refined | None = None  # what `refine` came to, or None if it was not asked for or was stopped
 
     @property
     def exit_code(self) -> int:
@@ -253,7 +253,7 @@ def _run_cut(
 
 
 def _search(grid: grids.Grid) -> Seeking | Refining | Optimising | Identifying | None:
-    """Return what adds cases to a grid, None where nothing does."""
+    """Return what adds cases to a grid, or None if nothing does."""
     if grid.seek:
         return Seeking(grid)
     if grid.refine:

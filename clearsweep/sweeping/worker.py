@@ -146,7 +146,7 @@ class AbandonedError(Exception):
 class Manifest(NamedTuple):
     """Outcome of a batch; the results themselves are in the store."""
 
-    committed: str | None  # name of its summary; None where nothing was committed
+    committed: str | None  # name of its summary, or None if nothing was committed
     done: int
     failed: int
     seconds: float  # spent on its cases
@@ -339,7 +339,7 @@ class Note(NamedTuple):
 
 
 def read_note(job: Job, batch: Batch) -> Note | None:
-    """Return what is noted of a batch, None where no worker has begun it."""
+    """Return what is noted of a batch, or None if no worker has begun it."""
     try:
         path = job.note(batch)
         process, index, *rest = durable.read(path).split()

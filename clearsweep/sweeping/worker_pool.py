@@ -125,7 +125,7 @@ class WorkerPool:
         return new_results._replace(histories=tuple(histories))
 
     def peaks(self, grid: grids.Grid, worst: Sequence[store.Worst]) -> list[Peak | None]:
-        """Return the revolution of the largest peak of cases that have run, None where it is not found again."""
+        """Return the revolution of the largest peak of cases that have run, or None if it is not found again."""
         cases = [grid.case_at(each.point) for each in worst]
         workers = self.workers or self.hire(len(cases))
         found: list[Peak | None] = []
