@@ -30,7 +30,7 @@ class Field(NamedTuple):
     fit: bool = False  # a clearance that may be an ISO 286 fit, for the `bearing_radius` next to it
 
     def allowed(self, value: float = 0.0) -> str:
-        """Return the range in words: 'above 0 and at most 1'; with the bounds of any quantity if `value` exceeds them."""
+        """Return the range in words: 'above 0 and at most 1'; with the global bounds if `value` exceeds them."""
         parts = []
         if self.low > -inf:
             parts.append(f"{'above' if self.low_open else 'at least'} {self.low:.15g}")

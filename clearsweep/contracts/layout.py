@@ -25,8 +25,8 @@ class Column(NamedTuple):
     unit: str  # SI
     description: str
     kind: str = "float"  # 'float', 'int' or 'text'
-    figure: str = ""  # name of the catalogue.Figure it contains, or '' if it contains none
-    joint: str = ""  # of that figure, or '' if it is no joint's
+    figure: str = ""  # name of its catalogue.Figure, or ''
+    joint: str = ""  # column name of the figure's joint, or ''
     null: str = ""  # what a missing value of a finished case means: NOTHING, ENDLESS; '': unknown
 
 

@@ -1,6 +1,6 @@
 """Shared code of the sections that add cases to a grid: `seek`, `refine`, `optimise` and `identify`.
 
-The added cases themselves are written by a run: run.json keeps them.
+A run adds the cases and stores them in run.json.
 """
 
 from collections.abc import Collection

@@ -8,16 +8,16 @@ from ..contracts.catalogue import Figure, Shown
 from ..mechanics.solver.accumulate import totals as total_columns
 from .window import Window
 
-WITHIN = 1e-9  # of a peak: what is nearer is the same one
+WITHIN = 1e-9  # relative difference below which two peaks are the same
 
 
 def ideal_peak(window: Window, place: int) -> float | None:
-    """Return the largest reaction (N) in the mechanism without clearance."""
+    """Return the largest reaction (N) of the ideal mechanism."""
     return window.ideal.get(window.case.joints[place].name)
 
 
 def load_peak(window: Window, place: int) -> float:
-    """Return the largest resultant (N) of normal and friction force; without friction that is the normal force."""
+    """Return the largest resultant (N) of normal and friction force."""
     joint = window.totals.joint[place]
     return float(max(joint[total_columns.FORCE_MAX], math.sqrt(joint[total_columns.LOAD_MAX])))
 
@@ -35,7 +35,7 @@ def peak_turn(window: Window, place: int) -> int | None:
 
 
 def of_peaks(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
-    """Return the figures of a quantile of the force peaks of revolutions: itself, and the ends of its interval."""
+    """Return the figures of a quantile of force peaks per revolution: its value and the ends of its interval."""
 
     def value(end: str) -> Callable[[Window, int], float | None]:
         return lambda window, place: getattr(getattr(window.spreads[place], name), end)
@@ -93,7 +93,7 @@ PEAKS = (
         ),
     ),
 )
-#: What the state at the ends of revolutions gives; of a run that is watched the watch says it, see `until`.
+#: Figures from the state at the ends of revolutions; for a watched run they come from the observer, see `until`.
 RETURNS = (
     Figure(
         "period",
