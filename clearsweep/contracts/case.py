@@ -311,6 +311,7 @@ class Save(NamedTuple):
     samples: int  # per revolution; without a crank in all
     revolutions: float = 0.0  # the last ones, where `orbits` is 'last'
     worst: int = 0  # worst cases of which the revolution of the largest peak is kept, too: of a run, not of a case
+    channels: tuple[str, ...] = ()  # time histories that are stored; (): all of them
 
 
 class Case(NamedTuple):
