@@ -208,7 +208,7 @@ class Joint(NamedTuple):
 
     @property
     def strength(self) -> float | None:
-        """Return the yield strength (Pa) of the weaker body, if necessary from hardness; None if unknown."""
+        """Return the yield strength (Pa) of the weaker body, if necessary from hardness, or None if unknown."""
         given = [body.yield_strength for body in self.contact.material or () if body.yield_strength]
         if given:
             return min(given)
@@ -311,6 +311,7 @@ class Save(NamedTuple):
     samples: int  # per revolution; without a crank in all
     revolutions: float = 0.0  # how many last revolutions if `orbits` is 'last'
     worst: int = 0  # number of worst cases whose peak revolution is kept; a property of the run, not of a case
+    channels: tuple[str, ...] = ()  # time histories that are stored; (): all of them
 
 
 class Case(NamedTuple):

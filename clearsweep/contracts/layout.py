@@ -16,6 +16,7 @@ SECTION_COUNT = "poincare/revolution"  # turns of the crank between sections
 _SECTIONED = ("x", "y", "vx", "vy")  # channels of a joint stored at crank angle 0
 WALLS, FLANGES, AUXILIARY = 2, 2, 2  # contacts of a spatial joint, in this order
 TIME = "t"  # the abscissa of all other channels
+ALWAYS_STORED = (TIME, "crank_angle")  # channels that are stored whatever `save.channels` lists
 
 
 class Column(NamedTuple):
@@ -69,6 +70,7 @@ class Parts(NamedTuple):
     life: str = ""  # column name of the joint in `life`
     uncertain: bool = False  # wear coefficients are uncertain
     preloads: tuple[str, ...] = ()  # clearance joints with a preload
+    listed: tuple[str, ...] = ()  # save.channels
 
 
 def parts_of(case: Case) -> Parts:
@@ -99,6 +101,7 @@ def parts_of(case: Case) -> Parts:
         life,
         bool(case.uncertain),
         tuple(column_name(load.values["on"]) for load in case.loads if load.form == PRELOAD),
+        case.save.channels,
     )
 
 
@@ -123,6 +126,7 @@ class Layout(NamedTuple):
     until: str = ""  # simulate.until.figure
     life: str = ""  # the joint in `life`
     frictions: tuple[str, ...] = ()  # the joint of each friction load, in the order of the loads
+    listed: tuple[str, ...] = ()  # save.channels; (): all channels are stored
 
     @classmethod
     def of(cls, case: Case, catalogue: Catalogue) -> "Layout":
@@ -149,6 +153,7 @@ class Layout(NamedTuple):
             parts.until,
             parts.life,
             frictions,
+            parts.listed,
         )
 
     @property
@@ -156,6 +161,12 @@ class Layout(NamedTuple):
         """Return the joints without clearance that have friction."""
         opened = {joint.name for joint in self.joints}
         return tuple(name for name in dict.fromkeys(self.frictions) if name not in opened)
+
+    @property
+    def stored(self) -> tuple[Column, ...]:
+        """Return the channels that are stored of every case, `t` first."""
+        kept = {*ALWAYS_STORED, *self.listed}
+        return tuple(channel for channel in self.channels if not self.listed or channel.name in kept)
 
     @property
     def sections(self) -> tuple[tuple[str, str], ...]:
@@ -186,7 +197,7 @@ class Layout(NamedTuple):
     def read(cls, written: Mapping[str, Any]) -> "Layout":
         """Return the layout from the result of `written`."""
         listed: dict[str, Any] = {name: tuple(kind(**each) for each in written[name]) for name, kind in _LISTED.items()}
-        listed["frictions"] = tuple(written.get("frictions", ()))
+        listed |= {name: tuple(written.get(name, ())) for name in ("frictions", "listed")}
         return cls(**(dict(written) | listed))
 
 

@@ -13,7 +13,7 @@ from .iso286 import Fit
 from .json_schema import schema
 from .key_help import key_names, key_text
 from .key_units import key_units
-from .memory import check_disk, check_memory, history_bytes, largest_history, usual_history
+from .memory import check_disk, check_memory, history_bytes, largest_history, recorded_history, usual_history
 from .optimised import Optimise
 from .reference import markdown
 from .refine import Refine
@@ -53,6 +53,7 @@ __all__ = [
     "markdown",
     "noted_fits",
     "read_options",
+    "recorded_history",
     "schema",
     "starter",
     "turns_of",

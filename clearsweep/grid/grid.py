@@ -15,7 +15,7 @@ from ..contracts.layout import Layout
 from ..contracts.outline import Outline
 from ..judging.verdict import Verdict, figures_of, limits_of
 from ..language.errors import InputError, shown
-from . import checks, identified, variations
+from . import checks, identified, save_keys, variations
 from .added_cases import ADDED
 from .added_cases import rows as added_rows
 from .assumed_units import WrittenUnit, assumed_units, written_units
@@ -26,7 +26,7 @@ from .enumeration import Factor, Step, Words, combined, factor_of, step_of, word
 from .identified import IDENTIFY, Identify
 from .iso286 import Fit
 from .key_units import unit
-from .keys import Flag, Name, Number, Section, Shape, Table, Word, value_key
+from .keys import Flag, Name, NameList, Number, Section, Shape, Table, Word, value_key
 from .naming import Taken
 from .optimised import OPTIMISE, Optimise
 from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, name_of, nested, number_of
@@ -105,6 +105,7 @@ def load(
         _refuse(reader, grid.case(index))
     problems.check()
     layout = Layout.of(grid.case(0), catalogue)
+    save_keys.check_channels(reader, layout)
     identify = identified.check(reader, root, layout)
     problems.check()
     return replace(grid, _layout=layout, identify=identify)
@@ -339,7 +340,7 @@ class Grid:
                 flat[path] = words.get(path, self._values.get(path))
             elif isinstance(node, Number) and (fields := node.fields(names)):
                 flat[path] = self._values.get(path, fields[0].default)
-            elif isinstance(node, Flag) or (isinstance(node, Table) and node.used(names)):
+            elif isinstance(node, (Flag, NameList)) or (isinstance(node, Table) and node.used(names)):
                 flat[path] = self._values.get(path)
         return flat | dict(leaves(self.uncertain))
 
@@ -354,7 +355,7 @@ class Grid:
                 value = self._values.get(path) if path in self._written else None
             elif isinstance(node, Word):
                 value = self._values[path] if node.used(self._names) else None
-            elif isinstance(node, (Flag, Table)):
+            elif isinstance(node, (Flag, Table, NameList)):
                 value = self._values.get(path)
             else:
                 fields = node.fields(self._names)

@@ -13,6 +13,7 @@ from .document import WrittenValue
 from .keys import Number
 from .optimised import Choice
 from .reader import Reader
+from .save_keys import CHANNELS
 
 if TYPE_CHECKING:
     import numpy as np  # loaded only where a file is read
@@ -163,7 +164,7 @@ def _features(reader: Reader, section: WrittenValue) -> tuple[str, ...]:
 
 
 def put_saved(reader: Reader) -> None:
-    """Give `save` what `identify` needs, where the grid does not say it: enough revolutions, finely enough sampled."""
+    """Give `save` what `identify` needs, where the grid does not say it: revolutions, samples, channels."""
     if reader.identify is None:
         return
     rate = crank_rate(reader)
@@ -183,6 +184,8 @@ def put_saved(reader: Reader) -> None:
         total = min(reader.reached("simulate.revolutions") or (10.0,))
         kept = total - max(reader.reached("simulate.discard") or (2.0,))
         reader.values["save.revolutions"] = float(max(min(kept, max(SAVED // samples, LEAST_TURNS)), 1))
+    if CHANNELS not in reader.written:
+        reader.values[CHANNELS] = list(dict.fromkeys(signal.channel for signal in reader.identify.signals))
 
 
 def crank_rate(reader: Reader) -> float | None:
@@ -203,6 +206,10 @@ def check(reader: Reader, root: WrittenValue, layout: Layout) -> Identify | None
         if not signal.unit:
             near = nearest(signal.channel, units) or f" (known: {', '.join(units)})"
             reader.problems.add(written, f"{IDENTIFY}.from", f"there is no channel '{signal.channel}'{near}")
+    lacking = sorted({signal.channel for signal in whole if signal.unit} - {*reader.values.get(CHANNELS, units)})
+    if lacking:
+        sentence = f"lacks {', '.join(lacking)}, which `identify` compares; add it"
+        reader.problems.add(reader.place(CHANNELS), CHANNELS, sentence)
     saved = reader.values.get("save.revolutions") or 2.0
     if saved < LEAST_TURNS:
         sentence = f"found {saved:g}; `identify` needs at least {LEAST_TURNS} revolutions that a case saves"

@@ -12,7 +12,7 @@ from .defined import TEXT as TEXT_OF_DEFINE
 from .fits import SPREADS
 from .identified import FEATURES, IDENTIFY
 from .key_trees import key_trees
-from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
+from .keys import ITEMS, Flag, Name, NameList, Number, Section, Shape, Table, Word
 from .naming import MATERIAL
 from .optimised import AMONG, SENSES, WHOLE
 from .refine import ALONG
@@ -274,6 +274,9 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
             properties[key] = {"description": node.text, "enum": list(node.options)}
         elif isinstance(node, Table):
             properties[key] = _table(node)
+        elif isinstance(node, NameList):
+            names = {"type": "array", "items": {"type": "string"}, "minItems": 1}
+            properties[key] = {"description": f"{node.text}; such as {node.example}", **names}
         elif isinstance(node, Flag):
             properties[key] = {"description": node.text, "type": "boolean", "default": bool(node.default)}
         else:

@@ -18,6 +18,7 @@ from .joint_keys import (
 from .keys import Flag, Name, Number, Rather, Section, Shape, Table, Use, Word, word_key
 from .library import PAIRS
 from .naming import LAW, PAIR
+from .save_keys import enter_save
 from .spatial_keys import flanged, through
 from .surface_keys import enter_film, enter_roughness
 
@@ -147,32 +148,6 @@ _ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store t
 _IMPACTS = Field(
     "impacts", "1", "impacts after which the run ends", 1, 1e9, low_open=False, high_open=False, default=10, whole=True
 )
-_SAMPLES = Field(
-    "samples",
-    "1",
-    "samples per revolution; of an impact-pair: per run",
-    1,
-    1e7,
-    low_open=False,
-    high_open=False,
-    default=720,
-    whole=True,
-)
-_SAVED = Field(
-    "revolutions", "1", "number of last revolutions that `last` saves; default 2, or all if fewer", optional=True
-)
-_WORST = Field(
-    "worst",
-    "1",
-    "number of cases with the largest force_peak_ratio whose revolution of the largest peak is saved",
-    1,
-    1000,
-    low_open=False,
-    high_open=False,
-    optional=True,
-    whole=True,
-)
-_ORBITS = Word(("none", "last", "all"), "which time histories are saved", "last")
 _METHOD = Word(
     ("auto", "explicit", "implicit"),
     "explicit Runge-Kutta, implicit Radau IIA, or automatic choice",
@@ -241,8 +216,7 @@ def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...])
     text = "the column of the summary with the 95 % interval in question"
     tree["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(others, _NO_INTERVAL))
     enter_numbers(tree, "simulate.until", _UNTIL, sweep=False)
-    tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
-    enter_numbers(tree, "save", (_SAVED, _SAMPLES, _WORST), sweep=False)
+    enter_save(tree, turns=True)
 
 
 def _impacts(tree: Shape) -> None:
@@ -252,8 +226,7 @@ def _impacts(tree: Shape) -> None:
     enter_numbers(tree, "simulate", (life_keys.TIME_BUDGET,), sweep=False)
     tree["simulate.method"] = _METHOD
     tree["simulate.error_check"] = _ERROR_CHECK
-    tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
-    enter_numbers(tree, "save", (_SAMPLES,), sweep=False)
+    enter_save(tree, turns=False)
 
 
 def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:

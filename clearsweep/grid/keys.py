@@ -101,6 +101,23 @@ class Flag(NamedTuple):
         return ()
 
 
+class NameList(NamedTuple):
+    """A key that contains a list of names, which are known once the cases are."""
+
+    text: str
+    noun: str  # what is expected, in messages
+    example: str
+
+    @property
+    def sweep(self) -> bool:
+        """Return False: it cannot be swept."""
+        return False
+
+    def choosers(self) -> tuple[str, ...]:
+        """Return (): no law name decides whether it is in use."""
+        return ()
+
+
 class Table(NamedTuple):
     """A key that contains a table, or the name of its file."""
 
@@ -139,7 +156,7 @@ class Section(NamedTuple):
 
 
 ITEMS = {2: "two", 3: "three"}  # of a list, in words
-Shape = dict[str, Section | Word | Number | Flag | Table | Name]
+Shape = dict[str, Section | Word | Number | Flag | Table | Name | NameList]
 
 
 def value_key(shape: Shape, path: str) -> Word | Number:

@@ -10,7 +10,7 @@ from ..contracts.outline import ANY
 from ..language import quantity
 from . import choosing
 from .key_trees import KeyTree, key_trees
-from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
+from .keys import ITEMS, Flag, Name, NameList, Number, Section, Shape, Table, Word
 
 _HEAD = """\
 # Keys of a grid file
@@ -213,6 +213,8 @@ def _rows(tree: Shape, path: str) -> Iterator[Row]:
         elif isinstance(node, Flag):
             default = "`true`" if node.default else "`false`"
             yield Row(key, (), "`true`, `false`", default, node.text)
+        elif isinstance(node, NameList):
+            yield Row(key, (), f"{node.noun}", "-", node.text, example=node.example)
         elif isinstance(node, Word):
             yield _word(inner, key, node)
         else:

@@ -83,7 +83,8 @@ def _simulate(section: Tree) -> Simulate:
 
 
 def _save(section: Tree) -> Save:
-    return Save(**section)
+    channels = tuple(section.get("channels", ()))
+    return Save(**{**section, "channels": channels})
 
 
 def _life(section: Tree) -> Life:

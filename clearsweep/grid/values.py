@@ -17,6 +17,7 @@ from . import (
     naming,
     optimised,
     refine,
+    save_keys,
     seek,
     table_key,
     uncertain,
@@ -27,7 +28,7 @@ from .axes import Reading
 from .document import Problems, WrittenValue
 from .expected_figures import figures
 from .key_table import shape
-from .keys import Flag, Name, Number, Section, Shape, Table, Word
+from .keys import Flag, Name, NameList, Number, Section, Shape, Table, Word
 from .outlining import DRIVES, is_open, outline_of_document, wrong_names
 from .reader import Reader
 
@@ -69,6 +70,8 @@ def read_keys(
             _flag(reader, path)
         elif isinstance(node, Table):
             _table(reader, path, node)
+        elif isinstance(node, NameList):
+            save_keys.read_channels(reader, path)
     reader.axes = {path: reader.axes[path] for path in reader.swept if path in reader.axes}
     variations.check(reader)
     followers.check(reader)

@@ -154,7 +154,7 @@ def datasets(form: ResultSchema) -> tuple[Dataset, ...]:
     if form.histories:
         datasets += [
             Dataset(column.name, np.dtype("f8"), column.unit, column.description, SAMPLE)
-            for column in form.layout.channels
+            for column in form.layout.stored
         ]
         datasets += event_datasets(form.layout)
         datasets += section_datasets(form.layout)

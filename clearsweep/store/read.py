@@ -210,7 +210,7 @@ class StoredRun:
 
         It is empty for a failed case and where `save.orbits` is none.
         """
-        channels = self.layout.channels
+        channels = self.layout.stored
         frame = self._frame(case_id, SAMPLE, [channel.name for channel in channels])
         frame.attrs["units"] = {channel.name: channel.unit for channel in channels}
         return frame

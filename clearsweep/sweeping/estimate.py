@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import store
 from ..contracts.case import Case
-from ..grid import Grid, check_memory, key_units, largest_history, leaves, usual_history
+from ..grid import Grid, check_memory, key_units, leaves, recorded_history, usual_history
 from ..language import phases
 from ..language.wording import count
 from . import blockwise, executors, signals, sweep, worker_pool
@@ -61,7 +61,7 @@ def estimate(
     part = None if shard is None else Shard.read(shard)
     with phases.phase("reading the grid"):
         grid = sweep.load(source, simulator)
-        check_memory(largest_history(grid))
+        check_memory(recorded_history(grid))
         derived, warnings = sweep.facts(grid, simulator)
     if grid.seek and not grid.seek.fits:
         times_more = usual_probes(grid.seek.last) / len(grid.seek.first())

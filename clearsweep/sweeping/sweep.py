@@ -141,7 +141,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
     most(options.max_failures, 0)
     with phases.phase("reading the grid"):
         grid = load(source, simulator)
-    grids.check_memory(grids.largest_history(grid))
+    grids.check_memory(grids.recorded_history(grid))
     shard = None if options.shard is None else Shard.read(options.shard)
     if shard and grid.seek:
         raise InputError("shard: the probes of `seek` follow from one another; divide the values of the other axes")
