@@ -6,7 +6,7 @@ import numpy as np
 
 
 class Task(NamedTuple):
-    """One case on its way to a worker, which makes its values itself: the parent stays light."""
+    """A case for a worker, which generates its values itself to relieve the parent."""
 
     case_id: str
     grid_index: int
@@ -44,4 +44,4 @@ class Batch(NamedTuple):
 
     name: str  # of its files
     cases: Tasks
-    tried: int = 0  # times it was lost with its worker
+    tried: int = 0  # how often it was lost with its worker
