@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..judging.verdict import EXCEEDED, Limit
+from ..judging.verdict import Limit
 from ..store import summed
 from .section import Note, Section
 from .study import Study
@@ -61,7 +61,7 @@ def limits(study: Study) -> LimitCounts:
     )
     return LimitCounts(
         len(study.cases),
-        int((study.cases[EXCEEDED] != "").sum()),
+        int(np.any(beyond, axis=0).sum()),
         int(np.any(unknown, axis=0).sum()),
         [(int(cases.sum()), int(each.sum())) for cases, each in zip(beyond, unknown, strict=True)],
     )
