@@ -13,6 +13,7 @@ from .iso286 import Fit
 from .json_schema import schema
 from .key_help import key_names, key_text
 from .key_units import key_units
+from .labels import noted as noted_labels
 from .memory import check_disk, check_memory, history_bytes, largest_history, usual_history
 from .optimised import Optimise
 from .reference import markdown
@@ -52,6 +53,7 @@ __all__ = [
     "load",
     "markdown",
     "noted_fits",
+    "noted_labels",
     "read_options",
     "schema",
     "starter",

@@ -13,6 +13,10 @@ _SEARCHES = ("seek", "refine", "optimise", "identify")
 _ADDED = {"added": "do not write it: run.json lists the added cases here"}
 _CASES = "a table next to the grid, .csv or .parquet: a column per path, a row per case"
 AXES = {**FORMS, "fits": "[H7/g6, H7/f7], of a radial clearance: the means of fits of ISO 286"}
+LABELS = """\
+An axis of `sweep`, `zip` or `cases` may give its values labels: `{bronze: 3e-15 m^2/N, PTFE: 1e-15 m^2/N}`. Tables,
+figures and sentences show them. The column of summary.parquet keeps the numbers, and its metadata the labels. A label
+contains a letter. The words above and the names of distributions are reserved."""
 SAMPLES = {**DISTRIBUTIONS, "fit": f"{FORM}, of a radial clearance: between the limits of a fit"}
 
 #: Key -> meaning, of each section with keys of its own.
@@ -92,6 +96,7 @@ def markdown(catalogue: Catalogue) -> str:
             *_table("key", "meaning", sections(catalogue)),
             "\nAn axis is a list of values, or one of\n",
             *_table("form", "contains", AXES),
+            f"\n{LABELS}",
             *(line for name in _SEARCHES for line in (f"\n### `{name}`\n", *_table("key", "meaning", KEYS[name]))),
             "\n### `sample`\n",
             *_table("key", "meaning", KEYS["sample"]),

@@ -15,7 +15,7 @@ from ..contracts.layout import Layout
 from ..contracts.outline import Outline
 from ..judging.verdict import Verdict, figures_of, limits_of
 from ..language.errors import InputError, shown
-from . import checks, identified, variations
+from . import checks, identified, labels, variations
 from .added_cases import ADDED
 from .added_cases import rows as added_rows
 from .assumed_units import WrittenUnit, assumed_units, written_units
@@ -93,6 +93,7 @@ def load(
         reader.optimise,
         reader.identify,
         written_units(reader),
+        labels.of_axes(reader),
     )
     searched = grid.seek or grid.refine or grid.optimise or grid.identify
     most = MOST_IDENTITIES if searched or grid.may_repeat else MOST_CASES
@@ -161,6 +162,7 @@ class Grid:
     optimise: Optimise | None = None  # what is to be made small or large
     identify: Identify | None = None  # what is to be found of a measured machine
     written_units: Mapping[str, WrittenUnit] = field(default_factory=dict)  # path -> the unit that it is written in
+    labels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path -> label of a value -> value, SI
     _layout: Layout | None = None
 
     @cached_property

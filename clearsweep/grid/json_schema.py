@@ -13,6 +13,7 @@ from .fits import SPREADS
 from .identified import FEATURES, IDENTIFY
 from .key_trees import key_trees
 from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
+from .labels import LONGEST, RESERVED
 from .naming import MATERIAL
 from .optimised import AMONG, SENSES, WHOLE
 from .refine import ALONG
@@ -106,6 +107,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
                 "anyOf": [
                     {"type": "array", "minItems": 1},
                     _FITS,
+                    _labels(),
                     *(
                         {
                             "type": "object",
@@ -118,6 +120,17 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
                 ]
             },
         },
+    }
+
+
+def _labels() -> dict[str, Any]:
+    """Return the schema of an axis whose values have labels."""
+    return {
+        "type": "object",
+        "description": "label -> value",
+        "minProperties": 1,
+        "propertyNames": {"not": {"enum": list(RESERVED)}, "maxLength": LONGEST},
+        "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, _FIT]},
     }
 
 

@@ -37,6 +37,7 @@ class Reader:
     drawn: tuple[str, ...] = ()  # the paths under `sample`
     distributions: dict[str, Distribution] = field(default_factory=dict)
     fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> the fits it is written as
+    labels: dict[str, tuple[str, ...]] = field(default_factory=dict)  # path of an axis -> the labels of its values
     taken: dict[str, Taken] = field(default_factory=dict)  # path of a number -> what a library gave for it
     figures: dict[str, str] = field(default_factory=dict)  # of merit, that the cases will have -> unit
     limits: dict[str, Any] = field(default_factory=dict)  # as a resolved grid contains them, see `verdict`

@@ -11,6 +11,7 @@ from . import (
     fits,
     followers,
     identified,
+    labels,
     life_keys,
     limit_keys,
     list_key,
@@ -55,6 +56,7 @@ def read_keys(
     _activate(reader, whole)
     variations.find(reader, root, whole, fixed)
     variations.find_optimised(reader, root, whole)
+    labels.put_lists(reader)
     fits.put_numbers(reader, lambda path: _ahead(reader, path))
     reader.taken = {each.path: each for each in taken if each.path not in reader.swept}
     wear_unit.put_units(reader)

@@ -7,12 +7,13 @@ from .. import simulation
 from ..contracts import case
 from ..language import wording
 from ..language.errors import InputError
+from .axis import Axis
 from .dotted import dig
 from .draw import comparison
 from .leading import PEAK
 from .picture import Picture
 from .section import Part
-from .study import Axis, Joint, Study, joint_of, resolved
+from .study import Joint, Study, joint_of, resolved
 from .table import Column, Table
 
 UNKNOWN = "This version does not know every law of this run: what each by itself would do is not said."

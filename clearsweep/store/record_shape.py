@@ -264,6 +264,7 @@ _OPTIONAL: dict[str, Check] = {
     "define": _by(_NAME, _TEXT),
     "source": _either(_TEXT, _NOTHING),
     "fits": _by(_PATH, _list(_FIT)),
+    "labels": _by(_PATH, _by(_TEXT, _NUMBER)),
     "written_units": _by(_PATH, _sections({"unit": _TEXT, "factor": _NUMBER, "offset": _NUMBER}, {})),
     "seeds": _SECTION,
     "versions": _by(_WORD, _TEXT),

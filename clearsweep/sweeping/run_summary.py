@@ -45,6 +45,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "identified": result.identified and identified.of_run(result.identified),
         "refined": result.refined and result.refined._asdict(),
         "fits": run.grid.get("fits", {}),
+        "labels": run.grid.get("labels", {}),
         "question": lead.question,
         "ranked": {"title": lead.title, "headings": list(lead.headings), "units": limits.units},
         "no_limits": order.no_limits(run.layout) if lead.question in ("film", "force") else "",

@@ -7,6 +7,7 @@ import numpy as np
 from ...judging import order, verdict
 from ...language import wording
 from .. import sensitivity
+from ..axis import Axis
 from ..case_table import axis_columns
 from ..draw import pass_share
 from ..main_effects import main_effects
@@ -14,7 +15,7 @@ from ..picture import Picture, capital
 from ..sample_tables import any_exceeded
 from ..section import Block, Gallery, Points, Section, filled
 from ..shown import in_words
-from ..study import Axis, Joint, Study, largest, over_other_axes
+from ..study import Joint, Study, largest, over_other_axes
 from ..table import Column, Quantity, Table, counted
 from ..worst_case import question, worst_case
 from . import life, maps
