@@ -183,17 +183,19 @@ def _defined_lines(defined: dict[str, dict[str, Any]]) -> list[str]:
 
 
 def _case_lines(case: dict[str, Any]) -> list[str]:
-    """Return the values of a case, a line for each section."""
+    """Return the values of a case: a line for each section, then one for each column of a table."""
     sections: dict[str, list[str]] = {}
+    rows: dict[str, list[float]] = {}
     for path, value in case["values"].items():
         section, _, key = path.rpartition(".")
+        if ".table." in path:
+            rows.setdefault(section, []).append(value)
         number = isinstance(value, int | float) and not isinstance(value, bool)
         text = given_text(path, value, case["units"].get(path, "1"), case["written_units"]) if number else str(value)
         sections.setdefault(section, []).append(f"{key} {text}")
-    return [
-        f"the first case ({wording.short_id(case['case_id'])}), with every default:",
-        *(f"  {section}: {', '.join(texts)}" for section, texts in sections.items()),
-    ]
+    lines = [f"  {section}: {', '.join(texts)}" for section, texts in sections.items() if section not in rows]
+    lines += [f"  {path}: {len(row)} values in SI, {min(row):.4g} to {max(row):.4g}" for path, row in rows.items()]
+    return [f"the first case ({wording.short_id(case['case_id'])}), with every default:", *lines]
 
 
 def cases(count: int) -> str:
