@@ -4,6 +4,7 @@ from ..contracts.catalogue import Catalogue
 from .axes import FORMS
 from .fits import FORM
 from .json_schema import schema
+from .law_check import CHECK
 from .limit_keys import SECTIONS
 from .sampling import DISTRIBUTIONS, METHODS
 from .uncertain import UNCERTAIN
@@ -73,6 +74,7 @@ EXAMPLES = {
     "uncertain": "uncertain: {joints.rod-slider.wear.coefficient: {factor: 3}}",
     "seek": "seek: {largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 2 um, for: all}",
     "refine": "refine: {along: limits, cases: 100}",
+    CHECK: "check_laws: true",
     "optimise": "optimise: {over: {drive.speed: [500 rpm, 3000 rpm]}, minimise: rod_slider_load_peak, cases: 60}",
     "identify": "identify: {over: {joints.rod-slider.clearance: [20 um, 300 um]}, from: {rig.csv: {slider/a: "
     "acceleration}}, cases: 400}",
@@ -84,7 +86,8 @@ def sections(catalogue: Catalogue) -> dict[str, str]:
     top = schema(catalogue)
     while "else" in top:  # those of any mechanism
         top = top["else"]
-    texts = {key: top["properties"][key].get("description", "") for key in (*_FIRST, *SECTIONS, UNCERTAIN, *_SEARCHES)}
+    keys = (*_FIRST, *SECTIONS, UNCERTAIN, *_SEARCHES, CHECK)
+    texts = {key: top["properties"][key].get("description", "") for key in keys}
     return texts | {"cases": _CASES, "name": texts["name"].replace("<name>", "NAME")}
 
 

@@ -14,6 +14,8 @@ from .identified import FEATURES, IDENTIFY
 from .key_trees import key_trees
 from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
 from .labels import LONGEST, RESERVED
+from .law_check import CHECK
+from .law_check import TEXT as CHECK_TEXT
 from .naming import MATERIAL
 from .optimised import AMONG, SENSES, WHOLE
 from .refine import ALONG
@@ -81,6 +83,13 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             UNCERTAIN: _uncertain(),
             "seek": _seek(),
             "refine": _refine(),
+            CHECK: {
+                "description": CHECK_TEXT,
+                "anyOf": [
+                    {"type": "boolean"},
+                    {"type": "object", "additionalProperties": False, "properties": {ADDED: _ADDED}},
+                ],
+            },
             "optimise": _optimise(),
             IDENTIFY: _identify(),
         }

@@ -47,6 +47,7 @@ class Reader:
     optimise: Any = None  # `optimised.Optimise`
     identify: Any = None  # `identified.Identify`
     refine: Any = None  # `refine.Refine`
+    check_laws: bool = False  # the deciding case runs again under other laws
     added_in: str = ""  # the key under which cases are that a run added
     added_written: dict[str, WrittenValue] = field(default_factory=dict)  # their values, by path
     added_cases: dict[str, list[Any]] = field(default_factory=dict)  # the same, SI

@@ -12,6 +12,7 @@ from . import (
     followers,
     identified,
     labels,
+    law_check,
     life_keys,
     limit_keys,
     list_key,
@@ -32,9 +33,10 @@ from .keys import Flag, Name, Number, Section, Shape, Table, Word
 from .outlining import DRIVES, is_open, outline_of_document, wrong_names
 from .reader import Reader
 
+_SEARCHES = (seek.SEEK, refine.REFINE, optimised.OPTIMISE, identified.IDENTIFY)
 _OF_NO_CASE = [  # sections that no law or mechanism has
     *("name", defined.DEFINE, *limit_keys.SECTIONS, uncertain.UNCERTAIN),
-    *(seek.SEEK, refine.REFINE, optimised.OPTIMISE, identified.IDENTIFY, *variations.WAYS),
+    *(*_SEARCHES, law_check.CHECK, *variations.WAYS),
 ]
 Meaning = tuple[Field, list[str]]  # of a quantity, and the units that it has to fit
 
@@ -57,11 +59,12 @@ def read_keys(
     variations.find(reader, root, whole, fixed)
     variations.find_optimised(reader, root, whole)
     labels.put_lists(reader)
+    law_check.read(reader, root)
     fits.put_numbers(reader, lambda path: _ahead(reader, path))
     reader.taken = {each.path: each for each in taken if each.path not in reader.swept}
     wear_unit.put_units(reader)
     variations.find_sought(reader, root, whole, lambda path: _ahead(reader, path))
-    added_cases.find(reader, root, (seek.SEEK, refine.REFINE, optimised.OPTIMISE, identified.IDENTIFY))
+    added_cases.find(reader, root, (*_SEARCHES, law_check.CHECK))
     for path, node in reader.shape.items():
         if isinstance(node, Word):
             _word(reader, path, node)
@@ -234,6 +237,7 @@ def _word(reader: Reader, path: str, node: Word) -> None:
     elif not node.idle and not node.used(reader.names) and _meant(reader, path, node):
         reader.problems.add(reader.place(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
     reader.names[path] = frozenset(values or node.options)
+    law_check.put_axis(reader, path)
 
 
 def _table(reader: Reader, path: str, node: Table) -> None:
@@ -382,14 +386,10 @@ def _doubtful(reader: Reader, node: Word | Number | Table) -> bool:
     return any(path in reader.unsure for path in node.choosers())
 
 
-def _switched(reader: Reader, node: Word | Number | Table) -> bool:
-    """Return whether a law name that decides about this key is swept, so that the key may be kept for other values."""
-    return any(path in reader.swept for path in node.choosers())
-
-
 def _meant(reader: Reader, path: str, node: Word | Number | Table) -> bool:
-    """Return whether a key that is not in use was written as if it were."""
-    there = path in reader.swept or (path in reader.written and not _switched(reader, node))
+    """Return whether a key that is not in use was written as if it were; it may be for another law that is swept."""
+    switched = any(chooser in reader.swept for chooser in node.choosers())
+    there = path in reader.swept or (path in reader.written and not switched)
     return there and not _doubtful(reader, node)
 
 

@@ -10,6 +10,7 @@ import pandas as pd
 from .. import grid, simulation
 from ..contracts.case import Case
 from ..contracts.case import Joint as CaseJoint
+from ..judging import law_check, order
 from ..judging.verdict import EXCEEDED, Limit, limits_of
 from ..language import wording
 from ..store import BlockedRun, SampledRun, StoredRun
@@ -52,6 +53,7 @@ class Study(NamedTuple):
     base: dict
     typical: bool = False  # maps show the median over the axes that they leave out, not the worst
     defined: grid.Definitions = grid.NOTHING  # numbers that follow from swept names
+    law_checks: tuple[law_check.Row, ...] = ()  # the deciding case under other laws, which `cases` has not
 
     @property
     def lead(self) -> Lead:
@@ -71,7 +73,7 @@ class Study(NamedTuple):
     @property
     def limits(self) -> tuple[Limit, ...]:
         """Return the limits of the grid."""
-        return limits_of(self.run.grid.get("limits") or {}, self.run.layout.columns)
+        return _limits(self.run)
 
     def swept(self) -> tuple[Axis, ...]:
         """Return the axes that have more than one value."""
@@ -162,6 +164,7 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     axes = axes_of(record, tried, units, len(layout.joints))
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
     finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
+    own = _of_grid(run)
     texts = {"status", "message", EXCEEDED, *(axis.path for axis in axes if not axis.numeric)}
     derived = {
         joint.column(figure): (unit, functools.partial(make, joint))
@@ -174,9 +177,30 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     defined = grid.defined_by(record)
     derived |= {path: (units.get(path, "1"), functools.partial(followed, defined, path)) for path in defined.follow}
     making = {column: functools.partial(make, base=base) for column, (_, make) in derived.items()}
-    cases = Rows(run, run.column("case_id"), finished, texts, making)
-    failed = Rows(run, run.column("case_id"), ~finished, texts)
-    return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, typical, defined)
+    cases = Rows(run, run.column("case_id"), finished & own, texts, making)
+    failed = Rows(run, run.column("case_id"), ~finished & own, texts)
+    checks = _law_checks(run, finished & ~own) if not own.all() else ()
+    return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, typical, defined, checks)
+
+
+def _of_grid(run: StoredRun | SampledRun) -> np.ndarray:
+    """Return which cases are those of the grid, not those that check laws."""
+    own = np.ones(len(run.column("case_id")), bool)
+    for path, law in grid.base_laws(run.grid).items():
+        values = run.column(path)
+        own &= (values.isna() | (values == law)).to_numpy(bool)
+    return own
+
+
+def _law_checks(run: StoredRun | SampledRun, chosen: np.ndarray) -> tuple[law_check.Row, ...]:
+    """Return what the finished cases came to that check laws."""
+    base, lead = grid.base_laws(run.grid), order.lead_of(run.layout, _limits(run), run.grid)
+    block = {name: run.column(name).to_numpy()[chosen] for name in ("case_id", *base, *lead.columns)}
+    return tuple(law_check.rows_of(block, base, lead))
+
+
+def _limits(run: StoredRun | SampledRun) -> tuple[Limit, ...]:
+    return limits_of(run.grid.get("limits") or {}, run.layout.columns)
 
 
 def _over_ideal(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:

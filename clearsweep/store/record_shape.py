@@ -252,6 +252,7 @@ _OPTIONAL: dict[str, Check] = {
     "joints": _by(_WORD, _sections({}, dict.fromkeys(("contact", "friction", "wear", "film", "roughness"), _PART))),
     **dict.fromkeys(_some("sweep", "zip", "cases"), _LISTED),
     "sample": _sections({"method": _WORD, "drawn": _LISTED}, {"seed": _COUNT}),
+    "check_laws": _either(_FLAG, _SECTION),
     "limits": _by(_COLUMN, _BOUND),
     "figures": _by(_COLUMN, _TEXT),
     "seek": _sections({}, {**dict.fromkeys(_some("largest", "smallest"), _either(_PATH, _list(_PATH))), "for": _WORD}),

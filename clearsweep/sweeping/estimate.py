@@ -47,6 +47,7 @@ class Estimate(NamedTuple):
     assumed: dict[str, dict[str, Any]]  # path written without a unit -> {"unit", "values"}: SI, the first and the last
     defined: dict[str, dict[str, Any]]  # name under `define` -> its value, its unit and its expression, '' for none
     case: dict[str, Any]  # the first case: its identity, its values by dotted path, their units
+    recommended: list[str]  # a sentence on each law that is recommended for a joint of the first case
 
 
 def estimate(
@@ -113,6 +114,7 @@ def estimate(
             for name, text in grid.defined.texts.items()
         },
         _first(grid, units | {path: grid.unit(path) for path in grid.axes}),
+        simulator.recommended(grid.case(0)),
     )
 
 
