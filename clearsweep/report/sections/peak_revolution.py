@@ -18,7 +18,7 @@ REST = "the largest reaction without clearance. Dashed: the mechanism without cl
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no such revolution was saved."""
+    """Return the section, or [] if no such revolution was saved."""
     saved = [case_id for case_id in study.run.worst if study.cases.place(case_id) >= 0]  # not one that checks a law
     if not saved:
         return []
