@@ -1,4 +1,4 @@
-"""Values of an axis may have labels: shown everywhere, stored beside the numbers, without a say in identities."""
+"""Values of an axis may have labels: shown in all output, stored with the numbers, without effect on identities."""
 
 import csv
 import dataclasses
@@ -58,7 +58,7 @@ def test_a_grid_read_from_its_record_keeps_labels():
         ("sweep", {"tight": "1 um", "loose": "1 um"}, "duplicate value '1 um'"),
         ("sweep", {"tight": "1 um", "loose": "2 kg"}, "another dimension"),
         ("sweep", {"tight": ["1 um"], "loose": "2 um"}, "expected a list such as [a, b], {label: a, other label: b}"),
-        ("zip", {"tight": "1 um", "loose": "1 um"}, "has one value under two labels"),
+        ("zip", {"tight": "1 um", "loose": "1 um"}, "value under two labels"),
     ],
 )
 def test_wrong_labels_are_refused(way, axis, said):
@@ -73,8 +73,8 @@ def test_names_of_laws_are_their_own_labels():
 
 
 def test_the_schema_takes_labels_but_no_reserved_word():
-    forms = grid.schema(simulation.catalogue())["$defs"]["axis"]["anyOf"]
-    (labels,) = (form for form in forms if "propertyNames" in form)
+    schemas = grid.schema(simulation.catalogue())["$defs"]["axis"]["anyOf"]
+    (labels,) = (each for each in schemas if "propertyNames" in each)
     assert {"linspace", "fits", "normal"} <= {*labels["propertyNames"]["not"]["enum"]}
 
 

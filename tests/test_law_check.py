@@ -1,4 +1,4 @@
-"""`check_laws`: the deciding case of a run again under the other laws that hold, beside the cases of the grid."""
+"""`check_laws`: the deciding case of a run again under the other valid laws, apart from the cases of the grid."""
 
 import pytest
 from fake_physics import Fake, grid, sweep, trajectory
@@ -85,7 +85,7 @@ def test_checks_enter_neither_the_closing_table_nor_the_page_but_move_the_verdic
     assert facts["limits"]["exceeding"] == 0
     assert all(LAW not in entry["swept"] for entry in facts["worst"])
     text = run_summary.run_text(facts)
-    assert "under 1 other law that holds: margin -12.5 % (hertz); 25 % as written" in text.replace(wording.MINUS, "-")
+    assert "under 1 other valid law: margin -12.5 % (hertz); 25 % as written" in text.replace(wording.MINUS, "-")
     assert "The verdict moves: the case exceeds a limit with hertz." in text
     page = study.prepare(store.open(tmp_path / "run"))
     assert len(page.cases) == 3
@@ -106,7 +106,7 @@ def plain(_, value):
 def test_a_verdict_that_all_laws_share_is_said_to_stand():
     said = law_check.sentence(row("", 0.2), [row("x", 0.1), row("y", 0.3)], plain)
     assert said.endswith(
-        "under 2 other laws that hold: margin 10 % (x) to 30 % (y); 20 % as written. No law moves the verdict."
+        "under 2 other valid laws: margin 10 % (x) to 30 % (y); 20 % as written. No law moves the verdict."
     )
 
 
@@ -135,7 +135,7 @@ def test_a_grid_of_its_own_record_has_the_same_cases(tmp_path):
     assert {again.case_id(k) for k in range(len(again))} == {*clearsweep.open(tmp_path / "run").summary["case_id"]}
 
 
-def test_alternatives_are_laws_that_hold_and_not_the_one_in_use():
+def test_alternatives_are_valid_laws_and_not_the_one_in_use():
     case = simulation.load_case("configs/ptfe_bushing.yaml", {"sweep": None}).case
     names = simulation.alternatives(case)
     assert "exact" in names["joints.crank-rod.contact.law"]

@@ -24,6 +24,7 @@ from .seek import ENDS, FOR
 from .uncertain import FACTOR, LARGEST, PUBLISHED, TEXT, UNCERTAIN
 
 _ADDED = {"type": "object", "description": "cases added before, as run.json keeps them"}
+_CHECKED = {"type": "object", "additionalProperties": False, "properties": {ADDED: _ADDED}}
 _NAME = {"fit": {"type": "string", "description": "a clearance fit of ISO 286, such as H7/f7"}}
 _FIT: dict[str, Any] = {
     "type": "object",
@@ -83,13 +84,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             UNCERTAIN: _uncertain(),
             "seek": _seek(),
             "refine": _refine(),
-            CHECK: {
-                "description": CHECK_TEXT,
-                "anyOf": [
-                    {"type": "boolean"},
-                    {"type": "object", "additionalProperties": False, "properties": {ADDED: _ADDED}},
-                ],
-            },
+            CHECK: {"description": CHECK_TEXT, "anyOf": [{"type": "boolean"}, _CHECKED]},
             "optimise": _optimise(),
             IDENTIFY: _identify(),
         }

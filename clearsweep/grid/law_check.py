@@ -10,7 +10,7 @@ from .keys import Word
 from .reader import Reader
 
 CHECK = "check_laws"
-TEXT = "true: the deciding case runs again under each other law of elasticity and loss that holds in its joints"
+TEXT = "true: the deciding case runs again under each other elastic and contact law that is valid in its joints"
 _CHECKED = (".contact.elastic", ".contact.law")
 _CONFLICTS = ("seek", "refine", "optimise", "identify")
 

@@ -1,4 +1,4 @@
-"""What other laws that hold make of the deciding case of a run (`check_laws`), in words."""
+"""Effect of the other valid laws on the deciding case of a run (`check_laws`), in words."""
 
 import itertools
 import math
@@ -38,7 +38,7 @@ def rows_of(block: Mapping[str, np.ndarray], base: Mapping[str, str], lead: Lead
 def sentence(own: Row, rows: list[Row], text: Callable[[str, float], str]) -> str:
     """Return whether the other laws move the verdict on the deciding case; text : column and value -> in words."""
     known = sorted((row for row in rows if not math.isnan(row.value)), key=lambda row: row.value)
-    many = "other law that holds" if len(rows) == 1 else "other laws that hold"
+    many = "other valid law" if len(rows) == 1 else "other valid laws"
     head = f"case {wording.short_id(own.case_id)} under {len(rows)} {many}"
     if not known or math.isnan(own.value):
         return f"{head}: no figure to compare."

@@ -13,7 +13,7 @@ from ..language import wording
 
 AT_ONCE = 65_536  # values whose places are looked for
 DIGITS = 4  # of a swept value, where these distinguish its values
-FEW_NUMBERS, FEW_NAMES = 6, 16  # values of an axis that a sentence names one by one
+FEW_NUMBERS, FEW_NAMES = 6, 16  # most values of an axis that a sentence lists
 MANY = 30  # different values of an axis in step above which they are scattered, not levels to compare
 
 
@@ -59,7 +59,7 @@ class Axis(NamedTuple):
         return f" ({self.names[value]})" if value in self.names else ""
 
     def listed(self) -> str:
-        """Return the values in a sentence: a few one by one, the unit once; of many the number and the ends."""
+        """Return the values in a sentence: a few are listed with one unit; of many the number and the ends."""
         if self.scattered or len(self.values) > (FEW_NUMBERS if self.numeric else FEW_NAMES):
             return f"in {self.span()}"
         if self.names or self.labels:
@@ -113,7 +113,7 @@ def axes_of(record: Mapping, tried: dict, units: Mapping[str, str], joints: int)
 
 
 def _alike(axes: list[Axis], units: Mapping[str, str]) -> list[Axis]:
-    """Return axes of which those of one kind, such as the clearances of several joints, have one unit."""
+    """Return axes with a common unit for axes of the same kind, such as the clearances of several joints."""
     kinds: dict[tuple[str, str], list[float]] = {}
     for axis in axes:
         if axis.numeric:

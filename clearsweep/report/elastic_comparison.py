@@ -19,7 +19,7 @@ from .table import Column, Table
 UNKNOWN = "This version does not know every law of this run: what each by itself would do is not said."
 DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m, at which forces are tabulated
 FIRST = 1  # place of the depth that the sentence begins with
-HOLDING = ("holds", "")  # what is to be said of a law that nothing speaks against
+HOLDING = (simulation.HOLDS, "")  # verdict on a law without objection
 CURVE = np.geomspace(DEPTHS[0], DEPTHS[-1], 25)  # m, at which they are drawn
 
 
@@ -39,10 +39,10 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
         sections = [joint_of(alone, joint) for alone in resolved(study, closest)]
     except InputError:
         return Part([UNKNOWN], [], [])
-    beside = dict(zip(there, sections, strict=True))
+    by_law = dict(zip(there, sections, strict=True))
     cases = dict(zip(there, closest, strict=True))
-    words = {law: _words(study, joint, cases[law], beside[law]).get(law, HOLDING) for law in there}
-    return _beside(joint, beside, there, words)
+    words = {law: _words(study, joint, cases[law], by_law[law]).get(law, HOLDING) for law in there}
+    return _beside(joint, by_law, there, words)
 
 
 def of_material(study: Study, joint: Joint) -> Part | None:
@@ -68,14 +68,14 @@ def load_of(study: Study, joint: Joint, case_id: str) -> float | None:
 
 
 def _words(study: Study, joint: Joint, case_id: str, section: case.Joint) -> dict[str, tuple[str, str]]:
-    """Return elastic law -> whether it holds in a joint of a case, and why."""
+    """Return elastic law -> verdict for a joint of a case, and its reason."""
     return simulation.elastic_words(section, load_of(study, joint, case_id))
 
 
 def _beside(joint: Joint, sections: dict[str, case.Joint], used: list[str], words: dict[str, tuple[str, str]]) -> Part:
     """Return sentence, picture and table of elastic laws; `sections`: name -> section of the joint with that law.
 
-    words : name -> whether the law holds there, and why; those that do come first and are drawn, and those in use
+    words : name -> verdict and reason; valid laws come first and are drawn, and those in use
     """
     forces = {law: np.array(simulation.elastic_forces(section, DEPTHS)) for law, section in sections.items()}
     holding = {law for law in sections if words.get(law, HOLDING)[0] == HOLDING[0]}
@@ -95,7 +95,7 @@ def _sentences(forces: dict[str, np.ndarray], holding: list[str]) -> list[str]:
     doubtful = len(forces) - len(holding)
     rest = f"With the {doubtful} doubtful ones it is {all_laws}." if doubtful else ""
     if len(holding) < 2:
-        alone = f"{holding[0]} alone holds" if holding else "no elastic law holds"
+        alone = f"only {holding[0]} is valid" if holding else "none is valid"
         return [f"Of {len(forces)} elastic laws {alone} in this joint; together they differ by a factor of {all_laws}."]
     own = np.array([forces[law] for law in holding])
     factors = [wording.plain(factor) for factor in own.max(axis=0) / own.min(axis=0)]

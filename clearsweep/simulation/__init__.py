@@ -8,7 +8,7 @@ from ..contracts.results import Trajectory
 from ..mechanics.joint.registry import elastic_choices, elastic_forces, jam_angle, penetration_limit, restitution
 from ..mechanics.joint.wear.contract import FINEST
 from ..mechanics.mechanism.contract import IdealMotion
-from .advice import laws_text
+from .advice import HOLDS, laws_text
 from .ensemble import solve_each
 from .ideal import ideal_motion, ideal_peaks, mechanism_of
 from .life_block import Log
@@ -21,6 +21,7 @@ from .trajectory import compile_for, compile_loop, simulate
 
 __all__ = [
     "FINEST",
+    "HOLDS",
     "ElasticLink",
     "IdealMotion",
     "Sketch",

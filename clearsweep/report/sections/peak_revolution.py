@@ -19,7 +19,7 @@ REST = "the largest reaction without clearance. Dashed: the mechanism without cl
 
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if no such revolution was saved."""
-    saved = [case_id for case_id in study.run.worst if study.cases.place(case_id) >= 0]  # not one that checks a law
+    saved = [case_id for case_id in study.run.worst if study.cases.place(case_id) >= 0]  # without those that check laws
     if not saved:
         return []
     blocks: list[Block] = [Sentences([WORDS + REST])]
