@@ -7,7 +7,6 @@ import pytest
 from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep.language.errors import InputError
 from clearsweep.mechanics.coupling.sticking import every_hold, slip_rates, with_sticking_forces
 from clearsweep.mechanics.joint.contract import JointState, every_latched
 from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
@@ -224,18 +223,3 @@ def test_a_scene_that_sticks_runs_uncompiled():
     )
     compiled, plain = told_both_ways(program)
     assert compiled == pytest.approx(plain, rel=1e-8)
-
-
-def test_a_guide_with_clearance_refuses_to_stick_and_names_the_laws_with_bristles():
-    guide = {
-        "clearance": 1e-3,
-        "length": 0.1,
-        "height": 0.05,
-        "contact": {"law": "hertz", "stiffness": 1e9},
-        "friction": {"law": "karnopp", "coefficient": 0.1},
-    }
-    source = slider_crank(changes={"joints.slider-ground": guide, "mechanism.slider.inertia": 1e-4})
-    with pytest.raises(
-        InputError, match=r"law: found 'karnopp'; a guide with clearance touches.*take lugre or elasto-p"
-    ):
-        clearsweep.load_case(source)

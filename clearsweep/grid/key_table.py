@@ -5,6 +5,7 @@ from ..contracts.layout import settling
 from ..contracts.outline import ANY
 from . import life_keys
 from .joint_keys import (
+    ALONG,
     enter_contact,
     enter_friction,
     enter_laws,
@@ -339,6 +340,7 @@ def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> Non
         del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
     enter_friction(tree, path, catalogue)
+    enter_preload(tree, path, catalogue, ALONG)
 
 
 def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:

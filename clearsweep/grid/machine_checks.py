@@ -111,7 +111,7 @@ def _rubbing(reader: Reader, path: str, joint: str, given: str) -> None:
         return
     if joint in reader.outline.clearances:
         rest = f"write the friction as joints.{joint}.friction"
-        if given and site.kind != "guide":
+        if given and site.kind in ("revolute", "guide"):
             rest += ": {law, coefficient, ...}, and give it `preload`"
         sentence = f"{joint} has clearance; {rest}"
         reader.problems.add(reader.place(f"{path}.on"), f"{path}.on", sentence)
