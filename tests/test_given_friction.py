@@ -132,8 +132,14 @@ def seal(preload, speed):
     bodies = {
         "ground": {"points": {"main": still}},
         "crank": {"mass": 0.3, "inertia": 1e-4, "points": {"pivot": still, "rail": [0.02, 0.01]}},
-        "block": {"mass": 0.2, "inertia": 4e-5, "points": {"middle": still}, "initial": {"x": 0.02, "y": 0.0103, "vx": 0.5}},
+        "block": {
+            "mass": 0.2,
+            "inertia": 4e-5,
+            "points": {"middle": still},
+            "initial": {"x": 0.02, "y": 0.0103, "vx": 0.5},
+        },
     }
+    bodies["block"]["initial"] = {"x": 0.02, "y": 0.0103, "vx": 0.5}
     if speed:
         bodies["block"]["initial"] |= {"vx": 0.5 - 0.0103 * speed, "vy": 0.02 * speed, "rate": speed}
     joints = {

@@ -7,7 +7,7 @@ import pytest
 from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep.mechanics.coupling.sticking import every_hold, slip_rates, with_sticking_forces
+from clearsweep.mechanics.coupling.sticking import every_grip, slip_rates, with_sticking_forces
 from clearsweep.mechanics.joint.contract import JointState, every_latched
 from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
 from clearsweep.mechanics.joint.loads import loads_of
@@ -47,7 +47,7 @@ def looked_at(scene, y, state):
     return pose, relative, loads_of(scene.joints, relative, JointState(y, state, latched, first))
 
 
-# ---------------------------------------------------------------------------------------------- the force that holds
+# ---------------------------------------------------------------------------------------------- the force that grips
 
 
 @pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
@@ -72,7 +72,7 @@ def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
     scale = np.abs(motion.accelerations).max()
     exact = gap_accelerations(scene.mechanism, y, motion)
     np.testing.assert_allclose(exact, (after - before) / 2e-7, atol=1e-6 * scale)
-    rates = slip_rates(scene, y, pose, every_hold(scene.joints, relative, loads, state), loads)
+    rates = slip_rates(scene, y, pose, every_grip(scene.joints, relative, loads, state), loads)
     np.testing.assert_allclose(rates, (slips_after - slips_before) / 2e-7, atol=1e-5 * scale)
 
 
@@ -82,7 +82,7 @@ def test_surfaces_that_stick_let_no_sliding_grow(joints):
     scene, y, state = moving(*joints, friction=strong)
     pose, relative, loads = looked_at(scene, y, state)
     still = with_sticking_forces(scene, y, pose, relative, loads, state)
-    surfaces = every_hold(scene.joints, relative, loads, state)
+    surfaces = every_grip(scene.joints, relative, loads, state)
     for j in range(len(joints)):
         free = abs(slip_rates(scene, y, pose, surfaces, loads)[j])
         wanted = -scene.reference_rate * still[j].contacts[0].slip
@@ -97,7 +97,7 @@ def test_surfaces_bear_no_more_than_they_hold_and_the_others_make_up_for_it():
         state[seed % 3] = PRESSED
         pose, relative, loads = looked_at(scene, y, state)
         still = with_sticking_forces(scene, y, pose, relative, loads, state)
-        surfaces = every_hold(scene.joints, relative, loads, state)
+        surfaces = every_grip(scene.joints, relative, loads, state)
         for j in range(3):
             if state[j] == PRESSED:
                 assert still[j].contacts[0].tangential == loads[j].contacts[0].tangential

@@ -1,4 +1,4 @@
-"""Surfaces that stick in a guide and in a slot with clearance: the forces that hold them, and where they let go."""
+"""Surfaces that stick in a guide and in a slot with clearance: the forces that grip them, and where they let go."""
 
 import copy
 import math
@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from test_slot import GRID as SLOT
 
 import clearsweep
-from clearsweep.mechanics.coupling.sticking import every_hold, joined, slip_rates, with_sticking_forces
+from clearsweep.mechanics.coupling.sticking import every_grip, joined, slip_rates, with_sticking_forces
 from clearsweep.mechanics.joint.contract import FREE, STUCK, JointState
 from clearsweep.mechanics.joint.loads import loads_of
 from clearsweep.mechanics.mechanism.contract import accelerate, gaps, place
@@ -22,7 +22,7 @@ LAW = {"law": "karnopp", "coefficient": 1.0, "static_coefficient": 1.5, "stribec
 STRONG = LAW | {"static_coefficient": 1e7}
 
 
-# ---------------------------------------------------------------------------------------------- what holds them
+# ---------------------------------------------------------------------------------------------- what grips them
 
 
 def block(friction):
@@ -83,7 +83,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_slip_rates_are_the_slopes_of_the_slips(case):
     scene, y, mode, pose, relative, loads = seen(*CASES[case])
-    holds = every_hold(scene.joints, relative, loads, mode)
+    grips = every_grip(scene.joints, relative, loads, mode)
     n, motion = len(scene.coordinates), accelerate(scene.mechanism, pose, loads)
     flow = np.concatenate([y[n : 2 * n], motion.accelerations, [1.0]])
     ends = []
@@ -92,11 +92,9 @@ def test_slip_rates_are_the_slopes_of_the_slips(case):
         there[: 2 * n + 1] += step * flow
         around = gaps(scene.mechanism, place(scene.mechanism, there))
         pushed = loads_of(scene.joints, around, JointState(there, mode, np.ones(len(mode)), 2 * n + 1))
-        ends.append([hold.slip for hold in joined(every_hold(scene.joints, around, pushed, mode)) if hold.limit])
+        ends.append([grip.slip for grip in joined(every_grip(scene.joints, around, pushed, mode)) if grip.limit])
     rates = [
-        rate
-        for rate, hold in zip(slip_rates(scene, y, pose, holds, loads), joined(holds), strict=True)
-        if hold.limit
+        rate for rate, grip in zip(slip_rates(scene, y, pose, grips, loads), joined(grips), strict=True) if grip.limit
     ]
     scale = max(map(abs, motion.accelerations))
     np.testing.assert_allclose(rates, np.diff(ends, axis=0)[0] / 2e-7, rtol=1e-5, atol=1e-7 * scale)
@@ -106,13 +104,13 @@ def test_slip_rates_are_the_slopes_of_the_slips(case):
 def test_what_sticks_lets_no_sliding_grow_and_shares_its_force(case):
     scene, y, mode, pose, relative, loads = seen(*CASES[case])
     still = with_sticking_forces(scene, y, pose, relative, loads, mode)
-    holds = every_hold(scene.joints, relative, loads, mode)
-    before = slip_rates(scene, y, pose, holds, loads)
-    after = slip_rates(scene, y, pose, holds, still)
-    free = max(abs(rate) for rate, hold in zip(before, joined(holds), strict=True) if hold.limit)
-    for rate, hold in zip(after, joined(holds), strict=True):
-        if hold.limit:
-            assert rate == pytest.approx(-scene.reference_rate * hold.slip, abs=1e-9 * free)
+    grips = every_grip(scene.joints, relative, loads, mode)
+    before = slip_rates(scene, y, pose, grips, loads)
+    after = slip_rates(scene, y, pose, grips, still)
+    free = max(abs(rate) for rate, grip in zip(before, joined(grips), strict=True) if grip.limit)
+    for rate, grip in zip(after, joined(grips), strict=True):
+        if grip.limit:
+            assert rate == pytest.approx(-scene.reference_rate * grip.slip, abs=1e-9 * free)
     shares = [
         contact.tangential / contact.normal
         for contact, state in zip(still[0].contacts, mode, strict=True)

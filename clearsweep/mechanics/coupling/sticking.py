@@ -1,9 +1,9 @@
 """Surfaces that stick: the tangential force that stops their sliding, found from the mechanism itself.
 
-The accelerations are affine in the tangential forces: one evaluation of the motion, and one more for each hold of the
-joints (`joint.holding`), give how all sliding speeds change with all of these forces.  Each force is then solved for in
-turn, clipped at what its surfaces hold, until nothing changes: projected Gauss-Seidel, on a matrix that is symmetric
-and positive definite because these forces work on these very slips.
+The accelerations are affine in the tangential forces: one evaluation of the motion, and one more for each grip of the
+joints (`joint.gripping`) give how all sliding speeds change with all of these forces.  Each force is then solved for in
+turn, clipped at its limit, until nothing changes: projected Gauss-Seidel, on a matrix that is symmetric and positive
+definite because these forces work on these very slips.
 """
 
 from typing import NamedTuple
@@ -11,12 +11,12 @@ from typing import NamedTuple
 from ..compiled.dual import as_type_of
 from ..compiled.family import kernel, map_joints
 from ..joint.friction.contract import static_limit
-from ..joint.holding import holds_of, slip_rate, sticks, with_tangential
+from ..joint.gripping import grips_of, slip_rate, sticks, with_tangential
 from ..joint.places import after_joint, after_number, first_place
 from ..mechanism.contract import accelerate, gap_accelerations
 
-SWEEPS = 100  # over the holds that stick; joints share little, so a dozen do
-SETTLED = 1e-15  # of the largest force that the surfaces hold
+SWEEPS = 100  # over the grips that stick; joints share little, so a dozen do
+SETTLED = 1e-15  # of the largest force of the surfaces
 
 
 @kernel
@@ -25,41 +25,41 @@ def _paired(gap, load, place, shared):
 
 
 @kernel
-def _holds(joint, pair, place, mode):
-    return holds_of(joint, pair[0], pair[1], mode, place.contact)
+def _grips(joint, pair, place, mode):
+    return grips_of(joint, pair[0], pair[1], mode, place.contact)
 
 
 _pairs = map_joints(_paired, after_number)  # of two tuples in step
-_holds_of_each = map_joints(_holds, after_joint)
+_grips_of_each = map_joints(_grips, after_joint)
 
 
 @kernel
-def every_hold(joints, relative, loads, mode):
-    """Return, per joint of the tuple `joints`, its holds under the loads; the joints' Gaps are `relative`."""
-    return _holds_of_each(joints, _pairs(relative, loads, 0, 0), first_place(joints, 0), mode)
+def every_grip(joints, relative, loads, mode):
+    """Return, per joint of the tuple `joints`, its grips under the loads; the joints' Gaps are `relative`."""
+    return _grips_of_each(joints, _pairs(relative, loads, 0, 0), first_place(joints, 0), mode)
 
 
 @kernel
-def _after_holds(place, holds):
-    return place + len(holds)
+def _after_grips(place, grips):
+    return place + len(grips)
 
 
 @kernel
-def _loaded(holds, load, place, forces):
-    for i in range(len(holds)):
-        load = with_tangential(holds[i], load, forces[place + i])
+def _loaded(grips, load, place, forces):
+    for i in range(len(grips)):
+        load = with_tangential(grips[i], load, forces[place + i])
     return load
 
 
 @kernel
-def _rates(holds, gap, place, shared):
+def _rates(grips, gap, place, shared):
     rates = ()
-    for i in range(len(holds)):
-        rates = (*rates, slip_rate(holds[i], gap))
+    for i in range(len(grips)):
+        rates = (*rates, slip_rate(grips[i], gap))
     return rates
 
 
-_loads, _rates_of_each = map_joints(_loaded, _after_holds), map_joints(_rates, after_number)
+_loads, _rates_of_each = map_joints(_loaded, _after_grips), map_joints(_rates, after_number)
 
 
 @kernel
@@ -72,15 +72,15 @@ def joined(nested):
 
 
 @kernel
-def slip_rates(scene, y, pose, holds, loads):
-    """Return the rate (m/s^2) of the sliding speed of every hold under the loads; holds : per joint."""
+def slip_rates(scene, y, pose, grips, loads):
+    """Return the rate (m/s^2) of the sliding speed of every grip under the loads; grips : per joint."""
     motion = accelerate(scene.mechanism, pose, loads)
-    return joined(_rates_of_each(holds, gap_accelerations(scene.mechanism, y, motion), 0, 0))
+    return joined(_rates_of_each(grips, gap_accelerations(scene.mechanism, y, motion), 0, 0))
 
 
 @kernel
-def _force(hold, _, place, shared):
-    return hold.force
+def _force(grip, _, place, shared):
+    return grip.force
 
 
 @kernel
@@ -108,30 +108,30 @@ _forces = map_joints(_force, after_number)
 _rates_per_force = map_joints(_per_force, after_number)  # of rates with a force more and without, and that force
 _no_rates = map_joints(_nothing, after_number)
 _moved_rates = map_joints(_moved, after_number)  # of rates, rates per force, and the force more
-_replaced_in_one = map_joints(_replaced, after_number)  # of holds, forces, and (the hold, the force of it)
+_replaced_in_one = map_joints(_replaced, after_number)  # of grips, forces, and (the grip, the force of it)
 
 
 class Question(NamedTuple):
-    """What the rates per force of the holds are found from."""
+    """What the rates per force of the grips are found from."""
 
     scene: tuple
     y: tuple  # state vector
     pose: tuple
-    holds: tuple  # per joint
+    grips: tuple  # per joint
     loads: tuple
-    forces: tuple  # N, of every hold
+    forces: tuple  # N, of every grip
     rates: tuple  # m/s^2, under these loads
     mode: tuple
 
 
 @kernel
-def _gain(hold, force, place, question):
-    if not sticks(hold, question.mode) or hold.limit == 0.0:
+def _gain(grip, force, place, question):
+    if not sticks(grip, question.mode) or grip.limit == 0.0:
         return _no_rates(question.rates, question.rates, 0, 0)
-    more = _replaced_in_one(question.forces, question.forces, 0, (place, force + hold.limit))
-    loads = _loads(question.holds, question.loads, 0, more)
-    rates = slip_rates(question.scene, question.y, question.pose, question.holds, loads)
-    return _rates_per_force(rates, question.rates, 0, hold.limit)
+    more = _replaced_in_one(question.forces, question.forces, 0, (place, force + grip.limit))
+    loads = _loads(question.grips, question.loads, 0, more)
+    rates = slip_rates(question.scene, question.y, question.pose, question.grips, loads)
+    return _rates_per_force(rates, question.rates, 0, grip.limit)
 
 
 _gains = map_joints(_gain, after_number)
@@ -142,26 +142,26 @@ def with_sticking_forces(scene, y, pose, relative, loads, mode):
     """Return the loads with the tangential forces of joints that stick such as let their sliding speed die away.
 
     It dies away with the rate `scene.reference_rate`, as what it has left is the band's width and of no account; where
-    that takes more force than the surfaces hold, they bear what they hold.
+    that takes more force than their limit, the limit acts.
     """
     if not any(type(joint.friction) in static_limit.members for joint in scene.joints if hasattr(joint, "friction")):
         return loads
-    nested, stuck = every_hold(scene.joints, relative, loads, mode), 0
-    holds = joined(nested)
-    for j in range(len(holds)):
-        stuck += sticks(holds[j], mode)
+    nested, stuck = every_grip(scene.joints, relative, loads, mode), 0
+    grips = joined(nested)
+    for j in range(len(grips)):
+        stuck += sticks(grips[j], mode)
     if stuck == 0:
         return loads
-    forces = _forces(holds, holds, 0, 0)
+    forces = _forces(grips, grips, 0, 0)
     loads = _loads(nested, loads, 0, forces)
     rates = slip_rates(scene, y, pose, nested, loads)
-    gains = _gains(holds, forces, 0, Question(scene, y, pose, nested, loads, forces, rates, mode))
+    gains = _gains(grips, forces, 0, Question(scene, y, pose, nested, loads, forces, rates, mode))
     for _ in range(SWEEPS if stuck > 1 else 1):
         change = 0.0
-        for j in range(len(holds)):
-            if not sticks(holds[j], mode) or holds[j].limit == 0.0:
+        for j in range(len(grips)):
+            if not sticks(grips[j], mode) or grips[j].limit == 0.0:
                 continue
-            limit, missing = holds[j].limit, -scene.reference_rate * holds[j].slip - rates[j]
+            limit, missing = grips[j].limit, -scene.reference_rate * grips[j].slip - rates[j]
             force = min(max(forces[j] + missing / gains[j][j], -limit), limit)
             more = force - forces[j]
             change = max(change, abs(more) / limit)

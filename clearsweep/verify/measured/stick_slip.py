@@ -23,7 +23,7 @@ s/m that do not fall. Nothing is fitted.
 * `lugre` is the law of the paper: end state with the bend of its bristles, slips and peak speed. The bend is that with
   which the law gives the friction at 25 s.
 * `elasto-plastic` has the same cycle. It does not creep before it breaks away, so it rests a little elsewhere.
-* `karnopp` has no bristles: it holds the block by the force that is needed and lets go at 1.5 N. Without the creep
+* `karnopp` has no bristles: the block sticks until the spring draws with 1.5 N. Without the creep
   of bristles, and without their damping as they begin to slip, it breaks away later and rests farther on."""
 END, STEP = 25.0, 1e-3  # s
 SLIPS = 1e-3  # m/s: speed from which it slips

@@ -296,8 +296,10 @@ def _slip(write: Bodies, rub: Rub) -> str:
         couples = lines.total(write.spin(link.distal), lines.minus(write.spin(link.proximal)))
         return number(lines.let(couples))
     velocity = write.combination(write.columns(write.between(*write.site(rub.joint))), write.rate)
-    turned = lines.product(write.spin(link.proximal), _offset(write, rub.joint)) if rub.joint in write.machine.open else None
-    return number(lines.total(*lines.dot(write.axis(rub.joint), velocity), turned))
+    terms = lines.dot(write.axis(rub.joint), velocity)
+    if rub.joint in write.machine.open:
+        terms = (*terms, lines.product(write.spin(link.proximal), _offset(write, rub.joint)))
+    return number(lines.total(*terms))
 
 
 def _offset(write: Bodies, joint: int) -> str | None:

@@ -1,9 +1,9 @@
-"""What surfaces that stick are held by: tangential forces, and the sliding speeds that these work on.
+"""Grips: tangential forces of surfaces that stick, and the sliding speeds that these forces work on.
 
 A force and its sliding speed belong together, so that their product is its power.  The pin in its bearing and the pin
 in a slot touch at one point, which has one force.  The corners of a block on the same wall slide as one but for how
 fast the block turns times how far it is tilted.  They share one force, each as much of it as it presses, so that no
-corner holds more than its share.  The two walls have a force each, for a block that is jammed between them.
+corner has more than its limit.  The two walls have a force each, for a block that is jammed between them.
 """
 
 from typing import NamedTuple
@@ -18,25 +18,25 @@ from .slot import SlotJoint, normal_of
 
 
 @family
-def holds_of(joint, gap, load, mode, first):
-    """Return the holds of a joint under its Load, of which `first` is the first contact; () of one that cannot stick.
+def grips_of(joint, gap, load, mode, first):
+    """Return the grips of a joint under its Load, of which `first` is the first contact; () of one that cannot stick.
 
-    mode : (contacts,) what each contact does.  A hold has the fields `contacts`, the numbers of its contacts, and
-    `force` (N), that of those that stick, `limit` (N), the largest that they hold, and `slip` (m/s).
+    mode : (contacts,) what each contact does.  A grip has the fields `contacts`, the numbers of its contacts, and
+    `force` (N), that of those that stick, `limit` (N), their largest, and `slip` (m/s).
     """
 
 
 @family
-def slip_rate(hold, gap):
-    """Return the rate (m/s^2) of the sliding speed of a hold, from the GapAcceleration of its joint."""
+def slip_rate(grip, gap):
+    """Return the rate (m/s^2) of the sliding speed of a grip, from the GapAcceleration of its joint."""
 
 
 @family
-def with_tangential(hold, load, force):
-    """Return the Load of a joint with `force` (N) in place of the tangential force of one of its holds."""
+def with_tangential(grip, load, force):
+    """Return the Load of a joint with `force` (N) in place of the tangential force of one of its grips."""
 
 
-@holds_of.member(None)
+@grips_of.member(None)
 def _never_sticks(joint, gap, load, mode, first):
     return ()
 
@@ -59,7 +59,7 @@ def with_friction(contact, force):
 
 
 class Surface(NamedTuple):
-    """The hold of a pin in its bearing."""
+    """The grip of a pin in its bearing."""
 
     contacts: tuple
     force: float  # N
@@ -74,7 +74,7 @@ class Surface(NamedTuple):
     vy: float
 
 
-@holds_of.member(Joint)
+@grips_of.member(Joint)
 def _of_a_pin(joint, gap, load, mode, first):
     if type(joint.friction) not in static_limit.members:
         return ()
@@ -128,7 +128,7 @@ def _on_the_pin(surface, load, force):
 
 
 class SlotSurface(NamedTuple):
-    """The hold of a pin in a slot."""
+    """The grip of a pin in a slot."""
 
     contacts: tuple
     force: float  # N
@@ -141,16 +141,16 @@ class SlotSurface(NamedTuple):
     gap: tuple  # GuideGap
 
 
-@holds_of.member(SlotJoint)
+@grips_of.member(SlotJoint)
 def _of_a_pin_in_a_slot(joint, gap, load, mode, first):
     if type(joint.friction) not in static_limit.members:
         return ()
     contact, normal = load.contacts[0], normal_of(joint, gap)
     at_end = abs(gap.x) > joint.half_length
-    along, across = where(at_end, gap.vx, 0.0), gap.vy
+    axial, across = where(at_end, gap.vx, 0.0), gap.vy
     per_eccentricity = 1.0 / (contact.depth + joint.clearance)
-    closing = normal.x * along + normal.y * across
-    turning = (along - normal.x * closing) * per_eccentricity, (across - normal.y * closing) * per_eccentricity
+    approach = normal.x * axial + normal.y * across
+    swing = (axial - normal.x * approach) * per_eccentricity, (across - normal.y * approach) * per_eccentricity
     return (
         SlotSurface(
             contacts=(first,),
@@ -160,7 +160,7 @@ def _of_a_pin_in_a_slot(joint, gap, load, mode, first):
             journal_radius=joint.journal_radius,
             nx=normal.x,
             ny=normal.y,
-            drift=gap.vy * turning[0] - gap.vx * turning[1],
+            drift=gap.vy * swing[0] - gap.vx * swing[1],
             gap=gap,
         ),
     )
@@ -190,7 +190,7 @@ def _on_the_pin_in_a_slot(surface, load, force):
 
 
 class Wall(NamedTuple):
-    """The hold of the corners of a block on one wall."""
+    """The grip of the corners of a block on one wall."""
 
     contacts: tuple
     force: float  # N
@@ -205,7 +205,7 @@ class Wall(NamedTuple):
     gap: tuple  # GuideGap
 
 
-@holds_of.member(Guide)
+@grips_of.member(Guide)
 def _of_a_block(joint, gap, load, mode, first):
     if type(joint.friction) not in static_limit.members:
         return ()
@@ -246,14 +246,14 @@ def _along_a_wall(wall, gap):
 
 @with_tangential.member(Wall)
 def _on_the_corners(wall, load, force):
-    contacts, more, turning = load.contacts, 0.0, 0.0
+    contacts, more, swing = load.contacts, 0.0, 0.0
     for i in range(2):
         corner, old = wall.corners[i], contacts[wall.corners[i]]
         new = where(wall.stuck[i], wall.shares[i] * force, old.tangential)
         more += new - old.tangential
-        turning += wall.heights[i] * (new - old.tangential)
+        swing += wall.heights[i] * (new - old.tangential)
         contacts = (*contacts[:corner], with_friction(old, new), *contacts[corner + 1 :])
-    gap, axial, on_block = wall.gap, -wall.sign * more, wall.sign * turning
+    gap, axial, on_block = wall.gap, -wall.sign * more, wall.sign * swing
     return Load(
         fx=load.fx + gap.axis_x * axial,
         fy=load.fy + gap.axis_y * axial,
@@ -264,9 +264,9 @@ def _on_the_corners(wall, load, force):
 
 
 @kernel
-def sticks(hold, mode):
-    """Return whether a contact of a hold sticks."""
+def sticks(grip, mode):
+    """Return whether a contact of a grip sticks."""
     stuck = 0
-    for contact in hold.contacts:
+    for contact in grip.contacts:
         stuck += mode[contact] == STUCK
     return stuck > 0
