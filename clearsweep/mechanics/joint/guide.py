@@ -90,7 +90,7 @@ _SIGNS = tuple(_Signs(*corner) for corner in CORNERS)
 
 
 @contact_modes.member(Guide)
-def _four_contacts(joint):
+def _contact_modes_guide(joint):
     return (
         ContactModes(FREE, PRESSED),
         ContactModes(FREE, PRESSED),
@@ -100,7 +100,7 @@ def _four_contacts(joint):
 
 
 @parts.member(Guide)
-def _clips_and_laws(joint):
+def _parts_guide(joint):
     return (
         Part(Clip(), 0),
         Part(joint.law, 0),
@@ -161,7 +161,7 @@ _corners = map_joints(_corner, after_number)
 
 
 @load.member(Guide)
-def _load_at_the_corners(joint, gap, place, present):
+def _load_guide(joint, gap, place, present):
     a, b, c, d = _corners(_SIGNS, _SIGNS, 0, _Course(joint, gap, place, present))
     axial, across = a.fx + b.fx + c.fx + d.fx, a.fy + b.fy + c.fy + d.fy
     on_block = _moment(a) + _moment(b) + _moment(c) + _moment(d)
