@@ -117,12 +117,17 @@ def _parts_guide(joint):
     )
 
 
+@inlined
+def corner_place(joint, gap, signs):
+    """Return where (m) a corner is from the block's point, in the frame of the walls, by its signs of CORNERS."""
+    half_length, half_height = 0.5 * signs[0] * joint.length, 0.5 * signs[1] * joint.height
+    return gap.cosine * half_length - gap.sine * half_height, gap.sine * half_length + gap.cosine * half_height
+
+
 @kernel
 def _corner(signs, _, number, context):
     joint, gap, place, present = context
-    half_length, half_height = 0.5 * signs.length * joint.length, 0.5 * signs.height * joint.height
-    x = gap.cosine * half_length - gap.sine * half_height
-    y = gap.sine * half_length + gap.cosine * half_height
+    x, y = corner_place(joint, gap, signs)
     spin = gap.spin_distal - gap.spin_proximal
     depth = signs.height * (gap.y + y) - 0.5 * joint.height - joint.clearance
     rate = signs.height * (gap.vy + spin * x)
