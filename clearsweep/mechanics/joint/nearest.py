@@ -1,9 +1,11 @@
 """Where worn surfaces are closest to each other, or deepest in each other: see `joint.worn`.
 
-The deepest point is where the slope of e . u(phi) - h is zero, e sin(gamma - phi) = h', found from the direction gamma
-of the eccentricity by Halley's method, of the third order, whose last step has derivatives.  Where
-e^2 > h'^2 + h''^2, whatever the place, there is but one such point on that side, and the deepest.  Else, the journal
-being near to the middle for what is worn, the deepest of LOOKS places is refined within a bracket.
+The deepest point is where the slope of g = e . u(phi) - h is zero, e sin(gamma - phi) = h', found from the direction
+gamma of the eccentricity by Halley's method, of the third order, whose last step has derivatives.  It is the deepest of
+all in two cases.  Where e^2 > h'^2 + h''^2, whatever the place, there is but one such point on that side.  And with r
+the least of h + h'', h - r is the support function of a convex region, so that all directions in which e lies beyond
+it, g > -r, are one arc, and g has one maximum on it.  So it is wherever surfaces touch, as c + r > 0 at a point.  Else,
+the journal being near to the middle for what is worn, the deepest of LOOKS places is refined within a bracket.
 """
 
 from typing import NamedTuple
@@ -102,17 +104,17 @@ def surfaces_of(joint):
 
 @inlined
 def halley(surfaces, angle, turned, radial, across):
-    """Return a step (rad) towards the deepest point, and whether the gap opens on both sides of `angle`.
+    """Return a step (rad) towards the deepest point, whether the gap opens on both sides of `angle`, and g (m) there.
 
-    turned : the angles of bearing and journal, rad; along, across : m, of the eccentricity, seen from `angle`.
+    turned : the angles of bearing and journal, rad; radial, across : m, of the eccentricity, seen from `angle`.
     """
-    _, slope, bend, third = worn_at(surfaces.bearing, angle - turned[0])
-    _, other, more, last = worn_at(surfaces.journal, angle - turned[1])
+    h, slope, bend, third = worn_at(surfaces.bearing, angle - turned[0])
+    h_journal, other, more, last = worn_at(surfaces.journal, angle - turned[1])
     sharp = radial + (bend + more)
     per_sharp = 1.0 / sharp
     step = (across - (slope + other)) * per_sharp
     curved = -0.5 * (across + (third + last)) * step * per_sharp
-    return step + step * min(max(curved, -0.5), 0.5), sharp > 0.0
+    return step + step * min(max(curved, -0.5), 0.5), sharp > 0.0, radial - (h + h_journal)
 
 
 @kernel
@@ -152,19 +154,20 @@ def deepest_angle(joint, x, y, turned, close):
     """Return the angle (rad) at which the surfaces are closest, up to a last step."""
     surfaces = surfaces_of(joint)
     steep, bent = joint.bearing.steepest + joint.journal.steepest, joint.bearing.bent + joint.journal.bent
+    outside = -(joint.bearing.sharpest + joint.journal.sharpest)
     square, angle, reached = x * x + y * y, 0.0 * x, False
-    if square > steep * steep + bent * bent:
+    if square > 0.0:
         begin = about(y, x)
-        step, opens = halley(surfaces, begin, turned, math.sqrt(square), 0.0)
+        step, opens, height = halley(surfaces, begin, turned, math.sqrt(square), 0.0)
         angle = begin + step
         for _ in range(STEPS):
             if not (opens and abs(angle - begin) < 0.5 * math.pi):
                 break
             if abs(step) < close:
-                reached = True
+                reached = height > outside or square > steep * steep + bent * bent
                 break
             c, s = direction(angle)
-            step, opens = halley(surfaces, angle, turned, x * c + y * s, y * c - x * s)
+            step, opens, height = halley(surfaces, angle, turned, x * c + y * s, y * c - x * s)
             angle += step
     if not reached:  # in some lane: what follows a return would be worked out for none, too
         angle = searched(surfaces, x, y, turned)
