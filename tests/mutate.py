@@ -256,7 +256,13 @@ MUTATIONS = (
         PASSES,
     ),
     Mutation(PASSING, "_even", "as_type_of(1.0, depth)", "as_type_of(3.0, depth)", PASSES),
-    Mutation(PASSING, "_greenwood_tripp", "return 2.0 * transition.load", "return -2.0 * transition.load", PASSES),
+    Mutation(
+        PASSING,
+        "_asperity_load_greenwood_tripp",
+        "return 2.0 * transition.load",
+        "return -2.0 * transition.load",
+        PASSES,
+    ),
     Mutation(
         OIL,
         "with_dry",

@@ -88,7 +88,7 @@ END_ENERGY = stored(END_SHARE)
 
 
 @elastic_energy.member(Compatible)
-def _energy_of_compatible(elastic, pen):
+def _elastic_energy_compatible(elastic, pen):
     if pen <= 0.0:
         return as_type_of(0.0, pen)
     c = elastic.clearance

@@ -55,7 +55,7 @@ def _logarithmic(elastic, pen):
 
 
 @elastic_energy.member(Logarithmic)
-def _energy_of_logarithmic(elastic, pen):
+def _elastic_energy_logarithmic(elastic, pen):
     """By parts: F pen less the integral of pen = g F ln(S / F) over F, which is F pen / 2 + g F^2 / 4."""
     force = elastic_force(elastic, pen)
     if pen < LOGARITHMIC_END * elastic.depth:
