@@ -21,7 +21,7 @@ from ..compiled.family import family, inlined, kernel, map_joints
 from .places import after_number
 from .wear.shape import worn_at
 
-CLOSE = 0.1  # rad: a step of Halley's method leaves about its third power, the last step the third power of that
+CLOSE = 0.02  # rad, over half of what shapes are smoothed by: a step after which the next is the last
 CLOSE_FOR_SLOPES = 1e-4  # rad: of the last step but the first derivatives are taken
 STEPS, BISECTIONS = 8, 60  # at most
 LOOKS = 64  # round the bearing
@@ -188,7 +188,8 @@ def nearest(joint, gap):
     sharp = plain(radial) + bend + other_bend
     per_sharp = 1.0 / sharp if sharp > 0.0 else 0.0
     turn = rest * per_sharp
-    turn = turn - 0.5 * (plain(across) + (third + last)) * per_sharp * turn * turn
+    skew = plain(across) + (third + last)
+    turn, third_of_skew = turn - 0.5 * skew * per_sharp * turn * turn, skew * (1.0 / 3.0)
     straight = 1.0 - 0.5 * turn * turn  # of the cosine of the rest
     nx, ny = c * straight - s * turn, s * straight + c * turn
     radii = joint.bearing_radius + h, joint.journal_radius - other
@@ -197,7 +198,7 @@ def nearest(joint, gap):
         angle=angle + plain(turn),
         nx=nx,
         ny=ny,
-        depth=radial + turn * (rest - 0.5 * sharp * turn) - (joint.clearance + (h + other)),
+        depth=radial + turn * (rest - 0.5 * turn * (sharp + third_of_skew * turn)) - (joint.clearance + (h + other)),
         rate=vx * nx + vy * ny + slopes[0] * bearing_spin + slopes[1] * journal_spin,
         rolling=journal_spin * radii[1] - bearing_spin * radii[0],
         radii=radii,
