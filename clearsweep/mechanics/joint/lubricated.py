@@ -268,7 +268,7 @@ def relative_speed(gap):
 
 
 def film_depths(joint) -> tuple[float, float]:
-    """Return the depths (m) beyond which not only the film carries load, and its formula is held; inf: never."""
+    """Return the depths (m) beyond which not only the film carries load, and its formula is constant; inf: never."""
     if not isinstance(joint, (Film, Lubricated)):
         return math.inf, math.inf
     begins = bears_from(joint.transition) if isinstance(joint, Lubricated) else math.inf
@@ -276,7 +276,7 @@ def film_depths(joint) -> tuple[float, float]:
 
 
 def corners_of(clearance: float, limit: float, begin: float = math.inf, end: float = math.inf) -> Corners:
-    """Return the Corners of a film held beyond `limit` (ratio), with a dry transition between depths (m)."""
+    """Return the Corners of a film kept constant beyond `limit` (ratio), with a dry transition between depths (m)."""
     return Corners((limit - 1.0) * clearance, begin, end, NEAR * clearance)
 
 

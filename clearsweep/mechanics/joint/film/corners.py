@@ -11,7 +11,7 @@ NEAR = 1e-9  # of the clearance: a step that begins this close to a corner has j
 class Corners(NamedTuple):
     """The part of a joint with a film that ends steps at corners of the film's force."""
 
-    clamped: float  # m, depth beyond which the film's formula is held constant
+    clamped: float  # m, depth beyond which the film's formula is kept constant
     begin: float  # m, depth from which the dry contact carries load; inf: never
     end: float  # m, depth from which only the dry contact carries load; inf: never
     near: float  # m
