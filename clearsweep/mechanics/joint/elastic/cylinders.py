@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ....contracts.case import Joint
-from ....contracts.catalogue import Field, Law, Range
+from ....contracts.catalogue import Field, Law, Merit, Range
 from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..material import line_modulus
@@ -95,6 +95,7 @@ line_law(
         contact="line",
         needs=NEEDS,
         notes="Half-spaces, so for contact arcs that are small.",
+        merit=Merit(3, "it is the line contact of elastic half-spaces, and the arc is small"),
     ),
     _johnson,
 )
