@@ -4,11 +4,10 @@ A joint has *contacts*, places where its two surfaces can touch: a revolute join
 quantities of the loop and the figures are per contact, numbered through all joints: a mode, the rate at which the
 present contact began, a root of penetration in the state vector, and the observables.
 
-A joint is made of *parts*, its laws, each acting at one contact.  A part may have an internal state and guards,
-functions of the motion that cross zero upwards where something changes: the loop locates that time on the dense
-output, changes the mode as the guard requires and lets the part latch new values of its internal state.  An internal
-state with rates is integrated, in the state vector after the roots of penetration; one without rates changes only at
-events and is stored outside the state vector, after the onset rates of the contacts.
+A joint has *parts*, its laws, each acting at one contact.  A part may have an internal state and guards, functions of
+the motion that cross zero upwards where something changes: the loop locates that time on the dense output, changes the
+mode as the guard requires and lets the part latch new internal values.  Internal state with rates is integrated, after
+the roots of penetration; state without rates changes only at events and is stored after the contacts' onset rates.
 
 A new kind of joint is one file and a choice in `registry.joint_term`: a NamedTuple with the fields `clearance` and
 `side`, and members of the families
