@@ -12,6 +12,7 @@ behind on the right, in front on the right.
 
 from typing import NamedTuple
 
+from ..compiled import calculus as math
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined, kernel, map_joints
 from .contract import (
@@ -135,7 +136,8 @@ def _corner(signs, _, number, context):
     mode, c = present.mode[place.contact + number], place.contact + number
     if mode == FREE:
         zero = as_type_of(0.0, depth)
-        apart = Contact(normal=zero, tangential=zero, slip=slip, rate=rate, depth=depth, elastic=zero, raw=zero)
+        speed = math.sqrt(slip * slip + rate * rate)  # bounds how fast the depth can change
+        apart = Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
         return Corner(zero, zero, x, y, apart)
     after = after_law(after_law(place, joint.law), joint.friction)  # the same for each corner; clips have no numbers
     internal, latching = after.internal - place.internal, after.latched - place.latched

@@ -5,13 +5,14 @@ import below.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
 from ...contracts.case import Joint
 from ...contracts.catalogue import Law
 from ..compiled.vector import Vector
-from . import dry, guide, lubricated, slot, spatial, worn
+from . import dry, guide, lubricated, slot, spatial, worn, worn_slot
 from .elastic.conformal import Foundation
 from .elastic.contract import elastic_force
 from .elastic.power import Linear
@@ -95,7 +96,8 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
     if joint.slot_length is not None:
         half, around = 0.5 * joint.slot_length, radius + joint.slot_length / math.pi
         laws = law, elastic, friction_term(joint), around, wear_term(joint)
-        return slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half, *laws)
+        new = slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half, *laws)
+        return worn_slot.WornSlot(*new, *_slot_shapes(joint, new, before)[:2]) if _evolves(joint) else new
     if joint.is_spatial:
         return _spatial_term(joint)
     pressed = dry.Joint(
@@ -108,7 +110,7 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
         friction=friction_term(joint),
         wear=wear_term(joint),
     )
-    if joint.wear and joint.wear.evolve:
+    if _evolves(joint):
         form = worn.WornOnBed if _on_springs(joint, elastic) else worn.WornJoint
         return form(*pressed, *_shapes(joint, elastic, before)[:2])
     if joint.film is None:
@@ -117,6 +119,19 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
     film_transition = compiled_term("transition", joint.film.transition, joint)
     corners = lubricated.corners_of(joint.clearance, joint.film.limit, *bounds(film_transition))
     return lubricated.Lubricated(*pressed, film, drag, joint.film.limit, film_transition, corners)
+
+
+def _evolves(joint: Joint) -> bool:
+    """Return whether the worn shape of a joint acts."""
+    return joint.wear is not None and joint.wear.evolve
+
+
+def _slot_shapes(joint: Joint, term: Any, before: Worn | None) -> tuple[Shape, Shape, float]:
+    """Return the same as `_shapes` of a slot, whose compiled form is `term`."""
+    assert joint.wear is not None  # only joints with wear
+    new = np.zeros(joint.wear.bins)
+    bearing, journal = before[:2] if before else (new, new)
+    return worn_slot.slot_shapes(term, bearing, journal)
 
 
 def _on_springs(joint: Joint, elastic: tuple) -> bool:
@@ -137,8 +152,10 @@ def _shapes(joint: Joint, elastic: tuple, before: Worn | None) -> tuple[Shape, S
 
 def smoothing(joint: Joint, before: Worn) -> float | None:
     """Return the standard deviation (rad) of the Gaussian that smooths worn shapes, or None if they have no effect."""
-    if not (joint.wear and joint.wear.evolve):
+    if not _evolves(joint):
         return None
+    if joint.slot_length is not None:
+        return _slot_shapes(joint, joint_term(joint, "", before), before)[2]
     return _shapes(joint, contact_terms(joint)[1], before)[2]
 
 
