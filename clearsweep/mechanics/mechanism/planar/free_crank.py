@@ -1,7 +1,7 @@
-"""When the free crank of a machine without clearance passes angles, and how fast, by its compiled form.
+"""Times and speeds at which the free crank of an ideal machine passes given angles.
 
-Collocation at the eight points of `observe.stages`, as the motion with clearances is integrated, see
-`solver.collocation`, but without events: the whole motion is one call of compiled code.
+Collocation at the eight points of `observe.stages`, as in `solver.collocation` but without events. The whole motion
+is one call of compiled code.
 """
 
 import math
@@ -16,15 +16,15 @@ from ...compiled.family import entry, flatten, invoke, kernel, shaped
 from ...observe.stages import POINTS, STAGES
 from ..contract import accelerate, place
 
-LONGEST = 30.0  # times as long as it would take at its usual rate, a free crank is waited for
+LONGEST = 30.0  # longest wait for a free crank, in times at its nominal speed
 STEPS = 300  # for a turn of it
-ALLOWED = 1e-9  # error of a step, rad and over the usual rate
-CLOSE_STAGES = 1e-3  # of it: the stages are found where a sweep moves them by less
+ALLOWED = 1e-9  # tolerance of a step: of angle (rad) and of rate over the nominal rate
+CLOSE_STAGES = 1e-3  # of the tolerance: the iteration has converged where a sweep moves the stages by less
 SWEEPS = 30  # of a step, at most
-FIRST, SHRINK, GROW, SAFETY = 0.01, 0.3, 2.0, 0.8  # turns at the usual rate; factors of a step's length
-SHORTEST = 1e-12  # turns at the usual rate: a motion that needs shorter steps ends there
-HALVINGS = 60  # of a step, at most: Newton's method needs five
-CLOSE = 1e-13  # of a step: two estimates that are no farther apart are one
+FIRST, SHRINK, GROW, SAFETY = 0.01, 0.3, 2.0, 0.8  # first step, in turns at the nominal rate; factors of the step
+SHORTEST = 1e-12  # turns at the nominal rate: the integration stops where it needs shorter steps
+HALVINGS = 60  # most iterations; Newton's method needs five
+CLOSE = 1e-13  # of a step: closer estimates are equal
 
 C = np.array(POINTS)
 #: (stage that gives, power): the rise over a share x of the step is h x times the sum of rates and powers of x.
@@ -103,7 +103,7 @@ def _found(here, y, h, nodes, rates, weight):
 def motion_entry(machine, given, y, nodes, rates, times, states, powers, most):
     """Integrate the crank from the state `y`, up to `most` steps; from bare pointers.
 
-    given : (4,) the angle (rad) and the time (s) at which to stop, the usual rate (rad/s); then the steps taken;
+    given : (4,) the angle (rad) and the time (s) at which to stop, the nominal rate (rad/s); then the steps taken;
     times : (most + 1,) s; states : (most + 1, 2); powers : (most, 2, STAGES) h times the sum of rates and RISE.
     """
     here, given, y = machine[0], shaped(given, (4,)), shaped(y, (3,))
@@ -137,7 +137,7 @@ def motion_entry(machine, given, y, nodes, rates, times, states, powers, most):
 
 
 class FreeMotion(NamedTuple):
-    """Angle (rad) and rate (rad/s) of the crank over n steps, between which the polynomials of the steps are."""
+    """Angle (rad) and rate (rad/s) of the crank over n steps, with the polynomials of the steps in between."""
 
     times: np.ndarray  # (n + 1,) s
     states: np.ndarray  # (n + 1, 2)
@@ -153,16 +153,16 @@ class FreeMotion(NamedTuple):
 
 
 class Passage:
-    """The motion of a free crank, up to where it passes the angle `end` (rad) or turns back for good."""
+    """The motion of a free crank until it passes the angle `end` (rad) or turns back for good."""
 
     def __init__(self, drive: Motor, machine: tuple, rate: float, end: float):
-        """Integrate; machine : the compiled form without clearance; rate : rad/s, the usual one."""
+        """Integrate; machine : the compiled ideal machine; rate : rad/s, the nominal speed."""
         self.end = end
         self._course = _integrated(drive, machine, rate, end)
         self._reached = np.maximum.accumulate(self._course.states[:, 0])
 
     def at(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the times (s) at which the crank first passes angles (n,) rad, and its rates; nan: it never does."""
+        """Return the times (s) at which the crank first passes angles (n,) rad, and its rates; nan if it never does."""
         motion, times = self._course, np.full((2, len(angles)), math.nan)
         step = np.searchsorted(self._reached, angles) - 1
         begun, passed = step < 0, (step >= 0) & (step < len(motion.times) - 1)
