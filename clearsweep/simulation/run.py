@@ -36,6 +36,7 @@ from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.record import Record
 from ..mechanics.solver.accumulate.step_sums import step_width
 from ..mechanics.solver.accumulate.turns import Turns
+from ..mechanics.solver.bernstein import COEFFICIENTS, ROWS
 from ..mechanics.trace.symbols import WIDTH
 from . import watch
 from .lyapunov import Perturbed
@@ -67,6 +68,7 @@ def arrays_of(scene: Scene) -> Arrays:
         "o": (observed_width(scene.value), PLACES),
         "nodes": (n + 1, STAGES),
         "f": (n, STAGES),
+        "polynomials": (ROWS, COEFFICIENTS),
         "step": (step_width(contacts),),
         "spent": (contacts, total_columns.BELOW + 1),
         "end": (n,),

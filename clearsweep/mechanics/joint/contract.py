@@ -125,9 +125,7 @@ class Guard(NamedTuple):
 
     modes: tuple  # in which it is looked at
     leads_to: int = SAME  # the mode behind it
-    at_stages: bool = False  # looked for at the stages of a step too, not only at its end
     at_start: bool = False  # passed, too, where it is above zero when a motion begins anew
-    of_state: bool = False  # a function of root and internal state alone, so that no forces are evaluated to locate it
     counted: bool = False  # in the figure `force_clips`
     observable: int = -1  # of the contact, see `observables`, that is its value, so that nothing is evaluated; -1: none
     sign: float = 1.0  # by which that is multiplied

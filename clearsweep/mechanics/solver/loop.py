@@ -27,7 +27,6 @@ from .event import (
     accumulators_of,
 )
 from .event_actions import pass_events
-from .guarding import may_pass_by_law
 from .newton import AFTER, RENEWED
 from .newton import LENGTH as PAST_LENGTH
 from .run_control import (
@@ -255,16 +254,15 @@ def go_on(at):
     work = at[0]
     stepper, step = work.stepper, work.step
     take_step(at)
-    assess_step(accumulators_of(at), work.guards, work.independent, work.time, work.method[0])
+    assess_step(accumulators_of(at), work.method[0])
     h = step[LENGTH]
     if not step[ERROR] < 1.0:
         return reject(at, h)
     pattern = proposal_of(at)
     work.proposals[pattern], work.paces[pattern] = stepper[NEXT], pace_of(at)
-    if step[ACCEPTED] == 0.0 or may_pass_by_law(at):
-        share, kind, contact = find_first_event(at, h, stepper[STOP_AT])
-        if kind != NOTHING:
-            return cut_at_event(at, h, (share, kind, contact))
+    share, kind, contact = find_first_event(at, h, stepper[STOP_AT])
+    if kind != NOTHING:
+        return cut_at_event(at, h, (share, kind, contact))
     accept(at)
     choose_method(at, h, pattern)
     note_step(at, h)

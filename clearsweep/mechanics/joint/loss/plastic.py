@@ -110,7 +110,7 @@ def _yielding_sphere(law, elastic, pen, rate, onset_rate):
 @guards.member(YieldingSphere)
 @guards.member(Plastic)
 def _turns_back_and_comes_again(law):
-    return Guard(TOUCHING), Guard(TOUCHING, of_state=True)
+    return Guard(TOUCHING), Guard(TOUCHING)
 
 
 @guard_values.member(YieldingSphere)

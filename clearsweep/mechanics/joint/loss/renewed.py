@@ -102,7 +102,7 @@ def _until_pressed_on(law):
 
 @guards.member(Renewed)
 def _proves_lasting(law):
-    return Guard(TOUCHING, of_state=True), Guard(TOUCHING)
+    return Guard(TOUCHING), Guard(TOUCHING)
 
 
 @guard_values.member(Renewed)
