@@ -1,14 +1,16 @@
 """Friction that sticks: below a sliding speed the surfaces hold each other."""
 
-import math
 from typing import NamedTuple
 
 from ....contracts.catalogue import Field, Law, Order
-from ..contract import PRESSED, STUCK, Guard, guard_values, guards
+from ...compiled import calculus as math
+from ...compiled.choosing import where
+from ..contract import PRESSED, STUCK, Guard, guard_values, guards, latched
 from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, static_limit
 from .sliding import stribeck_coefficient
 
+STICKS, SLIPS, SLIDES = range(3)  # guards: into the band; out of it; the side to which it slides is not known yet
 LOOSE = 1.001  # times the sliding speed at which surfaces stick: there they are loose again
 
 
@@ -21,11 +23,12 @@ class Karnopp(NamedTuple):
     shape: float  # 1
     viscous: float  # s/m
     band: float  # m/s
+    side: float = 0.0  # sign of the sliding speed as it began to slide; 0: not known yet
 
 
 @friction_force.member(Karnopp)
 def _karnopp(friction, normal, slip):
-    sign = min(max(slip / friction.band, -1.0), 1.0)  # no jump in a step that runs into the band and is cut there
+    sign = where(friction.side != 0.0, friction.side, min(max(slip / friction.band, -1.0), 1.0))
     return -normal * (stribeck_coefficient(friction, slip) * sign + friction.viscous * slip)
 
 
@@ -37,13 +40,21 @@ def _limit_of_karnopp(friction):
 
 @guards.member(Karnopp)
 def _sticks_and_slips(friction):
-    return Guard((PRESSED,), STUCK, at_start=True), Guard((STUCK,), PRESSED)
+    return Guard((PRESSED,), STUCK, at_start=True), Guard((STUCK,), PRESSED), Guard((PRESSED,), at_start=True)
 
 
 @guard_values.member(Karnopp)
 def _within_and_beyond_the_band(friction, start, contact, root):
-    slip = math.copysign(1.0, start.slip) * contact.slip
-    return friction.band - slip, abs(slip) - LOOSE * friction.band
+    side = where(friction.side != 0.0, friction.side, math.copysign(1.0, start.slip))
+    loose = LOOSE * friction.band
+    return friction.band - side * contact.slip, contact.slip * contact.slip - loose * loose, abs(side) - abs(
+        friction.side
+    )
+
+
+@latched.member(Karnopp)
+def _side(friction, event, contact, root):
+    return (math.copysign(1.0, contact.slip) if event > STICKS else 0.0,)
 
 
 register(
