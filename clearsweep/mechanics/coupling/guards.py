@@ -21,7 +21,8 @@ from ..joint.places import (
     with_current_state,
 )
 from ..observe.observables import column_of, observed_in
-from ..observe.stages import END, NODES, PLACES, STAGES, START
+from ..observe.stages import END, PLACES, STAGES, START
+from ..solver.guarding import ELSEWHERE
 from .impact_mass import joints_at_event
 from .rates import observed_width
 
@@ -39,7 +40,7 @@ class Guards(NamedTuple):
     ends_run: np.ndarray
     column: np.ndarray  # (g,) int64, that of the observable that it is, -1 where its law gives the value
     sign: np.ndarray  # (g,) by which that is multiplied
-    value: np.ndarray  # (g, 1 + STAGES) values of the guards at the start of the step in hand and at its stages
+    value: np.ndarray  # (g, ELSEWHERE + 1) values of the guards at the nodes of the step in hand, and at another state
     event: np.ndarray  # (2,) int64, what `latch` is called for: the contact and ENTERED, LEFT or the number of a guard
 
 
@@ -89,22 +90,23 @@ _evaluate_joints = map_joints(_evaluate_joint, after_joint)
 
 
 def guards_entry(scene, y, nodes, latched, o, value, row):
-    """Put the values of guards that laws give into `value`: at the state `y`; where `row` is END, at the stages, too.
+    """Put the values of guards that laws give into `value`, see `solver.guarding.evaluate_guards`.
 
-    Arrays are bare pointers; `scene` points at the Scene.  The state `y` is the start of the step, its observables in
-    row START of `o`.
+    Arrays are bare pointers; `scene` points at the Scene.
     """
     here = scene[0]
     roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
     n = roots + size.contact + size.internal
     y, nodes = shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
     latched, o = shaped(latched, (size.contact + size.latched,)), shaped(o, (observed_width(here), PLACES))
-    value, first = shaped(value, (size.guard, NODES.size)), first_place(here.joints, roots)
+    value, first = shaped(value, (size.guard, ELSEWHERE + 1)), first_place(here.joints, roots)
+    if row != END:
+        _evaluate_joints(here.joints, here.joints, first, _Values(y, latched, o, row, roots, value[:, ELSEWHERE]))
+        return
     _evaluate_joints(here.joints, here.joints, first, _Values(y, latched, o, START, roots, value[:, 0]))
-    if row == END:
-        for i in turns(STAGES):
-            at_stage = _Values(nodes[:, i], latched, o, i, roots, value[:, 1 + i])
-            _evaluate_joints(here.joints, here.joints, first, at_stage)
+    for i in turns(STAGES):
+        at_stage = _Values(nodes[:, i], latched, o, i, roots, value[:, 1 + i])
+        _evaluate_joints(here.joints, here.joints, first, at_stage)
 
 
 # ---------------------------------------------------------------------------------------------- latching
@@ -190,7 +192,7 @@ def guards_of(scene, parameters, zeros=np.zeros) -> Guards:
     return Guards(
         evaluate=entry(guards_entry, scene, "fffff", parameters) if -1 in listed["column"] else NO_ENTRY,
         latch=entry(latch_entry, scene, "fffi", parameters) if latching else NO_ENTRY,
-        value=zeros((count, NODES.size)),
+        value=zeros((count, ELSEWHERE + 1)),
         event=zeros(2, dtype=np.int64),
         **listed,
     )

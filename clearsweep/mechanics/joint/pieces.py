@@ -5,12 +5,15 @@ keeps which of its pieces applies, numbered along the variable that it has kinks
 end of the piece goes on by its formula and is cut there.
 """
 
+import math
+
 from ..compiled.choosing import where
 from ..compiled.dual import plain
 from ..compiled.family import family, kernel
 from .contract import ENTERED, LEFT, NEVER, TOUCHING, Guard, guard_values, guards, latched
 
 UNKNOWN = -1.0  # number of the piece until the first step of a contact; then the value says which it is
+NEAR, NEAREST = 1e-6, 1e-9  # of a kink, or m/s where that is zero: a step that begins as close to it has just passed it
 UP, DOWN, BEGUN = 0, 1, 2  # guards: the end of the piece, its beginning; the piece is not known yet
 
 
@@ -92,6 +95,47 @@ def in_pieces(form, variable):
     guards.member(form)(_both_ways)
     guard_values.member(form)(_to_its_ends)
     latched.member(form)(_piece_after)
+
+
+# ---------------------------------------------------------------------------------------------- without a piece
+
+
+@kernel
+def _near(place):
+    return max(NEAR * abs(place), NEAREST)
+
+
+def _up_and_down(law):
+    return Guard(TOUCHING), Guard(TOUCHING)
+
+
+def _from_next_kinks(law, start, contact, root):
+    was, now = along(law, start, root), along(law, contact, root)
+    above, below = math.inf, -math.inf
+    for place in kinks(law):
+        above = where((was < place - _near(place)) & (place < above), place, above)
+        below = where((was > place + _near(place)) & (place > below), place, below)
+    return now - above, below - now
+
+
+def with_kinks(form, variable):
+    """Let contacts end steps at the kinks over a `variable`, which does not use the root, of a type of law.
+
+    For laws that keep another state, or whose formula knows by itself what applies.
+    """
+    along.member(form)(variable)
+    guards.member(form)(_up_and_down)
+    guard_values.member(form)(_from_next_kinks)
+
+
+def over_slip(law, contact, root):
+    """Return the sliding speed, m/s."""
+    return contact.slip
+
+
+def over_depth(law, contact, root):
+    """Return the penetration as the coordinates have it, m."""
+    return contact.depth
 
 
 def over_rate(law, contact, root):

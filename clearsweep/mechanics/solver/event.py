@@ -19,6 +19,7 @@ from .accumulate.totals import Accumulators
 from .bernstein import (
     COEFFICIENTS,
     DEGREE,
+    FINE,
     NOWHERE,
     VALUES,
     WHOLE,
@@ -33,12 +34,18 @@ from .bernstein import (
     value_and_slope,
 )
 from .collocation import dense_state
-from .guarding import evaluate_guards, looked_at
+from .guarding import ELSEWHERE, evaluate_guards, looked_at
 
-NOTHING, ONSET, SEPARATION, STOP, GUARD = range(5)  # kinds of events; GUARD and beyond: the guards of joints
+# Kinds of events; LIMIT: a penetration passes that up to which its elastic law holds, which changes nothing; GUARD and
+# beyond: the guards of joints
+NOTHING, ONSET, SEPARATION, STOP, LIMIT, GUARD = range(6)
 FARTHEST = 8.0  # clearances that a journal in free flight may travel in a step
 ROUGH = 1e-3  # tail of a gap's polynomial, over its size, from which on the step is looked at in parts,
+RIGHT = 1e-12  # of the size of a guard: so close to zero its polynomial's crossing is taken for its own
+NEXT_TO_ROOT, ENOUGH = 0.05, 1e-7  # of a step: how far Newton's method may move an onset, and when it ends
+HALVING = 16  # looks after which the rest is halved
 LEAST_PART = 1.0 / 16.0  # of a step, at the shortest
+PASSED = 1e-9  # of the root of a penetration: a step that begins as close to a limit has just passed it
 NEXT_TO_START = 0.125  # share of a step at which a guard that was passed at its start has still to be
 EXPLICIT, IMPLICIT = 0, 1  # methods
 # Counters in Work.counts; LOCATING: evaluations spent on finding events and stepping to them
@@ -199,15 +206,31 @@ def first_onset(at, j, h):
         return 0.0
     take_gap(at, j, h)
     if is_rough(p):
-        return first_onset_in_parts(at, j)
+        return first_onset_in_parts(at, j, h)
     x = crossing_for_certain(p)
     if x == NOWHERE and begin >= 0.0 and p[VALUES, DEGREE] >= 0.0:  # never quite left
         return lowest_place(p)
+    return x if x == NOWHERE else true_onset(at, j, h, x)
+
+
+@kernel
+def true_onset(at, j, h, x):
+    """Return where contact `j` touches its bearing, the polynomial of its gap saying at the share `x`: Newton's method."""
+    work = at[0]
+    for _ in range(4):
+        evaluate_dense(at, x)
+        slope = work.o[column_of(j, RATE), SCRATCH] * work.o[KAPPA, SCRATCH] * h
+        move = work.o[column_of(j, DEPTH), SCRATCH] / slope if slope != 0.0 else 1.0
+        if not abs(move) < NEXT_TO_ROOT:  # all but tangential
+            break
+        x = min(max(x - move, 0.0), 1.0)
+        if abs(move) <= ENOUGH:
+            break
     return x
 
 
 @kernel
-def first_onset_in_parts(at, j):
+def first_onset_in_parts(at, j, h):
     """Return the same where the gap is no smooth function over the step, such as that of worn surfaces."""
     p, begin, width = at[0].polynomials, 0.0, 0.5
     while begin < 1.0:
@@ -217,7 +240,7 @@ def first_onset_in_parts(at, j):
         else:
             x = crossing_for_certain(p)
             if x != NOWHERE:
-                return begin + width * x
+                return true_onset(at, j, h, begin + width * x)
             begin += width
             width = min(2.0 * width, 1.0 - begin)
     return NOWHERE
@@ -229,6 +252,18 @@ def first_separation(at, j):
     work, root = at[0], at[0].time + 1 + j
     from_interpolant(work.polynomials, work.y[root], work.f, root)
     turn_sign(work.polynomials)
+    return first_crossing(work.polynomials) if highest(work.polynomials) >= 0.0 else NOWHERE
+
+
+@kernel
+def first_limit(at, j):
+    """Return the share at which the penetration of contact `j` passes the limit of its elastic law; NOWHERE if not."""
+    work, root = at[0], at[0].time + 1 + j
+    limit = math.sqrt(work.limit_depth[j])
+    from_interpolant(work.polynomials, work.y[root] - limit, work.f, root)
+    off = work.y[root] - limit
+    if off > PASSED * limit or (off > -PASSED * limit and work.k[root, START] > 0.0):
+        turn_sign(work.polynomials)
     return first_crossing(work.polynomials) if highest(work.polynomials) >= 0.0 else NOWHERE
 
 
@@ -245,6 +280,14 @@ def take_guard(at, g):
 
 
 @kernel
+def guard_value(at, g, x):
+    """Return the value of guard `g` at the share `x` of the step, of the interpolant."""
+    evaluate_dense(at, x)
+    evaluate_guards(at, at[0].z, SCRATCH)
+    return at[0].guards.value[g, ELSEWHERE]
+
+
+@kernel
 def first_passage(at, g):
     """Return the share of the step at which guard `g` turns positive; NOWHERE if it does not."""
     p = at[0].polynomials
@@ -252,7 +295,90 @@ def first_passage(at, g):
         return NOWHERE
     if p[VALUES, 0] >= 0.0 and value_and_slope(p, WHOLE, NEXT_TO_START)[0] > 0.0:
         return 0.0
-    return crossing_for_certain(p)
+    x = crossing_for_certain(p)
+    return x if x == NOWHERE else true_passage(at, g, x)
+
+
+@kernel
+def true_passage(at, g, x):
+    """Return where guard `g` itself passes zero, its polynomial doing so at the share `x`; NOWHERE if it does not.
+
+    Many are smooth, and a look shows that the polynomial is right.  Others are not, such as the force of a contact that
+    leaves its indentation, which goes with a power of 3/2 there.
+    """
+    p, size = at[0].polynomials, 0.0
+    for m in range(COEFFICIENTS):
+        size = max(size, abs(p[VALUES, m]))
+    for _ in range(3):
+        value = guard_value(at, g, x)
+        if abs(value) <= RIGHT * size:
+            return x
+        _, slope = value_and_slope(p, WHOLE, x)
+        better = x - value / slope if slope > 0.0 else -1.0
+        if not 0.0 <= better <= 1.0:
+            break
+        x = better
+    value = guard_value(at, g, x)
+    (a, fa), (b, fb) = (0.0, p[VALUES, 0]), (1.0, p[VALUES, DEGREE])
+    for m in range(1, COEFFICIENTS):
+        if SHARES[m] <= x and p[VALUES, m] < 0.0:
+            a, fa = SHARES[m], p[VALUES, m]
+    for m in range(DEGREE, 0, -1):
+        if SHARES[m] > a and p[VALUES, m] > 0.0:
+            b, fb = SHARES[m], p[VALUES, m]
+    if a < x < b and value < 0.0:
+        a, fa = x, value
+    elif a < x < b:
+        b, fb = x, value
+    if fb <= 0.0:  # it rises and falls between two stages
+        b = top_behind(p, x)
+        fb = guard_value(at, g, b)
+        if fb <= 0.0:
+            return NOWHERE
+    return crossing_between(at, g, (a, fa), (b, fb))
+
+
+@kernel
+def top_behind(p, x):
+    """Return where WHOLE is highest, of some places behind `x` up to where it is below zero again."""
+    best, top, step = x, 0.0, 0.02 * (1.0 - x)
+    for i in range(1, 51):
+        value, _ = value_and_slope(p, WHOLE, x + i * step)
+        if value <= 0.0:
+            break
+        if value > top:
+            best, top = x + i * step, value
+    return best
+
+
+@kernel
+def crossing_between(at, g, begin, end):
+    """Return the share at which guard `g` passes zero, known at both ends: (share, value) of each; from behind.
+
+    Regula falsi as Anderson & Bjorck (1973, BIT 13:253) have it: of an end that stays, the value is scaled down by how
+    much that at the other has changed.
+    """
+    (a, fa), (b, fb) = begin, end
+    if fa >= 0.0:
+        return a
+    side = 0
+    for tried in range(64):
+        x = (a * fb - b * fa) / (fb - fa)
+        if tried > HALVING or not a < x < b:  # a jump, or a value that is not finite
+            x = 0.5 * (a + b)
+        x = min(max(x, a + 0.4 * FINE), b - 0.4 * FINE)  # so that the end that stays follows
+        fx = guard_value(at, g, x)
+        if fx >= 0.0:
+            if side == 1:
+                fa *= 1.0 - fx / fb if fx < fb else 0.5
+            b, fb, side = x, fx, 1
+        else:
+            if side == -1:
+                fb *= 1.0 - fx / fa if fx > fa else 0.5
+            a, fa, side = x, fx, -1
+        if b - a <= FINE or fx == 0.0:
+            break
+    return b
 
 
 @kernel
@@ -276,6 +402,10 @@ def first_event(at, h, stop):
             x, what = first_onset(at, j, h), ONSET
         elif touches(work.mode[j]):
             x, what = first_separation(at, j), SEPARATION
+            if work.limit_depth[j] < math.inf:
+                y = first_limit(at, j)
+                if y < x:
+                    x, what = y, LIMIT
         if x < best:
             best, kind, contact = x, what, j
     if guards.contact.size > 0:

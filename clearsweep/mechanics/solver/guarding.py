@@ -1,19 +1,26 @@
 """The guards of joints: functions that change something where they turn positive."""
 
 from ..compiled.family import invoke, kernel
-from ..observe.stages import END, NODES, STAGES
+from ..observe.stages import END, NODES
+
+ELSEWHERE = NODES.size  # place of the value of a guard at a state by itself, behind those at the nodes of a step
 
 
 @kernel
 def evaluate_guards(at, y, row):
-    """Put the values of all guards at the start of a step, the state `y`, into `work.guards.value`; where `row` is END,
-    those at the stages, too.
+    """Put values of all guards into `work.guards.value`.
+
+    Where `row` is END those at the start of the step, the state `y`, and at its stages; else, ELSEWHERE, those at the
+    state `y` whose observables are in row `row`.
     """
     work, guards = at[0], at[0].guards
     for g in range(guards.contact.size):
         if guards.column[g] >= 0:
-            for m in range(1 + STAGES if row == END else 1):
-                guards.value[g, m] = guards.sign[g] * work.o[guards.column[g], NODES[m]]
+            if row == END:
+                for m in range(NODES.size):
+                    guards.value[g, m] = guards.sign[g] * work.o[guards.column[g], NODES[m]]
+            else:
+                guards.value[g, ELSEWHERE] = guards.sign[g] * work.o[guards.column[g], row]
     if guards.evaluate.code != 0:
         given = y, work.nodes, work.latched, work.o, guards.value
         invoke(guards.evaluate.code, guards.evaluate.parameters, given, row)

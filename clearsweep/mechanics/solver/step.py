@@ -15,22 +15,20 @@ from .accumulate.step_sums import (
     sum_of,
     sum_up,
 )
-from .bernstein import WHOLE, value_and_slope
 from .collocation import WEIGHTS, begin_stages, continue_stages, dense_state, error_norm, interpolate
 from .event import (
     EVALUATIONS,
     IMPLICIT,
+    LIMIT,
     LOCATING,
     ONSET,
     SEPARATION,
     STOP,
-    GUARD,
     evaluate,
     first_event,
-    take_guard,
     trial_of,
 )
-from .guarding import evaluate_guards, looked_at
+from .guarding import ELSEWHERE, evaluate_guards, looked_at
 from .newton import AFTER, FAILED, fall_back, implicit_step
 from .newton import LENGTH as PAST_LENGTH
 from .radau import STAGE_WEIGHTS
@@ -73,7 +71,7 @@ def begin_step(at):
             if waiting:
                 evaluate_guards(at, work.y, START)
                 waiting = False
-            if guards.value[g, 0] > 0.0:
+            if guards.value[g, ELSEWHERE] > 0.0:
                 go_through(at, g, work.y, START)
                 changed = True
     if changed:
@@ -190,7 +188,8 @@ def shorten(at, share):
 def step_to_event(at, share, event, h):
     """Finish a step of length `h` that was taken again, with a `share` of its length, to end at an event.
 
-    event : (kind, contact, place of a STOP along the run), which is put exactly at the end.
+    event : (kind, contact, place of a STOP along the run).  But for guards, whose values are located, it is put exactly
+    at the end.
     """
     work = at[0]
     kind, contact, stop = event
@@ -204,13 +203,11 @@ def step_to_event(at, share, event, h):
         miss, slope = seen.depth, seen.rate * work.o[KAPPA, END]
     elif kind == SEPARATION:
         miss, slope = work.end[work.time + 1 + contact], work.k[work.time + 1 + contact, END]
+    elif kind == LIMIT:
+        root = work.time + 1 + contact
+        miss, slope = work.end[root] - math.sqrt(work.limit_depth[contact]), work.k[root, END]
     elif kind == STOP:
         miss, slope = work.end[work.independent] - stop, work.k[work.independent, END]
-    elif kind >= GUARD and h > 0.0:
-        evaluate_guards(at, work.y, END)
-        if take_guard(at, kind - GUARD):
-            miss, slope = value_and_slope(work.polynomials, WHOLE, 1.0)
-            slope /= h
     if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # Newton, once; not where the event is all but tangential
         for i in range(work.end.size):
             work.end[i] -= work.k[i, END] * miss / slope

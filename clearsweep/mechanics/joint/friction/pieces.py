@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from ...compiled.family import family
-from ..pieces import UNKNOWN, in_pieces, kinks, piece_at, piece_of
+from ..pieces import UNKNOWN, in_pieces, kinks, over_slip, piece_at, piece_of
 from .contract import friction_force
 
 
@@ -30,11 +30,12 @@ def _of_its_law(friction):
     return kinks(friction.law)
 
 
-def _sliding_speed(law, contact, root):
-    return contact.slip
+in_pieces(InPieces, over_slip)
 
 
-in_pieces(InPieces, _sliding_speed)
+def at_rest(friction):
+    """Return the kink of a law that has one where the surfaces are at rest."""
+    return (0.0,)
 
 
 def _by_value(law, normal, slip):

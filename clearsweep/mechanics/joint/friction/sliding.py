@@ -6,6 +6,7 @@ from ....contracts.catalogue import Field, Law, Order
 from ...compiled import calculus as math
 from ...compiled.choosing import where
 from ...compiled.family import kernel
+from ..pieces import kinks, over_slip, with_kinks
 from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, VISCOUS, friction_force, from_values
 from .pieces import piecewise
@@ -242,6 +243,14 @@ def stribeck_coefficient(friction, slip):
     """Return mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)."""
     fall = math.exp(-(abs(slip / friction.stribeck_velocity) ** friction.shape))
     return friction.coefficient + (friction.static_coefficient - friction.coefficient) * fall
+
+
+with_kinks(Stribeck, over_slip)
+
+
+@kinks.member(Stribeck)
+def _unless_even(friction):
+    return (where(friction.shape == 2.0, math.inf, 0.0),)
 
 
 @friction_force.member(Stribeck)
