@@ -1,4 +1,4 @@
-"""The sections of a grid file that choose cases, key by key: for the page of keys and for `list`."""
+"""Describes the sections of a grid file that choose cases, for the page of keys and for `list`."""
 
 from ..contracts.catalogue import Catalogue
 from .axes import FORMS
@@ -56,7 +56,7 @@ KEYS = {
     },
 }
 
-#: Section -> how it may be written.
+#: Section -> its syntax.
 EXAMPLES = {
     "name": "name: press-joint",
     "define": "define: {play: 50 um}   # used as `clearance: = play`",
@@ -76,7 +76,7 @@ EXAMPLES = {
 
 
 def sections(catalogue: Catalogue) -> dict[str, str]:
-    """Return section -> meaning, in the order of the page."""
+    """Return section -> description, in the order of the page."""
     top = schema(catalogue)
     while "else" in top:  # those of any mechanism
         top = top["else"]
@@ -85,7 +85,7 @@ def sections(catalogue: Catalogue) -> dict[str, str]:
 
 
 def markdown(catalogue: Catalogue) -> str:
-    """Return these sections as the end of the page of keys."""
+    """Return the last part of the page of keys: these sections."""
     return "\n".join(
         [
             "## Choosing cases\n",

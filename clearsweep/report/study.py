@@ -144,7 +144,7 @@ class Study(NamedTuple):
         return ", ".join(f"{axis.name} {axis.text(value)}" for axis, value in values if not pd.isna(value))
 
     def value(self, case_id: str, path: str) -> float | str | None:
-        """Return the SI value a case has at a dotted path, swept or not; None where there is none."""
+        """Return the SI value a case has at a dotted path, swept or not, or None."""
         if any(axis.path == path for axis in self.axes):
             value = self._at(case_id, path)
             return None if pd.isna(value) else value
@@ -171,11 +171,11 @@ class Study(NamedTuple):
         return str(values.idxmin() if self.lead.smallest else values.idxmax())
 
     def where(self, joint: Joint, form: str) -> str:
-        """Return `form`, such as ' in joint {}', with a joint's name in it; '' where there is but one joint."""
+        """Return `form`, such as ' in joint {}', with a joint's name in it, or '' if there is but one joint."""
         return form.format(joint.title) if len(self.joints) > 1 else ""
 
     def column(self, figure: str) -> str:
-        """Return the summary column of a figure of the mechanism, '' where its cases have none."""
+        """Return the summary column of a figure of the mechanism, or '' if its cases have none."""
         columns = (column.name for column in self.run.layout.columns if column.figure == figure and not column.joint)
         return next(columns, "")
 

@@ -1,6 +1,6 @@
-"""One case: from its values to its motion and its figures.
+"""Simulates one case: from its values to its motion and its figures.
 
-What sweeps and reports ask of mechanics is here, function by function.
+Sweeps and reports reach the mechanics through these functions only.
 """
 
 from ..contracts.case import Case
@@ -55,9 +55,9 @@ __all__ = [
 
 
 def load() -> None:
-    """Do nothing: what cases need is loaded with this module, so a process that calls this is ready for them."""
+    """Do nothing: importing this module has loaded everything that cases need."""
 
 
 def solve(case: Case, log: Log | None = None) -> Trajectory:
-    """Return the result of a resolved case; a life goes on from its `log`."""
+    """Return the result of a resolved case; a life resumes from its `log`."""
     return simulate(build(case), log=log)

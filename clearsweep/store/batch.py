@@ -113,7 +113,7 @@ def summary_table(form: ResultSchema, rows: list[Row]) -> pa.Table:
 
 
 def _by_column(names: list[str], rows: list[dict]) -> dict[str, list]:
-    """Return the values of some names in dicts, name by name; None where there is none."""
+    """Return the values of some names in dicts, name by name, or None."""
     return dict(zip(names, map(list, zip(*(map(row.get, names) for row in rows), strict=True)), strict=True))
 
 
@@ -154,7 +154,7 @@ def datasets(form: ResultSchema) -> tuple[Dataset, ...]:
     if form.histories:
         datasets += [
             Dataset(column.name, np.dtype("f8"), column.unit, column.description, SAMPLE)
-            for column in form.layout.channels
+            for column in form.layout.stored
         ]
         datasets += event_datasets(form.layout)
         datasets += section_datasets(form.layout)
@@ -271,7 +271,7 @@ class BatchFiles(NamedTuple):
     """The two files of a committed batch."""
 
     summary: Path  # Parquet; it is written last: with it the batch is committed
-    orbits: Path | None  # HDF5; None where nothing is kept
+    orbits: Path | None  # HDF5, or None if nothing is kept
     sha256: str  # of `orbits`
     written: int  # ns since 1970
     frame: str  # `ResultSchema.frame` of its cases

@@ -198,6 +198,7 @@ _LAYOUT = {
     "until": _NAME_OR_NONE,
     "life": _NAME_OR_NONE,
     "frictions": _list(_NAME),
+    "listed": _list(_CHANNEL),
     **dict.fromkeys(_some("turns", "horizon", "error_check"), _FLAG),
 }
 _SPAN = _sections({"unit": _UNIT, "min": _NUMBER, "max": _NUMBER}, {})

@@ -1,4 +1,4 @@
-"""The short table that a run ends with: worst cases, failures, where the files are."""
+"""The closing table of a run: worst cases, failures, files."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,7 +15,7 @@ from .sweep import RunResult
 
 
 def of_run(result: RunResult) -> dict[str, Any]:
-    """Return what `run` reports of a RunResult, ready for JSON: counts, files, worst cases, failures; all in SI."""
+    """Return the facts that `run` reports of a RunResult, for JSON: counts, files, worst cases, failures; in SI."""
     run = result.open()
     seen = RunFacts(run.grid, run.layout)
     seen.read(run)
@@ -79,7 +79,7 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
 
 
 def run_text(facts: dict[str, Any]) -> str:
-    """Return the facts of a run as the lines a person reads."""
+    """Return the facts of a run as text lines."""
     left = f", {facts['missing']:,} left" if facts["missing"] else ""
     done = f"{cases(facts['ran'])} ran in {wording.duration(facts['seconds'])} ({facts['reused']:,} reused)"
     if facts["joined"]:
@@ -124,7 +124,7 @@ def run_text(facts: dict[str, Any]) -> str:
 
 
 def derived_lines(derived: dict[str, dict[str, Any]]) -> list[str]:
-    """Return one line for each derived value or range."""
+    """Return a line for each derived value or range."""
     lines = []
     for name, value in derived.items():
         low, high = (friendly(value[end], value["unit"]) for end in ("min", "max"))
@@ -133,7 +133,7 @@ def derived_lines(derived: dict[str, dict[str, Any]]) -> list[str]:
 
 
 def estimate_text(facts: dict[str, Any]) -> str:
-    """Return the facts of a dry run as the lines a person reads."""
+    """Return the facts of a dry run as text lines."""
     lines = [
         f"{cases(facts['cases'])}, {facts['cases'] - facts['pending']:,} of them stored already, "
         f"{facts['pending']:,} to run",
@@ -162,7 +162,7 @@ def estimate_text(facts: dict[str, Any]) -> str:
 
 
 def _assumed_lines(assumed: dict[str, dict[str, Any]]) -> list[str]:
-    """Return one line for each quantity that is written without a unit."""
+    """Return a line for each quantity written without a unit."""
     lines = []
     for path, each in assumed.items():
         values = " to ".join(f"{value:.6g}" for value in each["values"])
@@ -173,7 +173,7 @@ def _assumed_lines(assumed: dict[str, dict[str, Any]]) -> list[str]:
 
 
 def _defined_lines(defined: dict[str, dict[str, Any]]) -> list[str]:
-    """Return one line for each quantity that the grid defines."""
+    """Return a line for each user-defined quantity."""
     lines = []
     for name, each in defined.items():
         own = f" = {each['expression']}" if each["expression"] else ""
@@ -182,17 +182,19 @@ def _defined_lines(defined: dict[str, dict[str, Any]]) -> list[str]:
 
 
 def _case_lines(case: dict[str, Any]) -> list[str]:
-    """Return the values of a case, a line for each section."""
+    """Return the values of a case: a line for each section, then a line for each column of a table."""
     sections: dict[str, list[str]] = {}
+    rows: dict[str, list[float]] = {}
     for path, value in case["values"].items():
         section, _, key = path.rpartition(".")
+        if ".table." in path:
+            rows.setdefault(section, []).append(value)
         number = isinstance(value, int | float) and not isinstance(value, bool)
         text = given_text(path, value, case["units"].get(path, "1"), case["written_units"]) if number else str(value)
         sections.setdefault(section, []).append(f"{key} {text}")
-    return [
-        f"the first case ({wording.short_id(case['case_id'])}), with every default:",
-        *(f"  {section}: {', '.join(texts)}" for section, texts in sections.items()),
-    ]
+    lines = [f"  {section}: {', '.join(texts)}" for section, texts in sections.items() if section not in rows]
+    lines += [f"  {path}: {len(row)} values in SI, {min(row):.4g} to {max(row):.4g}" for path, row in rows.items()]
+    return [f"the first case ({wording.short_id(case['case_id'])}), with every default:", *lines]
 
 
 def cases(count: int) -> str:
@@ -201,7 +203,7 @@ def cases(count: int) -> str:
 
 
 def plain(text: str) -> str:
-    """Return a text with ordinary spaces, which a terminal can break and search."""
+    """Return a text with ordinary spaces, at which a terminal can break lines."""
     return text.replace("\u00a0", " ").replace("\u2009", " ")
 
 
@@ -223,7 +225,7 @@ def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
 
 
 def _figure(figure: dict[str, Any], units: Mapping[str, str]) -> str:
-    """Return a figure of the table with its unit, shares in per cent, lives in hours."""
+    """Return a figure with its unit, shares in per cent, lives in hours."""
     name, value = figure["column"], figure["value"]
     if value is None or "words" in figure:
         return str(figure.get("words", "-"))

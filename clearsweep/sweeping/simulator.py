@@ -1,4 +1,4 @@
-"""The functions of `clearsweep.simulation` that sweeps use, as one value that can travel to a worker process."""
+"""The functions of `clearsweep.simulation` that sweeps use, as one value that can be sent to a worker process."""
 
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import NamedTuple

@@ -185,7 +185,7 @@ def _over_its_depth(contact):
 
 @family
 def extra_observables(contact, accurate):
-    """Return what is seen of a contact besides a Contact's fields, observables of its own; () where there is nothing.
+    """Return what is seen of a contact besides a Contact's fields, observables of its own, or () if there is nothing.
 
     accurate : the state is one of the motion, none that an iteration passes.
     """

@@ -29,7 +29,7 @@ class IdealMotion(NamedTuple):
     velocity: np.ndarray  # the same per s
     acceleration: np.ndarray  # the same per s^2
     reactions: Mapping[str, np.ndarray]  # joint -> (..., 2) N, force on its distal body
-    torque: np.ndarray | None = None  # N m, of the drive on the crank; None where it is not known
+    torque: np.ndarray | None = None  # N m, of the drive on the crank, or None if it is not known
 
 
 class Built(NamedTuple):

@@ -15,7 +15,7 @@ FAST = 0.03  # contraction from which on a step may be short for what is stiff
 
 @inlined
 def assess_step(accumulators, method):
-    """Note how large the error of the trial step is and, if it is good, how long the next may be."""
+    """Note how large the error of the trial step is and, if it is accurate, how long the next may be."""
     step, stepper = accumulators.step, accumulators.stepper
     h, error = step[LENGTH], max(step[ERROR], eighth_power(travel_ratio(accumulators)))  # the eighth root is taken
     step[ERROR], step[ACCEPTED], step[STIFF] = error, 0.0, 0.0

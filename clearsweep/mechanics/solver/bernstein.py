@@ -54,9 +54,7 @@ def _tail() -> list[list[float]]:
         [Fraction(comb(n, k) * comb(k, i) * (-1) ** (k - i)) for i in range(COEFFICIENTS)] for k in (n - 1, n)
     )  # of x^(n - 1) and x^n; x^k leads P_k, shifted to (0, 1), with C(2 k, k), and P_n has -n / 2 as much of x^(n - 1)
     second = [a + b * Fraction(n, 2) for a, b in zip(before, last, strict=True)]
-    return [
-        [float(x / comb(2 * k, k)) for x in weights] for k, weights in ((n - 1, second), (n, last))
-    ]
+    return [[float(x / comb(2 * k, k)) for x in weights] for k, weights in ((n - 1, second), (n, last))]
 
 
 _EXACT = _inverse([_basis(Fraction(x)) for x in SHARES])
@@ -65,7 +63,10 @@ OF_VALUES = np.array([[float(row[m]) for row in _EXACT[1:]] for m in range(COEFF
 #: (power, coefficient but the first): from the interpolant, see `collocation.dense_component`, less the state at START.
 OF_INTERPOLANT = np.array(
     [
-        [float(sum(a * Fraction(x) * (2 * Fraction(x) - 1) ** m for a, x in zip(row, SHARES, strict=True))) for row in _EXACT[1:]]
+        [
+            float(sum(a * Fraction(x) * (2 * Fraction(x) - 1) ** m for a, x in zip(row, SHARES, strict=True)))
+            for row in _EXACT[1:]
+        ]
         for m in range(STAGES)
     ]
 )
@@ -120,7 +121,7 @@ def highest(p):
 
 @kernel
 def tail(p):
-    """Return how far what WHOLE stands for may be from it: the size of the last two coefficients in Legendre's series."""
+    """Return how far what WHOLE stands for may be from it: the last two coefficients of its series of Legendre's."""
     before = last = 0.0
     for i in range(COEFFICIENTS):
         before += TAIL[0, i] * p[WHOLE, i]
@@ -209,8 +210,25 @@ def first_crossing(p):
 
 
 @kernel
+def crossing_for_certain(p):
+    """Return where WHOLE first grows through zero; NOWHERE where it comes no higher than it may be off by."""
+    if highest(p) < 0.0:
+        return NOWHERE
+    seen = False
+    for m in range(1, COEFFICIENTS):
+        seen = seen or p[VALUES, m] > 0.0
+    if not seen:
+        far = tail(p)
+        lower(p, far)
+        if first_crossing(p) == NOWHERE:
+            return NOWHERE
+        lower(p, -far)
+    return first_crossing(p)
+
+
+@kernel
 def lowest_place(p):
-    """Return the share of the step at which the slope of WHOLE, below zero first, grows through zero; NOWHERE if not."""
+    """Return the share of the step at which the slope of WHOLE, below zero first, grows through zero; else NOWHERE."""
     _, last = value_and_slope(p, WHOLE, 1.0)
     if last < 0.0:
         return NOWHERE

@@ -25,9 +25,9 @@ from .event import (
     SEPARATION,
     STOP,
     evaluate,
-    first_event,
     trial_of,
 )
+from .event_search import first_event
 from .guarding import ELSEWHERE, evaluate_guards, looked_at
 from .newton import AFTER, FAILED, fall_back, implicit_step
 from .newton import LENGTH as PAST_LENGTH

@@ -59,7 +59,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def designed(study: Study) -> tuple[str, list[Unknown]] | None:
-    """Return the base case and the unknowns; None where cases differ from each other in another way."""
+    """Return the base case and the unknowns, or None if cases differ from each other in another way."""
     axes, cases = study.swept(), study.cases
     if "sample" in study.run.grid or not LEAST <= len(axes) < len(cases) <= MOST:
         return None

@@ -30,7 +30,7 @@ class Drawn(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no axis has numbers that cases share."""
+    """Return the section, or [] if no axis has numbers that cases share."""
     across = None if study.cases.empty else _across(study)
     if across is None:
         return []
@@ -55,7 +55,7 @@ def _beside(study: Study, across: Axis) -> Axis | None:
 
 
 def _effects(study: Study) -> list[MainEffect]:
-    """Return the main effects on the leading figure, the strongest first; [] where no case has it."""
+    """Return the main effects on the leading figure, the strongest first, or [] if no case has it."""
     column = study.hardest_joint().column(study.lead.figure)
     return main_effects(study, column) if study.has(column) else []
 

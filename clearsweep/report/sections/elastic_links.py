@@ -20,7 +20,7 @@ Links = tuple[simulation.ElasticLink, ...]
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no link is elastic."""
+    """Return the section, or [] if no link is elastic."""
     if study.cases.empty or not study.joints:
         return []
     joint = study.hardest_joint()

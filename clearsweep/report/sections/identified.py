@@ -17,7 +17,7 @@ PAIRS = 6  # of keys that are drawn
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where nothing was identified, or the run did not end."""
+    """Return the section, or [] if nothing was identified, or the run did not end."""
     identified: dict[str, Any] = study.run.grid.get("identified") or {}
     sample = study.run.identify if identified else None
     if sample is None or sample.empty:

@@ -42,7 +42,7 @@ class Map(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the heat maps of each joint; [] where there are no two axes to map over."""
+    """Return the heat maps of each joint, or [] if there are no two axes to map over."""
     if study.cases.empty:
         return []
     maps = [each for joint in study.joints for each in _maps(study, joint)]
@@ -110,7 +110,7 @@ def _reduced(study: Study, column: str) -> Callable[[np.ndarray], float]:
 
 
 def over_axes(study: Study, joint: Joint, figure: str, name: str) -> list[Picture]:
-    """Return a figure of a joint over the two axes that move it most, or the only one; [] where it does not vary."""
+    """Return a figure of a joint over the two axes that move it most, or the only one, or [] if it does not vary."""
     column, name = joint.column(figure), name + study.where(joint, ", joint {}")
     varies = study.has(column) and study.cases[column].nunique() > 1
     effects = main_effects(study, column) if varies else []

@@ -22,7 +22,7 @@ SMALL = (3.5, 2.9)  # inches
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no drive turns the mechanism or no case finished."""
+    """Return the section, or [] if no drive turns the mechanism or no case finished."""
     joint = study.hardest_joint()
     if study.cases.empty or not study.driven or not study.has(joint.column("contact_fraction")):
         return []

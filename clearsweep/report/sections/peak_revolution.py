@@ -18,7 +18,7 @@ REST = "the largest reaction without clearance. Dashed: the mechanism without cl
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no such revolution was saved."""
+    """Return the section, or [] if no such revolution was saved."""
     if study.cases.empty or not study.run.worst:
         return []
     blocks: list[Block] = [Sentences([WORDS + REST])]

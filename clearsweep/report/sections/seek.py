@@ -35,13 +35,13 @@ class _Answers(NamedTuple):
         return ", ".join(f"{axis.name} {axis.text(row[axis.path])}" for axis in self.others)
 
     def interval(self, row: dict[str, Any]) -> str:
-        """Return where the border is in words, '' where the range ends before."""
+        """Return where the border is in words, or '' if the range ends before."""
         low, high = row["seek_low"], row["seek_high"]
         return "" if low == high else f"between {self.axis.text(low)} and {self.axis.text(high)}"
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where nothing was searched for, or the search did not end."""
+    """Return the section, or [] if nothing was searched for, or the search did not end."""
     answers = _answers(study)
     if answers is None:
         return []

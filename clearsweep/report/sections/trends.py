@@ -55,7 +55,7 @@ class Answer(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where nothing wears, nothing turns or no case finished."""
+    """Return the section, or [] if nothing wears, nothing turns or no case finished."""
     if study.cases.empty or not study.driven:
         return []
     answers = [answer for joint in study.joints if joint.wears for answer in _answers(study, joint)]

@@ -47,8 +47,10 @@ def _sticks_and_slips(friction):
 def _within_and_beyond_the_band(friction, start, contact, root):
     side = where(friction.side != 0.0, friction.side, math.copysign(1.0, start.slip))
     loose = LOOSE * friction.band
-    return friction.band - side * contact.slip, contact.slip * contact.slip - loose * loose, abs(side) - abs(
-        friction.side
+    return (
+        friction.band - side * contact.slip,
+        contact.slip * contact.slip - loose * loose,
+        abs(side) - abs(friction.side),
     )
 
 
