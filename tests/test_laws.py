@@ -37,7 +37,7 @@ from clearsweep.mechanics.mechanism import MECHANISMS
 from clearsweep.mechanics.trace import objects
 
 LAWS = names("law")
-YIELDING = [name for name in LAWS if RECIPES["law", name].make(joint(name))._field_defaults]
+YIELDING = [name for name in LAWS if hasattr(RECIPES["law", name].make(joint(name)), "deepest")]
 WITH_RESTITUTION = [name for name in LAWS if takes_restitution("law", name)]
 # chi and returned restitution over ASKED, computed from the phase curve of the free impact; four digits
 CHI = {

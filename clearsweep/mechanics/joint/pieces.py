@@ -109,13 +109,18 @@ def _up_and_down(law):
     return Guard(TOUCHING), Guard(TOUCHING)
 
 
-def _from_next_kinks(law, start, contact, root):
-    was, now = along(law, start, root), along(law, contact, root)
+@kernel
+def from_next_kinks(places, was, now):
+    """Return how far a variable that `was` between two places at the start of a step is `now` above and below these."""
     above, below = math.inf, -math.inf
-    for place in kinks(law):
+    for place in places:
         above = where((was < place - _near(place)) & (place < above), place, above)
         below = where((was > place + _near(place)) & (place > below), place, below)
     return now - above, below - now
+
+
+def _from_next_kinks(law, start, contact, root):
+    return from_next_kinks(kinks(law), along(law, start, root), along(law, contact, root))
 
 
 def with_kinks(form, variable):

@@ -15,8 +15,9 @@ from .collocation import dense_state
 NOTHING, ONSET, SEPARATION, STOP, LIMIT, GUARD = range(6)
 FARTHEST = 8.0  # clearances that a journal in free flight may travel in a step
 EXPLICIT, IMPLICIT = 0, 1  # methods
-# Counters in Work.counts; LOCATING: evaluations spent on finding events and stepping to them
-STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, SAMPLES, COUNTS = range(8)
+# Counters in Work.counts; LOCATING: evaluations spent on finding events and stepping to them; PASSAGES: of guards and
+# limits, which are no EVENTS of contacts
+STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, PASSAGES, SAMPLES, COUNTS = range(9)
 
 
 class Work(NamedTuple):

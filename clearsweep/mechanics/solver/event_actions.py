@@ -8,7 +8,7 @@ from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR, touches
 from ..observe.observables import observed
 from ..observe.stages import END
 from .accumulate.totals import APPROACH, CLIPS, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
-from .event import EVENTS, GUARD, LIMIT, NOTHING, ONSET, SEPARATION, SEPARATIONS
+from .event import EVENTS, GUARD, LIMIT, NOTHING, ONSET, PASSAGES, SEPARATION, SEPARATIONS
 from .run_control import EVENT_BUDGET, GOING, KEEP_EVENTS, LEFT_BEARING, LOGGED, MOST_EVENTS, OK, PARTINGS
 from .step import go_through, latch
 
@@ -85,6 +85,7 @@ def apply_event(at, kind, j, windowed):
             work.totals.joint[j, CLIPS] += 1.0
         go_through(at, g, work.end, END)
     if kind >= LIMIT:
+        work.counts[PASSAGES] += 1
         return Event(moment, j, kind, 0.0, 0.0)
     work.counts[EVENTS] += 1
     if kind == ONSET:

@@ -27,7 +27,7 @@ from .event import (
     accumulators_of,
 )
 from .event_actions import pass_events
-from .newton import AFTER, RENEWED
+from .newton import AFTER, FAILED, RENEWED
 from .newton import LENGTH as PAST_LENGTH
 from .run_control import (
     ANGLE,
@@ -219,6 +219,7 @@ def reject(at, h):
 def cut_at_event(at, h, event):
     """End the step of length `h` at an event: (share of it, kind, contact); return GOING or the end of the run.
 
+    It is taken again, or rejected where its error then is too large.
     All that is wanted is taken from what is before the event, and what it changes is changed.
     """
     work = at[0]
@@ -227,6 +228,10 @@ def cut_at_event(at, h, event):
     stepper[CONTACT] = contact
     before, work.step[LENGTH] = work.counts[EVALUATIONS], h * share
     take_step(at)
+    work.counts[LOCATING] += work.counts[EVALUATIONS] - before
+    if not work.step[ERROR] < 1.0 and work.step[ERROR] != FAILED:  # the longer step had seen less of what is before it
+        return reject(at, work.step[LENGTH])
+    before = work.counts[EVALUATIONS]
     step_to_event(at, share, (kind, contact, stepper[STOP_AT]), work.step[LENGTH])
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
     choose_method(at, work.step[LENGTH], proposal_of(at))

@@ -5,12 +5,13 @@ from typing import NamedTuple
 from ....contracts.catalogue import Field, Law, Order
 from ...compiled import calculus as math
 from ...compiled.choosing import where
-from ..contract import PRESSED, STUCK, Guard, guard_values, guards, latched
+from ..contract import CLIPPED, PRESSED, STUCK, Guard, guard_values, guards, latched
 from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, static_limit
 from .sliding import stribeck_coefficient
 
-STICKS, SLIPS, SLIDES = range(3)  # guards: into the band; out of it; the side to which it slides is not known yet
+#: Guards: into the band; out of it; the side to which it slides is not known yet; it turns where the force is clipped.
+STICKS, SLIPS, SLIDES, TURNS = range(4)
 LOOSE = 1.001  # times the sliding speed at which surfaces stick: there they are loose again
 
 
@@ -40,7 +41,12 @@ def _limit_of_karnopp(friction):
 
 @guards.member(Karnopp)
 def _sticks_and_slips(friction):
-    return Guard((PRESSED,), STUCK, at_start=True), Guard((STUCK,), PRESSED), Guard((PRESSED,), at_start=True)
+    return (
+        Guard((PRESSED,), STUCK, at_start=True),
+        Guard((STUCK,), PRESSED),
+        Guard((PRESSED,), at_start=True),
+        Guard((CLIPPED,)),
+    )
 
 
 @guard_values.member(Karnopp)
@@ -51,11 +57,14 @@ def _within_and_beyond_the_band(friction, start, contact, root):
         friction.band - side * contact.slip,
         contact.slip * contact.slip - loose * loose,
         abs(side) - abs(friction.side),
+        -side * contact.slip,
     )
 
 
 @latched.member(Karnopp)
 def _side(friction, event, contact, root):
+    if event == TURNS:
+        return (-friction.side,)
     return (math.copysign(1.0, contact.slip) if event > STICKS else 0.0,)
 
 
