@@ -83,6 +83,13 @@ class Order(NamedTuple):
     equal: bool = False  # they may be equal
 
 
+class Merit(NamedTuple):
+    """What speaks for a law where several are valid."""
+
+    rank: int  # the lower the better, of one family
+    reason: str  # continues 'recommended, because'
+
+
 class Law(NamedTuple):
     """One law of a family, as a user names it."""
 
@@ -101,6 +108,7 @@ class Law(NamedTuple):
     contact: str = ""  # family 'elastic': 'line' for two cylinders, 'ball' for a ball in a socket; '': neither
     yields: bool = False  # family 'law': leaves a permanent indentation, for impacts beyond the elastic range
     unsound: str = ""  # objection to its use in any joint
+    merit: Merit | None = None  # None: nothing favours it over other valid laws
     uses_onset: bool = False  # family 'law': depends on the closing rate at onset for the whole contact
     orders: tuple[Order, ...] = ()
     remembers: bool = False  # family 'friction': has internal state

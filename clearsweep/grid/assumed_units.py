@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ..language.quantity import WrittenUnit, is_bare, written_unit
+from . import labels
 from .document import WrittenValue
 from .fits import noted
 from .key_units import unit
@@ -58,9 +59,9 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
 
 
 def as_written(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fits and units that the user wrote; a grid read back from its `record` in SI has lost them."""
+    """Return the fits, labels and units that the user wrote; a grid read back from its `record` in SI has lost them."""
     units = {path: WrittenUnit(**known) for path, known in record.get("written_units", {}).items()}
-    return {"fits": noted(record), "written_units": units}
+    return {"fits": noted(record), "labels": labels.noted(record), "written_units": units}
 
 
 def _texts(written: WrittenValue) -> Iterator[Any]:

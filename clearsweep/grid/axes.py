@@ -46,7 +46,9 @@ def axis(
     ):
         ((kind, given),) = written.value.items()
         return _generated(problems, where, kind, given, reading)
-    spaced = f" or {{linspace: {FORMS['linspace']}}}, or geomspace or logspace in its place"
+    spaced = (
+        f", {{label: a, other label: b}}, or {{linspace: {FORMS['linspace']}}}, or geomspace or logspace in its place"
+    )
     problems.add(
         written, where, f"found {shown(written.value)}; expected a list such as [a, b]{spaced if reading.unit else ''}"
     )

@@ -15,7 +15,7 @@ from ..contracts.layout import Layout
 from ..contracts.outline import Outline
 from ..judging.verdict import Verdict, figures_of, limits_of
 from ..language.errors import InputError, shown
-from . import checks, identified, save_keys, variations
+from . import checks, identified, labels, law_check, save_keys, variations
 from .added_cases import ADDED
 from .added_cases import rows as added_rows
 from .assumed_units import WrittenUnit, assumed_units, written_units
@@ -93,8 +93,10 @@ def load(
         reader.optimise,
         reader.identify,
         written_units(reader),
+        labels.of_axes(reader),
+        law_check.paths(reader),
     )
-    searched = grid.seek or grid.refine or grid.optimise or grid.identify
+    searched = grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws
     most = MOST_IDENTITIES if searched or grid.may_repeat else MOST_CASES
     if grid.size > most:
         raise InputError(
@@ -162,6 +164,8 @@ class Grid:
     optimise: Optimise | None = None  # objectives and variables of an optimisation
     identify: Identify | None = None  # unknowns of a measured machine
     written_units: Mapping[str, WrittenUnit] = field(default_factory=dict)  # path -> the unit in which it is written
+    labels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path -> label of a value -> value, SI
+    checked_laws: tuple[str, ...] = ()  # paths of the laws that are checked in the deciding case
     _layout: Layout | None = None
 
     @cached_property
@@ -293,7 +297,8 @@ class Grid:
             swept = ways.get("sweep", {})
             ways["sweep"] = {path: values for path, values in swept.items() if path not in self.seek.paths}
         ways = {way: part for way, part in ways.items() if part}
-        extra_sections = {"figures": self.figures, "limits": self.limits, UNCERTAIN: dict(self.uncertain)}
+        extra_sections: dict[str, Any] = {"figures": self.figures, "limits": self.limits}
+        extra_sections |= {UNCERTAIN: dict(self.uncertain), law_check.CHECK: self.checked_laws and (further or True)}
         extra_sections |= {SEEK: self.seek.written() | further} if self.seek else {}
         extra_sections |= {OPTIMISE: self.optimise.written() | further} if self.optimise else {}
         extra_sections |= {IDENTIFY: self.identify.written() | further} if self.identify else {}
@@ -303,8 +308,7 @@ class Grid:
         pairs = tuple(f"{path}." for path in self._pairs)
         # a list has no gaps: any value fills one
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
-        searched = self.optimise or self.identify
-        own = searched.start.items() if searched else ()
+        own = searched.start.items() if (searched := self.optimise or self.identify) else ()
         fillers |= {path: value for path, value in own if not path.startswith(START)}
         fillers |= {START + name: self.defined.said(name) for name in self.defined.texts if name in self.defined.varied}
         base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}

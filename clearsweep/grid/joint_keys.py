@@ -43,9 +43,12 @@ def enter_friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
     enter_laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
 
 
-def enter_preload(tree: Shape, path: str, catalogue: Catalogue) -> None:
-    """Add the keys of a joint's preload, which also acts without contact."""
-    text = "constant force on the joint, such as a seal's; its friction acts as a couple, friction x bearing_radius"
+_COUPLE = "constant force on the joint, such as a seal's; its friction acts as a couple, friction x bearing_radius"
+ALONG = "constant force on the block, such as a seal's; its friction acts along the guide"
+
+
+def enter_preload(tree: Shape, path: str, catalogue: Catalogue, text: str = _COUPLE) -> None:
+    """Add the keys of the preload of a pin, or of a guide, which also acts without contact."""
     laws = frozenset(law.name for law in catalogue.of("friction") if not law.remembers)
     use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))
     tree[f"{path}.friction.{PRELOAD}"] = Number((use,))

@@ -13,6 +13,9 @@ from .fits import SPREADS
 from .identified import FEATURES, IDENTIFY
 from .key_trees import key_trees
 from .keys import ITEMS, Flag, Name, NameList, Number, Section, Shape, Table, Word
+from .labels import LONGEST, RESERVED
+from .law_check import CHECK
+from .law_check import TEXT as CHECK_TEXT
 from .naming import MATERIAL
 from .optimised import AMONG, SENSES, WHOLE
 from .refine import ALONG
@@ -21,6 +24,7 @@ from .seek import ENDS, FOR
 from .uncertain import FACTOR, LARGEST, PUBLISHED, TEXT, UNCERTAIN
 
 _ADDED = {"type": "object", "description": "cases added before, as run.json keeps them"}
+_CHECKED = {"type": "object", "additionalProperties": False, "properties": {ADDED: _ADDED}}
 _NAME = {"fit": {"type": "string", "description": "a clearance fit of ISO 286, such as H7/f7"}}
 _FIT: dict[str, Any] = {
     "type": "object",
@@ -80,6 +84,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             UNCERTAIN: _uncertain(),
             "seek": _seek(),
             "refine": _refine(),
+            CHECK: {"description": CHECK_TEXT, "anyOf": [{"type": "boolean"}, _CHECKED]},
             "optimise": _optimise(),
             IDENTIFY: _identify(),
         }
@@ -106,6 +111,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
                 "anyOf": [
                     {"type": "array", "minItems": 1},
                     _FITS,
+                    _labels(),
                     *(
                         {
                             "type": "object",
@@ -118,6 +124,17 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
                 ]
             },
         },
+    }
+
+
+def _labels() -> dict[str, Any]:
+    """Return the schema of an axis whose values have labels."""
+    return {
+        "type": "object",
+        "description": "label -> value",
+        "minProperties": 1,
+        "propertyNames": {"not": {"enum": list(RESERVED)}, "maxLength": LONGEST},
+        "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, _FIT]},
     }
 
 

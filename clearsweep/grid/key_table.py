@@ -5,6 +5,7 @@ from ..contracts.layout import settling
 from ..contracts.outline import ANY
 from . import life_keys
 from .joint_keys import (
+    ALONG,
     enter_contact,
     enter_friction,
     enter_laws,
@@ -77,10 +78,6 @@ _SLOT = (
     Field("length", "m", "length along the pin; wear needs it", optional=True),
 )
 _ON_FLAT = "hertz-line"  # the pressure law of wear in a slot; others assume a journal in a bearing
-_STICKING_GUIDE = (
-    "a guide with clearance touches at up to four corners, which would share one sticking force; take lugre or "
-    "elasto-plastic, which stick by their bristles, or a guide without clearance under a load with this friction"
-)
 _TIME_LIMIT = Field(
     "time_limit",
     "s",
@@ -315,11 +312,8 @@ def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> Non
     for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
         del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
-    enter_friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.sticks)))
-    refused = {law.name: _STICKING_GUIDE for law in catalogue.of("friction") if law.sticks}
-    friction = tree[f"{path}.friction.law"]
-    assert isinstance(friction, Word)
-    tree[f"{path}.friction.law"] = friction._replace(refused=refused)
+    enter_friction(tree, path, catalogue)
+    enter_preload(tree, path, catalogue, ALONG)
 
 
 def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
@@ -330,7 +324,7 @@ def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None
     for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
         del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
-    enter_friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.remembers)))
+    enter_friction(tree, path, catalogue)
     laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _ON_FLAT)
     _wear(tree, path, catalogue._replace(laws=laws))
     del tree[f"{path}.wear.evolve"]

@@ -30,7 +30,7 @@ def check(reader: Reader, catalogue: Catalogue) -> None:
             _flanges(reader, f"joints.{site.name}")
     for body in sorted(reader.outline.elastic):
         _elastic(reader, body)
-    _guides(reader, {law.name for law in catalogue.of("friction") if law.sticks})
+    _guides(reader)
 
 
 def _ends(reader: Reader, joint: JointOutline) -> tuple[str, str] | None:
@@ -111,7 +111,7 @@ def _rubbing(reader: Reader, path: str, joint: str, given: str) -> None:
         return
     if joint in reader.outline.clearances:
         rest = f"write the friction as joints.{joint}.friction"
-        if given and site.kind != "guide":
+        if given and site.kind in ("revolute", "guide"):
             rest += ": {law, coefficient, ...}, and give it `preload`"
         sentence = f"{joint} has clearance; {rest}"
         reader.problems.add(reader.place(f"{path}.on"), f"{path}.on", sentence)
@@ -181,7 +181,7 @@ def _flanges(reader: Reader, joint: str) -> None:
     reader.problems.add(reader.place(f"{joint}.journal_length"), f"{joint}.journal_length", sentence)
 
 
-def _guides(reader: Reader, sticking: set[str]) -> None:
+def _guides(reader: Reader) -> None:
     """Check that a body in an open guide can turn, and that the guide has no unsupported key."""
     for site in reader.mechanism.joints:
         path = f"joints.{site.name}"
@@ -195,12 +195,6 @@ def _guides(reader: Reader, sticking: set[str]) -> None:
         for other in worn if site.kind == "guide" else ():
             sentence = f"is not computed with clearance in {site.name}, a {site.kind}; leave it out"
             reader.problems.add(reader.place(other), other, sentence)
-        for other in (path for path in reader.names if path.endswith(".friction.law")):
-            for law in sorted(reader.names[other] & sticking):
-                sentence = (
-                    f"{law} sticks, which is not available with clearance in {site.name}, a {site.kind}; choose another"
-                )
-                reader.problems.add(reader.place(other), other, sentence)
         if "seated" in reader.reached("simulate.start"):
             sentence = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"
             reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)

@@ -37,6 +37,7 @@ class Reader:
     drawn: tuple[str, ...] = ()  # the paths under `sample`
     distributions: dict[str, Distribution] = field(default_factory=dict)
     fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> its fits as written
+    labels: dict[str, tuple[str, ...]] = field(default_factory=dict)  # path of an axis -> the labels of its values
     taken: dict[str, Taken] = field(default_factory=dict)  # path of a number -> the value taken from a library
     figures: dict[str, str] = field(default_factory=dict)  # figure of merit of the cases -> unit
     limits: dict[str, Any] = field(default_factory=dict)  # as in a resolved grid; see `verdict`
@@ -46,6 +47,7 @@ class Reader:
     optimise: Any = None  # `optimised.Optimise`
     identify: Any = None  # `identified.Identify`
     refine: Any = None  # `refine.Refine`
+    check_laws: bool = False  # the deciding case runs again under other laws
     added_in: str = ""  # the section that contains the added cases
     added_written: dict[str, WrittenValue] = field(default_factory=dict)  # their values, by path
     added_cases: dict[str, list[Any]] = field(default_factory=dict)  # the same, SI

@@ -68,7 +68,8 @@ def _preloads(joints: tuple[Joint, ...]) -> Iterator[Load]:
     """Yield the preloads of clearance joints, which also act without contact, as loads on bodies."""
     for joint in joints:
         if joint.friction and PRELOAD in joint.friction.values:
-            values = {"on": joint.name, "radius": joint.bearing_radius, PRELOAD: joint.friction.values[PRELOAD]}
+            radius = joint.bearing_radius or 1.0  # of a pin; the friction in a guide is a force
+            values = {"on": joint.name, "radius": radius, PRELOAD: joint.friction.values[PRELOAD]}
             yield Load(f"{PRELOAD} of {joint.name}", PRELOAD, values, friction=joint.friction)
 
 

@@ -11,6 +11,8 @@ from . import (
     fits,
     followers,
     identified,
+    labels,
+    law_check,
     life_keys,
     limit_keys,
     list_key,
@@ -32,9 +34,10 @@ from .keys import Flag, Name, NameList, Number, Section, Shape, Table, Word
 from .outlining import DRIVES, is_open, outline_of_document, wrong_names
 from .reader import Reader
 
+_SEARCHES = (seek.SEEK, refine.REFINE, optimised.OPTIMISE, identified.IDENTIFY)
 _OF_NO_CASE = [  # sections that belong to no law or mechanism
     *("name", defined.DEFINE, *limit_keys.SECTIONS, uncertain.UNCERTAIN),
-    *(seek.SEEK, refine.REFINE, optimised.OPTIMISE, identified.IDENTIFY, *variations.WAYS),
+    *(*_SEARCHES, law_check.CHECK, *variations.WAYS),
 ]
 Meaning = tuple[Field, list[str]]  # meaning of a quantity, and its possible units
 
@@ -56,11 +59,13 @@ def read_keys(
     _activate(reader, whole)
     variations.find(reader, root, whole, fixed)
     variations.find_optimised(reader, root, whole)
+    labels.put_lists(reader)
+    law_check.read(reader, root)
     fits.put_numbers(reader, lambda path: _ahead(reader, path))
     reader.taken = {each.path: each for each in taken if each.path not in reader.swept}
     wear_unit.put_units(reader)
     variations.find_sought(reader, root, whole, lambda path: _ahead(reader, path))
-    added_cases.find(reader, root, (seek.SEEK, refine.REFINE, optimised.OPTIMISE, identified.IDENTIFY))
+    added_cases.find(reader, root, (*_SEARCHES, law_check.CHECK))
     for path, node in reader.shape.items():
         if isinstance(node, Word):
             _word(reader, path, node)
@@ -235,6 +240,7 @@ def _word(reader: Reader, path: str, node: Word) -> None:
     elif not node.idle and not node.used(reader.names) and _meant(reader, path, node):
         reader.problems.add(reader.place(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
     reader.names[path] = frozenset(values or node.options)
+    law_check.put_axis(reader, path)
 
 
 def _table(reader: Reader, path: str, node: Table) -> None:
@@ -249,8 +255,7 @@ def _table(reader: Reader, path: str, node: Table) -> None:
         sentence = f"is missing; write the name of a .csv file next to the grid ({node.columns.text})"
         reader.problems.add(reader.place(path), path, sentence)
         return
-    values = table_key.read(reader.problems, path, reader.written[path], node.columns)
-    if values is not None:
+    if (values := table_key.read(reader.problems, path, reader.written[path], node.columns)) is not None:
         reader.values[path] = values
 
 
@@ -370,11 +375,8 @@ def _from_material(reader: Reader, path: str, missing: Field) -> bool:
     if missing.unit != "N/m^exponent" or missing.name != "stiffness" or f"{section}.material" not in reader.shape:
         return False
     if any(not math.isclose(exponent, 1.5) for exponent in exponent_values(reader, path)):
-        reader.problems.add(
-            reader.place(path),
-            path,
-            "is missing; the material gives the stiffness only where exponent is 1.5: write it",
-        )
+        sentence = "is missing; the material gives the stiffness only where exponent is 1.5: write it"
+        reader.problems.add(reader.place(path), path, sentence)
     return True
 
 
@@ -383,14 +385,10 @@ def _doubtful(reader: Reader, node: Word | Number | Table) -> bool:
     return any(path in reader.unsure for path in node.choosers())
 
 
-def _switched(reader: Reader, node: Word | Number | Table) -> bool:
-    """Return whether this key depends on a swept law name, so that it may be left from another sweep."""
-    return any(path in reader.swept for path in node.choosers())
-
-
 def _meant(reader: Reader, path: str, node: Word | Number | Table) -> bool:
-    """Return whether an unused key was written as if it were used."""
-    there = path in reader.swept or (path in reader.written and not _switched(reader, node))
+    """Return whether an unused key was written as if it were used; it may belong to another law that is swept."""
+    switched = any(chooser in reader.swept for chooser in node.choosers())
+    there = path in reader.swept or (path in reader.written and not switched)
     return there and not _doubtful(reader, node)
 
 

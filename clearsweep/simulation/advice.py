@@ -2,18 +2,15 @@
 
 import math
 import textwrap
-from collections.abc import Iterable, Iterator
-from os import PathLike
+from collections.abc import Iterator
 from typing import NamedTuple
-
-import numpy as np
 
 from .. import grid
 from ..contracts.case import Case, Joint
-from ..contracts.catalogue import Law
+from ..contracts.catalogue import Law, Merit
 from ..grid import library
 from ..language import wording
-from ..language.errors import InputError, likely, nearest
+from ..language.errors import InputError, likely
 from ..mechanics import describe
 from ..mechanics.describe import WIDTH
 from ..mechanics.joint import registry
@@ -32,10 +29,7 @@ KEYS = {
 }
 NOTHING = "nothing speaks against it"
 NEAR = 0.05  # relative error of the restitution that a suitable law reproduces
-MOST_CASES = 25  # cases of a grid that are examined
-_CAVEAT = (
-    "The load is the largest reaction without clearance; impacts are harder. clearsweep list NAME says what a law is."
-)
+WRITTEN = Merit(0, "its stiffness is written in the grid")
 
 
 class Verdict(NamedTuple):
@@ -45,6 +39,7 @@ class Verdict(NamedTuple):
     law: str
     word: str  # HOLDS, DOUBTFUL or OUT
     reason: str
+    merit: Merit | None = None  # what speaks for it
 
 
 class Advice(NamedTuple):
@@ -58,7 +53,7 @@ class Advice(NamedTuple):
 def advice(case: Case) -> list[Advice]:
     """Return, for each joint of a case, the laws that suit it."""
     peaks = ideal_peaks(case)
-    return [_of_joint(joint, peaks.get(joint.name)) for joint in case.joints]
+    return [of_joint(joint, peaks.get(joint.name)) for joint in case.joints]
 
 
 def laws_text(name: str | None = None) -> str:
@@ -83,49 +78,8 @@ def laws_text(name: str | None = None) -> str:
     )
 
 
-def advice_text(source: str | PathLike, name: str | None = None) -> str:
-    """Return which laws suit the joints of a grid, or the verdict on the law `name` there.
-
-    Of many cases some are examined, and the worst verdict on a law counts.  Raises InputError.
-    """
-    cases = grid.load(source, catalogue())
-    places = np.unique(np.linspace(0, len(cases) - 1, MOST_CASES).round().astype(int)).tolist()
-    looked = [advice(cases.case(place)) for place in places]
-    blocks = []
-    for joint in zip(*looked, strict=True):
-        settings = dict.fromkeys((joint[0].setting, joint[-1].setting))
-        lines = [f"{joint[0].joint}: {' ... '.join(settings)}"]
-        worst = [_worst(verdicts) for verdicts in _by_law(joint).values()]
-        chosen = [verdict for verdict in worst if name in (None, verdict.law)]
-        if not chosen:
-            known = dict.fromkeys(verdict.law for verdict in worst)
-            raise InputError(f"list: nothing is known of '{name}' there{nearest(name or '', known)}")
-        chosen.sort(key=lambda verdict: (list(KEYS).index(verdict.family), WORDS.index(verdict.word)))
-        wide = max(len(verdict.law) for verdict in chosen)
-        for family in dict.fromkeys(verdict.family for verdict in chosen):
-            lines += ["", KEYS[family]]
-            lines += [f"  {x.law:{wide}}  {x.word:8}  {x.reason}" for x in chosen if x.family == family]
-        blocks.append("\n".join(lines))
-    return "\n\n".join([*blocks, _CAVEAT])
-
-
-def _by_law(advices: Iterable[Advice]) -> dict[tuple[str, str], list[Verdict]]:
-    """Return the verdicts on each law in some cases."""
-    verdicts: dict[tuple[str, str], list[Verdict]] = {}
-    for verdict in (verdict for each in advices for verdict in each.verdicts):
-        verdicts.setdefault((verdict.family, verdict.law), []).append(verdict)
-    return verdicts
-
-
-def _worst(verdicts: list[Verdict]) -> Verdict:
-    """Return the worst verdict on a law, and in how many cases it applies."""
-    worst = max(verdicts, key=lambda verdict: WORDS.index(verdict.word))
-    count = sum(verdict.word == worst.word for verdict in verdicts)
-    share = f" ({count} of {len(verdicts)} cases)" if count < len(verdicts) else ""
-    return worst._replace(reason=f"{worst.reason}{share}")
-
-
-def _of_joint(joint: Joint, load: float | None) -> Advice:
+def of_joint(joint: Joint, load: float | None) -> Advice:
+    """Return which laws suit a joint under a load (N), None where that is not known."""
     dry = (*_elastic(joint, load), *_roughness(joint, load), *_losses(joint)) if joint.is_dry else ()
     verdicts = (*dry, *_films(joint, load), *_pressures(joint, load))
     return Advice(joint.name, _setting(joint, load), verdicts)
@@ -178,9 +132,9 @@ def _elastic(joint: Joint, load: float | None) -> Iterator[Verdict]:
         doubts = [] if measured else _doubts(laws[name], joint, load)
         reason, too_deep = _depth(chosen, load)
         reason = reason or ("its stiffness is written" if measured else NOTHING)
-        yield Verdict(
-            "elastic", name, DOUBTFUL if doubts or too_deep else HOLDS, "; ".join(too_deep + doubts) or reason
-        )
+        word = DOUBTFUL if doubts or too_deep else HOLDS
+        merit = WRITTEN if measured else laws[name].merit
+        yield Verdict("elastic", name, word, "; ".join(too_deep + doubts) or reason, merit)
 
 
 def _depth(joint: Joint, load: float | None) -> tuple[str, list[str]]:
@@ -221,7 +175,9 @@ def _losses(joint: Joint) -> Iterator[Verdict]:
     for law in (law for law in registry.described() if law.family == "law"):
         returned = registry.RECIPES["law", law.name].returned
         field = next((field for field in law.fields if field.name == "restitution"), None)
-        if "hertz" in law.needs and joint.contact.elastic != "power":
+        if lacking := _lacking(law, joint):
+            yield Verdict("law", law.name, OUT, f"needs {' and '.join(lacking)}")
+        elif "hertz" in law.needs and joint.contact.elastic != "power":
             yield Verdict("law", law.name, OUT, "needs elastic: power with the exponent 1.5")
         elif returned is None:
             yield Verdict("law", law.name, DOUBTFUL, "what an impact gives back follows from its keys, mass and speed")
@@ -232,7 +188,15 @@ def _losses(joint: Joint) -> Iterator[Verdict]:
         else:
             given = float(returned(wanted))
             word = HOLDS if abs(given - wanted) <= NEAR * wanted else DOUBTFUL
-            yield Verdict("law", law.name, word, f"gives back {given:.3g} where {wanted:.3g} is asked for")
+            reason = f"gives back {given:.3g} where {wanted:.3g} is asked for"
+            yield Verdict("law", law.name, word, reason, law.merit)
+
+
+def _lacking(law: Law, joint: Joint) -> list[str]:
+    """Return the keys of a law of the normal force that a joint has not, besides the restitution."""
+    there = {"restitution", *joint.contact.values, *(("stiffness",) if joint.contact.material else ())}
+    needed = (field for field in law.fields if field.default is None and not field.optional)
+    return [field.name for field in needed if field.name not in there]
 
 
 def _pressures(joint: Joint, load: float | None) -> Iterator[Verdict]:

@@ -86,7 +86,7 @@ class Cut:
 
         Cases that a run adds follow from those before, so that a grid that is searched is not cut.
         """
-        if len(grid) <= BLOCK or grid.seek or grid.refine or grid.optimise or grid.identify:
+        if len(grid) <= BLOCK or grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws:
             return None
         digest = hashlib.sha256(repr((BLOCK, shard, ResultSchema.of(grid))).encode())
         for path, values in grid.axes.items():

@@ -47,6 +47,7 @@ class Estimate(NamedTuple):
     assumed: dict[str, dict[str, Any]]  # path written without a unit -> {"unit", "values"}: first and last value, SI
     defined: dict[str, dict[str, Any]]  # name under `define` -> value, unit, and expression or ''
     case: dict[str, Any]  # first case: identity, values by dotted path, units
+    recommended: list[str]  # a sentence on each law that is recommended for a joint of the first case
 
 
 def estimate(
@@ -113,6 +114,7 @@ def estimate(
             for name, text in grid.defined.texts.items()
         },
         _first(grid, units | {path: grid.unit(path) for path in grid.axes}),
+        simulator.recommended(grid.case(0)),
     )
 
 

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from .. import grid as grids
 from ..contracts.layout import Layout
 from ..judging import order, validity, verdict
 from ..store import StoredRun
+from .law_checks import LawChecks
 from .lives import Lives
 from .pace import Pace
 from .worst_cases import WorstCases
@@ -24,14 +26,16 @@ class RunFacts:
     def __init__(self, record: Mapping[str, Any], layout: Layout):
         """Prepare from run.json and the layout."""
         joints = [joint.name for joint in layout.joints]
-        self.swept = list(record["units"])
+        checked = grids.base_laws(record)
+        self.swept = [path for path in record["units"] if path not in checked]
         self.failures: list[dict[str, Any]] = []
         self.statuses: Counter[str] = Counter()
         self.remarks, self.limits = validity.Remarks(joints), _LimitCounts(record)
         self.lives, self.pace = Lives(layout), Pace(record, layout)
         self.lead = order.lead_of(layout, self.limits.verdict.limits, record)
         self.worst = WorstCases(self.lead, joints, self.limits.verdict.limits)
-        columns = ["status", *self.swept, *self.worst.columns]
+        self.laws = LawChecks(checked, self.lead)
+        columns = ["status", *self.swept, *checked, *self.worst.columns]
         columns += validity.columns(joints, {column.name for column in layout.columns})
         self.columns = list(dict.fromkeys([*columns, *self.limits.columns, *self.lives.columns, *self.pace.columns]))
 
@@ -44,7 +48,9 @@ class RunFacts:
 
     def add(self, block: dict[str, np.ndarray]) -> None:
         """Add some cases, with at least the columns `columns`."""
-        good = block["status"] == "ok"
+        good, own = block["status"] == "ok", self.laws.of_grid(block)
+        if not own.all():
+            self.laws.add({name: values[good & ~own] for name, values in block.items()})
         for place in np.flatnonzero(~good).tolist():
             status = block["status"][place]
             self.statuses[status] += 1
@@ -53,7 +59,7 @@ class RunFacts:
                 self.failures.append(known | {"status": status, "message": block["message"][place]})
         if good.any():
             self.statuses["ok"] += int(np.count_nonzero(good))
-            finished = {name: values[good] for name, values in block.items()}
+            finished = {name: values[good & own] for name, values in block.items()}
             self.remarks.add(finished)
             self.limits.add(finished, self.swept)
             known_at = functools.partial(_known, finished, swept=self.swept)

@@ -6,6 +6,7 @@ from typing import Any
 from ..judging import order
 from ..language import wording
 from . import identified
+from .law_checks import law_lines
 from .lives import life_lines
 from .pace import pace_lines
 from .run_facts import RunFacts
@@ -45,10 +46,12 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "identified": result.identified and identified.of_run(result.identified),
         "refined": result.refined and result.refined._asdict(),
         "fits": run.grid.get("fits", {}),
+        "labels": run.grid.get("labels", {}),
         "question": lead.question,
         "ranked": {"title": lead.title, "headings": list(lead.headings), "units": limits.units},
         "no_limits": order.no_limits(run.layout) if lead.question in ("film", "force") else "",
         "worst": seen.worst.entries,
+        "law_check": seen.laws.facts(next(iter(seen.worst.entries), None)),
         "failures": seen.failures,
         "files": {name: str(result.directory / name) for name in run.files},
     }
@@ -114,6 +117,7 @@ def run_text(facts: dict[str, Any]) -> str:
     lines += identified.identify_lines(facts)
     lines += _limit_lines(facts)
     lines += refine_lines(facts)
+    lines += law_lines(facts["law_check"], facts["ranked"]["units"])
     lines += ["", facts["no_limits"]] if facts["no_limits"] and facts["ok"] else []
     lines += [
         "",
@@ -141,6 +145,7 @@ def estimate_text(facts: dict[str, Any]) -> str:
         *_assumed_lines(facts["assumed"]),
         *_defined_lines(facts["defined"]),
         *_case_lines(facts["case"]),
+        *facts["recommended"],
     ]
     if facts["seconds"] is None:
         lines.append("time: unknown; the start of the first case does not show it")

@@ -39,8 +39,15 @@ def setting_text(swept: dict[str, Any], facts: dict[str, Any]) -> str:
 
 
 def value_text(path: str, value: Any, facts: dict[str, Any]) -> str:
-    """Return a swept value with its unit, and its fit if it is the mean of one."""
+    """Return a swept value with its unit, and its fit if it is the mean of one; its label comes first."""
     if value is None or isinstance(value, str):
         return value or "-"
+    label = next((name for name, known in facts.get("labels", {}).get(path, {}).items() if known == value), "")
+    number = _number_text(path, value, facts)
+    return f"{label} ({number})" if label else number
+
+
+def _number_text(path: str, value: float, facts: dict[str, Any]) -> str:
+    """Return a swept number with its unit, and the fit that it is the mean of."""
     fit = next((f" ({fit['name']})" for fit in facts["fits"].get(path, ()) if fit["mean"] == value), "")
     return given_text(path, value, facts["units"].get(path, "1"), facts["written_units"]) + fit

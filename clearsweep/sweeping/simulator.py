@@ -10,6 +10,10 @@ from ..contracts.results import Peak, Trajectory
 from .worker import Simulator
 
 
+def _recommended(case: Case) -> list[str]:
+    return [each.sentence() for each in simulation.recommendations(case)]
+
+
 class _Functions(NamedTuple):
     catalogue: Callable[[], Catalogue] = simulation.catalogue
     load: Callable[[], None] = simulation.load
@@ -21,6 +25,8 @@ class _Functions(NamedTuple):
     solve_each: Callable[[Iterable[Case]], Iterator[tuple[int, Trajectory | Exception]]] | None = simulation.solve_each
     derived: Callable[[Case], dict[str, tuple[float, str]]] = simulation.derived
     warnings: Callable[[Case], list[str]] = simulation.warnings
+    recommended: Callable[[Case], list[str]] = _recommended
+    alternatives: Callable[[Case], dict[str, list[str]]] = simulation.alternatives
 
 
 SIMULATION: Simulator = _Functions()

@@ -17,6 +17,7 @@ from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
 from . import adaptive, blockwise, executors, identified, nearest, nodes, progress, resources, signals
 from .identifying import Identified, Identifying
+from .law_checks import LawCheck
 from .optimising import Optimised, Optimising
 from .refining import Refined, Refining
 from .seeking import Answer, Seeking
@@ -141,17 +142,8 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         grid = load(source, simulator)
     grids.check_memory(grids.recorded_history(grid))
     shard = None if options.shard is None else Shard.read(options.shard)
-    if shard and grid.seek:
-        raise InputError("shard: the probes of `seek` follow from one another; divide the values of the other axes")
-    if shard and grid.optimise:
-        raise InputError("shard: the cases of `optimise` follow from one another; run it without shards")
-    if shard and grid.identify:
-        raise InputError("shard: the cases of `identify` follow from one another; run it without shards")
-    if shard and grid.refine:
-        raise InputError(
-            "shard: the cases that `refine` adds follow from all others; run the shards of the grid without it, merge "
-            "them, and run the grid with it where they were merged to"
-        )
+    if shard:
+        _refuse_shard(grid)
     if cut := store.Cut.of(grid, str(shard or "")):
         return _run_cut(grid, out, options, simulator, (cut, shard, begin))
     if options.executor == executors.NODES:
@@ -164,7 +156,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         wanted = shard.ids(ids) if shard else each_once(ids)
         derived, warnings = facts(grid, simulator)
     known: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
-    search = _search(grid)
+    search = _search(grid, simulator)
     begun = {"counts": {"cases": len(wanted)}, **known}
     with signals.catching(), directory_of(grid, out, shard).open_for(grid, **begun) as directory:
         start = store.now()
@@ -211,6 +203,23 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
     )
 
 
+def _refuse_shard(grid: grids.Grid) -> None:
+    """Raise InputError for a grid whose cases follow from one another, so that no part of it can run alone."""
+    if grid.seek:
+        raise InputError("shard: the probes of `seek` follow from one another; divide the values of the other axes")
+    if grid.optimise:
+        raise InputError("shard: the cases of `optimise` follow from one another; run it without shards")
+    if grid.identify:
+        raise InputError("shard: the cases of `identify` follow from one another; run it without shards")
+    if grid.refine:
+        raise InputError(
+            "shard: the cases that `refine` adds follow from all others; run the shards of the grid without it, merge "
+            "them, and run the grid with it where they were merged to"
+        )
+    if grid.checked_laws:
+        raise InputError("shard: check_laws follows from the worst of all cases; run the shards of the grid without it")
+
+
 def _run_cut(
     grid: grids.Grid,
     out: str | Path | None,
@@ -250,7 +259,7 @@ def _run_cut(
     )
 
 
-def _search(grid: grids.Grid) -> Seeking | Refining | Optimising | Identifying | None:
+def _search(grid: grids.Grid, simulator: Simulator) -> Seeking | Refining | Optimising | Identifying | LawCheck | None:
     """Return the search that adds cases to a grid, or None."""
     if grid.seek:
         return Seeking(grid)
@@ -258,6 +267,8 @@ def _search(grid: grids.Grid) -> Seeking | Refining | Optimising | Identifying |
         return Refining(grid)
     if grid.identify:
         return Identifying(grid)
+    if grid.checked_laws:
+        return LawCheck(grid, simulator)
     return Optimising(grid) if grid.optimise else None
 
 

@@ -76,6 +76,12 @@ class Simulator(Protocol):
     def warnings(self, case: Case, /) -> list[str]:
         """Return sentences about suspicious values."""
 
+    def recommended(self, case: Case, /) -> list[str]:
+        """Return a sentence on each law that is recommended for a joint of a case."""
+
+    def alternatives(self, case: Case, /) -> dict[str, list[str]]:
+        """Return path of a law's name -> the other laws that hold in its joint."""
+
 
 class Task(NamedTuple):
     """A case for a worker, which generates its values itself to relieve the parent."""

@@ -14,6 +14,7 @@ from .. import grid as grids
 from .. import store
 from ..contracts.case import Case
 from ..contracts.results import Peak
+from ..judging import order
 from ..language import phases
 from ..language.errors import InputError, brief
 from . import executors, progress, signals
@@ -116,6 +117,7 @@ class WorkerPool:
             return None
         rows = self.directory.rows()
         names = grid.optimise.columns([each.name for each in grid.layout.columns]) if grid.optimise else []
+        names = [*order.lead_of(grid.layout, grid.verdict.limits).columns] if grid.checked_laws else names
         places = np.searchsorted(rows["id"], ids[first:])
         new_results = store.read_results(self.directory, store.ResultSchema.of(grid), rows[places], names)
         if grid.identify is None:

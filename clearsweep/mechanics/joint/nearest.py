@@ -213,7 +213,7 @@ def with_angles(joint, gap, angles):
 
 
 @with_angles.member(None)
-def _as_it_is(joint, gap, angles):
+def _default_with_angles(joint, gap, angles):
     return gap
 
 

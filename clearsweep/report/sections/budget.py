@@ -8,11 +8,12 @@ import numpy as np
 import pandas as pd
 
 from ...language import wording
+from ..axis import Axis
 from ..draw import budget
 from ..leading import PEAK
 from ..picture import Picture
 from ..section import Gallery, Section, Sentences, filled
-from ..study import Axis, Study
+from ..study import Study
 from ..table import Column, Quantity, Table
 
 LEAST = 3  # unknowns of a budget

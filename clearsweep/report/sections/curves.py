@@ -7,13 +7,14 @@ import numpy as np
 
 from ...judging.verdict import Limit
 from ...language import wording
+from ..axis import Axis
 from ..draw import comparison
 from ..draw.comparison import Family
 from ..main_effects import MainEffect, main_effects
 from ..picture import Picture, capital
 from ..section import Gallery, Section, filled
 from ..shown import in_words
-from ..study import CALLED, Axis, Study, grouped, largest, median, over_other_axes, smallest
+from ..study import CALLED, Study, grouped, largest, median, over_other_axes, smallest
 from . import maps
 
 MOST = 7  # curves side by side that can be distinguished

@@ -8,9 +8,10 @@ from ... import simulation
 from ...contracts.case import Case
 from ...language import wording
 from ...language.errors import InputError
+from ..axis import Axis
 from ..leading import PEAK
 from ..section import Section, Sentences, filled
-from ..study import Axis, Joint, Study, joint_of, resolved
+from ..study import Joint, Study, joint_of, resolved
 from ..table import Column, Table
 
 STEP = 1e-3  # of a penetration, for the slope of the elastic force

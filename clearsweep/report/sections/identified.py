@@ -7,10 +7,11 @@ import pandas as pd
 
 from ...judging import machine
 from ...language import wording
+from ..axis import Axis
 from ..draw import posterior
 from ..picture import Picture
 from ..section import Block, Gallery, Section, Sentences, filled
-from ..study import Axis, Study
+from ..study import Study
 from ..table import Column, Quantity, Table
 
 PAIRS = 6  # of keys that are drawn

@@ -12,11 +12,12 @@ import numpy as np
 
 from ...judging.verdict import MARGIN
 from ...language import wording
+from ..axis import Axis
 from ..draw import comparison
 from ..main_effects import main_effects
 from ..picture import Picture, Spot, capital
 from ..section import Gallery, Section, filled
-from ..study import CALLED, RATIO, Axis, Joint, Study, cells, largest, median, over_other_axes, smallest
+from ..study import CALLED, RATIO, Joint, Study, cells, largest, median, over_other_axes, smallest
 from .drivers import ideal_varies, line
 
 SPOTS = 150  # cells of a map that say what they hold, at most: larger maps are pixels

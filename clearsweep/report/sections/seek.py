@@ -5,12 +5,13 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from ...language import wording
+from ..axis import Axis
 from ..case_table import axis_columns
 from ..dotted import all_sought, seek_text
 from ..draw import seek as draw
 from ..picture import Picture, capital
 from ..section import Block, Gallery, Section, Sentences, filled
-from ..study import Axis, Study
+from ..study import Study
 from ..table import Column, Quantity, Table, counted
 
 PICTURED = 2  # answers at least that are drawn over the other axis

@@ -7,12 +7,13 @@ import numpy as np
 
 from ...language import wording
 from .. import worn
+from ..axis import Axis
 from ..matching import matched
 from ..paired import power
 from ..picture import capital
 from ..section import Points, Section
 from ..sensitivity import Estimate, quantile
-from ..study import PER_STROKES, Axis, Joint, Study
+from ..study import PER_STROKES, Joint, Study
 from ..table import Column, Table, counted
 
 UNEVEN = 1.5  # deepest over mean depth round a body from which on its wear is called uneven

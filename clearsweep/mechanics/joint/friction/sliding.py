@@ -22,7 +22,7 @@ class Tanh(NamedTuple):
 
 
 @friction_force.member(Tanh)
-def _tanh(friction, normal, slip):
+def _friction_force_tanh(friction, normal, slip):
     return -friction.coefficient * normal * math.tanh(slip / friction.velocity_scale)
 
 
@@ -64,6 +64,7 @@ class Ambrosio(NamedTuple):
     v1: float  # m/s
 
 
+<<<<<<< HEAD
 def _dead_band_and_ramps(friction):
     return -friction.v1, -friction.v0, friction.v0, friction.v1
 
@@ -74,6 +75,12 @@ def _ambrosio(friction, piece, normal, slip):
     ramp = (slip - inner) / (friction.v1 - friction.v0)
     share = where(piece == 2.0, 0.0, where(piece == 0.0, -1.0, where(piece == 4.0, 1.0, ramp)))
     return -friction.coefficient * normal * share
+=======
+@friction_force.member(Ambrosio)
+def _friction_force_ambrosio(friction, normal, slip):
+    share = min(max((abs(slip) - friction.v0) / (friction.v1 - friction.v0), 0.0), 1.0)
+    return -friction.coefficient * normal * math.copysign(share, slip)
+>>>>>>> main
 
 
 register(
@@ -104,6 +111,7 @@ class Threlfall(NamedTuple):
     divisor: float  # 1
 
 
+<<<<<<< HEAD
 def _rest_and_scale(friction):
     return -friction.velocity_scale, 0.0, friction.velocity_scale
 
@@ -114,6 +122,13 @@ def _threlfall(friction, piece, normal, slip):
     x = sign * slip / friction.velocity_scale
     share = where(rises, -math.expm1(-3.0 * x), 0.95) / friction.divisor
     return -friction.coefficient * normal * (sign * share)
+=======
+@friction_force.member(Threlfall)
+def _friction_force_threlfall(friction, normal, slip):
+    x = abs(slip) / friction.velocity_scale
+    share = (-math.expm1(-3.0 * x) if x <= 1.0 else 0.95) / friction.divisor
+    return -friction.coefficient * normal * math.copysign(share, slip)
+>>>>>>> main
 
 
 register(
@@ -155,6 +170,7 @@ class BengisuAkay(NamedTuple):
     decay: float  # s/m
 
 
+<<<<<<< HEAD
 @piecewise(BengisuAkay, _rest_and_scale)
 def _bengisu_akay(friction, piece, normal, slip):
     sign, rises = where(piece < 2.0, -1.0, 1.0), (piece == 1.0) | (piece == 2.0)
@@ -163,6 +179,17 @@ def _bengisu_akay(friction, piece, normal, slip):
     fall = math.exp(-friction.decay * beyond)
     falling = friction.coefficient + (friction.static_coefficient - friction.coefficient) * fall
     return -normal * (sign * where(rises, parabola, falling))
+=======
+@friction_force.member(BengisuAkay)
+def _friction_force_bengisu_akay(friction, normal, slip):
+    beyond = abs(slip) - friction.velocity_scale
+    if beyond < 0.0:
+        share = friction.static_coefficient * (1.0 - (beyond / friction.velocity_scale) ** 2)
+    else:
+        fall = math.exp(-friction.decay * beyond)
+        share = friction.coefficient + (friction.static_coefficient - friction.coefficient) * fall
+    return -normal * math.copysign(share, slip)
+>>>>>>> main
 
 
 register(
@@ -196,7 +223,7 @@ class BrownMcPhee(NamedTuple):
 
 
 @friction_force.member(BrownMcPhee)
-def _brown_mcphee(friction, normal, slip):
+def _friction_force_brown_mcphee(friction, normal, slip):
     x = slip / friction.stribeck_velocity
     width = 0.25 * x * x + 0.75
     share = friction.coefficient * math.tanh(4.0 * x)
@@ -254,7 +281,7 @@ def _unless_even(friction):
 
 
 @friction_force.member(Stribeck)
-def _stribeck(friction, normal, slip):
+def _friction_force_stribeck(friction, normal, slip):
     share = stribeck_coefficient(friction, slip)
     return -normal * (share * math.tanh(slip / friction.velocity_scale) + friction.viscous * slip)
 

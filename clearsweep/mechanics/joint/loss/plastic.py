@@ -126,8 +126,14 @@ along.member(YieldingSphere)(over_depth)
 
 
 @guards.member(YieldingSphere)
+<<<<<<< HEAD
 def _and_yields(law):
     return (*_turns_back_and_comes_again(law), Guard(TOUCHING))
+=======
+@guards.member(Plastic)
+def _guards_yielding_sphere_or_plastic(law):
+    return Guard(TOUCHING), Guard(TOUCHING, of_state=True)
+>>>>>>> main
 
 
 @guard_values.member(YieldingSphere)
@@ -144,7 +150,7 @@ def _turns_back_and_comes_again(law):
 
 
 @guard_values.member(Plastic)
-def _parts_and_is_deepest(law, start, contact, root):
+def _guard_values_yielding_sphere_or_plastic(law, start, contact, root):
     if law.deepest == 0.0:
         return -contact.rate, NEVER
     return NEVER, root - BEYOND * math.sqrt(law.deepest)
@@ -152,7 +158,7 @@ def _parts_and_is_deepest(law, start, contact, root):
 
 @latched.member(YieldingSphere)
 @latched.member(Plastic)
-def _deepest(law, event, contact, root):
+def _latched_yielding_sphere_or_plastic(law, event, contact, root):
     if event == UNLOADING:
         return (max(root * root, SHALLOW),)
     return (0.0,)
