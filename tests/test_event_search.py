@@ -1,5 +1,6 @@
 """The search for events within a step, along given paths: it finds what rises and falls between its stages."""
 
+import itertools
 import math
 from types import SimpleNamespace
 
@@ -16,7 +17,7 @@ MIDDLES = (0.01, 0.07, 0.31, 0.5, 0.53, 0.94, 0.999)
 
 @pytest.fixture
 def onset(monkeypatch):
-    """Return a function: depth over the share of the step, its slope -> the share at which the search finds the onset."""
+    """Return a function: depth over the share of the step, its slope -> where the search finds the onset."""
 
     def found(depth, slope, clearance=1.0):
         o = np.zeros((columns(1), PLACES))
@@ -128,7 +129,7 @@ def test_a_polynomial_through_the_stages_is_that_polynomial_and_lies_within_its_
 @pytest.mark.parametrize("dip", [1e-3, 1e-5, 1e-7])
 def test_a_dip_that_all_stages_miss_is_found(dip):
     """A polynomial that is below zero at every stage, and for `dip` of the step above it between two of them."""
-    for left, right in zip(SHARES[:-1], SHARES[1:], strict=True):
+    for left, right in itertools.pairwise(SHARES):
         middle = 0.5 * (left + right)
         path = np.poly1d([middle - 0.5 * dip, middle + 0.5 * dip], r=True) * np.poly1d([-1.0, -0.5, -3.0])
         path = path * -1.0 if path(middle) < 0.0 else path

@@ -64,13 +64,8 @@ class Clip(NamedTuple):
 
 
 @guards.member(Clip)
-<<<<<<< HEAD
-def _clip_guards(clip):
-    pulls = Guard((PRESSED, STUCK), CLIPPED, counted=True, observable=RAW, sign=-1.0)
-=======
 def _guards_clip(clip):
-    pulls = Guard((PRESSED, STUCK), CLIPPED, at_stages=True, counted=True, observable=RAW, sign=-1.0)
->>>>>>> main
+    pulls = Guard((PRESSED, STUCK), CLIPPED, counted=True, observable=RAW, sign=-1.0)
     return pulls, Guard((CLIPPED,), PRESSED, observable=RAW)
 
 

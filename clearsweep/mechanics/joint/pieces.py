@@ -67,18 +67,18 @@ def along(law, contact, root):
     """
 
 
-def _both_ways(law):
+def _guards_of_pieces(law):
     return Guard(TOUCHING), Guard(TOUCHING), Guard(TOUCHING, at_start=True)
 
 
-def _to_its_ends(law, start, contact, root):
+def _guard_values_of_pieces(law, start, contact, root):
     if law.piece < 0.0:
         return NEVER, NEVER, 1.0
     beyond, before = _distances(kinks(law), law.piece, along(law, contact, root))
     return beyond, before, NEVER
 
 
-def _piece_after(law, event, contact, root):
+def _latched_piece(law, event, contact, root):
     if event in (ENTERED, LEFT):
         return (UNKNOWN,)
     if event == BEGUN:
@@ -92,9 +92,9 @@ def in_pieces(form, variable):
     The last field of the type is its `piece`, UNKNOWN at first.
     """
     along.member(form)(variable)
-    guards.member(form)(_both_ways)
-    guard_values.member(form)(_to_its_ends)
-    latched.member(form)(_piece_after)
+    guards.member(form)(_guards_of_pieces)
+    guard_values.member(form)(_guard_values_of_pieces)
+    latched.member(form)(_latched_piece)
 
 
 # ---------------------------------------------------------------------------------------------- without a piece
@@ -105,7 +105,7 @@ def _near(place):
     return max(NEAR * abs(place), NEAREST)
 
 
-def _up_and_down(law):
+def _guards_of_kinks(law):
     return Guard(TOUCHING), Guard(TOUCHING)
 
 
@@ -119,7 +119,7 @@ def from_next_kinks(places, was, now):
     return now - above, below - now
 
 
-def _from_next_kinks(law, start, contact, root):
+def _guard_values_of_kinks(law, start, contact, root):
     return from_next_kinks(kinks(law), along(law, start, root), along(law, contact, root))
 
 
@@ -129,8 +129,8 @@ def with_kinks(form, variable):
     For laws that keep another state, or whose formula knows by itself what applies.
     """
     along.member(form)(variable)
-    guards.member(form)(_up_and_down)
-    guard_values.member(form)(_from_next_kinks)
+    guards.member(form)(_guards_of_kinks)
+    guard_values.member(form)(_guard_values_of_kinks)
 
 
 def over_slip(law, contact, root):

@@ -205,13 +205,9 @@ def _bend_rate_elasto_plastic(friction, slip):
 
 friction_force.member(ElastoPlastic)(_friction_force_lugre)
 internal_state.member(ElastoPlastic)(_bend_of_sliding)
-<<<<<<< HEAD
 kinks.member(ElastoPlastic)(at_rest)
 with_kinks(ElastoPlastic, over_slip)
-internal_rates.member(ElastoPlastic)(_bends)
-=======
 internal_rates.member(ElastoPlastic)(_internal_rates_lugre)
->>>>>>> main
 
 
 register(

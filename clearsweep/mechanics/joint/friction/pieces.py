@@ -20,13 +20,13 @@ def force_in_piece(law, piece, normal, slip):
 
 
 @friction_force.member(InPieces)
-def _of_its_piece(friction, normal, slip):
+def _friction_force_in_pieces(friction, normal, slip):
     law = friction.law
     return force_in_piece(law, piece_of(friction.piece, kinks(law), slip), normal, slip)
 
 
 @kinks.member(InPieces)
-def _of_its_law(friction):
+def _kinks_in_pieces(friction):
     return kinks(friction.law)
 
 
@@ -38,7 +38,7 @@ def at_rest(friction):
     return (0.0,)
 
 
-def _by_value(law, normal, slip):
+def _friction_force_by_value(law, normal, slip):
     return force_in_piece(law, piece_at(kinks(law), slip), normal, slip)
 
 
@@ -47,7 +47,7 @@ def piecewise(form, places):
 
     def register(body):
         kinks.member(form)(places)
-        friction_force.member(form)(_by_value)
+        friction_force.member(form)(_friction_force_by_value)
         return force_in_piece.member(form)(body)
 
     return register

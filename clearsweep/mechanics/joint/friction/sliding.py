@@ -64,23 +64,16 @@ class Ambrosio(NamedTuple):
     v1: float  # m/s
 
 
-<<<<<<< HEAD
-def _dead_band_and_ramps(friction):
+def _kinks_ambrosio(friction):
     return -friction.v1, -friction.v0, friction.v0, friction.v1
 
 
-@piecewise(Ambrosio, _dead_band_and_ramps)
-def _ambrosio(friction, piece, normal, slip):
+@piecewise(Ambrosio, _kinks_ambrosio)
+def _force_in_piece_ambrosio(friction, piece, normal, slip):
     inner = where(piece < 2.0, -friction.v0, friction.v0)
     ramp = (slip - inner) / (friction.v1 - friction.v0)
     share = where(piece == 2.0, 0.0, where(piece == 0.0, -1.0, where(piece == 4.0, 1.0, ramp)))
     return -friction.coefficient * normal * share
-=======
-@friction_force.member(Ambrosio)
-def _friction_force_ambrosio(friction, normal, slip):
-    share = min(max((abs(slip) - friction.v0) / (friction.v1 - friction.v0), 0.0), 1.0)
-    return -friction.coefficient * normal * math.copysign(share, slip)
->>>>>>> main
 
 
 register(
@@ -111,24 +104,16 @@ class Threlfall(NamedTuple):
     divisor: float  # 1
 
 
-<<<<<<< HEAD
-def _rest_and_scale(friction):
+def _kinks_threlfall(friction):
     return -friction.velocity_scale, 0.0, friction.velocity_scale
 
 
-@piecewise(Threlfall, _rest_and_scale)
-def _threlfall(friction, piece, normal, slip):
+@piecewise(Threlfall, _kinks_threlfall)
+def _force_in_piece_threlfall(friction, piece, normal, slip):
     sign, rises = where(piece < 2.0, -1.0, 1.0), (piece == 1.0) | (piece == 2.0)
     x = sign * slip / friction.velocity_scale
     share = where(rises, -math.expm1(-3.0 * x), 0.95) / friction.divisor
     return -friction.coefficient * normal * (sign * share)
-=======
-@friction_force.member(Threlfall)
-def _friction_force_threlfall(friction, normal, slip):
-    x = abs(slip) / friction.velocity_scale
-    share = (-math.expm1(-3.0 * x) if x <= 1.0 else 0.95) / friction.divisor
-    return -friction.coefficient * normal * math.copysign(share, slip)
->>>>>>> main
 
 
 register(
@@ -170,26 +155,14 @@ class BengisuAkay(NamedTuple):
     decay: float  # s/m
 
 
-<<<<<<< HEAD
-@piecewise(BengisuAkay, _rest_and_scale)
-def _bengisu_akay(friction, piece, normal, slip):
+@piecewise(BengisuAkay, _kinks_threlfall)
+def _force_in_piece_bengisu_akay(friction, piece, normal, slip):
     sign, rises = where(piece < 2.0, -1.0, 1.0), (piece == 1.0) | (piece == 2.0)
     beyond = sign * slip - friction.velocity_scale
     parabola = friction.static_coefficient * (1.0 - (beyond / friction.velocity_scale) ** 2)
     fall = math.exp(-friction.decay * beyond)
     falling = friction.coefficient + (friction.static_coefficient - friction.coefficient) * fall
     return -normal * (sign * where(rises, parabola, falling))
-=======
-@friction_force.member(BengisuAkay)
-def _friction_force_bengisu_akay(friction, normal, slip):
-    beyond = abs(slip) - friction.velocity_scale
-    if beyond < 0.0:
-        share = friction.static_coefficient * (1.0 - (beyond / friction.velocity_scale) ** 2)
-    else:
-        fall = math.exp(-friction.decay * beyond)
-        share = friction.coefficient + (friction.static_coefficient - friction.coefficient) * fall
-    return -normal * math.copysign(share, slip)
->>>>>>> main
 
 
 register(
@@ -276,7 +249,7 @@ with_kinks(Stribeck, over_slip)
 
 
 @kinks.member(Stribeck)
-def _unless_even(friction):
+def _kinks_stribeck(friction):
     return (where(friction.shape == 2.0, math.inf, 0.0),)
 
 

@@ -28,13 +28,8 @@ class Karnopp(NamedTuple):
 
 
 @friction_force.member(Karnopp)
-<<<<<<< HEAD
-def _karnopp(friction, normal, slip):
-    sign = where(friction.side != 0.0, friction.side, min(max(slip / friction.band, -1.0), 1.0))
-=======
 def _friction_force_karnopp(friction, normal, slip):
-    sign = min(max(slip / friction.band, -1.0), 1.0)  # no jump in a step that runs into the band and is cut there
->>>>>>> main
+    sign = where(friction.side != 0.0, friction.side, min(max(slip / friction.band, -1.0), 1.0))
     return -normal * (stribeck_coefficient(friction, slip) * sign + friction.viscous * slip)
 
 
@@ -45,8 +40,7 @@ def _static_limit_karnopp(friction):
 
 
 @guards.member(Karnopp)
-<<<<<<< HEAD
-def _sticks_and_slips(friction):
+def _guards_karnopp(friction):
     return (
         Guard((PRESSED,), STUCK, at_start=True),
         Guard((STUCK,), PRESSED),
@@ -56,7 +50,7 @@ def _sticks_and_slips(friction):
 
 
 @guard_values.member(Karnopp)
-def _within_and_beyond_the_band(friction, start, contact, root):
+def _guard_values_karnopp(friction, start, contact, root):
     side = where(friction.side != 0.0, friction.side, math.copysign(1.0, start.slip))
     loose = LOOSE * friction.band
     return (
@@ -68,20 +62,10 @@ def _within_and_beyond_the_band(friction, start, contact, root):
 
 
 @latched.member(Karnopp)
-def _side(friction, event, contact, root):
+def _latched_karnopp(friction, event, contact, root):
     if event == TURNS:
         return (-friction.side,)
     return (math.copysign(1.0, contact.slip) if event > STICKS else 0.0,)
-=======
-def _guards_karnopp(friction):
-    return Guard((PRESSED,), STUCK, at_start=True), Guard((STUCK,), PRESSED)
-
-
-@guard_values.member(Karnopp)
-def _guard_values_karnopp(friction, start, contact, root):
-    slip = math.copysign(1.0, start.slip) * contact.slip
-    return friction.band - slip, abs(slip) - LOOSE * friction.band
->>>>>>> main
 
 
 register(

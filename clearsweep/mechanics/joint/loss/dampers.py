@@ -244,7 +244,7 @@ in_pieces(SteppedDamper, over_penetration)
 
 
 @kinks.member(SteppedDamper)
-def _full_depth(law):
+def _kinks_stepped_damper(law):
     return (law.depth,)
 
 

@@ -116,7 +116,7 @@ def _yielding_sphere(law, elastic, pen, rate, onset_rate):
 
 
 @kinks.member(YieldingSphere)
-def _where_fits_meet(law):
+def _kinks_yielding_sphere(law):
     full = (law.plastic / SECOND[0]) ** (1.0 / (0.5 + SECOND[1]))
     places = SOFTENS, WIDENS, TURNS_FULLY, full, WIDEST
     return tuple([law.yield_depth * place for place in places])
@@ -126,18 +126,12 @@ along.member(YieldingSphere)(over_depth)
 
 
 @guards.member(YieldingSphere)
-<<<<<<< HEAD
-def _and_yields(law):
-    return (*_turns_back_and_comes_again(law), Guard(TOUCHING))
-=======
-@guards.member(Plastic)
-def _guards_yielding_sphere_or_plastic(law):
-    return Guard(TOUCHING), Guard(TOUCHING, of_state=True)
->>>>>>> main
+def _guards_yielding_sphere(law):
+    return (*_guards_plastic(law), Guard(TOUCHING))
 
 
 @guard_values.member(YieldingSphere)
-def _and_where_it_yields(law, start, contact, root):
+def _guard_values_yielding_sphere(law, start, contact, root):
     if law.deepest == 0.0:
         deepens, _ = from_next_kinks(kinks(law), start.depth, contact.depth)
         return -contact.rate, NEVER, deepens
@@ -145,7 +139,7 @@ def _and_where_it_yields(law, start, contact, root):
 
 
 @guards.member(Plastic)
-def _turns_back_and_comes_again(law):
+def _guards_plastic(law):
     return Guard(TOUCHING), Guard(TOUCHING)
 
 
