@@ -70,6 +70,7 @@ HARDLY = 1e-4  # rad: how far it has to come in the time that it is given
 AFTER_EVENT = (
     0.8  # growth of the second step after an event: at the onset of a contact the motion bends less than later
 )
+SHORT = 1e-3  # share of a step, cut at an event, up to which its error does not count
 LOG = 512  # events that are logged before whoever called has to take them away
 
 
@@ -229,7 +230,8 @@ def cut_at_event(at, h, event):
     before, work.step[LENGTH] = work.counts[EVALUATIONS], h * share
     take_step(at)
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
-    if not work.step[ERROR] < 1.0 and work.step[ERROR] != FAILED:  # the longer step had seen less of what is before it
+    # the longer step had seen less of what is before the event; of a very short one the error is rounding
+    if share > SHORT and not work.step[ERROR] < 1.0 and work.step[ERROR] != FAILED:
         return reject(at, work.step[LENGTH])
     before = work.counts[EVALUATIONS]
     step_to_event(at, share, (kind, contact, stepper[STOP_AT]), work.step[LENGTH])

@@ -24,12 +24,12 @@ class Karnopp(NamedTuple):
     shape: float  # 1
     viscous: float  # s/m
     band: float  # m/s
-    side: float = 0.0  # sign of the sliding speed as it began to slide; 0: not known yet
+    piece: float = 0.0  # sign of the sliding speed as it began to slide; 0: not known yet
 
 
 @friction_force.member(Karnopp)
 def _friction_force_karnopp(friction, normal, slip):
-    sign = where(friction.side != 0.0, friction.side, min(max(slip / friction.band, -1.0), 1.0))
+    sign = where(friction.piece != 0.0, friction.piece, min(max(slip / friction.band, -1.0), 1.0))
     return -normal * (stribeck_coefficient(friction, slip) * sign + friction.viscous * slip)
 
 
@@ -51,12 +51,12 @@ def _guards_karnopp(friction):
 
 @guard_values.member(Karnopp)
 def _guard_values_karnopp(friction, start, contact, root):
-    side = where(friction.side != 0.0, friction.side, math.copysign(1.0, start.slip))
+    side = where(friction.piece != 0.0, friction.piece, math.copysign(1.0, start.slip))
     loose = LOOSE * friction.band
     return (
         friction.band - side * contact.slip,
         contact.slip * contact.slip - loose * loose,
-        abs(side) - abs(friction.side),
+        abs(side) - abs(friction.piece),
         -side * contact.slip,
     )
 
@@ -64,7 +64,7 @@ def _guard_values_karnopp(friction, start, contact, root):
 @latched.member(Karnopp)
 def _latched_karnopp(friction, event, contact, root):
     if event == TURNS:
-        return (-friction.side,)
+        return (-friction.piece,)
     return (math.copysign(1.0, contact.slip) if event > STICKS else 0.0,)
 
 
