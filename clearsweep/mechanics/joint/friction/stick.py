@@ -1,4 +1,4 @@
-"""Friction that sticks: below a sliding speed the surfaces hold each other."""
+"""Friction with sticking: below a sliding speed the surfaces stick."""
 
 from typing import NamedTuple
 
@@ -12,11 +12,11 @@ from .sliding import stribeck_coefficient
 
 #: Guards: into the band; out of it; the side to which it slides is not known yet; it turns where the force is clipped.
 STICKS, SLIPS, SLIDES, TURNS = range(4)
-LOOSE = 1.001  # times the sliding speed at which surfaces stick: there they are loose again
+LOOSE = 1.001  # times the sticking speed: sliding speed at which surfaces are released
 
 
 class Karnopp(NamedTuple):
-    """Slides as Stribeck's law down to the sliding speed `band`; below it sticks, see `joint.sticking`."""
+    """Slides by Stribeck's law down to the sliding speed `band`; below it sticks, see `coupling.sticking`."""
 
     coefficient: float  # kinetic, 1
     static_coefficient: float  # 1
@@ -36,7 +36,7 @@ def _friction_force_karnopp(friction, normal, slip):
 @static_limit.member(Karnopp)
 def _static_limit_karnopp(friction):
     edge = stribeck_coefficient(friction, friction.band) + friction.viscous * friction.band
-    return max(friction.static_coefficient, edge)  # else surfaces that let go would be caught again at once
+    return max(friction.static_coefficient, edge)  # otherwise released surfaces would stick again at once
 
 
 @guards.member(Karnopp)
