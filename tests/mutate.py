@@ -162,7 +162,7 @@ MUTATIONS = (
     Mutation(BLOCKS, "Blocks.note", "self.stride *= 2", "self.stride += 2", MEANS),
     # where events are
     Mutation(EVENTS, "take_gap", "depth * (depth + 2.0 * size)", "depth", SEARCH),
-    Mutation(EVENTS, "first_onset", "if begin >= 0.0 and", "if begin >= 1e9 and", SEARCH),
+    Mutation(EVENTS, "first_onset", "if begin >= 0.0 and work", "if begin >= 1e9 and work", SEARCH),
     Mutation(EVENTS, "true_onset", "x - move", "x + move", SEARCH),
     Mutation(EVENTS, "ROUGH", "1e-3", "1e3", SEARCH),
     Mutation(EVENTS, "first_separation", "turn_sign(work.polynomials)", "None", ENDS),

@@ -15,7 +15,7 @@ from clearsweep.mechanics.joint.contract import Contact, guards, internal_rates
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
-from clearsweep.mechanics.joint.pieces import along, kinks
+from clearsweep.mechanics.joint.pieces import kink_variable, kinks
 from clearsweep.mechanics.solver import event
 from clearsweep.simulation.run import integrated
 
@@ -71,7 +71,7 @@ def test_the_loss_is_smooth_over_rate_and_penetration_between_its_kinks(name):
     law, places, over = dry.law, (), ""
     if type(law) in kinks.members:
         places = kinks(law)
-        over = along.body_for(type(law)).__name__
+        over = kink_variable.body_for(type(law)).__name__
     pen, onset = 1e-5, 0.1
 
     def by_rate(rate):

@@ -1,7 +1,7 @@
 """Laws whose formula changes at some places, its *kinks*: steps end there, and within a step one formula applies.
 
 A method of high order keeps its order across no kink, and an iteration hardly converges on one.  So a law of this kind
-keeps which of its pieces applies, numbered along the variable that it has kinks over; a trial step that runs beyond the
+keeps which of its pieces applies, numbered kink_variable the variable that it has kinks over; a trial step that runs beyond the
 end of the piece goes on by its formula and is cut there.
 """
 
@@ -60,7 +60,7 @@ def _piece_behind(places, piece, event):
 
 
 @family
-def along(law, contact, root):
+def kink_variable(law, contact, root):
     """Return the number that the kinks of a law are places of.
 
     contact : Observed; root : m^0.5, of the penetration.
@@ -74,7 +74,7 @@ def _guards_of_pieces(law):
 def _guard_values_of_pieces(law, start, contact, root):
     if law.piece < 0.0:
         return NEVER, NEVER, 1.0
-    beyond, before = _distances(kinks(law), law.piece, along(law, contact, root))
+    beyond, before = _distances(kinks(law), law.piece, kink_variable(law, contact, root))
     return beyond, before, NEVER
 
 
@@ -82,16 +82,16 @@ def _latched_piece(law, event, contact, root):
     if event in (ENTERED, LEFT):
         return (UNKNOWN,)
     if event == BEGUN:
-        return (piece_at(kinks(law), along(law, contact, root)),)
+        return (piece_at(kinks(law), kink_variable(law, contact, root)),)
     return (_piece_behind(kinks(law), law.piece, event),)
 
 
 def in_pieces(form, variable):
-    """Let contacts end steps at the kinks over a `variable`, see `along`, of a type of law.
+    """Let contacts end steps at the kinks over a `variable`, see `kink_variable`, of a type of law.
 
     The last field of the type is its `piece`, UNKNOWN at first.
     """
-    along.member(form)(variable)
+    kink_variable.member(form)(variable)
     guards.member(form)(_guards_of_pieces)
     guard_values.member(form)(_guard_values_of_pieces)
     latched.member(form)(_latched_piece)
@@ -120,7 +120,7 @@ def from_next_kinks(places, was, now):
 
 
 def _guard_values_of_kinks(law, start, contact, root):
-    return from_next_kinks(kinks(law), along(law, start, root), along(law, contact, root))
+    return from_next_kinks(kinks(law), kink_variable(law, start, root), kink_variable(law, contact, root))
 
 
 def with_kinks(form, variable):
@@ -128,7 +128,7 @@ def with_kinks(form, variable):
 
     For laws that keep another state, or whose formula knows by itself what applies.
     """
-    along.member(form)(variable)
+    kink_variable.member(form)(variable)
     guards.member(form)(_guards_of_kinks)
     guard_values.member(form)(_guard_values_of_kinks)
 

@@ -16,7 +16,7 @@ from ..contract import (
 )
 from ..elastic.contract import elastic_force
 from ..material import plane_strain_modulus, relative_radius
-from ..pieces import along, from_next_kinks, kinks, over_depth
+from ..pieces import from_next_kinks, kink_variable, kinks, over_depth
 from ..recipe import register
 from .contract import RESTITUTION, keeps_onset, kept_always, loss_form
 
@@ -122,7 +122,7 @@ def _kinks_yielding_sphere(law):
     return tuple([law.yield_depth * place for place in places])
 
 
-along.member(YieldingSphere)(over_depth)
+kink_variable.member(YieldingSphere)(over_depth)
 
 
 @guards.member(YieldingSphere)
