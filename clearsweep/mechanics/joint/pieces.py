@@ -1,7 +1,7 @@
 """Laws whose formula changes at some places, its *kinks*: steps end there, and within a step one formula applies.
 
 A method of high order keeps its order across no kink, and an iteration hardly converges on one.  So a law of this kind
-keeps which of its pieces applies, numbered kink_variable the variable that it has kinks over; a trial step that runs beyond the
+keeps which of its pieces applies, numbered over the variable of its kinks; a trial step that runs beyond the
 end of the piece goes on by its formula and is cut there.
 """
 

@@ -10,7 +10,7 @@ from .accumulate.step_sums import TrialStep
 from .accumulate.totals import Accumulators
 from .collocation import dense_state
 
-# Kinds of events; LIMIT: a penetration passes that up to which its elastic law applies, which changes nothing; GUARD and
+# Kinds of events; LIMIT: a penetration passes the limit of its elastic law, which changes nothing; GUARD and
 # beyond: the guards of joints
 NOTHING, ONSET, SEPARATION, STOP, LIMIT, GUARD = range(6)
 FARTHEST = 8.0  # clearances that a journal in free flight may travel in a step
