@@ -17,7 +17,7 @@ from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.mechanics.joint.pieces import kink_variable, kinks
 from clearsweep.mechanics.solver import event
-from clearsweep.simulation.run import integrated
+from clearsweep.simulation.run import integration_of
 
 # ---------------------------------------------------------------------------------------------- all are declared
 
@@ -128,7 +128,7 @@ def scene(tolerance, *, soft=False, **laws):
 def ends(tolerance, **laws):
     """Return where the motion ends, the coordinates over their size, and how many guards and limits were passed."""
     made = scene(tolerance, **laws)
-    run = integrated(made, np.empty(0), 0.05)
+    run = integration_of(made, np.empty(0), 0.05)
     many = len(made.value.coordinates)
     return run.work.end[:many] / 0.1, run.work.counts[event.PASSAGES], run.work.counts[event.STEPS]
 

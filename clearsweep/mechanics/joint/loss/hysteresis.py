@@ -15,9 +15,9 @@ from ..recipe import register
 from .contract import (
     ANY_RESTITUTION,
     RESTITUTION,
+    always_keeps_onset,
     approaching,
     keeps_onset,
-    kept_always,
     loss_form,
     where_it_parts,
 )
@@ -59,7 +59,7 @@ def _hysteresis(law, elastic, pen, rate, onset_rate):
     return force + force * (law.factor / onset_rate) * rate, force
 
 
-keeps_onset.member(Hysteresis)(kept_always)
+keeps_onset.member(Hysteresis)(always_keeps_onset)
 FACTOR = "F = F_elastic (1 + chi rate / onset_rate), chi = "
 
 
@@ -291,7 +291,7 @@ def _approach_hysteresis(law, elastic, pen, rate, onset_rate):
     return force + force * (law.factor / onset_rate) * approaching(law.piece, rate), force
 
 
-keeps_onset.member(ApproachHysteresis)(kept_always)
+keeps_onset.member(ApproachHysteresis)(always_keeps_onset)
 
 
 def approach_only_factor(e: float) -> float:
