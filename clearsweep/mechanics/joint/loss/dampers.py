@@ -4,10 +4,12 @@ from typing import NamedTuple
 
 from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
+from ...compiled.choosing import where
 from ..elastic.contract import elastic_force
+from ..pieces import UNKNOWN, in_pieces, kinks, over_penetration, over_rate, piece_of
 from ..rebound import approach_damping_rebound, damping_ratio
 from ..recipe import register
-from .contract import RESTITUTION, loss_form
+from .contract import RESTITUTION, approaching, loss_form, where_it_parts
 
 MASS = Field("mass", "kg", "effective mass of the impact, m1 m2 / (m1 + m2)")
 SPRING = Field("stiffness", "N/m", "stiffness of the spring")
@@ -17,7 +19,7 @@ DAMPER = Field("damping", "N*s/m", "of the damper", low_open=False)
 
 
 class RootDamper(NamedTuple):
-    """F = F_elastic + d sqrt(F_elastic / pen) rate; it pulls towards the end until the surfaces part."""
+    """F = F_elastic + d sqrt(F_elastic / pen) rate; it pulls before the separation."""
 
     damping: float  # d, kg^0.5: sqrt(F_elastic / pen) is the root of a stiffness
 
@@ -25,13 +27,15 @@ class RootDamper(NamedTuple):
 @loss_form(RootDamper, pulls=True, times_elastic=False)
 def _root_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
-    root = math.sqrt(force / pen) if pen > 0.0 else 0.0  # the limit, but for a linear spring: of no account at a point
+    root = (
+        math.sqrt(force / pen) if pen > 0.0 else 0.0
+    )  # the limit, except for a linear spring, where a single point does not matter
     return force + law.damping * root * rate, force
 
 
 def _make_tsuji(joint):
     contact = joint.contact.values
-    # Hertz's exponent where the elastic force is no power
+    # Hertz's exponent if the elastic force is not a power law
     alpha = math.sqrt(2.0 * (contact.get("exponent", 1.5) + 1.0)) * damping_ratio(contact["restitution"])
     return RootDamper(alpha * math.sqrt(contact["mass"]))
 
@@ -55,16 +59,21 @@ register(
 
 
 class ApproachRootDamper(NamedTuple):
-    """The same while the bodies approach, the elastic force alone while they part."""
+    """The same during approach, only the elastic force during rebound."""
 
     damping: float  # kg^0.5
+    piece: float = UNKNOWN
+
+
+in_pieces(ApproachRootDamper, over_rate)
+kinks.member(ApproachRootDamper)(where_it_parts)
 
 
 @loss_form(ApproachRootDamper, pulls=False, times_elastic=False)
 def _approach_root_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     root = math.sqrt(force / pen) if pen > 0.0 else 0.0
-    return force + law.damping * root * max(rate, 0.0), force
+    return force + law.damping * root * approaching(law.piece, rate), force
 
 
 def jankowski_ratio(e: float) -> float:
@@ -102,7 +111,7 @@ def _viscous_spring(law, elastic, pen, rate, onset_rate):
 
 
 class PullingSpring(NamedTuple):
-    """F = F_elastic + c rate; it pulls towards the end until the surfaces part."""
+    """F = F_elastic + c rate; it pulls before the separation."""
 
     damping: float  # c, N s/m
 
@@ -154,7 +163,7 @@ register(
 
 
 class ViscousSpring(NamedTuple):
-    """The same, clipped where it would pull."""
+    """The same, clipped at 0."""
 
     damping: float  # c, N s/m
 
@@ -230,12 +239,21 @@ class SteppedDamper(NamedTuple):
 
     damping: float  # c, N s/m
     depth: float  # m
+    piece: float = UNKNOWN
+
+
+in_pieces(SteppedDamper, over_penetration)
+
+
+@kinks.member(SteppedDamper)
+def _kinks_stepped_damper(law):
+    return (law.depth,)
 
 
 @loss_form(SteppedDamper, pulls=False, times_elastic=False)
 def _stepped_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
-    x = min(pen / law.depth, 1.0)
+    x = where(piece_of(law.piece, kinks(law), pen) == 0.0, pen / law.depth, 1.0)
     return force + law.damping * x * x * (3.0 - 2.0 * x) * rate, force
 
 

@@ -1,6 +1,6 @@
-"""Laws that multiply the elastic force by a factor of the rate over the rate at which the contact began.
+"""Laws that multiply the elastic force by a function of the rate over the onset rate.
 
-To add a law of the form F = F_elastic (1 + chi rate / onset_rate) is to add one block with its chi.
+A new law of the form F = F_elastic (1 + chi rate / onset_rate) is one block with its chi.
 """
 
 from collections.abc import Callable
@@ -9,13 +9,22 @@ from typing import NamedTuple
 from ....contracts.catalogue import Law, Merit
 from ...compiled import calculus as math
 from ..elastic.contract import elastic_force
+from ..pieces import UNKNOWN, in_pieces, kinks, over_rate
 from ..rebound import approach_hysteresis_rebound, exact_factor, hysteresis_rebound
 from ..recipe import register
-from .contract import ANY_RESTITUTION, RESTITUTION, keeps_onset, kept_always, loss_form
+from .contract import (
+    ANY_RESTITUTION,
+    RESTITUTION,
+    always_keeps_onset,
+    approaching,
+    keeps_onset,
+    loss_form,
+    where_it_parts,
+)
 
 
 class Lossless(NamedTuple):
-    """The elastic force alone."""
+    """Only the elastic force."""
 
 
 @loss_form(Lossless, pulls=False, times_elastic=True)
@@ -39,7 +48,7 @@ register(
 
 
 class Hysteresis(NamedTuple):
-    """F = F_elastic (1 + chi rate / onset_rate); the laws of this form differ only in chi(restitution)."""
+    """F = F_elastic (1 + chi rate / onset_rate); laws of this form differ only in chi(restitution)."""
 
     factor: float  # chi, 1
 
@@ -50,12 +59,12 @@ def _hysteresis(law, elastic, pen, rate, onset_rate):
     return force + force * (law.factor / onset_rate) * rate, force
 
 
-keeps_onset.member(Hysteresis)(kept_always)
+keeps_onset.member(Hysteresis)(always_keeps_onset)
 FACTOR = "F = F_elastic (1 + chi rate / onset_rate), chi = "
 
 
 def factor_law(law: Law, chi: Callable[[float], float]) -> None:
-    """Enter a law of this form with its chi(restitution)."""
+    """Register a law of this form with its chi(restitution)."""
     register(
         law._replace(uses_onset=True),
         (Hysteresis,),
@@ -266,18 +275,23 @@ factor_law(
 
 
 class ApproachHysteresis(NamedTuple):
-    """The same while the bodies approach, the elastic force alone while they part."""
+    """The same during approach, only the elastic force during rebound."""
 
     factor: float  # chi, 1
+    piece: float = UNKNOWN
+
+
+in_pieces(ApproachHysteresis, over_rate)
+kinks.member(ApproachHysteresis)(where_it_parts)
 
 
 @loss_form(ApproachHysteresis, pulls=False, times_elastic=True)
 def _approach_hysteresis(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
-    return force + force * (law.factor / onset_rate) * max(rate, 0.0), force
+    return force + force * (law.factor / onset_rate) * approaching(law.piece, rate), force
 
 
-keeps_onset.member(ApproachHysteresis)(kept_always)
+keeps_onset.member(ApproachHysteresis)(always_keeps_onset)
 
 
 def approach_only_factor(e: float) -> float:
