@@ -7,6 +7,7 @@ from typing import Any
 from ..language.errors import nearest, shown
 from . import case_table, identified, optimised, sampling, seek
 from .axes import Reading, axis
+from .defined import START
 from .document import WrittenValue
 from .keys import Number, Section, Shape, Word, value_key
 from .reader import Reader
@@ -109,6 +110,11 @@ def _enter(reader: Reader, way: str, path: str, key: WrittenValue, values: Writt
         missing = next(section for section in _sections(path) if section not in reader.shape)
         sentence = f"there is no section '{missing}'; write it before a value in it is swept"
         reader.problems.add(key, where, sentence)
+    elif path.startswith(START):
+        name, known = path.removeprefix(START), [*reader.defined.texts]
+        if name not in reader.defined.wrong:  # what is wrong there is said there
+            there = f"{nearest(name, known)} (known: {', '.join(known) or 'none'})"
+            reader.problems.add(key, where, f"'{name}' is not defined under `define`{there}")
     else:
         siblings = [other for other in free if other.rpartition(".")[0] == parent]
         there = f" (allowed next to it: {', '.join(siblings)})" if siblings else ""
