@@ -138,16 +138,18 @@ def read(reader: Reader, root: WrittenValue) -> Optimise | None:
     """Return the section `optimise`, the axes being known; None if it is missing or wrong."""
     section = section_in(root, OPTIMISE)
     paths = [path for path, way in reader.way.items() if way == OPTIMISE]
-    if section is None or not isinstance(section.value, dict) or not paths or not set(paths) <= reader.axes.keys():
+    if section is None or not isinstance(section.value, dict):
         return None
     noted = len(reader.problems)
-    for path in paths:
+    for path in reader.axes.keys() & {*paths}:
         check_range(reader, path, OPTIMISE)
         always_used(reader, reader.swept[path], OPTIMISE, path)
     objectives = _objectives(reader, section)
     cases = count(reader, section, (OPTIMISE, "cases"), (1, MOST_CASES), None)
     seed = count(reader, section, (OPTIMISE, "seed"), (0, 2**31), 0)
     if cases is None or seed is None or not objectives or len(reader.problems) > noted:
+        return None
+    if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
         return None
     over = {path: Choice(reader.choices[path], reader.axes[path]) for path in paths}
     return Optimise(over, objectives, cases, seed, start_of(reader, over))
