@@ -411,7 +411,7 @@ AXES = {
     "no values": (f"{JOINT}.clearance: []", f"22:32: sweep.{JOINT}.clearance: the list is empty"),
     "one value": (
         "drive.speed: 5000 rpm",
-        "22:16: sweep.drive.speed: found '5000 rpm'; expected a list such as [a, b] or",
+        "22:16: sweep.drive.speed: found '5000 rpm'; expected a list such as [a, b], {label: a",
     ),
     "duplicate": (
         f"{JOINT}.clearance: [0.5 mm, 1 mm, 500 um]",

@@ -49,7 +49,7 @@ class Identify(NamedTuple):
     features: tuple[str, ...]  # some of FEATURES
     cases: int
     seed: int
-    start: dict[str, Any]  # the values that the grid has written, {} where some are missing or outside
+    start: dict[str, Any]  # the values that the grid has written, or {} if some are missing or outside
 
     def spread(self, first: int, count: int) -> "np.ndarray":
         """Return points (count, paths) of a Sobol sequence in the unit cube, from the number `first` on."""
@@ -99,7 +99,7 @@ def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, Wr
 
 
 def read(reader: Reader, root: WrittenValue) -> Identify | None:
-    """Return the section `identify`, the axes being known; None if it is missing or wrong.
+    """Return the section `identify`, the axes being read already, or None if it is missing or wrong.
 
     The signals have no units yet; `check` gives them, when the channels are known.
     """
@@ -191,13 +191,13 @@ def put_saved(reader: Reader) -> None:
 
 
 def crank_rate(reader: Reader) -> float | None:
-    """Return the speed of the crank (rad/s), None where it is not one number."""
+    """Return the speed of the crank (rad/s), or None if it is not one number."""
     speeds = reader.reached("drive.speed")
     return float(speeds[0]) if len(speeds) == 1 and speeds[0] else None
 
 
 def check(reader: Reader, root: WrittenValue, layout: Layout) -> Identify | None:
-    """Return `identify` with the units of its signals; note what is wrong with the files, and with what is saved."""
+    """Return `identify` with the units of its signals; report what is wrong with the files, and with what is saved."""
     identify: Identify | None = reader.identify
     if identify is None:
         return None
@@ -238,7 +238,7 @@ class Turned(NamedTuple):
 def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turned]:
     """Return signals of a file over the crank angle; InputError where they are not enough.
 
-    rate : rad/s of the crank, None where it is not one number
+    rate : rad/s of the crank, or None if it is not one number
     """
     known: Mapping[str, str | None] = {signal.column: signal.unit for signal in signals}
     content = measured.read(file, known, others=True)

@@ -1,10 +1,11 @@
-"""What a grid file may contain: every key with its unit, range, default and meaning."""
+"""The key table of grid files: every key with its unit, range, default and meaning."""
 
 from ..contracts.catalogue import Catalogue, Field, JointSite, Keys, Mechanism, sized
 from ..contracts.layout import settling
 from ..contracts.outline import ANY
 from . import life_keys
 from .joint_keys import (
+    ALONG,
     enter_contact,
     enter_friction,
     enter_laws,
@@ -76,11 +77,7 @@ _SLOT = (
     Field("slot_length", "m", "length of the slot between the centres of its rounded ends", low_open=False),
     Field("length", "m", "length along the pin; wear needs it", optional=True),
 )
-_ON_FLAT = "hertz-line"  # the pressure of wear in a slot: others are of a journal in a bearing
-_STICKING_GUIDE = (
-    "a guide with clearance touches at up to four corners, which would share one sticking force; take lugre or "
-    "elasto-plastic, which stick by their bristles, or a guide without clearance under a load with this friction"
-)
+_ON_FLAT = "hertz-line"  # the pressure law of wear in a slot; others assume a journal in a bearing
 _TIME_LIMIT = Field(
     "time_limit",
     "s",
@@ -156,7 +153,7 @@ _METHOD = Word(
 
 
 def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
-    """Return every dotted path that a grid of this mechanism may contain, sections before what they hold."""
+    """Return every dotted path that a grid of this mechanism may contain, sections before their keys."""
     kinds = tuple(each.name for each in catalogue.mechanisms)
     tree: Shape = {"mechanism": Section("the bodies"), "mechanism.type": Word(kinds, "which mechanism")}
     for keys in mechanism.keys:
@@ -179,12 +176,12 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
         life_keys.add_keys(tree)
     if mechanism.free:
         enter_numbers(tree, "simulate", (_TIME_LIMIT,), sweep=False)
-        del tree["simulate.horizon"]  # disturbed, a free crank turns at another speed: the two are not compared
+        del tree["simulate.horizon"]  # a disturbed free crank turns at another speed, so two motions cannot be compared
     return tree
 
 
 def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
-    """Enter a section of a mechanism."""
+    """Add the keys of a section of a mechanism."""
     if keys.path not in tree:
         tree[keys.path] = Section(keys.text, keys.need, keys.items, keys.alone)
     for name, text in keys.flags:
@@ -192,7 +189,7 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
     for choice in keys.words:
         tree[f"{keys.path}.{choice.name}"] = Word(choice.options, choice.text, choice.default)
     if keys.family:
-        sticks = bool(keys.given)  # what does not depend on the reactions may stick
+        sticks = bool(keys.given)  # friction that does not depend on reactions may stick
         usable = tuple(law for law in catalogue.of(keys.family) if not law.remembers or (sticks and law.sticks))
         usable = tuple(sized(law, keys.given) for law in usable) if keys.given else usable
         names = tuple(law.name for law in usable)
@@ -204,7 +201,7 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
 
 
 def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...]) -> None:
-    """Enter how long to run what turns, and what to save of it; `until` can judge some figures, and no `others`."""
+    """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts `figures`, but no `others`."""
     tree["simulate"] = Section("how long, how exactly and from where", "implied")
     enter_numbers(tree, "simulate", _SIMULATE)
     tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
@@ -220,7 +217,7 @@ def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...])
 
 
 def _impacts(tree: Shape) -> None:
-    """Enter how long to run what does not turn, and what to save of it."""
+    """Add the keys of `simulate` and `save` for mechanisms that do not turn."""
     tree["simulate"] = Section("how long and how exactly", "implied")
     enter_numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
     enter_numbers(tree, "simulate", (life_keys.TIME_BUDGET,), sweep=False)
@@ -230,7 +227,7 @@ def _impacts(tree: Shape) -> None:
 
 
 def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter a gap on a line, which has clearance always."""
+    """Add the keys of a gap on a line, which always has clearance."""
     tree[path] = Section("the gap between the bodies")
     enter_numbers(tree, path, (Field("clearance", "m", "half the gap in all"),))
     enter_contact(tree, path, catalogue)
@@ -244,7 +241,7 @@ def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
 
 
 def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter a revolute joint with clearance."""
+    """Add the keys of a revolute joint with clearance."""
     tree[path] = Section("a revolute joint with clearance", "optional")
     enter_numbers(
         tree,
@@ -266,7 +263,7 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
 
 
 def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
-    """Enter the wear of a joint."""
+    """Add the keys of a joint's wear."""
     wear = f"{path}.wear"
     tree[wear] = Section("wear; left out: none is computed", "optional")
     tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
@@ -299,7 +296,7 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
 
 
 def _coefficients(tree: Shape, path: str, fields: tuple[Field, ...]) -> None:
-    """Enter wear coefficients, which have a unit, or are dimensionless next to a hardness."""
+    """Add wear coefficients, which have a unit unless a hardness makes them dimensionless."""
     unit = f"{path.removesuffix('.running_in')}.coefficient_unit"
     for field in fields:
         number = field._replace(unit="1", low_open=False)
@@ -308,29 +305,26 @@ def _coefficients(tree: Shape, path: str, fields: tuple[Field, ...]) -> None:
 
 
 def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter a prismatic joint with clearance: a block between two walls."""
+    """Add the keys of a prismatic joint with clearance: a block between two walls."""
     tree[path] = Section("a prismatic joint with clearance, a block between two walls", "optional")
     enter_numbers(tree, path, _GUIDE)
     enter_contact(tree, path, catalogue._replace(laws=pointed(catalogue)))
     for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
         del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
-    enter_friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.sticks)))
-    refused = {law.name: _STICKING_GUIDE for law in catalogue.of("friction") if law.sticks}
-    friction = tree[f"{path}.friction.law"]
-    assert isinstance(friction, Word)
-    tree[f"{path}.friction.law"] = friction._replace(refused=refused)
+    enter_friction(tree, path, catalogue)
+    enter_preload(tree, path, catalogue, ALONG)
 
 
 def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter a pin in a straight slot, which always has clearance."""
+    """Add the keys of a pin in a straight slot, which always has clearance."""
     tree[path] = Section("a pin in a straight slot with rounded ends")
     enter_numbers(tree, path, _SLOT)
     enter_contact(tree, path, catalogue._replace(laws=pointed(catalogue)))
     for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
         del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
-    enter_friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.remembers)))
+    enter_friction(tree, path, catalogue)
     laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _ON_FLAT)
     _wear(tree, path, catalogue._replace(laws=laws))
     del tree[f"{path}.wear.evolve"]
@@ -338,7 +332,7 @@ def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None
 
 
 def _either(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter a joint of which the grid says whether it is a pin or a guide: all keys of both."""
+    """Add the keys of a joint that the grid declares as a pin or a guide: all keys of both."""
     _revolute(tree, path, site, catalogue)
     tree[path] = Section("a joint with clearance", "optional")
     enter_numbers(
@@ -348,15 +342,15 @@ def _either(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
 
 
 def _through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter a revolute joint in space, without flanges, and its wear."""
+    """Add the keys of a spatial revolute joint without flanges, and of its wear."""
     through(tree, path, site, catalogue)
     _wear(tree, path, catalogue)
-    del tree[f"{path}.wear.evolve"]  # shapes act in the plane alone
+    del tree[f"{path}.wear.evolve"]  # worn shapes affect contact only in the plane
     enter_numbers(tree, f"{path}.wear", (_LENGTH_BINS,), sweep=False)
 
 
 def _flanged(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter the same with flanges."""
+    """Add the keys of a spatial revolute joint with flanges."""
     _through(tree, path, site, catalogue)
     flanged(tree, path, catalogue)
 

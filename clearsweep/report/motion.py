@@ -32,7 +32,7 @@ class History(NamedTuple):
 
     channels: Mapping  # name -> values in SI
     time: np.ndarray  # s
-    angle: np.ndarray | None  # rad, of the drive, from 0 to 2 pi at first; None where nothing turns
+    angle: np.ndarray | None  # rad, of the drive, from 0 to 2 pi at first, or None if nothing turns
     first: float = 0.0  # rad, whole turns before that
 
     def values(self, name: str) -> np.ndarray:
@@ -59,13 +59,13 @@ class JointHistory(NamedTuple):
 
 
 def history(run: StoredRun, case_id: str) -> Mapping | None:
-    """Return the saved channels of a case by name, None where no history was saved."""
+    """Return the saved channels of a case by name, or None if no history was saved."""
     path = run.orbit(case_id)
     return path if len(path) > 1 else None
 
 
 def turned(study: Study, case_id: str, path: Mapping) -> np.ndarray | None:
-    """Return the angle (rad) of the drive at every sample of a case, None where nothing turns."""
+    """Return the angle (rad) of the drive at every sample of a case, or None if nothing turns."""
     if "crank_angle" in path:
         return np.asarray(path["crank_angle"], float)
     speed = study.value(case_id, "drive.speed")
@@ -299,7 +299,7 @@ def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]
 
 
 def _ideal(study: Study, case_id: str, saved: History) -> simulation.IdealMotion | None:
-    """Return the mechanism without clearance at the samples of a case; None where it has no ideal, or is not known."""
+    """Return the mechanism without clearance at the samples of a case, or None if it has no ideal, or is not known."""
     if saved.angle is None:
         return None
     try:

@@ -20,7 +20,7 @@ WITHOUT = "The motion needs scripts; clearsweep show DIR CASE draws it without."
 
 
 def of(study: Study, case_id: str, path: Mapping) -> Interactive | None:
-    """Return a case's motion for the player; None where nothing turns, no picture is known or channels are missing."""
+    """Return a case's motion for the player, or None if nothing turns, no picture is known or channels are missing."""
     if not all(f"joints/{joint.name}/{name}" in path for joint in study.joints for name in ORBIT):
         return None
     saved, sketch = saved_of(study, case_id, path), _sketch(study, case_id)
@@ -48,7 +48,7 @@ def _part(study: Study, path: Mapping) -> slice:
 
 
 def _sketch(study: Study, case_id: str) -> simulation.Sketch | None:
-    """Return the mechanism of a case as it starts; None where it has no picture, or is of another version."""
+    """Return the mechanism of a case as it starts, or None if it has no picture, or is of another version."""
     try:
         return simulation.sketch(resolved(study, [case_id])[0])
     except InputError:

@@ -213,7 +213,7 @@ class OrbitFiles:
         return first * width, count * width
 
     def _file(self, number: int) -> _OrbitFile | None:
-        """Return what is known of a batch, None where it has no orbits."""
+        """Return what is known of a batch, or None if it has no orbits."""
         path = self.paths[number]
         if number not in self.files and path:
             self.files[number] = _OrbitFile(path, self.form)

@@ -35,6 +35,7 @@ class Axis(NamedTuple):
     path: str
     unit: str
     text: bool
+    labels: str = ""  # JSON of label -> value, SI; '' for none
 
 
 class ResultSchema(NamedTuple):
@@ -51,7 +52,7 @@ class ResultSchema(NamedTuple):
     def of(cls, grid: Grid) -> "ResultSchema":
         """Return the form of the results of `grid`."""
         axes = tuple(
-            Axis(path, grid.unit(path), all(isinstance(value, str) for value in values))
+            Axis(path, grid.unit(path), all(isinstance(value, str) for value in values), _labels(grid, path))
             for path, values in grid.axes.items()
         )
         frame = grid.frame()
@@ -70,14 +71,27 @@ class Row(NamedTuple):
 
 
 def summary_schema(form: ResultSchema) -> pa.Schema:
-    """Return the schema of the summary of a batch; every field's metadata hold `unit` and `description`."""
+    """Return the schema of the summary of a batch; every field's metadata hold `unit` and `description`.
+
+    Those of an axis with labels also hold `labels`: JSON of label -> value, SI.
+    """
     columns = [Column("case_id", "", "identity of the case: hash of all that decides its numbers", "text")]
     columns += [Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float") for axis in form.axes]
     columns += [
         Column("status", "", "'ok', or the word for how the case failed", "text"),
         Column("message", "", "the failure in a sentence; of an ok case, what to know of it", "text"),
     ]
-    return pa.schema([field_of(column) for column in (*columns, *form.layout.columns)])
+    fields = [field_of(column) for column in (*columns, *form.layout.columns)]
+    labels = {axis.path: axis.labels for axis in form.axes if axis.labels}
+    return pa.schema([_with_labels(field, labels[field.name]) if field.name in labels else field for field in fields])
+
+
+def _labels(grid: Grid, path: str) -> str:
+    return json.dumps(grid.labels[path], default=lambda value: value.item()) if path in grid.labels else ""
+
+
+def _with_labels(field: pa.Field, labels: str) -> pa.Field:
+    return field.with_metadata({**field.metadata, "labels": labels})
 
 
 def field_of(column: Column) -> pa.Field:
@@ -113,7 +127,7 @@ def summary_table(form: ResultSchema, rows: list[Row]) -> pa.Table:
 
 
 def _by_column(names: list[str], rows: list[dict]) -> dict[str, list]:
-    """Return the values of some names in dicts, name by name; None where there is none."""
+    """Return the values of some names in dicts, name by name, or None."""
     return dict(zip(names, map(list, zip(*(map(row.get, names) for row in rows), strict=True)), strict=True))
 
 
@@ -271,7 +285,7 @@ class BatchFiles(NamedTuple):
     """The two files of a committed batch."""
 
     summary: Path  # Parquet; it is written last: with it the batch is committed
-    orbits: Path | None  # HDF5; None where nothing is kept
+    orbits: Path | None  # HDF5, or None if nothing is kept
     sha256: str  # of `orbits`
     written: int  # ns since 1970
     frame: str  # `ResultSchema.frame` of its cases

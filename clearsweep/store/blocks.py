@@ -82,11 +82,11 @@ class Cut:
 
     @classmethod
     def of(cls, grid: Grid, shard: str = "") -> "Cut | None":
-        """Return how the cases of a grid, or of one shard, are cut; None where they are not.
+        """Return how the cases of a grid, or of one shard, are cut, or None if they are not.
 
         Cases that a run adds follow from those before, so that a grid that is searched is not cut.
         """
-        if len(grid) <= BLOCK or grid.seek or grid.refine or grid.optimise or grid.identify:
+        if len(grid) <= BLOCK or grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws:
             return None
         digest = hashlib.sha256(repr((BLOCK, shard, ResultSchema.of(grid))).encode())
         for path, values in grid.axes.items():
@@ -109,7 +109,7 @@ class Cut:
 
 
 def read_mark(block: Block, form: str | None = None) -> dict[str, Any] | None:
-    """Return the mark of a block whose final files are there with the sizes it says; None where it is to be finished.
+    """Return the mark of a block whose final files are there with the sizes it says, or None if it is to be finished.
 
     form : of `Cut`; another one does not count.
     """

@@ -187,7 +187,7 @@ class RunDirectory:
         lock.write(f"process {os.getpid()} on {platform.node()} since {now()}".encode())
 
     def holder(self) -> str | None:
-        """Return who works in the directory, None where nobody does."""
+        """Return who works in the directory, or None if nobody does."""
         with contextlib.suppress(FileNotFoundError), durable.opened(self.path / LOCK) as lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
@@ -295,7 +295,7 @@ class RunDirectory:
         return {path.name.partition("-")[0] for path in files_of_batches(self.summaries)}
 
     def committed_as(self, batch: str) -> str | None:
-        """Return the name of the summary that `batch` committed, None where it committed nothing."""
+        """Return the name of the summary that `batch` committed, or None if it committed nothing."""
         return next((path.name for path in self.summaries.glob(f"{batch}-*.parquet")), None)
 
     def done_in(self, name: str) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The worst cases of a run by the question that its grid asks, as its closing table lists them."""
+"""The worst cases of a run for the leading question of its grid, for the closing table."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -12,16 +12,16 @@ WORST_CASES = 5
 
 
 class WorstCases:
-    """Keeps the worst of finished cases, block by block."""
+    """Keeps the worst finished cases, updated block by block."""
 
     def __init__(self, lead: Lead, joints: list[str], limits: tuple[Limit, ...]):
-        """Take what ranks cases, the joints whose force peaks every entry contains, and the limits of the grid."""
+        """Prepare with the ranking, the joints whose force peaks each entry contains, and the limits of the grid."""
         self.lead, self.joints, self.limits = lead, joints, limits
         self.columns = [*dict.fromkeys((*lead.columns, *(f"{joint}_force_peak" for joint in joints)))]
         self.entries: list[dict[str, Any]] = []  # the worst first
 
     def add(self, block: Mapping[str, np.ndarray], known: Callable[[int], dict[str, Any]]) -> None:
-        """Add finished cases; known : place in the block -> which case that is."""
+        """Add finished cases; known : index in the block -> description of the case."""
         if not self.lead.candidates:
             return
         values, which = self.lead.worst(block)
@@ -35,7 +35,7 @@ class WorstCases:
         return float(self.lead.ranking(np.array(np.nan if first is None else first))), entry["case_id"]
 
     def _figures(self, block: Mapping[str, np.ndarray], place: int, which: int) -> dict[str, Any]:
-        """Return the figures by which a case is listed, and the largest force peak with its joint, None for null."""
+        """Return the figures that rank a case, and the largest force peak with its joint; None for null."""
         candidate = self.lead.candidates[which]
         peaks = [(float(np.nan_to_num(float(block[f"{joint}_force_peak"][place]))), joint) for joint in self.joints]
         peak, joint = max(peaks)

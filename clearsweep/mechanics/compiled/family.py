@@ -144,7 +144,7 @@ _PLAIN = {}  # what is behind an Entry where nothing is compiled: code -> (funct
 _SCENES = {}  # and the scene of these parameters
 
 
-_COMPILED = {}  # (function, number of the form of the scene, width) -> its machine code, None where there is none
+_COMPILED = {}  # (function, number of the form of the scene, width) -> its machine code, or None if there is none
 _EMPTY = contextvars.ContextVar("_EMPTY", default=False)
 
 

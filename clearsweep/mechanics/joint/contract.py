@@ -158,7 +158,7 @@ def extra_columns(joint):
 
 
 @extra_columns.member(None)
-def _no_more(joint):
+def _default_extra_columns(joint):
     return 0, 0
 
 
@@ -171,7 +171,7 @@ def power_lost(contact):
 
 
 @power_lost.member(None)
-def _of_its_normal_force(contact):
+def _default_power_lost(contact):
     return (contact.normal - contact.elastic) * contact.rate
 
 
@@ -181,20 +181,20 @@ def power_stored(contact):
 
 
 @power_stored.member(None)
-def _over_its_depth(contact):
+def _default_power_stored(contact):
     return contact.elastic * contact.rate
 
 
 @family
 def extra_observables(contact, accurate):
-    """Return what is seen of a contact besides a Contact's fields, observables of its own; () where there is nothing.
+    """Return what is seen of a contact besides a Contact's fields, observables of its own, or () if there is nothing.
 
     accurate : the state is one of the motion, none that an iteration passes.
     """
 
 
 @extra_observables.member(None)
-def _nothing_beside(contact, accurate):
+def _default_extra_observables(contact, accurate):
     return ()
 
 
@@ -204,7 +204,7 @@ def extra_channels(contact):
 
 
 @extra_channels.member(None)
-def _no_more_channels(contact):
+def _default_extra_channels(contact):
     return ()
 
 
@@ -224,17 +224,17 @@ def load_histories(joint, load):
 
 
 @histories.member(None)
-def _six(joint):
+def _default_histories(joint):
     return 6
 
 
 @gap_histories.member(None)
-def _journal_in_plane(joint, gap, side):
+def _default_gap_histories(joint, gap, side):
     return side * gap.x, side * gap.y, side * gap.vx, side * gap.vy
 
 
 @load_histories.member(None)
-def _of_what_bears_most(joint, load):
+def _default_load_histories(joint, load):
     contact = load.contacts[0]
     for i in range(1, len(load.contacts)):
         if load.contacts[i].normal > contact.normal:
@@ -284,17 +284,17 @@ def _has_none(law):
 
 
 @internal_rates.member(None)
-def _no_rates(law, contact):
+def _default_internal_rates(law, contact):
     return ()
 
 
 @guard_values.member(None)
-def _no_values(law, start, contact, root):
+def _default_guard_values(law, start, contact, root):
     return ()
 
 
 @latched.member(None)
-def _nothing_latched(law, event, contact, root):
+def _default_latched(law, event, contact, root):
     return ()
 
 

@@ -64,23 +64,23 @@ class Clip(NamedTuple):
 
 
 @guards.member(Clip)
-def _clip_guards(clip):
+def _guards_clip(clip):
     pulls = Guard((PRESSED, STUCK), CLIPPED, at_stages=True, counted=True, observable=RAW, sign=-1.0)
     return pulls, Guard((CLIPPED,), PRESSED, observable=RAW)
 
 
 @contact_modes.member(Joint)
-def _one_contact(joint):
+def _contact_modes_joint(joint):
     return (ContactModes(FREE, PRESSED),)
 
 
 @parts.member(Joint)
-def _clip_and_laws(joint):
+def _parts_joint(joint):
     return Part(Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0)
 
 
 @load.member(Joint)
-def _load_at_the_root(joint, gap, place, present):
+def _load_joint(joint, gap, place, present):
     root = present.y[present.roots + place.contact]
     now = with_laws_as_they_are(joint, place, present)
     return joint_load(now, gap, present.mode[place.contact], root * abs(root), present.latched[place.contact])

@@ -24,7 +24,7 @@ END_PRESSURE = (1.0 + END_DEPTH) * math.sqrt(END_SHARE)  # p0 R_b / (E* c) at th
 
 
 def kind_of(joint: Joint) -> str:
-    """Return whether the contact of a joint is one of a line or of a ball, '' where its laws are neither, or yield."""
+    """Return whether the contact of a joint is one of a line or of a ball, or '' if its laws are neither, or yield."""
     law = RECIPES["law", joint.contact.law].law if joint.is_dry else None
     if law is None or law.yields or not law.uses_elastic or joint.is_guide or joint.is_spatial:
         return ""
@@ -56,7 +56,7 @@ def _widening(share: float) -> float:
 
 
 def yield_energy(joint: Joint, elastic: Any) -> float | None:
-    """Return the elastic energy (J) at which the contact of a joint first yields, None where that cannot be judged.
+    """Return the elastic energy (J) at which the contact of a joint first yields, or None if that cannot be judged.
 
     elastic : the compiled form of its elastic law, rough surfaces included
     """
@@ -71,7 +71,7 @@ def yield_energy(joint: Joint, elastic: Any) -> float | None:
 
 
 def _modulus(joint: Joint, kind: str) -> float | None:
-    """Return E* (Pa) of a joint, from Hertz's stiffness where no material is given; None where it is not known."""
+    """Return E* (Pa) of a joint, from Hertz's stiffness where no material is given, or None if it is not known."""
     contact = joint.contact
     if contact.material:
         return plane_strain_modulus(contact.material)

@@ -90,7 +90,7 @@ _SIGNS = tuple(_Signs(*corner) for corner in CORNERS)
 
 
 @contact_modes.member(Guide)
-def _four_contacts(joint):
+def _contact_modes_guide(joint):
     return (
         ContactModes(FREE, PRESSED),
         ContactModes(FREE, PRESSED),
@@ -100,7 +100,7 @@ def _four_contacts(joint):
 
 
 @parts.member(Guide)
-def _clips_and_laws(joint):
+def _parts_guide(joint):
     return (
         Part(Clip(), 0),
         Part(joint.law, 0),
@@ -117,12 +117,17 @@ def _clips_and_laws(joint):
     )
 
 
+@inlined
+def corner_place(joint, gap, signs):
+    """Return where (m) a corner is from the block's point, in the frame of the walls, by its signs of CORNERS."""
+    half_length, half_height = 0.5 * signs[0] * joint.length, 0.5 * signs[1] * joint.height
+    return gap.cosine * half_length - gap.sine * half_height, gap.sine * half_length + gap.cosine * half_height
+
+
 @kernel
 def _corner(signs, _, number, context):
     joint, gap, place, present = context
-    half_length, half_height = 0.5 * signs.length * joint.length, 0.5 * signs.height * joint.height
-    x = gap.cosine * half_length - gap.sine * half_height
-    y = gap.sine * half_length + gap.cosine * half_height
+    x, y = corner_place(joint, gap, signs)
     spin = gap.spin_distal - gap.spin_proximal
     depth = signs.height * (gap.y + y) - 0.5 * joint.height - joint.clearance
     rate = signs.height * (gap.vy + spin * x)
@@ -156,7 +161,7 @@ _corners = map_joints(_corner, after_number)
 
 
 @load.member(Guide)
-def _load_at_the_corners(joint, gap, place, present):
+def _load_guide(joint, gap, place, present):
     a, b, c, d = _corners(_SIGNS, _SIGNS, 0, _Course(joint, gap, place, present))
     axial, across = a.fx + b.fx + c.fx + d.fx, a.fy + b.fy + c.fy + d.fy
     on_block = _moment(a) + _moment(b) + _moment(c) + _moment(d)

@@ -252,12 +252,12 @@ def through_the_film(transition, joint, gap, film, load):
 
 
 @through_the_film.member(None)
-def _film_alone_bears(transition, joint, gap, film, load):
+def _default_through_the_film(transition, joint, gap, film, load):
     return load
 
 
 @through_the_film.member(GreenwoodTripp)
-def _asperities_bear(transition, joint, gap, film, load):
+def _through_the_film_greenwood_tripp(transition, joint, gap, film, load):
     return with_asperities(joint, gap, film, load)
 
 
@@ -284,17 +284,17 @@ def corners_of(clearance: float, limit: float, begin: float = math.inf, end: flo
 
 
 @contact_modes.member(Film)
-def _always_afloat(joint):
+def _contact_modes_film(joint):
     return (ContactModes(ACTS, ACTS),)
 
 
 @parts.member(Film)
-def _film_alone(joint):
+def _parts_film(joint):
     return (Part(joint.corners, 0),)
 
 
 @load.member(Film)
-def _load_of_film(joint, gap, place, present):
+def _load_film(joint, gap, place, present):
     return load_of(joint, floating(joint, gap), relative_speed(gap))
 
 
@@ -302,17 +302,17 @@ def _load_of_film(joint, gap, place, present):
 
 
 @contact_modes.member(Lubricated)
-def _afloat_or_pressed(joint):
+def _contact_modes_lubricated(joint):
     return (ContactModes(AFLOAT, PRESSED),)
 
 
 @parts.member(Lubricated)
-def _those_of_the_dry_joint(joint):
+def _parts_lubricated(joint):
     return Part(dry.Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0), Part(joint.corners, 0)
 
 
 @load.member(Lubricated)
-def _load_of_both(joint, gap, place, present):
+def _load_lubricated(joint, gap, place, present):
     mode = present.mode[place.contact]
     film = floating(joint, gap)
     alone = load_of(joint, film, relative_speed(gap))
@@ -331,22 +331,22 @@ def _load_of_both(joint, gap, place, present):
 
 @extra_columns.member(Film)
 @extra_columns.member(Lubricated)
-def _of_a_film(joint):
+def _extra_columns_film_or_lubricated(joint):
     return FILM_WIDTH, 1
 
 
 @power_lost.member(FilmContact)
-def _of_all_but_the_resultant_slip(contact):
+def _power_lost_film_contact(contact):
     return contact.lost + contact.rubbed + contact.tangential * contact.slip
 
 
 @extra_observables.member(FilmContact)
-def _of_the_film(contact, accurate):
+def _extra_observables_film_contact(contact, accurate):
     law, motion = contact.highest
     pressure = film_pressure(law, motion) if accurate else 0.0
     return contact.dry, contact.drained, contact.rubbed, pressure, contact.speed, contact.pumped
 
 
 @extra_channels.member(FilmContact)
-def _dry_force(contact):
+def _extra_channels_film_contact(contact):
     return (contact.dry,)

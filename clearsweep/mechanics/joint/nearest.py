@@ -166,7 +166,7 @@ def deepest_angle(joint, x, y, turned, close):
             c, s = direction(angle)
             step, opens = halley(surfaces, angle, turned, x * c + y * s, y * c - x * s)
             angle += step
-    if not reached:  # in some lane: what follows a return would be worked out for none, too
+    if not reached:  # in some lane: what follows a return would be computed for none, too
         angle = searched(surfaces, x, y, turned)
     return angle
 
@@ -213,7 +213,7 @@ def with_angles(joint, gap, angles):
 
 
 @with_angles.member(None)
-def _as_it_is(joint, gap, angles):
+def _default_with_angles(joint, gap, angles):
     return gap
 
 

@@ -1,6 +1,6 @@
 """Where the numbers of joints and laws are, and laws with their internal state from there.
 
-How much room a joint takes follows from its type and is worked out where code is compiled: the compiler would take
+How much room a joint takes follows from its type and is computed where code is compiled: the compiler would take
 longer over it than over the forces.
 """
 

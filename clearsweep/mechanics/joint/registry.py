@@ -65,7 +65,7 @@ def described() -> tuple[Law, ...]:
 
 
 def _elastic(joint: Joint) -> Recipe | None:
-    """Return the elastic law of a joint, None where the contact law brings its own spring."""
+    """Return the elastic law of a joint, or None if the contact law brings its own spring."""
     uses_elastic = joint.is_dry and RECIPES["law", joint.contact.law].law.uses_elastic
     return RECIPES["elastic", joint.contact.elastic] if uses_elastic else None
 
@@ -136,7 +136,7 @@ def _shapes(joint: Joint, elastic: tuple, before: Worn | None) -> tuple[Shape, S
 
 
 def smoothing(joint: Joint, before: Worn) -> float | None:
-    """Return the standard deviation (rad) of the Gaussian that worn shapes are smoothed by, None where none act."""
+    """Return the standard deviation (rad) of the Gaussian that worn shapes are smoothed by, or None if none act."""
     if not (joint.wear and joint.wear.evolve):
         return None
     return _shapes(joint, contact_terms(joint)[1], before)[2]
@@ -206,7 +206,7 @@ def _bulk(joint: Joint) -> tuple:
 
 
 def _roughness(joint: Joint) -> Series | None:
-    """Return the elastic law of a joint with its rough surfaces in series, None where they are smooth."""
+    """Return the elastic law of a joint with its rough surfaces in series, or None if they are smooth."""
     surface = compiled_term("roughness", joint.roughness.law, joint) if joint.roughness else None
     if not isinstance(surface, Surface):
         return None
@@ -249,7 +249,7 @@ def _other_surfaces(joint: Joint) -> dict[str, Joint]:
 
 
 def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
-    """Return, by name, a joint with each elastic law, and why it cannot have that, '' where it can.
+    """Return, by name, a joint with each elastic law, and why it cannot have that, or '' if it can.
 
     Nothing where the law of its normal force brings its own spring.
     """
@@ -279,7 +279,7 @@ def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
 
 
 def restitution(joint: Joint) -> float | None:
-    """Return what a free impact in a joint gives back, None where mass and speed decide that, or there is none."""
+    """Return what a free impact in a joint gives back, or None if mass and speed decide that, or there is none."""
     returned = joint.is_dry and RECIPES["law", joint.contact.law].returned
     return float(returned(joint.contact.values.get("restitution"))) if returned else None
 

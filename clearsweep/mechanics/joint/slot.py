@@ -63,7 +63,8 @@ class _Normal(NamedTuple):
 
 
 @inlined
-def _normal(joint, gap):
+def normal_of(joint, gap):
+    """Return the normal of a pin in a slot, from its GuideGap."""
     beyond = gap.x - min(max(gap.x, -joint.half_length), joint.half_length)
     eccentricity = math.sqrt(beyond * beyond + gap.y * gap.y)
     centred = eccentricity <= 0.0
@@ -76,7 +77,7 @@ def _normal(joint, gap):
 
 @kernel
 def _pressed(joint, gap, place, present):
-    normal, c = _normal(joint, gap), place.contact
+    normal, c = normal_of(joint, gap), place.contact
     mode = present.mode[c]
     if mode == FREE:
         zero = as_type_of(0.0, normal.depth)

@@ -70,7 +70,7 @@ def pressing(joint, there, gap, pen):
 
 
 @pressing.member(WornJoint)
-def _at_the_deepest(joint, there, gap, pen):
+def _pressing_worn_joint(joint, there, gap, pen):
     gain = as_type_of(1.0, there.depth)
     return Pressing(there.nx, there.ny, there.depth, there.rate, gain, there.slopes)
 
@@ -129,30 +129,30 @@ def worn_load(joint, gap, mode, pen, onset_rate):
 
 
 @power_stored.member(WornContact)
-def _by_its_pace(contact):
+def _power_stored_worn_contact(contact):
     return contact.elastic * contact.pace
 
 
 @power_lost.member(WornContact)
-def _beside_what_is_stored(contact):
+def _power_lost_worn_contact(contact):
     return (contact.normal - contact.elastic) * contact.pace
 
 
 @contact_modes.member(WornJoint)
 @contact_modes.member(WornOnBed)
-def _one_contact(joint):
+def _contact_modes_worn_joint_or_worn_on_bed(joint):
     return (ContactModes(FREE, PRESSED),)
 
 
 @parts.member(WornJoint)
 @parts.member(WornOnBed)
-def _those_of_a_dry_joint(joint):
+def _parts_worn_joint_or_worn_on_bed(joint):
     return Part(Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0)
 
 
 @load.member(WornJoint)
 @load.member(WornOnBed)
-def _load_at_the_root(joint, gap, place, present):
+def _load_worn_joint_or_worn_on_bed(joint, gap, place, present):
     mode = present.mode[place.contact]
     if mode == FREE:
         return apart(joint, gap)
@@ -178,7 +178,7 @@ def seat(joint, eccentricity, angles):
 
 
 @seat.member(WornJoint)
-def _under_its_deepest_point(joint, eccentricity, angles):
+def _seat_worn_joint(joint, eccentricity, angles):
     """With n the direction of the load, at the angle phi: (c + h + depth) n + h' n', n' being n turned by 90 deg."""
     size = float(np.hypot(*eccentricity))
     nx, ny = eccentricity / size
@@ -195,13 +195,13 @@ def _under_its_deepest_point(joint, eccentricity, angles):
 
 @contact_angle.member(WornJoint)
 @contact_angle.member(WornOnBed)
-def _of_the_nearest(joint, gap):
+def _contact_angle_worn_joint_or_worn_on_bed(joint, gap):
     there = nearest(joint, gap)
     return there.angle, there.normal_rate, there.depth, there.rate
 
 
 @local_clearance.member(WornJoint)
-def _of_the_worn_surfaces(joint, on_bearing, on_journal):
+def _local_clearance_worn_joint(joint, on_bearing, on_journal):
     h, _, bend, _ = worn_at(joint.bearing.table, on_bearing)
     other, _, more, _ = worn_at(joint.journal.table, on_journal)
     return joint.clearance + (h + bend + other + more)

@@ -111,7 +111,7 @@ def circles(clearance, pen):
 
 
 @pressing.member(WornOnBed)
-def _over_the_arc(joint, there, gap, pen):
+def _pressing_worn_on_bed(joint, there, gap, pen):
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     on_bearing, on_journal, bearing_spin, journal_spin = bodies_of(joint, gap)
     c = joint.clearance
@@ -148,7 +148,7 @@ def _over_the_arc(joint, there, gap, pen):
 
 
 @seat.member(WornOnBed)
-def _on_its_springs(joint, eccentricity, angles):
+def _seat_worn_on_bed(joint, eccentricity, angles):
     """Both components of the force are those of the load, by Newton's method with differences."""
     size = float(np.hypot(*eccentricity))
     load, pen = elastic_force(joint.elastic, size - joint.clearance), size - joint.clearance

@@ -29,7 +29,7 @@ class IdealMotion(NamedTuple):
     velocity: np.ndarray  # the same per s
     acceleration: np.ndarray  # the same per s^2
     reactions: Mapping[str, np.ndarray]  # joint -> (..., 2) N, force on its distal body
-    torque: np.ndarray | None = None  # N m, of the drive on the crank; None where it is not known
+    torque: np.ndarray | None = None  # N m, of the drive on the crank, or None if it is not known
 
 
 class Built(NamedTuple):
@@ -113,7 +113,7 @@ def crank_rate(mechanism, pose, nominal):
 
 
 @crank_rate.member(None)
-def _constant_rate(mechanism, pose, nominal):
+def _default_crank_rate(mechanism, pose, nominal):
     return nominal
 
 
@@ -123,7 +123,7 @@ def load_power(mechanism, motion):
 
 
 @load_power.member(None)
-def _no_load(mechanism, motion):
+def _default_load_power(mechanism, motion):
     return 0.0
 
 
@@ -133,7 +133,7 @@ def friction_loads(mechanism):
 
 
 @friction_loads.member(None)
-def _no_friction(mechanism):
+def _default_friction_loads(mechanism):
     return 0
 
 
@@ -143,7 +143,7 @@ def friction_powers(mechanism, motion):
 
 
 @friction_powers.member(None)
-def _no_powers(mechanism, motion):
+def _default_friction_powers(mechanism, motion):
     return ()
 
 

@@ -16,7 +16,7 @@ def column_name(name: str) -> str:
 
 
 def keys_of(outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tuple[str, ...]) -> tuple[Keys, ...]:
-    """Return the sections of drive and loads; points : of each body, () where none can be chosen; joints : names."""
+    """Return the sections of drive and loads; points : of each body, or () if none can be chosen; joints : names."""
     sections = [*drives.keys(outline)]
     if outline.loads:
         sections.append(Keys("loads", "what acts on the mechanism from outside", need="optional"))

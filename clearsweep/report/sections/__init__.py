@@ -18,6 +18,7 @@ from . import (
     headline,
     identified,
     lasting,
+    law_check,
     law_choice,
     life,
     maps,
@@ -62,7 +63,16 @@ MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by sub
         (peak_revolution.sections, cases.others, motion_type.sections, films.sections),
     ),
     ("Wear and life", (life.sections, wear.sections, trends.sections)),
-    ("Laws and errors", (budget.sections, law_choice.sections, elastic_laws.sections, elastic_links.sections)),
+    (
+        "Laws and errors",
+        (
+            budget.sections,
+            law_check.sections,
+            law_choice.sections,
+            elastic_laws.sections,
+            elastic_links.sections,
+        ),
+    ),
     ("All cases", (explorer.sections, peaks.sections, failures.sections)),
     ("Setup", (mechanism.sections, setup.sections)),
 )

@@ -10,7 +10,7 @@ from ..table import Column, Table
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where every case finished."""
+    """Return the section, or [] if every case finished."""
     if study.failed.empty:
         return []
     return [Section("failures", "Failed cases", [Sentences([_reasons(study)]), _table(study)])]

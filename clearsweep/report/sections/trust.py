@@ -35,7 +35,7 @@ def _warnings(study: Study) -> list[str]:
 
 
 def _of_finished(study: Study) -> list[str]:
-    sentences = [*headline.limits(study), *headline.repeating(study)]
+    sentences = [*headline.limits(study), *headline.repeating(study), *elastic_laws.recommended(study)]
     for section in (*law_choice.sections(study), *elastic_laws.sections(study)):
         sentences += [_linked(section, sentence) for sentence in section.sentences[:1]]
     for section in elastic_links.sections(study):

@@ -7,6 +7,7 @@ import numpy as np
 from ...judging import order, verdict
 from ...language import wording
 from .. import sensitivity
+from ..axis import Axis
 from ..case_table import axis_columns
 from ..draw import pass_share
 from ..main_effects import main_effects
@@ -14,10 +15,10 @@ from ..picture import Picture, capital
 from ..sample_tables import any_exceeded
 from ..section import Block, Gallery, Points, Section, filled
 from ..shown import in_words
-from ..study import Axis, Joint, Study, largest, over_other_axes
+from ..study import Joint, Study, largest, over_other_axes
 from ..table import Column, Quantity, Table, counted
 from ..worst_case import question, worst_case
-from . import life, maps
+from . import law_check, life, maps
 from .sample import INDEPENDENT
 from .seek import safest
 
@@ -30,7 +31,7 @@ def sections(study: Study) -> list[Section]:
     if study.cases.empty:
         none = f"None of the {wording.count(len(study.failed), 'case')} finished; the reasons are listed below."
         return [Section("verdict", "Verdict", [Points([none])])]
-    points = [*life.ends(study), *safest(study), *_kept(study), *_worst(study)]
+    points = [*life.ends(study), *safest(study), *_kept(study), *_worst(study), *law_check.sentences(study)]
     blocks: list[Block] = [Points(points), _table(study), Gallery(NOTE, _maps(study)), Gallery("", maps.first(study))]
     return [Section("verdict", "Verdict", filled(blocks))]
 

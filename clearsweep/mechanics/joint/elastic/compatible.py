@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contracts.case import Joint
-from ....contracts.catalogue import Columns, Field, Law, Order
+from ....contracts.catalogue import Columns, Field, Law, Merit, Order
 from ....language.errors import InputError
 from ...compiled import calculus
 from ...compiled.dual import as_type_of
@@ -88,7 +88,7 @@ END_ENERGY = stored(END_SHARE)
 
 
 @elastic_energy.member(Compatible)
-def _energy_of_compatible(elastic, pen):
+def _elastic_energy_compatible(elastic, pen):
     if pen <= 0.0:
         return as_type_of(0.0, pen)
     c = elastic.clearance
@@ -117,6 +117,7 @@ register(
         "Persson's.  Over the same arc its load is within 4 % of Persson's up to a half-angle of 40 degrees.  At 45, "
         "the end of its range, it is 9 % lower.  From 77.3 degrees on, where the tangent stiffness is twice "
         "the secant, the force goes on along the tangent.  docs/model.md derives it.",
+        merit=Merit(1, "its contact arc follows from both elastic bodies, small or wide, without a fitted constant"),
     ),
     (Compatible,),
     _make_compatible,
@@ -176,6 +177,7 @@ register(
         tables=(FIT,),
         notes="K_f, n_f and the rms of the relative error are among the derived values of a run.  The power goes on "
         "outside its range, beyond which a remark says so.  Points of `fit` take the place of fit_from and fit_to.",
+        merit=Merit(2, "it is a power fitted to `compatible`, which models the arc of elastic bodies"),
     ),
     (Power,),
     lambda joint: fitted(joint).power,

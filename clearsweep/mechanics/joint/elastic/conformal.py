@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contracts.case import Joint
-from ....contracts.catalogue import Field, Law, Range
+from ....contracts.catalogue import Field, Law, Merit, Range
 from ....language.errors import InputError
 from ...compiled import calculus as math
 from ...compiled.family import kernel
@@ -235,6 +235,7 @@ register(
         "linear at small penetration, (pi/2) E* L pen: 4.4 times johnson's at 1 um and 0.5 mm clearance.  Elastic "
         "bodies touch over less than the rigid arc; compatible models that.  The half-angle cannot pass 84.83 "
         "degrees; beyond 80.41, where the tangent stiffness is twice the secant, the force goes on along the tangent.",
+        merit=Merit(4, "its load over the arc is the theory of conformal contact, the arc that of rigid circles"),
     ),
     (Conformal,),
     _make_persson,

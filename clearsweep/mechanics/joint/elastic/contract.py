@@ -34,7 +34,7 @@ def elastic_energy(elastic, pen):
 
 
 @elastic_energy.member(None)
-def _by_quadrature(elastic, pen):
+def _default_elastic_energy(elastic, pen):
     total = 0.0
     for node, weight in NODES:
         total += weight * elastic_force(elastic, pen * (node * node))
@@ -50,7 +50,7 @@ def energy_stiffness(elastic, pen):
 
 
 @energy_stiffness.member(None)
-def _of_force_and_energy(elastic, pen):
+def _default_energy_stiffness(elastic, pen):
     force, energy = elastic_force(elastic, pen), elastic_energy(elastic, pen)
     return where(energy > 0.0, 0.5 * force * force / where(energy > 0.0, energy, 1.0), as_type_of(0.0, energy))
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ....contracts.case import Joint
-from ....contracts.catalogue import Field, Law, Range
+from ....contracts.catalogue import Field, Law, Merit, Range
 from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..material import line_modulus
@@ -55,7 +55,7 @@ def _logarithmic(elastic, pen):
 
 
 @elastic_energy.member(Logarithmic)
-def _energy_of_logarithmic(elastic, pen):
+def _elastic_energy_logarithmic(elastic, pen):
     """By parts: F pen less the integral of pen = g F ln(S / F) over F, which is F pen / 2 + g F^2 / 4."""
     force = elastic_force(elastic, pen)
     if pen < LOGARITHMIC_END * elastic.depth:
@@ -95,6 +95,7 @@ line_law(
         contact="line",
         needs=NEEDS,
         notes="Half-spaces, so for contact arcs that are small.",
+        merit=Merit(3, "it is the line contact of elastic half-spaces, and the arc is small"),
     ),
     _johnson,
 )

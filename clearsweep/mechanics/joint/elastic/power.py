@@ -22,7 +22,7 @@ def _power(elastic, pen):
 
 
 @elastic_energy.member(Power)
-def _energy_of_power(elastic, pen):
+def _elastic_energy_power(elastic, pen):
     return elastic.stiffness * pen * pen**elastic.exponent / (elastic.exponent + 1.0)
 
 
@@ -38,12 +38,12 @@ def _power_three_halves(elastic, pen):
 
 
 @elastic_energy.member(PowerThreeHalves)
-def _energy_of_three_halves(elastic, pen):
+def _elastic_energy_power_three_halves(elastic, pen):
     return 0.4 * elastic.stiffness * pen * pen * math.sqrt(pen)
 
 
 @energy_stiffness.member(PowerThreeHalves)
-def _linear_for_three_halves(elastic, pen):
+def _energy_stiffness_power_three_halves(elastic, pen):
     return 1.25 * elastic.stiffness * math.sqrt(pen)
 
 
@@ -59,12 +59,12 @@ def _linear(elastic, pen):
 
 
 @elastic_energy.member(Linear)
-def _energy_of_linear(elastic, pen):
+def _elastic_energy_linear(elastic, pen):
     return 0.5 * elastic.stiffness * pen * pen
 
 
 @energy_stiffness.member(Linear)
-def _linear_as_it_is(elastic, pen):
+def _energy_stiffness_linear(elastic, pen):
     return elastic.stiffness
 
 

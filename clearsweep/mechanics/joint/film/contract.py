@@ -48,7 +48,7 @@ def film_pressure(law, motion):
 
 
 @film_pressure.member(None)
-def _none_known(law, motion):
+def _default_film_pressure(law, motion):
     return 0.0
 
 
@@ -69,7 +69,7 @@ def film_couples(shear, motion, rotation, moment):
 
 
 @film_couples.member(None)
-def _balanced(shear, motion, rotation, moment):
+def _default_film_couples(shear, motion, rotation, moment):
     couple = shear_couple(shear, motion, rotation)
     return -couple - 0.5 * moment, couple - 0.5 * moment
 
@@ -85,7 +85,7 @@ def asperity_load(transition, depth):
 
 
 @asperity_load.member(None)
-def _no_asperities(transition, depth):
+def _default_asperity_load(transition, depth):
     return as_type_of(0.0, depth)
 
 

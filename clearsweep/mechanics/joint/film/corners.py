@@ -18,7 +18,7 @@ class Corners(NamedTuple):
 
 
 @guards.member(Corners)
-def _both_ways(corners):
+def _guards_corners(corners):
     return (
         Guard((ACTS, AFLOAT)),
         Guard((ACTS, AFLOAT)),
@@ -30,7 +30,7 @@ def _both_ways(corners):
 
 
 @guard_values.member(Corners)
-def _passed(corners, start, contact, root):
+def _guard_values_corners(corners, start, contact, root):
     was, now, near = start.depth, contact.depth, corners.near
     return (
         now - corners.clamped if was < corners.clamped - near else NEVER,

@@ -66,7 +66,7 @@ def squeeze_number(law, ratio):
 
 
 @film_force.member(Finite)
-def _butenschoen(law, motion):
+def _film_force_finite(law, motion):
     ratio, squeeze_rate, spin = motion.ratio, motion.squeeze_rate, motion.spin
     wedge, sine, cosine = turning_number(law, ratio)
     squeeze = squeeze_number(law, ratio if squeeze_rate >= 0.0 else -ratio)

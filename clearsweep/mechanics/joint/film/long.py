@@ -21,7 +21,7 @@ class Long(NamedTuple):
 
 
 @film_force.member(Long)
-def _half_film(law, motion):
+def _film_force_long(law, motion):
     ratio, squeeze_rate, full = motion.ratio, motion.squeeze_rate, 2.0 + motion.ratio * motion.ratio
     squeeze, wedge = squeeze_rate * full, motion.spin * ratio
     if squeeze == 0.0 and wedge == 0.0:
@@ -55,7 +55,7 @@ def _pressure(law, motion, cosine, sine):
 
 
 @film_pressure.member(Long)
-def _highest_of_long(law, motion):
+def _film_pressure_long(law, motion):
     full = 2.0 + motion.ratio * motion.ratio
     return highest(law, motion, _pressure, math.atan2(motion.squeeze_rate * full, motion.spin * motion.ratio))
 
@@ -92,7 +92,7 @@ class PinkusSternlicht(NamedTuple):
 
 
 @film_force.member(PinkusSternlicht)
-def _pinkus_sternlicht(law, motion):
+def _film_force_pinkus_sternlicht(law, motion):
     ratio, squeeze_rate, spin = motion.ratio, motion.squeeze_rate, motion.spin
     squared = ratio * ratio
     slow, full, speed = 1.0 - squared, 2.0 + squared, abs(squeeze_rate)

@@ -109,7 +109,7 @@ def _direction(motion):
 
 
 @film_force.member(Reynolds)
-def _finite_film(law, motion):
+def _film_force_reynolds(law, motion):
     squeeze, wedge, size, stretch = _direction(motion)
     if size == 0.0:
         still = as_type_of(0.0, size)
@@ -124,7 +124,7 @@ def _finite_film(law, motion):
 
 
 @film_pressure.member(Reynolds)
-def _highest_of_finite(law, motion):
+def _film_pressure_reynolds(law, motion):
     squeeze, _, size, _ = _direction(motion)
     if size == 0.0:
         return 0.0

@@ -22,12 +22,12 @@ class Unsheared(NamedTuple):
 
 
 @shear_couple.member(Unsheared)
-def _none(shear, motion, rotation):
+def _shear_couple_unsheared(shear, motion, rotation):
     return as_type_of(0.0, motion.ratio)
 
 
 @film_couples.member(Unsheared)
-def _centres_alone(shear, motion, rotation, moment):
+def _film_couples_unsheared(shear, motion, rotation, moment):
     nothing = as_type_of(0.0, moment)
     return nothing, nothing
 
@@ -54,7 +54,7 @@ class Petroff(NamedTuple):
 
 
 @shear_couple.member(Petroff)
-def _petroff(shear, motion, rotation):
+def _shear_couple_petroff(shear, motion, rotation):
     return as_type_of(shear.drag * rotation, motion.ratio)
 
 
@@ -84,7 +84,7 @@ class Couette(NamedTuple):
 
 
 @shear_couple.member(Couette)
-def _couette(shear, motion, rotation):
+def _shear_couple_couette(shear, motion, rotation):
     return shear.drag * rotation / math.sqrt(1.0 - motion.ratio * motion.ratio)
 
 

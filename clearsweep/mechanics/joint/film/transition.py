@@ -64,7 +64,7 @@ def shared_load(x):
 
 
 @asperity_load.member(GreenwoodTripp)
-def _greenwood_tripp(transition, depth):
+def _asperity_load_greenwood_tripp(transition, depth):
     eccentricity = transition.clearance + depth
     highest = HIGHEST * transition.roughness + transition.mean_height
     if depth <= -highest:

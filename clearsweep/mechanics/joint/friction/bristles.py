@@ -32,7 +32,7 @@ class Dahl(NamedTuple):
 
 
 @friction_force.member(Dahl)
-def _dahl(friction, normal, slip):
+def _friction_force_dahl(friction, normal, slip):
     return -normal * friction.bristle_stiffness * friction.bend
 
 
@@ -40,7 +40,7 @@ internal_state.member(Dahl)(_bend_of_sliding)
 
 
 @internal_rates.member(Dahl)
-def _dahl_rate(friction, contact):
+def _internal_rates_dahl(friction, contact):
     slip = contact.slip
     rest = 1.0 - friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip) / friction.coefficient
     return (slip * math.copysign(abs(rest) ** friction.shape, rest),)
@@ -90,12 +90,12 @@ def bend_rate(friction, slip):
 
 
 @bend_rate.member(LuGre)
-def _bend_rate_of_lugre(friction, slip):
+def _bend_rate_lugre(friction, slip):
     return slip - friction.bristle_stiffness * abs(slip) * friction.bend / stribeck_coefficient(friction, slip)
 
 
 @friction_force.member(LuGre)
-def _damped_bristles(friction, normal, slip):
+def _friction_force_lugre(friction, normal, slip):
     fall = math.exp(-((slip / friction.damping_velocity) ** 2))
     share = friction.bristle_stiffness * friction.bend
     share += friction.bristle_damping * fall * bend_rate(friction, slip)
@@ -106,7 +106,7 @@ internal_state.member(LuGre)(_bend_of_sliding)
 
 
 @internal_rates.member(LuGre)
-def _bends(friction, contact):
+def _internal_rates_lugre(friction, contact):
     return (bend_rate(friction, contact.slip),)
 
 
@@ -187,7 +187,7 @@ class ElastoPlastic(NamedTuple):
 
 
 @bend_rate.member(ElastoPlastic)
-def _bend_rate_of_elasto_plastic(friction, slip):
+def _bend_rate_elasto_plastic(friction, slip):
     bristle_force = (
         friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip)
     )  # below 0 while bristles unbend
@@ -197,9 +197,9 @@ def _bend_rate_of_elasto_plastic(friction, slip):
     return slip * (1.0 - rise * rise * bristle_force / most)
 
 
-friction_force.member(ElastoPlastic)(_damped_bristles)
+friction_force.member(ElastoPlastic)(_friction_force_lugre)
 internal_state.member(ElastoPlastic)(_bend_of_sliding)
-internal_rates.member(ElastoPlastic)(_bends)
+internal_rates.member(ElastoPlastic)(_internal_rates_lugre)
 
 
 register(

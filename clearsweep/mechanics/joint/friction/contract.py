@@ -25,7 +25,7 @@ def static_limit(friction):
 
 
 @static_limit.member(None)
-def _slides(friction):
+def _default_static_limit(friction):
     return 0.0
 
 
@@ -37,7 +37,7 @@ class Frictionless(NamedTuple):
 
 
 @friction_force.member(Frictionless)
-def _frictionless(friction, normal, slip):
+def _friction_force_frictionless(friction, normal, slip):
     return 0.0
 
 

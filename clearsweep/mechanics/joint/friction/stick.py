@@ -24,24 +24,24 @@ class Karnopp(NamedTuple):
 
 
 @friction_force.member(Karnopp)
-def _karnopp(friction, normal, slip):
+def _friction_force_karnopp(friction, normal, slip):
     sign = min(max(slip / friction.band, -1.0), 1.0)  # no jump in a step that runs into the band and is cut there
     return -normal * (stribeck_coefficient(friction, slip) * sign + friction.viscous * slip)
 
 
 @static_limit.member(Karnopp)
-def _limit_of_karnopp(friction):
+def _static_limit_karnopp(friction):
     edge = stribeck_coefficient(friction, friction.band) + friction.viscous * friction.band
     return max(friction.static_coefficient, edge)  # else surfaces that let go would be caught again at once
 
 
 @guards.member(Karnopp)
-def _sticks_and_slips(friction):
+def _guards_karnopp(friction):
     return Guard((PRESSED,), STUCK, at_start=True), Guard((STUCK,), PRESSED)
 
 
 @guard_values.member(Karnopp)
-def _within_and_beyond_the_band(friction, start, contact, root):
+def _guard_values_karnopp(friction, start, contact, root):
     slip = math.copysign(1.0, start.slip) * contact.slip
     return friction.band - slip, abs(slip) - LOOSE * friction.band
 

@@ -43,12 +43,12 @@ def awaits_mass(law):
 
 
 @with_mass.member(None)
-def _needs_none(law, mass):
+def _default_with_mass(law, mass):
     return law
 
 
 @awaits_mass.member(None)
-def _never_needs(law):
+def _default_awaits_mass(law):
     return False
 
 
@@ -58,7 +58,7 @@ def keeps_onset(law):
 
 
 @keeps_onset.member(None)
-def _knows_none(law):
+def _default_keeps_onset(law):
     return False
 
 

@@ -6,7 +6,7 @@ To add a law of the form F = F_elastic (1 + chi rate / onset_rate) is to add one
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ....contracts.catalogue import Law
+from ....contracts.catalogue import Law, Merit
 from ...compiled import calculus as math
 from ..elastic.contract import elastic_force
 from ..rebound import approach_hysteresis_rebound, exact_factor, hysteresis_rebound
@@ -259,6 +259,7 @@ factor_law(
         (RESTITUTION,),
         notes="The recommended law: whatever the elastic force, mass and speed, a free impact gives back what was "
         "asked for.",
+        merit=Merit(1, "a free impact gives back the restitution asked for, whatever elastic law, mass and speed"),
     ),
     exact_factor,
 )

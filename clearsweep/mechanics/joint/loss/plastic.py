@@ -109,13 +109,13 @@ def _yielding_sphere(law, elastic, pen, rate, onset_rate):
 
 @guards.member(YieldingSphere)
 @guards.member(Plastic)
-def _turns_back_and_comes_again(law):
+def _guards_yielding_sphere_or_plastic(law):
     return Guard(TOUCHING), Guard(TOUCHING, of_state=True)
 
 
 @guard_values.member(YieldingSphere)
 @guard_values.member(Plastic)
-def _parts_and_is_deepest(law, start, contact, root):
+def _guard_values_yielding_sphere_or_plastic(law, start, contact, root):
     if law.deepest == 0.0:
         return -contact.rate, NEVER
     return NEVER, root - BEYOND * math.sqrt(law.deepest)
@@ -123,7 +123,7 @@ def _parts_and_is_deepest(law, start, contact, root):
 
 @latched.member(YieldingSphere)
 @latched.member(Plastic)
-def _deepest(law, event, contact, root):
+def _latched_yielding_sphere_or_plastic(law, event, contact, root):
     if event == UNLOADING:
         return (max(root * root, SHALLOW),)
     return (0.0,)

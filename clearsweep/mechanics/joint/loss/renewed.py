@@ -86,27 +86,27 @@ _by_phase, _by_later_phase = either(_impact, _after_impact), either(_pressed_on,
 
 
 @with_mass.member(Renewed)
-def _massive(law, mass):
+def _with_mass_renewed(law, mass):
     return Renewed(law.impact, law.elastic, law.damping, mass, law.doubling_energy)
 
 
 @awaits_mass.member(Renewed)
-def _once_it_lasts(law):
+def _awaits_mass_renewed(law):
     return law.doubling_energy == 0.0
 
 
 @keeps_onset.member(Renewed)
-def _until_pressed_on(law):
+def _keeps_onset_renewed(law):
     return law.doubling_energy > 0.0
 
 
 @guards.member(Renewed)
-def _proves_lasting(law):
+def _guards_renewed(law):
     return Guard(TOUCHING, of_state=True), Guard(TOUCHING)
 
 
 @guard_values.member(Renewed)
-def _beyond_an_impact(law, start, contact, root):
+def _guard_values_renewed(law, start, contact, root):
     if law.doubling_energy > 0.0:
         return elastic_energy(
             law.elastic, root * root
@@ -115,7 +115,7 @@ def _beyond_an_impact(law, start, contact, root):
 
 
 @latched.member(Renewed)
-def _phase(law, event, contact, root):
+def _latched_renewed(law, event, contact, root):
     if event == ENTERED:
         rate = max(contact.rate, ONSET_FLOOR)
         return (2.0 * law.mass * rate * rate,)

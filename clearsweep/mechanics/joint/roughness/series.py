@@ -81,7 +81,7 @@ def _column(rough, x, column):
 
 
 @elastic_force.member(Rough)
-def _in_series(elastic, pen):
+def _elastic_force_rough(elastic, pen):
     if pen <= 0.0:
         return as_type_of(0.0, pen)
     x = calculus.log(pen)
@@ -93,14 +93,14 @@ def _in_series(elastic, pen):
 
 
 @elastic_energy.member(Rough)
-def _energy_in_series(elastic, pen):
+def _elastic_energy_rough(elastic, pen):
     if pen <= 0.0:
         return as_type_of(0.0, pen)
     return elastic_force(elastic, pen) * pen * _column(elastic, max(calculus.log(pen), elastic.start), 1)
 
 
 @parity.member(Rough)
-def _as_at_first_touch(elastic):
+def _parity_rough(elastic):
     return elastic.parity
 
 

@@ -128,12 +128,12 @@ def _contact_of(walls, contact):
 
 
 @_contact_of.member(EndContacts)
-def _as_it_is(walls, contact):
+def _contact_of_end_contacts(walls, contact):
     return contact
 
 
 @_contact_of.member(Spread)
-def _with_powers(walls, contact):
+def _contact_of_spread(walls, contact):
     return as_spread(contact, contact.normal)
 
 
@@ -143,12 +143,12 @@ def _walls(walls, context, second):
 
 
 @_walls.member(EndContacts)
-def _at_the_ends(walls, context, second):
+def _walls_end_contacts(walls, context, second):
     return _wall(context, 0, 1.0, context.place), _wall(context, 1, -1.0, second)
 
 
 @_walls.member(Spread)
-def _over_the_length(walls, context, second):
+def _walls_spread(walls, context, second):
     return spread_walls(context)
 
 
@@ -158,12 +158,12 @@ def force_at_end(contact):
 
 
 @force_at_end.member(Contact)
-def _its_normal_force(contact):
+def _force_at_end_contact(contact):
     return contact.normal
 
 
 @force_at_end.member(SpreadContact)
-def _its_equivalent(contact):
+def _force_at_end_spread_contact(contact):
     return contact.at_end
 
 
@@ -202,7 +202,7 @@ def _loaded(gap, force, moment, twist, contacts):
 
 
 @load.member(Through)
-def _load_at_the_walls(joint, gap, place, present):
+def _load_through(joint, gap, place, present):
     context = _course_of(joint, gap, place, present)
     second = after_law(after_law(place, joint.law), joint.friction)
     a, b = _walls(joint.walls, context, second)
@@ -212,7 +212,7 @@ def _load_at_the_walls(joint, gap, place, present):
 
 
 @load.member(Flanged)
-def _load_at_walls_and_flanges(joint, gap, place, present):
+def _load_flanged(joint, gap, place, present):
     context = _course_of(joint, gap, place, present)
     second = after_law(after_law(place, joint.law), joint.friction)
     third = after_law(after_law(second, joint.law), joint.friction)
@@ -245,30 +245,30 @@ POINT_CHANNELS = (
 
 
 @histories.member(Through)
-def _of_two_points(joint):
+def _histories_through(joint):
     return 12
 
 
 @histories.member(Flanged)
-def _of_four_points(joint):
+def _histories_flanged(joint):
     return 16
 
 
 @gap_histories.member(Through)
 @gap_histories.member(Flanged)
-def _journal_in_space(joint, gap, side):
+def _gap_histories_through_or_flanged(joint, gap, side):
     at, moving = in_fixed(gap.frame, gap.middle), in_fixed(gap.frame, gap.velocity)
     return at.x, at.y, at.z, moving.x, moving.y, moving.z, tilt_of(gap.axis)
 
 
 @load_histories.member(Through)
-def _forces_at_two_points(joint, load):
+def _load_histories_through(joint, load):
     a, b, whole, _ = load.contacts
     return whole.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential)
 
 
 @load_histories.member(Flanged)
-def _forces_at_four_points(joint, load):
+def _load_histories_flanged(joint, load):
     a, b, c, d, whole, _ = load.contacts
     walls = (whole.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential))
     return (*walls, c.normal, abs(c.tangential), d.normal, abs(d.tangential))

@@ -138,12 +138,12 @@ class SpreadContact(NamedTuple):
 
 
 @power_stored.member(SpreadContact)
-def _stored(contact):
+def _power_stored_spread_contact(contact):
     return contact.stored
 
 
 @power_lost.member(SpreadContact)
-def _lost(contact):
+def _power_lost_spread_contact(contact):
     return contact.lost
 
 
@@ -159,22 +159,22 @@ def _walls_of(joint):
 
 
 @contact_modes.member(Through)
-def _two_walls(joint):
+def _contact_modes_through(joint):
     return (*_walls_of(joint), *_TELLING)
 
 
 @contact_modes.member(Flanged)
-def _two_walls_and_two_flanges(joint):
+def _contact_modes_flanged(joint):
     return (*_walls_of(joint), *_WALLS, *_TELLING)
 
 
 @guards.member(Leaving)
-def _has_left(leaving):
+def _guards_leaving(leaving):
     return (Guard((ACTS,), observable=RAW, ends_run=True),)
 
 
 @parts.member(Through)
-def _laws_of_walls(joint):
+def _parts_through(joint):
     return (
         Part(Clip(), 0),
         Part(joint.law, 0),
@@ -187,7 +187,7 @@ def _laws_of_walls(joint):
 
 
 @parts.member(Flanged)
-def _laws_of_walls_and_flanges(joint):
+def _parts_flanged(joint):
     return (
         Part(Clip(), 0),
         Part(joint.law, 0),

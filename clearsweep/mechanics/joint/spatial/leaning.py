@@ -42,7 +42,7 @@ def leaning_of(ends, joint, gap, end):
 
 
 @leaning_of.member(InBore)
-def _of_the_journals_circle(ends, joint, gap, end):
+def _leaning_of_in_bore(ends, joint, gap, end):
     middle, zero = gap.middle, as_type_of(0.0, gap.middle.z)
     center = Vector(middle.x, middle.y, middle.z + end * joint.half_journal)
     off = plus_scaled(center, -dot(center, gap.axis), gap.axis)
@@ -50,7 +50,7 @@ def _of_the_journals_circle(ends, joint, gap, end):
 
 
 @leaning_of.member(AtEdges)
-def _of_the_bores_edge(ends, joint, gap, end):
+def _leaning_of_at_edges(ends, joint, gap, end):
     middle, zero = gap.middle, as_type_of(0.0, gap.middle.z)
     inward = times(-end * math.copysign(1.0, gap.axis.z), gap.axis)
     center = times(-joint.half_length, inward)
@@ -60,7 +60,7 @@ def _of_the_bores_edge(ends, joint, gap, end):
 
 
 @leaning_of.member(Overlapping)
-def _of_what_bears(ends, joint, gap, end):
+def _leaning_of_overlapping(ends, joint, gap, end):
     if is_beyond(joint, gap, end):
         return leaning_of(AtEdges(), joint, gap, end)
     return leaning_of(InBore(), joint, gap, end)

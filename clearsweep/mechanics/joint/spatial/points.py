@@ -101,7 +101,7 @@ def wall_point(ends, joint, gap, end):
 
 
 @wall_point.member(InBore)
-def _end_circle_in_bore(ends, joint, gap, end):
+def _wall_point_in_bore(ends, joint, gap, end):
     axis, middle, radius = gap.axis, gap.middle, joint.journal_radius
     center = Vector(middle.x, middle.y, middle.z + end * joint.half_journal)
     across = plus_scaled(center, -dot(center, axis), axis)
@@ -116,7 +116,7 @@ def _end_circle_in_bore(ends, joint, gap, end):
 
 
 @wall_point.member(AtEdges)
-def _edge_of_bore_on_journal(ends, joint, gap, end):
+def _wall_point_at_edges(ends, joint, gap, end):
     axis, radius = times(math.copysign(1.0, gap.axis.z), gap.axis), joint.bearing_radius
     share = 1.0 / (1.0 + axis.z)
     first = Vector(1.0 - axis.x * axis.x * share, -axis.x * axis.y * share, -axis.x)
@@ -151,7 +151,7 @@ def is_beyond(joint, gap, end):
 
 
 @wall_point.member(Overlapping)
-def _end_circle_or_edge(ends, joint, gap, end):
+def _wall_point_overlapping(ends, joint, gap, end):
     if is_beyond(joint, gap, end):
         return wall_point(AtEdges(), joint, gap, end)
     return wall_point(InBore(), joint, gap, end)

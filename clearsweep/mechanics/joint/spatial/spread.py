@@ -55,13 +55,13 @@ def bearing_length(ends, joint, gap):
 
 
 @bearing_length.member(InBore)
-def _whole_journal(ends, joint, gap):
+def _bearing_length_in_bore(ends, joint, gap):
     zero = as_type_of(0.0, gap.middle.z)
     return Overlap(zero + joint.half_journal, zero + 1.0, zero)
 
 
 @bearing_length.member(Overlapping)
-def _what_is_in_the_bore(ends, joint, gap):
+def _bearing_length_overlapping(ends, joint, gap):
     whole, length = 2.0 * min(joint.half_journal, joint.half_length), overlap_of(joint, gap)
     zero = as_type_of(0.0, length)
     if length >= whole:

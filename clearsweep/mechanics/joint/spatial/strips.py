@@ -70,12 +70,12 @@ def nodes_of(rule):
 
 
 @nodes_of.member(Few)
-def _few(rule):
+def _nodes_of_few(rule):
     return FEW
 
 
 @nodes_of.member(Many)
-def _many(rule):
+def _nodes_of_many(rule):
     return MANY
 
 

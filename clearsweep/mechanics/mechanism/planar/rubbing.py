@@ -107,6 +107,8 @@ class Reacting(Dynamics):
                 pull = self.signed(sign, self.scaled(size, self.axis(rub.joint)))
                 force[body].append(pull)
                 moment[body].append(self.moment(body, point, pull))
+            if site.link.slides and rub.joint in self.machine.open:  # the walls are pulled where the block is
+                moment[site.link.proximal].append(self.lines.product(size, _offset(self, rub.joint)))
         return force, moment
 
     def normals(self, accelerations: Row) -> list[str | None]:
@@ -294,4 +296,14 @@ def _slip(write: Bodies, rub: Rub) -> str:
         couples = lines.total(write.spin(link.distal), lines.minus(write.spin(link.proximal)))
         return number(lines.let(couples))
     velocity = write.combination(write.columns(write.between(*write.site(rub.joint))), write.rate)
-    return number(lines.total(*lines.dot(write.axis(rub.joint), velocity)))
+    terms = lines.dot(write.axis(rub.joint), velocity)
+    if rub.joint in write.machine.open:
+        terms = (*terms, lines.product(write.spin(link.proximal), _offset(write, rub.joint)))
+    return number(lines.total(*terms))
+
+
+def _offset(write: Bodies, joint: int) -> str | None:
+    """Return how far (m) the block of a guide with clearance is from the middle between its walls."""
+    lines = write.lines
+    place = tuple(map(lines.let, write.place(write.between(*write.site(joint)))))
+    return lines.total(*lines.dot(write.left(write.axis(joint)), place))

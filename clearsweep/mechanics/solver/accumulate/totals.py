@@ -165,7 +165,7 @@ def raise_to(maxima, place, some, value):
 
 @inlined
 def seek_above(step, place, some, least):
-    """Note that a maximum at `place` is to be found between the stages where it is above the `least` of account."""
+    """Request a search between the stages for the maximum at `place`, where it exceeds the `least` relevant value."""
     peak_possible = some & (step[place] > least)
     step[place] = where(step[ACCEPTED] != 0.0, where(peak_possible, step[place], NO_PEAK), step[place])
     step[NEEDS_PEAK_SEARCH] = where(peak_possible, 1.0, step[NEEDS_PEAK_SEARCH])
