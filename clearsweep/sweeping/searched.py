@@ -126,18 +126,18 @@ def optimised(result: RunResult, units: Mapping[str, str], limits: Sequence[Limi
     optimum = result.optimised
     if optimum is None:
         return None
-    best, start = [_with_words(each, limits) for each in optimum.best], optimum.start
-    start = start and _with_words(start, limits)
+    best = [_with_words(each, limits) for each in optimum.best]
+    start = _with_words(optimum.start, limits) if optimum.start else None
     names = [*optimum.best[0].values]
     return optimum._asdict() | {"best": best, "start": start, "units": {name: units.get(name, "1") for name in names}}
 
 
 def _with_words(case: Best, limits: Sequence[Limit]) -> dict[str, Any]:
-    """Return a case ready for JSON, its margin in words, too; None where it has none."""
-    margin = (
-        None if case.margin is None else margin_words(case.margin, limits, case.limiting if case.margin < 0 else "")
-    )
-    return case._asdict() | {"margin_words": margin}
+    """Return a case for JSON with its margin in words, None without limits."""
+    if case.margin is None:
+        return case._asdict() | {"margin_words": None}
+    exceeded = case.limiting or "" if case.margin < 0.0 else ""
+    return case._asdict() | {"margin_words": margin_words(case.margin, limits, exceeded)}
 
 
 def _objective(column: str, case: Mapping[str, Any], unit: str) -> str:
