@@ -1,9 +1,11 @@
 """Where worn surfaces are closest to each other, or deepest in each other: see `joint.worn`.
 
-The deepest point is where the slope of e . u(phi) - h is zero, e sin(gamma - phi) = h', found from the direction gamma
-of the eccentricity by Halley's method, of the third order, whose last step has derivatives.  Where
-e^2 > h'^2 + h''^2, whatever the place, there is but one such point on that side, and the deepest.  Else, the journal
-being near to the middle for what is worn, the deepest of LOOKS places is refined within a bracket.
+The deepest point is where the slope of g = e . u(phi) - h is zero, e sin(gamma - phi) = h', found from the direction
+gamma of the eccentricity by Halley's method, of the third order, whose last step has derivatives.  It is the deepest of
+all in two cases.  Where e^2 > h'^2 + h''^2, whatever the place, there is but one such point on that side.  And with r
+the least of h + h'', h - r is the support function of a convex region, so that all directions in which e lies beyond
+it, g > -r, are one arc, and g has one maximum on it.  So it is wherever surfaces touch, as c + r > 0 at a point.  Else,
+the journal being near to the middle for what is worn, the deepest of LOOKS places is refined within a bracket.
 """
 
 from typing import NamedTuple
@@ -19,7 +21,7 @@ from ..compiled.family import family, inlined, kernel, map_joints
 from .places import after_number
 from .wear.shape import worn_at
 
-CLOSE = 0.1  # rad: a step of Halley's method leaves about its third power, the last step the third power of that
+CLOSE = 0.02  # rad, over half of what shapes are smoothed by: a step after which the next is the last
 CLOSE_FOR_SLOPES = 1e-4  # rad: of the last step but the first derivatives are taken
 STEPS, BISECTIONS = 8, 60  # at most
 LOOKS = 64  # round the bearing
@@ -102,17 +104,17 @@ def surfaces_of(joint):
 
 @inlined
 def halley(surfaces, angle, turned, radial, across):
-    """Return a step (rad) towards the deepest point, and whether the gap opens on both sides of `angle`.
+    """Return a step (rad) towards the deepest point, whether the gap opens on both sides of `angle`, and g (m) there.
 
-    turned : the angles of bearing and journal, rad; along, across : m, of the eccentricity, seen from `angle`.
+    turned : the angles of bearing and journal, rad; radial, across : m, of the eccentricity, seen from `angle`.
     """
-    _, slope, bend, third = worn_at(surfaces.bearing, angle - turned[0])
-    _, other, more, last = worn_at(surfaces.journal, angle - turned[1])
+    h, slope, bend, third = worn_at(surfaces.bearing, angle - turned[0])
+    h_journal, other, more, last = worn_at(surfaces.journal, angle - turned[1])
     sharp = radial + (bend + more)
     per_sharp = 1.0 / sharp
     step = (across - (slope + other)) * per_sharp
     curved = -0.5 * (across + (third + last)) * step * per_sharp
-    return step + step * min(max(curved, -0.5), 0.5), sharp > 0.0
+    return step + step * min(max(curved, -0.5), 0.5), sharp > 0.0, radial - (h + h_journal)
 
 
 @kernel
@@ -152,19 +154,20 @@ def deepest_angle(joint, x, y, turned, close):
     """Return the angle (rad) at which the surfaces are closest, up to a last step."""
     surfaces = surfaces_of(joint)
     steep, bent = joint.bearing.steepest + joint.journal.steepest, joint.bearing.bent + joint.journal.bent
+    outside = -(joint.bearing.sharpest + joint.journal.sharpest)
     square, angle, reached = x * x + y * y, 0.0 * x, False
-    if square > steep * steep + bent * bent:
+    if square > 0.0:
         begin = about(y, x)
-        step, opens = halley(surfaces, begin, turned, math.sqrt(square), 0.0)
+        step, opens, height = halley(surfaces, begin, turned, math.sqrt(square), 0.0)
         angle = begin + step
         for _ in range(STEPS):
             if not (opens and abs(angle - begin) < 0.5 * math.pi):
                 break
             if abs(step) < close:
-                reached = True
+                reached = height > outside or square > steep * steep + bent * bent
                 break
             c, s = direction(angle)
-            step, opens = halley(surfaces, angle, turned, x * c + y * s, y * c - x * s)
+            step, opens, height = halley(surfaces, angle, turned, x * c + y * s, y * c - x * s)
             angle += step
     if not reached:  # in some lane: what follows a return would be computed for none, too
         angle = searched(surfaces, x, y, turned)
@@ -185,7 +188,8 @@ def nearest(joint, gap):
     sharp = plain(radial) + bend + other_bend
     per_sharp = 1.0 / sharp if sharp > 0.0 else 0.0
     turn = rest * per_sharp
-    turn = turn - 0.5 * (plain(across) + (third + last)) * per_sharp * turn * turn
+    skew = plain(across) + (third + last)
+    turn, third_of_skew = turn - 0.5 * skew * per_sharp * turn * turn, skew * (1.0 / 3.0)
     straight = 1.0 - 0.5 * turn * turn  # of the cosine of the rest
     nx, ny = c * straight - s * turn, s * straight + c * turn
     radii = joint.bearing_radius + h, joint.journal_radius - other
@@ -194,7 +198,7 @@ def nearest(joint, gap):
         angle=angle + plain(turn),
         nx=nx,
         ny=ny,
-        depth=radial + turn * (rest - 0.5 * sharp * turn) - (joint.clearance + (h + other)),
+        depth=radial + turn * (rest - 0.5 * turn * (sharp + third_of_skew * turn)) - (joint.clearance + (h + other)),
         rate=vx * nx + vy * ny + slopes[0] * bearing_spin + slopes[1] * journal_spin,
         rolling=journal_spin * radii[1] - bearing_spin * radii[0],
         radii=radii,
