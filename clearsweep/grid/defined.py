@@ -120,7 +120,7 @@ def resolve(
     if section is not None and (not isinstance(section.value, dict) or not section.value):
         problems.add(section, DEFINE, "defines nothing; for example: `play: 50 um`, or leave the key out")
         section = None
-    varied = {path: place for path, place in _varied(top) if path not in fixed}
+    varied = {path: place for path, place in varied_paths(top) if path not in fixed}
     written: dict[str, WrittenValue] = section.value if section is not None else {}
     good = {name: each for name, each in written.items() if _named(section, name, problems)}
     known = _values(good, problems)
@@ -314,7 +314,7 @@ def _said(value: Fraction, unit: str) -> str:
     return f"{float(value) + 0.0!r} {unit}".removesuffix(" 1")
 
 
-def _varied(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
+def varied_paths(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
     """Yield the dotted paths that a document varies, each with its place in the document."""
     for way in _WAYS:
         section = top.get(way)

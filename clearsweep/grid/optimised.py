@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from ..language import quantity
 from ..language.errors import nearest, shown
+from . import varied_materials
 from .added_cases import always_used, count, over_of, section_in, section_of
 from .document import WrittenValue
 from .keys import Number, Word
@@ -103,10 +104,11 @@ def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, Wr
     if over is None:
         return {}
     variables = {}
-    for path, written in over.value.items():
+    for key, written in over.value.items():
+        path = varied_materials.path_of(key, reader.shape)
         values = _values(reader, path, written)
         if values is not None:
-            variables[path] = (over.key_place(path), values)
+            variables[path] = (over.key_place(key), values)
     return variables
 
 

@@ -19,8 +19,8 @@ are results.
   tables begin the film where it is thickest, here it begins wherever its pressure can be above zero.
 * `finite` is a fit of the same tables, `short` leaves out the flow round the bearing. Both are shown with their
   error.
-* The points reach an eccentricity ratio of 0.98, and so does the spread. At 0.99 `film.limit` holds `finite`: with
-  length / diameter 1 it bears less than the table, and the journal sinks until the surfaces touch.
+* The points reach an eccentricity ratio of 0.98, and so does the spread. At 0.99 `finite` ends at `film.limit`: with
+  length / diameter 1 its force is below the table's, and the surfaces touch.
 * The table of Raimondi & Boyd adds the friction of the shaft, (R / c) f = torque / (load c)."""
 RADIUS, CLEARANCE, VISCOSITY, SPEED = 0.02, 2e-5, 0.01, 100.0  # m, m, Pa s, rad/s: of no influence on the figures
 MASS = 0.01  # kg: so light that the housing cannot whirl

@@ -84,7 +84,7 @@ def _head(rows: list[Row]) -> Iterator[str]:
     yield "* The spread is the root mean square and the largest size of computed less reference."
     yield "* The last column is the size of difference within which 95 % of further points of the same source"
     yield "  are expected: the largest difference, or the interval of prediction by the rms, if that is wider."
-    yield "  It holds between the points that are shown, not beyond them."
+    yield "  It applies between the points of the page, not beyond them."
     yield "* No parameter is fitted to the points, unless the section says which."
     yield "* No measured force of a mechanism with clearance was available. The page tests the ingredients of such a"
     yield "  force: contact, friction, film, linkage. What decides a peak: [how far to trust it](../docs/trust.md)."
