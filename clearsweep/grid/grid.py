@@ -310,12 +310,8 @@ class Grid:
         fillers |= {path: value for path, value in own if not path.startswith(START)}
         fillers |= {START + name: self.defined.said(name) for name in self.defined.texts if name in self.defined.varied}
         base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}
-        return (
-            {"name": self.name}
-            | nested(sections | varied_materials.with_names(base, self.materials) | fillers, self._pairs)
-            | ways
-            | extra_sections
-        )
+        base = varied_materials.with_names(base, self.materials)
+        return {"name": self.name} | nested(sections | base | fillers, self._pairs) | ways | extra_sections
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""
