@@ -39,7 +39,7 @@ def find(varied: Iterable[str], taken: Iterable[Taken], whole: Shape) -> dict[st
     return materials
 
 
-def shape_of(materials: Iterable[str]) -> Shape:
+def keys_of(materials: Iterable[str]) -> Shape:
     """Return the keys of the names that vary."""
     return {path: Word(tuple(MATERIALS), "the material", sweep=True, noun="material") for path in materials}
 
