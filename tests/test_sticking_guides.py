@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from mechanism_cases import slider_crank
 from scipy.integrate import solve_ivp
 from test_slot import GRID as SLOT
 
@@ -173,3 +174,20 @@ def test_what_sticks_now_and_then_keeps_the_ledger(source):
     path = clearsweep.simulate(clearsweep.load_case(source))
     assert path.status == "ok", path.message
     assert path.summary["energy_residual"] < 1e-6
+
+
+def test_a_pin_and_a_guide_of_one_machine_may_stick_together():
+    law = {"law": "karnopp", "coefficient": 0.1, "static_coefficient": 0.2, "stribeck_velocity": 0.01, "band": 1e-3}
+    guide = {"clearance": 2e-4, "length": 0.06, "height": 0.03, "contact": {"law": "hertz", "stiffness": 1e10}}
+    changes = {
+        "drive.speed": "300 rpm",
+        "mechanism.gravity": 9.81,
+        "mechanism.slider.inertia": 1e-4,
+        "joints.rod-slider.friction": law,
+        "joints.slider-ground": guide | {"friction": law},
+        "simulate.revolutions": 0.3,
+        "simulate.tolerance": 1e-8,
+    }
+    summary = clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=changes))).summary
+    assert summary["energy_residual"] < 1e-8
+    assert summary["slider_ground_friction_power"] > 0.0
