@@ -11,7 +11,7 @@ from test_slot import GRID as SLOT
 
 import clearsweep
 from clearsweep.mechanics.coupling.sticking import every_grip, joined, slip_rates, with_sticking_forces
-from clearsweep.mechanics.joint.contract import FREE, STUCK, JointState
+from clearsweep.mechanics.joint.contract import FREE, STUCK, JointState, every_latched
 from clearsweep.mechanics.joint.loads import loads_of
 from clearsweep.mechanics.mechanism.contract import accelerate, gaps, place
 from clearsweep.verify.measured import stick_slip
@@ -55,6 +55,11 @@ def pin(friction, **changes):
     return made
 
 
+def latched(scene, mode):
+    """Return onset rates of 1 m/s and what the laws of a scene begin with."""
+    return np.array([1.0] * len(mode) + [began for _, began in every_latched(scene.joints)])
+
+
 def seen(source, moved, stuck):
     """Return scene, state, modes, pose, Gaps and Loads where the coordinates are `moved` and move."""
     scene = clearsweep.load_case(source).value
@@ -67,7 +72,7 @@ def seen(source, moved, stuck):
     mode = np.array([STUCK if each else FREE for each in stuck])
     pose = place(scene.mechanism, y)
     relative = gaps(scene.mechanism, pose)
-    loads = loads_of(scene.joints, relative, JointState(y, mode, np.ones(contacts), 2 * n + 1))
+    loads = loads_of(scene.joints, relative, JointState(y, mode, latched(scene, mode), 2 * n + 1))
     return scene, y, mode, pose, relative, loads
 
 
@@ -92,7 +97,7 @@ def test_slip_rates_are_the_slopes_of_the_slips(case):
         there = y.copy()
         there[: 2 * n + 1] += step * flow
         around = gaps(scene.mechanism, place(scene.mechanism, there))
-        pushed = loads_of(scene.joints, around, JointState(there, mode, np.ones(len(mode)), 2 * n + 1))
+        pushed = loads_of(scene.joints, around, JointState(there, mode, latched(scene, mode), 2 * n + 1))
         ends.append([grip.slip for grip in joined(every_grip(scene.joints, around, pushed, mode)) if grip.limit])
     rates = [
         rate for rate, grip in zip(slip_rates(scene, y, pose, grips, loads), joined(grips), strict=True) if grip.limit
