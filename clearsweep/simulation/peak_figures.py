@@ -40,6 +40,23 @@ def of_peaks(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
     def value(end: str) -> Callable[[Window, int], float | None]:
         return lambda window, place: getattr(getattr(window.spreads[place], name), end)
 
+    return _with_interval(name, text, value, shown)
+
+
+def _expected(end: str) -> Callable[[Window, int], float | None]:
+    """Return an end of the largest force to expect; of a periodic motion the largest of the window."""
+
+    def value(window: Window, place: int) -> float | None:
+        spread = window.spreads[place]
+        return spread.highest[0] if window.period and spread.highest else getattr(spread.million, end)
+
+    return value
+
+
+def _with_interval(
+    name: str, text: str, value: Callable[[str], Callable[[Window, int], float | None]], shown: Shown
+) -> tuple[Figure, ...]:
+    """Return the figures of a force peak and of the ends of its interval; value : field of Quantile -> figure."""
     column, end = f"force_peak_{name}", "{} end of the 95 % interval of {}; null: too few revolutions"
     made = partial(Figure, unit="N", of="joint", needs=("turns",))
     return (
@@ -70,6 +87,13 @@ PEAKS = (
         "p95",
         "95 % quantile of the largest normal forces of the window's revolutions",
         Shown("forces", "95 % of revolutions", 3),
+    ),
+    *_with_interval(
+        "million",
+        "largest normal force to expect in 10^6 revolutions (median), by extreme-value statistics of the window's; "
+        "null: fewer than 100 independent ones",
+        _expected,
+        Shown("forces", "expected in 10⁶ revolutions", 3, if_any=True),
     ),
     Figure(
         "load_peak",

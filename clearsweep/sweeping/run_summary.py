@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ..judging import order
+from ..judging import expected, order
 from ..language import wording
 from . import identified
 from .law_checks import law_lines
@@ -51,6 +51,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "ranked": {"title": lead.title, "headings": list(lead.headings), "units": limits.units},
         "no_limits": order.no_limits(run.layout) if lead.question in ("film", "force") else "",
         "worst": seen.worst.entries,
+        "expected": seen.expected,
         "law_check": seen.laws.facts(next(iter(seen.worst.entries), None)),
         "failures": seen.failures,
         "files": {name: str(result.directory / name) for name in run.files},
@@ -79,6 +80,16 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
             + (f", {setting}" if setting else "")
         )
     return lines
+
+
+def _expected_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the line on the largest force peak to expect in many revolutions."""
+    known = facts["expected"]
+    if not known:
+        return []
+    setting = setting_text(known["swept"], facts)
+    where = f" in {wording.joint_name(known['joint'])}" + (f" at {setting}" if setting else "")
+    return ["", expected.sentence([friendly(known[end], "N") for end in ("value", "low", "high", "seen")], where)]
 
 
 def run_text(facts: dict[str, Any]) -> str:
@@ -111,6 +122,7 @@ def run_text(facts: dict[str, Any]) -> str:
         lines += ["  --retry-failed runs them again"]
     if facts["worst"]:
         lines += ["", facts["ranked"]["title"], *_aligned(_worst_rows(facts))]
+    lines += _expected_lines(facts)
     lines += life_lines(facts["life"], lambda point: setting_text(point, facts))
     lines += seek_lines(facts)
     lines += optimise_lines(facts)
