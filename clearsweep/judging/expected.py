@@ -28,7 +28,7 @@ def columns(joints: list[str]) -> list[str]:
 
 def worst(block: Mapping[str, np.ndarray], joints: list[str]) -> Expected | None:
     """Return the largest peak to expect among finished motions that do not repeat themselves; None: there is none."""
-    found: Expected | None = None
+    highest: Expected | None = None
     irregular = np.isnan(np.asarray(block["period"], float)) if "period" in block else np.zeros(0, bool)
     for joint in joints:
         if f"{joint}_{FIGURE}" not in block or not irregular.any():
@@ -39,8 +39,8 @@ def worst(block: Mapping[str, np.ndarray], joints: list[str]) -> Expected | None
         place = int(np.nanargmax(values))
         ends = (float(block[name][place]) for name in (*_predicted(joint), f"{joint}_force_peak"))
         here = Expected(str(block["case_id"][place]), joint, *ends)
-        found = here if found is None or here.value > found.value else found
-    return found
+        highest = here if highest is None or here.value > highest.value else highest
+    return highest
 
 
 def sentence(ends: list[str], where: str) -> str:
