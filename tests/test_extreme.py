@@ -5,7 +5,7 @@ import pytest
 
 import clearsweep
 from clearsweep.judging import expected
-from clearsweep.simulation import extreme, revolutions
+from clearsweep.simulation import revolutions
 from clearsweep.simulation.extreme import NONE, Tail, expected_largest
 
 MANY = 1e6
@@ -23,7 +23,7 @@ def largest_of(chance, count):
     return 8.0 + 4.0 * distribution(3.0, 3.0).ppf(chance.random() ** (1.0 / count))
 
 
-def test_the_interval_contains_the_largest_of_many_bounded_values_as_often_as_it_says():
+def test_the_largest_of_many_bounded_values_exceeds_the_upper_end_as_rarely_as_it_says():
     chance = np.random.default_rng(5)
     inside, ratios = 0, []
     for _ in range(60):
@@ -31,7 +31,7 @@ def test_the_interval_contains_the_largest_of_many_bounded_values_as_often_as_it
         future = largest_of(chance, MANY)
         inside += known.low <= future <= known.high
         ratios.append(known.value / future)
-    assert inside >= 53  # of 95 %: fewer than 53 has a chance of 2 %
+    assert inside >= 55  # of 60, with 97.5 % each: fewer have a chance of 1 %
     assert np.median(ratios) == pytest.approx(1.0, abs=0.02)
 
 
@@ -55,7 +55,7 @@ def test_values_that_repeat_predict_the_largest_of_them():
 def test_the_prediction_is_never_below_what_was_seen_and_scales_with_the_unit():
     values = beta(np.random.default_rng(3), 500)
     known, scaled = expected_largest(values, MANY), expected_largest(1e3 * values, MANY)
-    assert values.max() <= known.low <= known.value <= known.high
+    assert values.max() == known.low <= known.value <= known.high
     assert scaled == pytest.approx([1e3 * each for each in known], rel=1e-9)
 
 
@@ -71,13 +71,12 @@ def test_the_sentence_names_interval_window_and_place():
         "period": np.array([np.nan, 1.0]),
         "j_force_peak": np.array([3.0, 9.0]),
         "j_force_peak_million": np.array([4.0, 9.0]),
-        "j_force_peak_million_low": np.array([3.5, 9.0]),
         "j_force_peak_million_high": np.array([5.0, 9.0]),
     }
     worst = expected.worst(block, ["j"])
-    assert worst == ("a" * 16, "j", 4.0, 3.5, 5.0, 3.0)  # a motion that repeats itself needs no prediction
-    said = expected.sentence(["4 N", "3.5 N", "5 N", "3 N"], " in joint j")
-    assert said.startswith("In 10⁶ revolutions expect a force peak of 4 N (95 %: 3.5 N to 5 N) in joint j")
+    assert worst == ("a" * 16, "j", 4.0, 5.0, 3.0)  # a motion that repeats itself needs no prediction
+    said = expected.sentence(["4 N", "5 N", "3 N"], " in joint j")
+    assert said.startswith("In 10⁶ revolutions expect a force peak of 4 N, at most 5 N (97.5 %) in joint j")
     assert expected.worst({"case_id": block["case_id"], "period": np.ones(2)}, ["j"]) is None
 
 
@@ -112,7 +111,5 @@ def test_a_long_chaotic_run_reaches_what_its_beginning_predicts(monkeypatch):
     (peaks,) = recorded
     windows = peaks[: len(peaks) // 400 * 400].reshape(-1, 400)
     predicted = [expected_largest(window, len(peaks)) for window in windows]
-    inside = [known.low <= peaks.max() <= known.high for known in predicted]
-    assert np.mean(inside) > 0.8
-    assert np.median([known.value for known in predicted]) == pytest.approx(peaks.max(), rel=0.1)
-    assert extreme.FEWEST <= 400
+    assert np.mean([known.high >= peaks.max() for known in predicted]) > 0.9
+    assert np.median([known.value for known in predicted]) == pytest.approx(peaks.max(), rel=0.02)

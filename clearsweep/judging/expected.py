@@ -7,7 +7,7 @@ import numpy as np
 
 FIGURE = "force_peak_million"
 NEEDED = 100  # independent revolutions
-ENDS = ("", "_low", "_high")
+ENDS = ("", "_high")
 
 
 class Expected(NamedTuple):
@@ -16,8 +16,7 @@ class Expected(NamedTuple):
     case_id: str
     joint: str  # as in columns
     value: float
-    low: float
-    high: float
+    high: float  # exceeded with a probability of 2.5 %
     seen: float
 
 
@@ -46,11 +45,13 @@ def worst(block: Mapping[str, np.ndarray], joints: list[str]) -> Expected | None
 def sentence(ends: list[str], where: str) -> str:
     """Return it in words.
 
-    ends : value, low, high and the largest of the window as text; where : ' in joint ... at ...'
+    ends : value, upper end and the largest of the window as text; where : ' in joint ... at ...'
     """
-    value, low, high, seen = ends
-    interval = f"{value} (95 %: {low} to {high})"
-    return f"In 10⁶ revolutions expect a force peak of {interval}{where}; the window's largest is {seen}."
+    value, high, seen = ends
+    return (
+        f"In 10⁶ revolutions expect a force peak of {value}, at most {high} (97.5 %){where}; the window's largest is "
+        f"{seen}."
+    )
 
 
 def _predicted(joint: str) -> list[str]:

@@ -40,7 +40,9 @@ class Tail(NamedTuple):
 
 
 def expected_largest(values: np.ndarray, revolutions: float = REVOLUTIONS) -> Quantile:
-    """Return the median of the largest of so many values like the given successive ones, and its 95 % interval.
+    """Return the median of the largest of so many values like the given successive ones, and its interval.
+
+    The interval begins at the largest given value; the largest of many exceeds its end with a probability of 2.5 %.
 
     No result for fewer than FEWEST independent values; for values that do not vary the result is that value.
     """
@@ -60,8 +62,8 @@ def expected_largest(values: np.ndarray, revolutions: float = REVOLUTIONS) -> Qu
         return Quantile(largest, largest, largest)
     tail = _weighted(above, clustered)
     rate = revolutions * count / len(values)  # values above the threshold in all revolutions
-    ends = (threshold + _quantile(tail, rate, share) for share in (0.5, OUTSIDE, 1.0 - OUTSIDE))
-    return Quantile(*(max(end, largest) for end in ends))
+    median, high = (max(threshold + _quantile(tail, rate, share), largest) for share in (0.5, 1.0 - OUTSIDE))
+    return Quantile(median, largest, high)  # densities that end abruptly would need a lower end of their own
 
 
 def _weighted(above: np.ndarray, clustered: float) -> Tail:

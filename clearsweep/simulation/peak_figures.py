@@ -40,7 +40,13 @@ def of_peaks(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
     def value(end: str) -> Callable[[Window, int], float | None]:
         return lambda window, place: getattr(getattr(window.spreads[place], name), end)
 
-    return _with_interval(name, text, value, shown)
+    column, end = f"force_peak_{name}", "{} end of the 95 % interval of {}; null: too few revolutions"
+    made = partial(Figure, unit="N", of="joint", needs=("turns",))
+    return (
+        made(column, text=text, value=value("value"), shown=(shown,)),
+        made(f"{column}_low", text=end.format("lower", column), value=value("low"), differs=False),
+        made(f"{column}_high", text=end.format("upper", column), value=value("high"), differs=False),
+    )
 
 
 def _expected(end: str) -> Callable[[Window, int], float | None]:
@@ -51,19 +57,6 @@ def _expected(end: str) -> Callable[[Window, int], float | None]:
         return spread.highest[0] if window.period and spread.highest else getattr(spread.million, end)
 
     return value
-
-
-def _with_interval(
-    name: str, text: str, value: Callable[[str], Callable[[Window, int], float | None]], shown: Shown
-) -> tuple[Figure, ...]:
-    """Return the figures of a force peak and of the ends of its interval; value : field of Quantile -> figure."""
-    column, end = f"force_peak_{name}", "{} end of the 95 % interval of {}; null: too few revolutions"
-    made = partial(Figure, unit="N", of="joint", needs=("turns",))
-    return (
-        made(column, text=text, value=value("value"), shown=(shown,)),
-        made(f"{column}_low", text=end.format("lower", column), value=value("low"), differs=False),
-        made(f"{column}_high", text=end.format("upper", column), value=value("high"), differs=False),
-    )
 
 
 PEAKS = (
@@ -88,12 +81,25 @@ PEAKS = (
         "95 % quantile of the largest normal forces of the window's revolutions",
         Shown("forces", "95 % of revolutions", 3),
     ),
-    *_with_interval(
-        "million",
-        "largest normal force to expect in 10^6 revolutions (median), by extreme-value statistics of the window's; "
-        "null: fewer than 100 independent ones",
-        _expected,
-        Shown("forces", "expected in 10⁶ revolutions", 3, if_any=True),
+    Figure(
+        "force_peak_million",
+        "N",
+        "largest normal force to expect in 10^6 revolutions (median), by extreme-value statistics of the window's "
+        "revolutions; null: fewer than 100 independent ones",
+        of="joint",
+        needs=("turns",),
+        value=_expected("value"),
+        differs=False,
+        shown=(Shown("forces", "expected in 10⁶ revolutions", 3, if_any=True),),
+    ),
+    Figure(
+        "force_peak_million_high",
+        "N",
+        "what the largest normal force of 10^6 revolutions exceeds with a probability of 2.5 %; null as that",
+        of="joint",
+        needs=("turns",),
+        value=_expected("high"),
+        differs=False,
     ),
     Figure(
         "load_peak",
