@@ -279,10 +279,8 @@ MUTATIONS = (
     ),
     Mutation(OIL, "with_dry", "elastic=rest * a.elastic + share", "elastic=rest * a.elastic + 3.0 * share", PASSES),
     # what is stored
-    Mutation(
-        "store/directory.py", "RunDirectory.rows", "np.argsort([-batch.written", "np.argsort([batch.written", STORE
-    ),
-    Mutation("store/directory.py", "RunDirectory.rows", 'rows["failed"], rows["id"]))]', 'rows["id"]))]', STORE),
+    Mutation("store/directory.py", "RunDirectory.rows", "np.argsort([-each.written", "np.argsort([each.written", STORE),
+    Mutation("store/directory.py", "RunDirectory.rows", "[batch], failed, ids))", "[batch], ids))", STORE),
     Mutation(
         "store/directory.py",
         "RunDirectory.look",
@@ -351,8 +349,8 @@ MUTATIONS = (
     Mutation(
         "store/assemble.py",
         "_rows_of_batches",
-        "order = np.argsort(np.concatenate(places))",
-        "order = np.concatenate(places)",
+        'starts[rows["batch"]] + rows["row"]',
+        'rows["row"]',
         STORE,
     ),
     Mutation(

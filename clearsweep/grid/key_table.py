@@ -327,7 +327,6 @@ def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None
     enter_friction(tree, path, catalogue)
     laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _ON_FLAT)
     _wear(tree, path, catalogue._replace(laws=laws))
-    del tree[f"{path}.wear.evolve"]
     tree[f"{path}.wear.pressure"] = Word((_ON_FLAT,), "the pressure of the pin on a flat wall or a round end", _ON_FLAT)
 
 

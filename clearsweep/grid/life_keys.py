@@ -4,7 +4,6 @@ from ..contracts.catalogue import Field
 from .keys import Number, Section, Shape, Use, Word
 from .reader import Reader
 
-_SLOT = "the wear of a slot is computed, but nothing judges its shape; name another joint, or leave `life` out"
 LIFE = "life"
 OF = ("wear_depth_max", "clearance_growth")
 SHALLOW = 0.1  # of the bearing radius; deeper wear is no longer a small change of shape
@@ -62,10 +61,7 @@ def add_keys(tree: Shape) -> None:
     if not wearing or "simulate.revolutions" not in tree:
         return
     tree[LIFE] = Section("wear on until a limit is reached, by jumps from block to block of revolutions", "optional")
-    keys = {name: [f"joints.{name}.{key}" in tree for key in ("slot_length", "height")] for name in wearing}
-    slots = {name: _SLOT for name, there in keys.items() if there == [True, False]}  # joints of all kinds have both
-    judged_joints = tuple(name for name in wearing if name not in slots)
-    tree[f"{LIFE}.joint"] = Word(judged_joints, "the joint that is judged; it needs `wear`", refused=slots)
+    tree[f"{LIFE}.joint"] = Word(wearing, "the joint that is judged; it needs `wear`")
     tree[f"{LIFE}.of"] = Word(
         OF,
         "the depth of the deepest bin of either body, or the largest increase of the eccentricity at first touch",

@@ -81,7 +81,7 @@ class Remarks:
         """Add finished cases: column of the summary -> its values, with at least `columns`."""
         ids, messages = cases["case_id"], cases["message"]
         self.cases += len(ids)
-        for place in (place for place, message in enumerate(messages) if message):
+        for place in np.flatnonzero(np.asarray(messages, object)).tolist():
             for word in _TOLD:
                 if remark := _remark(messages[place], word):
                     self.counts[word] += 1
@@ -106,6 +106,11 @@ class Remarks:
                     messages[place],
                     float(limits[row, place]),
                 )
+
+    def replace_counts(self, counts: Mapping[str, int]) -> None:
+        """Take the counts of all cases, their number under `cases`, instead of those of the cases that were added."""
+        self.cases = counts["cases"]
+        self.counts = {name: counts.get(name, 0) for name in self.counts}
 
     def case_ids(self) -> set[str]:
         """Return the cases mentioned so far."""

@@ -41,3 +41,12 @@ def first_touch(clearance: float, bearing: np.ndarray, journal: np.ndarray, turn
     touched = int((direction + offset) % bins)
     slant = float(1.0 / np.cos(2.0 * np.pi * offset / bins))
     return Touch(float(nearest[turn, direction]) - clearance, touched, int(on_journal[turn, touched]), slant)
+
+
+def first_touch_in_slot(bearing: np.ndarray, journal: np.ndarray) -> Touch:
+    """Return the same of a pin in a slot: where the deepest bins of wall and pin face each other, an upper bound.
+
+    bearing, journal : (bins,) m, depth of each bin, of the wall by the way along it.
+    """
+    on_bearing, on_journal = int(np.argmax(bearing)), int(np.argmax(journal))
+    return Touch(float(bearing[on_bearing] + journal[on_journal]), on_bearing, on_journal, 1.0)

@@ -18,7 +18,7 @@ from ..language.wording import count
 from ..mechanics.joint import registry
 from ..mechanics.joint.wear.contract import Worn
 from .extrapolation import Life, Node, Plan
-from .first_touch import Touch, first_touch
+from .first_touch import Touch, first_touch, first_touch_in_slot
 from .life_block import BlockRecord, Log, Part, parts_of, read, written
 from .progress import Life as LifePhase
 from .progress import LifeLimits
@@ -139,9 +139,10 @@ class Ageing:
 
     def touch(self, part: Part, state: np.ndarray) -> Touch:
         """Return the largest eccentricity of a joint before its surfaces touch."""
-        turned = self.records[0].turned[:, part.place]
-        clearance = self.scene.case.joints[part.place].clearance
-        return first_touch(clearance, state[part.bearing], state[part.journal], turned)
+        joint, turned = self.scene.case.joints[part.place], self.records[0].turned[:, part.place]
+        if joint.slot_length is not None:
+            return first_touch_in_slot(state[part.bearing], state[part.journal])
+        return first_touch(joint.clearance, state[part.bearing], state[part.journal], turned)
 
     def value(self, state: np.ndarray) -> float:
         """Return the limited quantity (m) of a worn state."""

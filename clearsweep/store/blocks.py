@@ -9,7 +9,8 @@ import json
 import os
 import re
 from bisect import bisect_left
-from collections.abc import Callable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -29,7 +30,7 @@ LEAST_SAMPLED = 16  # of them from each block
 LARGEST = 10**12  # number of cases that a mark may have
 _NAME = re.compile(r"\d{5}")
 _COUNTS = ("cases", "ok", "failed", "missing", "others", "drawn")  # of a mark
-_COUNTED = ("statuses", "remarks", "limits", "exceeded", "unknown")  # below its `counts`
+_COUNTED = ("statuses", "remarks", "limits", "exceeded", "unknown", "fails", "unjudged")  # below its `counts`
 
 
 class Block(NamedTuple):
@@ -124,6 +125,14 @@ def read_mark(block: Block, form: str | None = None) -> dict[str, Any] | None:
     return dict(mark) if same and mark["block"] == block.number and _is_whole(mark) else None
 
 
+def summed(counts: Sequence[Mapping[str, Any]], part: str) -> Counter[str]:
+    """Return the sums of a part of the `counts` of marks over all blocks."""
+    total: Counter[str] = Counter()
+    for each in counts:
+        total.update(each[part])
+    return total
+
+
 def _is_whole(mark: dict[str, Any]) -> bool:
     """Return whether a mark has all that `finish_block` writes: a checksum does not say who wrote it."""
     counts = mark.get("counts")
@@ -214,10 +223,13 @@ class Sampler:
             self.taken += len(self.drawn[-1])
         ids = columns["case_id"].tolist()
         for name, values in columns.items():
-            if values.dtype == object or not np.isfinite(values).any():
+            if values.dtype == object:
                 continue
-            finite = np.where(np.isfinite(values), values, np.nan)
-            low, high = int(np.nanargmin(finite)), int(np.nanargmax(finite))
+            finite = np.isfinite(values)
+            if not finite.any():
+                continue
+            low = int(np.argmin(values if finite.all() else np.where(finite, values, np.inf)))
+            high = int(np.argmax(values if finite.all() else np.where(finite, values, -np.inf)))
             ends = self.ranges.setdefault(name, [np.inf, -np.inf, "", ""])
             if values[low] < ends[0]:
                 ends[0], ends[2] = float(values[low]), ids[low]

@@ -153,7 +153,7 @@ class BlockRunner:
         if len(pending):
             title = f"block {number + 1:,} of {job.cut.count:,}: "
             left = None if self.most_failures is None else max(self.most_failures - self.pool.failed, 0)
-            done = self.pool.run_cases(job.grid, Pending(indices[pending], ids[pending], title, drop), left)
+            done = self.pool.run_cases(job.grid, Pending(indices[pending], ids[pending], title, drop, alike=True), left)
         if self.pool.workers is None:  # the driver has ended them
             self.pool.hire(1)
         self._submit(number, block, wanted)

@@ -18,11 +18,12 @@ from ..store import durable
 from . import signals
 from .executors import Executor
 from .progress import Cases
-from .worker import Batch, Job, Manifest, Task, failure, read_note, run_batch
+from .tasks import Batch, Tasks
+from .worker import Job, Manifest, failure, read_note, run_batch
 
 TARGET = 2.0  # s of work in a batch: a commit takes about 20 ms, and a killed worker loses this much
 LEAST = 0.25  # s of work in a batch near the end, when the rest is distributed evenly
-MOST_CASES = 2000  # cases in a batch, whose rows are kept in memory
+MOST_CASES = 4096  # cases in a batch, whose rows are kept in memory, 3 kB each
 MOST_BYTES = 32e6  # bytes of histories in a batch
 FADING = 0.25  # weight of a batch in the mean time of a case, per later batch
 GROWTH = 8  # largest growth of the batch size: the first cases may not be typical
@@ -55,6 +56,10 @@ class Batches:
         self.again: deque[Batch] = deque()
         self.dropped = time.monotonic()
 
+    def follow(self, earlier: "Batches") -> None:
+        """Expect these cases to take as long as those of earlier batches."""
+        self.done, self.seconds, self.largest = earlier.done, earlier.seconds, earlier.largest
+
     def learn(self, manifest: Manifest) -> None:
         """Include the time of a finished batch; first batches load code, so old ones lose weight."""
         if manifest.seconds:
@@ -73,12 +78,7 @@ class Batches:
             return None
         here = slice(self.taken, self.taken + size)
         self.taken += size
-        return fresh(
-            tuple(
-                Task(f"{each:016x}", index)
-                for each, index in zip(self.ids[here].tolist(), self.pending[here].tolist(), strict=True)
-            )
-        )
+        return fresh(Tasks(self.pending[here], self.ids[here]))
 
     def _drop(self, done: np.ndarray) -> None:
         """Drop finished cases from those not handed out yet."""
@@ -94,7 +94,7 @@ class Batches:
         return max(1, min(int(max(min(TARGET / mean, share), LEAST / mean)), GROWTH * self.largest, self.most))
 
 
-def fresh(cases: tuple[Task, ...], tried: int = 0) -> Batch:
+def fresh(cases: Tasks, tried: int = 0) -> Batch:
     """Return a batch with a unique name."""
     return Batch(secrets.token_hex(8), cases, tried)
 
@@ -186,7 +186,7 @@ class Driver:
         self.failed += manifest.failed
         self.case_seconds += manifest.seconds
         self.progress.advance(manifest.done, self.failed)
-        if left := batch.cases[manifest.done :]:
+        if left := batch.cases.part(manifest.done):
             self.batches.again.append(fresh(left))  # its worker was asked to stop
 
     def _was_committed(self, batch: Batch) -> bool:
@@ -210,22 +210,20 @@ class Driver:
             raise ClearsweepError(
                 f"workers die before their first case ({_cause(exitcode)}); try --executor serial to see why"
             )
-        culprit, others = (
-            batch.cases[note.batch_index],
-            batch.cases[: note.batch_index] + batch.cases[note.batch_index + 1 :],
-        )
+        place = note.batch_index
+        culprit, others = batch.cases.part(place, place + 1), batch.cases.without(place)
         if others:
             self.batches.again.append(fresh(others, 1))  # one by one
         if note.late:
             self._give_up(culprit, "timeout", f"did not end within the {self.job.case_timeout:g} s of --case-timeout")
         elif others or not batch.tried:
-            self.batches.again.append(fresh((culprit,), 1))
+            self.batches.again.append(fresh(culprit, 1))
         else:
             self._give_up(culprit, "crashed", f"its worker died twice ({_cause(exitcode)})")
 
-    def _give_up(self, case: Task, status: str, message: str) -> None:
+    def _give_up(self, culprit: Tasks, status: str, message: str) -> None:
         """Commit a failed row for a case that cannot be computed."""
-        batch = fresh((case,))
+        batch, (case,) = fresh(culprit), culprit.listed()
         row = store.Row(case.case_id, self.job.grid.point(case.grid_index), failure(status, message))
         committed = store.commit(self.job.directory, self.job.form, batch.name, [row])
         self._take(batch, Manifest(committed, 1, 1, 0.0))

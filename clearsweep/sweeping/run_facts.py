@@ -11,7 +11,7 @@ import numpy as np
 from .. import grid as grids
 from ..contracts.layout import Layout
 from ..judging import expected, order, validity, verdict
-from ..store import StoredRun
+from ..store import StoredRun, summed
 from .law_checks import LawChecks
 from .lives import Lives
 from .pace import Pace
@@ -62,7 +62,8 @@ class RunFacts:
                 self.failures.append(known | {"status": status, "message": block["message"][place]})
         if good.any():
             self.statuses["ok"] += int(np.count_nonzero(good))
-            finished = {name: values[good & own] for name, values in block.items()}
+            chosen = good & own
+            finished = block if chosen.all() else {name: values[chosen] for name, values in block.items()}
             self.remarks.add(finished)
             self.limits.add(finished, self.swept)
             known_at = functools.partial(_known, finished, swept=self.swept)
@@ -88,25 +89,17 @@ class RunFacts:
             "limits": {"cases": self.limits.cases, "any": self.limits.any, "unknown": self.limits.any_unknown},
             "exceeded": dict(self.limits.exceeded),
             "unknown": dict(self.limits.unknown),
+            "fails": dict(self.limits.fails),
+            "unjudged": dict(self.limits.unjudged),
             "unreached": self.lives.unreached,
         }
 
     def _take(self, counts: list[dict[str, Any]]) -> None:
         """Replace the counts of the rows read by the sums over all blocks."""
-        remarks, limits, self.statuses = Counter[str](), Counter[str](), Counter[str]()
-        self.limits.exceeded, self.limits.unknown = Counter(), Counter()
-        for each in counts:
-            for total, part in (
-                (self.statuses, "statuses"),
-                (remarks, "remarks"),
-                (limits, "limits"),
-                (self.limits.exceeded, "exceeded"),
-                (self.limits.unknown, "unknown"),
-            ):
-                total.update(each[part])
-        self.remarks.cases = remarks.pop("cases")
-        self.remarks.counts = {name: remarks[name] for name in self.remarks.counts}
+        limits, self.statuses = summed(counts, "limits"), summed(counts, "statuses")
+        self.limits.exceeded, self.limits.unknown = summed(counts, "exceeded"), summed(counts, "unknown")
         self.limits.cases, self.limits.any, self.limits.any_unknown = limits["cases"], limits["any"], limits["unknown"]
+        self.remarks.replace_counts(summed(counts, "remarks"))
         self.lives.unreached = sum(each["unreached"] for each in counts)
 
 
@@ -121,6 +114,8 @@ class _LimitCounts:
         self.cases = 0
         self.exceeded: Counter[str] = Counter()  # column -> number of cases beyond its limit
         self.unknown: Counter[str] = Counter()  # column -> number of these whose value is unknown
+        self.fails: Counter[str] = Counter()  # index of a limit -> number of cases that do not meet it
+        self.unjudged: Counter[str] = Counter()  # index of a limit -> number of these whose value is unknown
         self.any = self.any_unknown = 0
         self.worst: dict[str, Any] | None = None  # the case with the smallest margin
 
@@ -135,6 +130,9 @@ class _LimitCounts:
         for name in {limit.column for limit in self.verdict.limits}:
             unknown = [limit.unknown(block) for limit in self.verdict.limits if limit.column == name]
             self.unknown[name] += int(np.count_nonzero(np.any(unknown, axis=0)))
+        for place, limit in enumerate(self.verdict.limits):
+            self.fails[str(place)] += int(np.count_nonzero(limit.fails(block)))
+            self.unjudged[str(place)] += int(np.count_nonzero(limit.unknown(block)))
         margins = block[verdict.MARGIN]
         if np.isfinite(margins).any():
             place = int(np.nanargmin(margins))

@@ -27,6 +27,7 @@ from ..language import phases
 from ..language.errors import ClearsweepError, DirectoryError, InputError, StorageError, brief
 from ..store import durable
 from . import resources, signals
+from .tasks import Batch, Task
 
 AT_ONCE = 64  # cases created at a time, in a third of the time of one by one
 LOOK = 0.01  # s between checks for a request to stop
@@ -81,21 +82,6 @@ class Simulator(Protocol):
 
     def alternatives(self, case: Case, /) -> dict[str, list[str]]:
         """Return path of a law's name -> the other laws that hold in its joint."""
-
-
-class Task(NamedTuple):
-    """A case for a worker, which generates its values itself to relieve the parent."""
-
-    case_id: str
-    grid_index: int
-
-
-class Batch(NamedTuple):
-    """Cases that are computed and committed together."""
-
-    name: str  # of its files
-    cases: tuple[Task, ...]
-    tried: int = 0  # how often it was lost with its worker
 
 
 @dataclass(frozen=True)
@@ -285,7 +271,7 @@ def _together(job: Job, batch: Batch, note: "_Noting", logs: list[store.Unfinish
 def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Case]]:
     """Yield tasks, points and cases; several are created at once, in a third of the time."""
     for first in range(0, len(batch.cases), AT_ONCE):
-        tasks = batch.cases[first : first + AT_ONCE]
+        tasks = batch.cases.part(first, first + AT_ONCE).listed()
         points = [grid.point(task.grid_index) for task in tasks]
         yield from zip(tasks, points, [grid.case_at(point) for point in points], strict=True)
 

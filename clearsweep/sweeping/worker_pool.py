@@ -44,6 +44,7 @@ class Pending(NamedTuple):
     ids: np.ndarray  # (cases,), their identities, uint64
     title: str = ""  # title of their progress
     drop: Callable[[], np.ndarray] | None = None  # returns identities, ascending, that need not be run any more
+    alike: bool = False  # they take about as long as the cases before
 
 
 class WorkerPool:
@@ -58,6 +59,7 @@ class WorkerPool:
         self.ran, self.case_seconds = 0, 0.0
         self.ready: float | None = None
         self.failed = 0
+        self.batches: Batches | None = None  # of the latest cases
         self.warmed: set[Hashable] = set()  # signatures of compiled scenes
         self.tried: list[np.ndarray] = []  # identities of cases that have been tried, which are not tried again
 
@@ -96,6 +98,9 @@ class WorkerPool:
         driver = secrets.token_hex(8) if pending.drop else ""
         job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, together, driver)
         batches = Batches(pending.indices, pending.ids, workers.jobs, grids.usual_history(grid), pending.drop)
+        if pending.alike and self.batches:
+            batches.follow(self.batches)
+        self.batches = batches
         with phases.phase(display := progress.Cases(count, pending.title)):
             if most_failures is None:
                 most_failures = most(self.options.max_failures, count)

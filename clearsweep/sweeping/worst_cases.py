@@ -26,8 +26,10 @@ class WorstCases:
             return
         values, which = self.lead.worst(block)
         badness = self.lead.ranking(values)
-        order = np.lexsort((block["case_id"], badness))[-WORST_CASES:]
-        entries = [known(place) | self._figures(block, place, int(which[place])) for place in order.tolist()]
+        least = np.partition(badness, -WORST_CASES)[-WORST_CASES] if len(badness) > WORST_CASES else -np.inf
+        worst = np.flatnonzero(badness >= least)
+        worst = worst[np.lexsort((block["case_id"][worst], badness[worst]))[-WORST_CASES:]]
+        entries = [known(place) | self._figures(block, place, int(which[place])) for place in worst.tolist()]
         self.entries = sorted([*self.entries, *entries], key=self._badness, reverse=True)[:WORST_CASES]
 
     def _badness(self, entry: dict[str, Any]) -> tuple[float, str]:

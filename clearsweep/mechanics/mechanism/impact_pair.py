@@ -1,4 +1,4 @@
-"""Two bodies on a line with one gap: what a contact law gives back, without anything else."""
+"""Two bodies on a line with one gap: the behaviour of a contact law in isolation."""
 
 from typing import NamedTuple
 

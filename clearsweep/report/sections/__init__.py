@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from ...language import phases
+from .. import counts
 from ..section import Section
 from ..study import Study
 from . import (
@@ -87,5 +88,6 @@ def of(study: Study) -> list[Section]:
         for number, (subject, sections) in enumerate(every):
             preparing.note(share=number / len(every))
             made = [section for section in sections(study) if section.blocks]
-            listed += [section._replace(subject=subject, second=sections in SECOND) for section in made]
+            placed = [section._replace(subject=subject, second=sections in SECOND) for section in made]
+            listed += [counts.noted(study, section) for section in placed]
     return listed

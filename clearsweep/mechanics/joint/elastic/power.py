@@ -27,7 +27,7 @@ def _elastic_energy_power(elastic, pen):
 
 
 class PowerThreeHalves(NamedTuple):
-    """F = K pen^(3/2), Hertz's exponent: a square root in place of a general power."""
+    """F = K pen^(3/2), Hertz's exponent: a square root instead of a general power."""
 
     stiffness: float  # N m^-1.5
 
@@ -79,13 +79,13 @@ def power_of(stiffness: float, exponent: float):
 
 
 def derived_stiffness(stiffness: float, exponent: float) -> dict:
-    """Return the stiffness (N m^-exponent) as a value that follows from others: path -> (value, unit)."""
+    """Return the stiffness (N m^-exponent) as a derived value: path -> (value, unit)."""
     unit = f"N/m^{exponent:.6g}" if exponent != 1.0 else "N/m"
     return {"contact.stiffness": (stiffness, unit)}
 
 
 def derived_power(term: Power) -> dict:
-    """Return stiffness and exponent as values that follow from others: path -> (value, unit)."""
+    """Return stiffness and exponent as derived values: path -> (value, unit)."""
     return derived_stiffness(term.stiffness, term.exponent) | {"contact.exponent": (term.exponent, "1")}
 
 

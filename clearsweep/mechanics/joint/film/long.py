@@ -1,4 +1,4 @@
-"""Films of a bearing so long that the oil flows round the pin alone."""
+"""Films of an infinitely long bearing, with circumferential flow only."""
 
 from math import inf
 from typing import NamedTuple
@@ -14,7 +14,7 @@ LENGTHY = Range("length / diameter", 4.0, inf, "1", "the oil is to flow round th
 
 
 class Long(NamedTuple):
-    """Sommerfeld's pressure over the half circle at both ends of which it is 0."""
+    """Sommerfeld's pressure over the half circle with zero pressure at both ends."""
 
     force: float  # mu L R^3 / c^2, N s
     pressure: float  # 6 mu R^2 / c^2, Pa s
@@ -31,7 +31,7 @@ def _film_force_long(law, motion):
     c, s, d, slow, spread = arc.cosine, arc.sine, arc.ends, arc.slow, arc.spread
     begin, inner = 1.0 + ratio * c, ratio * c * c
     share, ends = 6.0 * law.force * wedge / full, (2.0 + ratio * c) / (begin * begin)
-    # the pressure of the wedge, 0 at the beginning, then that of the squeeze
+    # the pressure of the wedge, 0 at the beginning, plus that of the squeeze
     radial = share * (2.0 * s * s * ends - 2.0 * inner * c / d)
     tangential = share * (spread - 2.0 * s * inner / d - 2.0 * s * c * ends)
     rest = 2.0 * c + ratio * (1.0 + 2.0 * c * c) - ratio * ratio * inner

@@ -1,4 +1,4 @@
-"""Friction over bristles that remember how far they are bent."""
+"""Bristle models of friction, with the bristle deflection as internal state."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -22,7 +22,7 @@ def _bend_of_sliding(friction):
 class Dahl(NamedTuple):
     """T = -N sigma0 z with bristles bent by z: z' = slip (1 - x)^shape, x = sigma0 z sgn(slip) / mu.
 
-    In the ledger of energies the work of T is rubbed off, what bristles store included, until they give it back.
+    The energy balance counts all work of T as dissipated, including energy stored in bristles, until it is returned.
     """
 
     coefficient: float  # mu, 1
@@ -86,7 +86,7 @@ class LuGre(NamedTuple):
 
 @family
 def bend_rate(friction, slip):
-    """Return the rate (m/s) of the bend of bristles that are damped, at sliding speed `slip` (m/s)."""
+    """Return the rate (m/s) of deflection of damped bristles at sliding speed `slip` (m/s)."""
 
 
 @bend_rate.member(LuGre)
@@ -111,9 +111,9 @@ def _internal_rates_lugre(friction, contact):
 
 
 def passive_velocity(friction: Mapping[str, float]) -> float:
-    """Return the largest damping_velocity (m/s) with which damped bristles never drive.
+    """Return the largest damping_velocity (m/s) for which damped bristles are passive.
 
-    They do not while sigma1 exp(-(v / v_d)^2) <= 4 g(v) / |v|; the left side times |v| is at most
+    They are passive if sigma1 exp(-(v / v_d)^2) <= 4 g(v) / |v|; the left side times |v| is at most
     sigma1 v_d / sqrt(2 e).
     """
     least = min(friction["coefficient"], friction["static_coefficient"])
@@ -122,7 +122,7 @@ def passive_velocity(friction: Mapping[str, float]) -> float:
 
 
 def _with_damping_velocity(form):
-    """Return what makes a type from the values of a joint, the damping velocity the passive one where none is given."""
+    """Return a function that creates a law from a joint; damping_velocity defaults to the passive one."""
 
     def make(joint):
         given = joint.friction.values
@@ -181,7 +181,7 @@ class ElastoPlastic(NamedTuple):
     viscous: float  # s/m
     bristle_stiffness: float  # sigma0, 1/m, per load
     bristle_damping: float  # sigma1 at rest, s/m, per load
-    elastic_share: float  # sigma0 times the bend up to which all is elastic, over the kinetic coefficient, 1
+    elastic_share: float  # sigma0 times the elastic limit of deflection, over the kinetic coefficient, 1
     damping_velocity: float  # m/s
     bend: float = 0.0  # z, m
 
@@ -190,7 +190,7 @@ class ElastoPlastic(NamedTuple):
 def _bend_rate_elasto_plastic(friction, slip):
     bristle_force = (
         friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip)
-    )  # below 0 while bristles unbend
+    )  # negative while bristles relax
     most = stribeck_coefficient(friction, slip)
     elastic = friction.elastic_share * friction.coefficient
     rise = math.sin(0.5 * math.pi * min(max((bristle_force - elastic) / (most - elastic), 0.0), 1.0))

@@ -1,4 +1,4 @@
-"""Friction that follows the sliding speed: none of these laws sticks."""
+"""Friction as a function of sliding speed; none of these laws sticks."""
 
 from typing import NamedTuple
 

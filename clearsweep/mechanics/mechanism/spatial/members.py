@@ -1,4 +1,4 @@
-"""The tree's members of the families of `contract`: what is written for its type is called."""
+"""Members of the families of `contract` for trees; they call the generated code."""
 
 from ..contract import accelerate, body_angles, describe, energy, gaps, output_error, place
 from ..planar.cycle import at_angle
