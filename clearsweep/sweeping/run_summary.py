@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ..judging import expected, order
+from ..judging import expected, order, probability
 from ..language import wording
 from . import identified
 from .law_checks import law_lines
@@ -39,6 +39,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "units": run.grid.get("units", {}),
         "written_units": run.grid.get("written_units", {}),
         "limits": limits.facts(),
+        "probability": _probability(result, run.grid, limits.facts()),
         "life": seen.lives.facts(),
         "slowest": seen.pace.slowest,
         "seek": seek_facts(result, run.grid),
@@ -58,6 +59,15 @@ def of_run(result: RunResult) -> dict[str, Any]:
     }
 
 
+def _probability(
+    result: RunResult, record: Mapping[str, Any], kept: dict[str, Any] | None
+) -> tuple[float, float, float] | None:
+    """Return how probable it is that a limit is exceeded, with its interval; None if the cases are no one sample."""
+    if not kept or not kept["cases"] or result.failed or not probability.is_one_sample(record):
+        return None
+    return probability.share(kept["exceeding"], kept["cases"])
+
+
 def _limit_lines(facts: dict[str, Any]) -> list[str]:
     """Return the lines on limits."""
     kept = facts["limits"]
@@ -65,6 +75,7 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
         return []
     failed = f"; {cases(facts['failed'])} failed and have no figures" if facts["failed"] else ""
     lines = ["", f"Limits: {kept['exceeding']:,} of {cases(kept['cases'])} exceed at least one{failed}"]
+    lines += [f"  {probability.sentence(facts['probability'])}"] if facts["probability"] else []
     for name, each in kept["each"].items():
         doubt = f" ({each['unknown']:,} of them cannot be judged: null)" if each["unknown"] else ""
         lines.append(f"  {name} {each['limit']}: {each['cases']:,} exceed it{doubt}")
