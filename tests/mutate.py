@@ -153,8 +153,8 @@ MUTATIONS = (
     Mutation(SUMS, "Share.over_blocks", "half_width(part - ratio * whole)", "half_width(part)", SHARES),
     Mutation("simulation/largest.py", "_jumps", "slope[of, at] > STEEP * usual", "slope[of, at] < 0.0", IDEALS),
     Mutation("simulation/ideal.py", "peaks", "np.union1d(even, knots)", "even", IDEALS),
-    Mutation("simulation/heat.py", "balanced", "converged = run > 0 and ", "converged = ", HEAT),
-    Mutation("simulation/heat.py", "balanced", "np.minimum(width, UNSURE * (rises - ambient))", "width", HEAT),
+    Mutation("simulation/heat.py", "at_equilibrium", "converged = run > 0 and ", "converged = ", HEAT),
+    Mutation("simulation/heat.py", "at_equilibrium", "np.minimum(width, UNSURE * (rises - ambient))", "width", HEAT),
     Mutation(BLOCKS, "LEAST", "8, 32", "7, 32", MEANS),
     Mutation(BLOCKS, "LEAST", "8, 32", "8, 64", MEANS),
     Mutation(BLOCKS, "Interval.within", "relative * abs(self.value)", "relative * self.value", MEANS),
@@ -421,10 +421,10 @@ MUTATIONS = (
         f"{FILMS}/shear.py", "_shear_couple_couette", "math.sqrt(1.0 - motion.ratio * motion.ratio)", "1.0", BALANCE
     ),
     Mutation(
-        OIL, "floating", "spin=journal + bearing - 2.0 * across", "spin=journal - bearing - 2.0 * across", BALANCE
+        OIL, "film_load", "spin=journal + bearing - 2.0 * across", "spin=journal - bearing - 2.0 * across", BALANCE
     ),
-    Mutation(OIL, "floating", "pumped=0.5 * eccentricity", "pumped=eccentricity", BALANCE),
-    Mutation(OIL, "floating", "eccentricity * tangential)", "joint.clearance * tangential)", BALANCE),
+    Mutation(OIL, "film_load", "pumped=0.5 * eccentricity", "pumped=eccentricity", BALANCE),
+    Mutation(OIL, "film_load", "eccentricity * tangential)", "joint.clearance * tangential)", BALANCE),
     Mutation(f"{FILMS}/short.py", "_film_force_short", "radial = 0.5 * law.force", "radial = 0.4 * law.force", BALANCE),
     Mutation(f"{FILMS}/long.py", "_film_force_long", "radial -= 6.0 * law.force", "radial -= 5.0 * law.force", BALANCE),
     Mutation(

@@ -8,7 +8,7 @@ import numpy as np
 from ..mechanics.joint.contract import touches
 from ..mechanics.solver import event_actions, run_control
 from ..mechanics.solver.event import Work
-from .watch import Pausing, go_to, moment_of
+from .watch import Pausing, restore, snapshot_of
 
 PARTS = 20  # rescalings per revolution
 SIZE, OVER, MOST = 1e-6, 1e3, 1e-3  # clearances: size after rescaling, and the least in tolerances
@@ -83,7 +83,7 @@ class Perturbed:
     def _bring(self, base: Work, direction: np.ndarray, latched: np.ndarray | float) -> None:
         """Place the perturbed motion next to `base`, displaced along `direction` in its first components."""
         work = self.work
-        go_to(moment_of(base), work)
+        restore(snapshot_of(base), work)
         work.y[: len(direction)] += self.size * direction
         work.latched[:] += self.size * latched
         roots = work.y[work.time + 1 : work.time + 1 + work.mode.size]

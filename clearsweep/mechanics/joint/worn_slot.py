@@ -25,7 +25,7 @@ from ..compiled.family import inlined
 from .contract import FREE, PRESSED, Contact, ContactModes, Load, Part, contact_modes, load, parts, touches
 from .dry import Clip, normal_forces
 from .friction.contract import friction_force
-from .nearest import about, with_angles
+from .nearest import rough_angle, with_angles
 from .places import with_laws_as_they_are
 from .slot import SlotJoint, local_by_way, normal_of, note_contact, on_flat_wall
 from .wear.contract import local_clearance, middle_arc
@@ -81,7 +81,7 @@ def _with_the_angle_of_the_pin(joint, gap, angles):
 @inlined
 def _angle_of(x, y):
     """Return the angle (rad) of a unit vector, with its derivatives."""
-    near = about(plain(y), plain(x))
+    near = rough_angle(plain(y), plain(x))
     c, s = direction(near)
     rest = y * c - x * s  # its sine
     return near + rest * (1.0 + rest * rest * (1.0 / 6.0))

@@ -62,7 +62,7 @@ def _default_keeps_onset(law):
     return False
 
 
-def kept_always(law):
+def always_keeps_onset(law):
     """Return True: the law depends on the onset rate to the end of the contact."""
     return True
 

@@ -11,7 +11,7 @@ from ...compiled import calculus as math
 from ..elastic.contract import elastic_force
 from ..rebound import approach_hysteresis_rebound, exact_factor, hysteresis_rebound
 from ..recipe import register
-from .contract import ANY_RESTITUTION, RESTITUTION, keeps_onset, kept_always, loss_form
+from .contract import ANY_RESTITUTION, RESTITUTION, always_keeps_onset, keeps_onset, loss_form
 
 
 class Lossless(NamedTuple):
@@ -50,7 +50,7 @@ def _hysteresis(law, elastic, pen, rate, onset_rate):
     return force + force * (law.factor / onset_rate) * rate, force
 
 
-keeps_onset.member(Hysteresis)(kept_always)
+keeps_onset.member(Hysteresis)(always_keeps_onset)
 FACTOR = "F = F_elastic (1 + chi rate / onset_rate), chi = "
 
 
@@ -277,7 +277,7 @@ def _approach_hysteresis(law, elastic, pen, rate, onset_rate):
     return force + force * (law.factor / onset_rate) * max(rate, 0.0), force
 
 
-keeps_onset.member(ApproachHysteresis)(kept_always)
+keeps_onset.member(ApproachHysteresis)(always_keeps_onset)
 
 
 def approach_only_factor(e: float) -> float:

@@ -17,7 +17,7 @@ from ..contract import (
 from ..elastic.contract import elastic_force
 from ..material import plane_strain_modulus, relative_radius
 from ..recipe import register
-from .contract import RESTITUTION, keeps_onset, kept_always, loss_form
+from .contract import RESTITUTION, always_keeps_onset, keeps_onset, loss_form
 
 SHALLOW = 1e-12  # m, least recorded depth of a yielding contact
 BEYOND = 1.0 + 1e-12  # times the root of the deepest penetration: keeps rounding from reaching it again
@@ -47,7 +47,7 @@ def _plastic(law, elastic, pen, rate, onset_rate):
     return force, max(force, 0.0)
 
 
-keeps_onset.member(Plastic)(kept_always)
+keeps_onset.member(Plastic)(always_keeps_onset)
 
 
 class YieldingSphere(NamedTuple):
