@@ -100,7 +100,7 @@ def _expected_lines(facts: dict[str, Any]) -> list[str]:
         return []
     setting = setting_text(known["swept"], facts)
     where = f" in {wording.joint_name(known['joint'])}" + (f" at {setting}" if setting else "")
-    return ["", expected.sentence([friendly(known[end], "N") for end in ("value", "high", "seen")], where)]
+    return ["", expected.sentence([grid_text(known[end], "N") for end in ("value", "high", "seen")], where)]
 
 
 def run_text(facts: dict[str, Any]) -> str:
