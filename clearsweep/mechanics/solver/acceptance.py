@@ -16,9 +16,9 @@ from .event import FARTHEST, IMPLICIT, MARGIN
 from .guarding import highest_seen, is_looked_at
 from .run_control import EXPECTED, GROWTH, NEXT, STOP_AT, TRIES
 from .span import deepest_between
-from .step_control import GROW, change_of_length, eighth_power
+from .step_control import GROW, change_of_length, twelfth_power
 
-FEWEST = 0.22  # contraction, which goes with the square of the length, at which a way costs least
+FEWEST = 0.32  # contraction, which goes with the square of the length, at which a way costs least
 FAST = 0.03  # contraction from which on a step may be short for what is stiff
 STRAY = 2.0  # on how far depths at the stages are above a cubic: bounds how far they are between them
 
@@ -30,12 +30,12 @@ def assess_step(accumulators, guards, independent, time, method):
     guards : Guards; `independent`, `time` : places in the state.
     """
     step, stepper = accumulators.step, accumulators.stepper
-    h, error = step[LENGTH], max(step[ERROR], eighth_power(travel_ratio(accumulators)))  # the eighth root is taken
+    h, error = step[LENGTH], max(step[ERROR], twelfth_power(travel_ratio(accumulators)))  # the twelfth root is taken
     step[ERROR], step[ACCEPTED], step[STIFF] = error, 0.0, 0.0
     if not error < 1.0:
         return
     change = min(stepper[GROWTH], change_of_length(error, stepper[EXPECTED]))
-    stepper[EXPECTED] = error * eighth_power(change)
+    stepper[EXPECTED] = error * twelfth_power(change)
     if method != IMPLICIT and step[CONTRACTION] > FAST:
         step[STIFF], change = 1.0, min(change, math.sqrt(FEWEST / step[CONTRACTION]))
     stepper[NEXT], stepper[GROWTH], stepper[TRIES] = h * change, GROW, 0.0

@@ -33,10 +33,9 @@ from .newton import LENGTH as PAST_LENGTH
 from .radau import STAGE_WEIGHTS
 
 MOST_SWEEPS = 16
-CLOSE = 0.03  # of the allowed error: the iteration ends where it expects to be as close as that
-SLOWEST = (
-    0.1  # contraction that is expected to follow: the first sweeps move what is far off, and say little of the rest
-)
+CLOSE = 0.1  # of the allowed error: the iteration ends where it expects to be as close as that
+#: Contraction that is expected to follow, at least: the first sweeps move what is far off, and say little of the rest.
+SLOWEST = 0.05
 HOPELESS = 0.8  # contraction at which the iteration is given up
 
 
