@@ -117,9 +117,9 @@ def solve_stages(at):
     for count in range(1, MOST_SWEEPS):
         moved = sweep(at)
         contraction = moved / before if before > 0.0 else 0.0
-        step[CONTRACTION] = max(contraction, earlier) if count < 3 else math.sqrt(contraction * earlier)
         rate = max(contraction, SLOWEST)
         if moved * rate <= CLOSE * (1.0 - rate):
+            step[CONTRACTION] = max(contraction, earlier) if count < 3 else math.sqrt(contraction * earlier)
             return True
         if not (contraction < HOPELESS or count < 3):
             return False
