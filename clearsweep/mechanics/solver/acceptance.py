@@ -11,14 +11,16 @@ from ..compiled.family import inlined
 from ..joint.contract import meets, touches
 from ..observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of
 from ..observe.stages import END, NODES, SHARES, STAGES, START
-from .accumulate.step_sums import ACCEPTED, CONTRACTION, ERROR, FASTEST, LENGTH, STIFF, sum_of
+from .accumulate.step_sums import ACCEPTED, CONTRACTION, ERROR, FASTEST, LENGTH, STIFF, SWEEPS, sum_of
 from .event import FARTHEST, IMPLICIT, MARGIN
 from .guarding import highest_seen, is_looked_at
 from .run_control import EXPECTED, GROWTH, NEXT, STOP_AT, TRIES
 from .span import deepest_between
 from .step_control import GROW, change_of_length, twelfth_power
 
-FEWEST = 0.32  # contraction, which goes with the square of the length, at which a way costs least
+FEWEST = 0.22  # contraction, which goes with the square of the length, at which a way costs least
+#: Sweeps up to which a step costs little, however slowly they contract, and the contraction that may then be.
+FEW, MOST = 4.0, 0.35
 FAST = 0.03  # contraction from which on a step may be short for what is stiff
 STRAY = 2.0  # on how far depths at the stages are above a cubic: bounds how far they are between them
 
@@ -37,7 +39,8 @@ def assess_step(accumulators, guards, independent, time, method):
     change = min(stepper[GROWTH], change_of_length(error, stepper[EXPECTED]))
     stepper[EXPECTED] = error * twelfth_power(change)
     if method != IMPLICIT and step[CONTRACTION] > FAST:
-        step[STIFF], change = 1.0, min(change, math.sqrt(FEWEST / step[CONTRACTION]))
+        best = FEWEST if step[SWEEPS] > FEW else MOST
+        step[STIFF], change = 1.0, min(change, math.sqrt(best / step[CONTRACTION]))
     stepper[NEXT], stepper[GROWTH], stepper[TRIES] = h * change, GROW, 0.0
     if holds_no_event(accumulators, guards, independent, time):
         step[ACCEPTED] = 1.0

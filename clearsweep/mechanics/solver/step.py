@@ -12,6 +12,7 @@ from .accumulate.step_sums import (
     ERROR,
     FASTEST,
     LENGTH,
+    SWEEPS,
     sum_of,
     sum_up,
 )
@@ -120,6 +121,7 @@ def solve_stages(at):
         rate = max(contraction, SLOWEST)
         if moved * rate <= CLOSE * (1.0 - rate):
             step[CONTRACTION] = max(contraction, earlier) if count < 3 else math.sqrt(contraction * earlier)
+            step[SWEEPS] = count + 1.0
             return True
         if not (contraction < HOPELESS or count < 3):
             return False
