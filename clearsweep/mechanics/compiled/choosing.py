@@ -5,7 +5,7 @@ import numpy as np
 from ..trace import lanes, symbols
 from ..trace.memory import gathered, table_of
 from ..trace.paths import alike, leaves, rebuilt
-from ..trace.primitives import ABREAST, LOOPS, for_symbols, primitive
+from ..trace.primitives import ABREAST, LOOPS, for_symbols, primitive, traceable
 
 
 def where(condition, a, b):
@@ -25,6 +25,12 @@ def abreast(count):
     from that as in all others.
     """
     return range(count)
+
+
+def total_of(row):
+    """Return the sum of WIDTH numbers, in the order in which halves of a register are added."""
+    early, late = (row[0] + row[4]) + (row[2] + row[6]), (row[1] + row[5]) + (row[3] + row[7])
+    return early + late
 
 
 def either(first, second):
@@ -62,6 +68,7 @@ def _selected(condition, a, b):
 
 primitive(all_of)(lanes.all_of)
 primitive(none_of)(lanes.none_of)
+traceable(total_of)
 LOOPS.append(turns)
 ABREAST.append(abreast)
 

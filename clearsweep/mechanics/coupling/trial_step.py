@@ -4,7 +4,7 @@ A sweep has the stages in the lanes of a register.  Where a machine has narrower
 parts: the bits are the same.
 """
 
-from ..compiled.choosing import abreast, turns
+from ..compiled.choosing import abreast, total_of, turns
 from ..compiled.family import Entry, entry, inlined, shaped
 from ..joint.contract import JointState, touches
 from ..mechanism.contract import gaps, place
@@ -28,13 +28,6 @@ def rates_entry(scene, y, mode, latched, k, o, row):
 def in_turn_or_at_once(joints):
     """Return what counts the stages: on worn surfaces, where each looks up places of its own, one after the other."""
     return turns if some_worn(map(type, joints)) else abreast
-
-
-@inlined
-def total_of(row):
-    """Return the sum of STAGES numbers, in the order in which halves of a register are added."""
-    early, late = (row[0] + row[4]) + (row[2] + row[6]), (row[1] + row[5]) + (row[3] + row[7])
-    return early + late
 
 
 @inlined
