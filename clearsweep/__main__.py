@@ -11,9 +11,9 @@ from .sweeping import signals
 
 
 def main() -> None:
-    """Run the command line and end the process with its exit code, whatever happens while the interpreter ends."""
+    """Run the command line and end the process with its exit code, even if interpreter shutdown fails."""
     decided: list[int] = []
-    # The function that is registered first is called last: after it the interpreter would end, where a thread of any
+    # The function registered first is called last.  After it the interpreter would shut down, where a thread of any
     # library can still abort the process.
     atexit.register(_leave, decided)
     signals.end_with_run()
@@ -29,7 +29,7 @@ def main() -> None:
 
 
 def _leave(decided: list[int]) -> None:
-    """End the process at once where its exit code is decided; a forked child, whose list is empty, ends as usual."""
+    """End the process at once if its exit code is decided; a forked child, with an empty list, ends as usual."""
     if decided:
         for stream in (sys.stdout, sys.stderr):
             with contextlib.suppress(OSError, ValueError, AttributeError):  # closed, full or None

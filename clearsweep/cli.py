@@ -1,4 +1,4 @@
-"""The command line: each verb parses, calls one function and prints; what is heavy is imported inside the verb."""
+"""The command line: each verb parses, calls one function and prints; slow imports are inside the verbs."""
 
 import contextlib
 import json
@@ -35,7 +35,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _exit_code(arguments: list[str] | None) -> int:
-    """Run a verb; the only place where an outcome becomes an exit code."""
+    """Run a verb; only here does an outcome become an exit code."""
     try:
         return int(verbs.main(arguments, prog_name="clearsweep", standalone_mode=False) or 0)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -66,10 +66,10 @@ def _interrupted(error: BaseException | None) -> int:
 
 
 class _Verb(click.Command):
-    """A verb that is refused at once where what it needs could not even be loaded."""
+    """A verb that is refused at once if its modules cannot be loaded."""
 
     def invoke(self, context: click.Context) -> Any:
-        """Run the verb, its options read."""
+        """Run the verb with its parsed options."""
         from .language import phases
 
         resources.check_space()
@@ -83,7 +83,7 @@ class _Verbs(click.Group):
     command_class = _Verb
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return a verb; `list` also as it was called when there were laws alone."""
+        """Return a verb; `laws` is the former name of `list`."""
         return super().get_command(ctx, "list" if cmd_name == "laws" else cmd_name)
 
 
@@ -248,7 +248,7 @@ def report(  # noqa: PLR0913 - one argument per option
 
 
 def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None, as_json: bool, **looks: str) -> None:
-    """Write a page and what else is asked for, and say which files there are; `looks`: form and width of figures."""
+    """Write a page with its tables and figures, and print the files; `figures`: their format and width."""
     from .report.paper import Wanted
 
     files: dict[str, Any] = {"report": str(page.write(out))}

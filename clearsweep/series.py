@@ -1,7 +1,7 @@
 """Wear along a measured series: Archard's equation over a table of time, pressure or force, and sliding speed.
 
-The table may hold a wear depth and a clearance of its own.  They are compared with what its pressures and speeds give,
-never fitted.
+The table may contain wear depth and clearance.  They are compared with those from its pressures and speeds,
+but never fitted.
 """
 
 import csv
@@ -23,10 +23,10 @@ from .language import quantity
 from .language.errors import InputError, nearest
 
 _LARGEST_FILE = 64 * 2**20  # bytes of a file
-_SHOWN = 200  # rows of the table to read; --json has all
-_AGREEING = 0.05  # share of the depth; a table that is rounded more coarsely is not compared
-_NOISE = 1e-9  # share of the depth that sums of numbers in double precision may differ by
-_ROUNDED = ("depth", "clearance")  # columns whose rounding counts
+_SHOWN = 200  # rows of the printed table; --json has all
+_AGREEING = 0.05  # of the depth; a more coarsely rounded table is not compared
+_NOISE = 1e-9  # of the depth; rounding error of sums in double precision
+_ROUNDED = ("depth", "clearance")  # columns whose rounding matters
 _DIGITS = frozenset("0123456789+-.eE ")
 #: Column -> SI unit, and the names by which its head may begin: `contact_pressure [MPa]` or `contact_pressure_MPa`.
 COLUMNS = {
@@ -41,29 +41,29 @@ _KNOWN = ", ".join(f"{names[0]} [{unit}]" for unit, names in COLUMNS.values())
 
 
 class Series(NamedTuple):
-    """A table, column by column, in SI."""
+    """The columns of a table in SI."""
 
     columns: Mapping[str, np.ndarray]  # by the names of COLUMNS, each (rows,)
-    rounding: Mapping[str, np.ndarray]  # (rows,) of depth and clearance: half of the last digit that is written, SI
+    rounding: Mapping[str, np.ndarray]  # (rows,) for depth and clearance: half a unit in the last written digit, SI
     name: str
 
 
 class Worn(NamedTuple):
-    """What a series wears."""
+    """The wear computed from a series."""
 
     series: Series
     coefficient: float  # m^2/N
     pressure: np.ndarray  # (rows,) Pa
     depth: Mapping[str, np.ndarray]  # 'trapezoidal', 'left', 'right' -> (rows,) m
-    implied: np.ndarray | None  # (rows - 1,) m^2/N, what each step of the table's own depth asks for
-    remarks: tuple[str, ...]  # where the table contradicts its own equations
+    implied: np.ndarray | None  # (rows - 1,) m^2/N, implied by each step of the table's own depth
+    remarks: tuple[str, ...]  # contradictions in the table
     notes: tuple[str, ...]
 
 
 def coefficient_of(written: str, hardness: str | None) -> tuple[float, float | None]:
-    """Return the wear coefficient k (m^2/N) that is written, and the dimensionless one where a hardness is given.
+    """Return the wear coefficient k (m^2/N), and the dimensionless one if a hardness is given.
 
-    written : '2e-14 m^2/N', or with a `hardness` the bare number k hardness.  Raises InputError.
+    written : '2e-14 m^2/N', or with a `hardness` the number k hardness.  Raises InputError.
     """
     if hardness is None:
         value = _read("--coefficient", written, "m^2/N")
@@ -87,12 +87,12 @@ def coefficient_of(written: str, hardness: str | None) -> tuple[float, float | N
 
 
 def area_of(written: str) -> float:
-    """Return the area (m^2) that is written, '100 mm^2'.  Raises InputError."""
+    """Return a written area, such as '100 mm^2', in m^2.  Raises InputError."""
     return _positive("--area", written, "m^2")
 
 
 def _positive(option: str, written: str, unit: str) -> float:
-    """Return a quantity that is above zero, in SI, and that can be divided by."""
+    """Return a positive quantity in SI."""
     value = _read(option, written, unit)
     if value <= 0.0 and not (value == 0.0 and _has_digit(written)):
         raise InputError(f"{option}: found {written}; allowed: above 0 {unit}")
@@ -102,7 +102,7 @@ def _positive(option: str, written: str, unit: str) -> float:
 
 
 def _has_digit(written: str) -> bool:
-    """Return whether a number as it is written is not zero, although it may be too small for a float."""
+    """Return whether a written number is not zero, although it may be too small for a float."""
     return re.match(r"[\s+-]*[0.]*[1-9]", written) is not None
 
 
@@ -136,9 +136,9 @@ def read(file: str | PathLike) -> Series:
 
 
 def wear(series: Series, coefficient: float, area: float | None = None) -> Worn:
-    """Return what a series wears with a `coefficient` (m^2/N).
+    """Return the wear of a series with a `coefficient` (m^2/N).
 
-    area : m^2, that bears the force; None: the pressure is a column.  Raises InputError.
+    area : m^2, loaded by the force; None: the pressure is a column.  Raises InputError.
     """
     columns, notes = series.columns, []
     if area is not None:
@@ -174,7 +174,7 @@ def wear(series: Series, coefficient: float, area: float | None = None) -> Worn:
 
 
 def _tolerance(worn: Worn) -> np.ndarray:
-    """Return how far (m) the growth of the table's depth may be off, (rows,): half a last digit at either end."""
+    """Return the rounding error (rows,) m of the growth of the table's depth: half a last digit at each end."""
     half = worn.series.rounding["depth"]
     first = half[0] if worn.series.columns["depth"][0] else 0.0
     return np.asarray(half + first + _NOISE * worn.depth["right"][-1])
@@ -187,7 +187,7 @@ def _is_coarse(worn: Worn) -> bool:
 
 
 def _of_depth(worn: Worn) -> list[str]:
-    """Return where the table's depth does not follow from its pressures and speeds."""
+    """Return where the table's depth disagrees with its pressures and speeds."""
     columns, implied = worn.series.columns, worn.implied
     if implied is None or worn.coefficient == 0.0:
         return []
@@ -218,7 +218,7 @@ def _of_depth(worn: Worn) -> list[str]:
 
 
 def _one_coefficient(worn: Worn) -> bool:
-    """Return whether one coefficient gives every step of the table's depth, by some rule and within its rounding."""
+    """Return whether one coefficient explains every step of the table's depth, by some rule and within rounding."""
     columns, depth = worn.series.columns, np.diff(worn.series.columns["depth"])
     unit = worn.series.rounding["depth"][1:] + worn.series.rounding["depth"][:-1]
     rate, steps = worn.pressure * np.abs(columns["speed"]), np.diff(columns["time"])
@@ -249,7 +249,7 @@ def _of_clearance(series: Series) -> list[str]:
 
 
 def _of_area(series: Series) -> list[str]:
-    """Return whether the area that bears shrinks while the force grows."""
+    """Return whether the loaded area shrinks while the force grows."""
     if not {"pressure", "force"} <= series.columns.keys():
         return []
     force, pressure = series.columns["force"], series.columns["pressure"]
@@ -265,7 +265,7 @@ def _of_area(series: Series) -> list[str]:
 
 
 def _of_unit(worn: Worn) -> str:
-    """Return what the coefficient is in mm^2/N, and what it would wear with that number in m^2/N."""
+    """Return the coefficient in mm^2/N, and the wear if that number were in m^2/N."""
     end = worn.depth["trapezoidal"][-1]
     return (
         f"Unit: {worn.coefficient:.3g} m^2/N is {1e6 * worn.coefficient:.3g} mm^2/N; {1e6 * worn.coefficient:.3g} "
@@ -274,7 +274,7 @@ def _of_unit(worn: Worn) -> str:
 
 
 def facts(worn: Worn, number: float | None = None) -> str:
-    """Return all of it as JSON, in SI; `number` is the dimensionless coefficient, where a hardness was given."""
+    """Return the result as JSON, in SI; `number` is the dimensionless coefficient if a hardness was given."""
     columns = {name: values.tolist() for name, values in worn.series.columns.items()}
     implied = None if worn.implied is None else [k if math.isfinite(k) else None for k in worn.implied.tolist()]
     return json.dumps(
@@ -289,13 +289,13 @@ def facts(worn: Worn, number: float | None = None) -> str:
             "contradictions": list(worn.remarks),
             "notes": list(worn.notes),
         },
-        indent=2 if len(worn.pressure) <= _SHOWN else None,  # Python's own encoder of indented text takes a minute
+        indent=2 if len(worn.pressure) <= _SHOWN else None,  # Python's encoder of indented text takes a minute
         allow_nan=False,
     )
 
 
 def text(worn: Worn, number: float | None = None) -> str:
-    """Return the series with its depths as a table to read, and what is to be said of it."""
+    """Return the series with its depths as a table, followed by remarks."""
     columns, rules = worn.series.columns, ("trapezoidal", "left", "right")
     heads = ["time, s", "pressure, MPa", "speed, m/s", *(f"{rule}, um" for rule in rules)]
     cells = [columns["time"], 1e-6 * worn.pressure, columns["speed"], *(1e6 * worn.depth[rule] for rule in rules)]
@@ -328,12 +328,12 @@ def text(worn: Worn, number: float | None = None) -> str:
 
 
 def _um(depth: float) -> str:
-    """Return a depth (m) in um, to the nanometre where it is of a size that occurs."""
+    """Return a depth (m) in um, to the nanometre for realistic depths."""
     return f"{1e6 * depth:.3f}" if abs(depth) < 1.0 else f"{1e6 * depth:.4g}"
 
 
 def _column(head: str) -> tuple[str, str]:
-    """Return which of COLUMNS a head names, '' for none, and its unit, '' for none."""
+    """Return the name in COLUMNS and the unit of a header, '' for none."""
     name, unit = head_of(head)
     word = name.lower().replace(" ", "_")
     for column, (_, names) in COLUMNS.items():
@@ -346,8 +346,8 @@ def _column(head: str) -> tuple[str, str]:
 
 
 def _values(texts: list[str], unit: str, si: str, place: str, lines: list[int]) -> np.ndarray:
-    """Return the numbers (rows,) in `texts`, which are in `unit`, in the SI unit `si`; `place` takes a line number."""
-    if frozenset().union(*texts) <= _DIGITS:  # bare numbers, a million of which are read at once
+    """Return the numbers (rows,) of `texts` in `unit`, converted to the SI unit `si`; `place` takes a line number."""
+    if frozenset().union(*texts) <= _DIGITS:  # plain numbers, a million of which are converted at once
         scale = quantity.exact(f"1 {unit}", si)
         exact = max(scale.numerator, scale.denominator) < 2**53
         try:
@@ -364,7 +364,7 @@ def _values(texts: list[str], unit: str, si: str, place: str, lines: list[int]) 
 
 
 def _last_digit(text: str) -> float:
-    """Return one in the last digit of a number that is written."""
+    """Return one unit in the last digit of a written number."""
     mantissa, _, power = text.strip().lower().partition("e")
     return 10.0 ** min(int(power or 0) - len(mantissa.partition(".")[2]), 300)
 
@@ -377,7 +377,7 @@ def _read(where: str, written: str, unit: str) -> float:
 
 
 def _check(path: Path, columns: Mapping[str, np.ndarray], heads: list[str]) -> None:
-    """Raise an InputError where a series lacks a column or its time does not increase."""
+    """Raise InputError if a series lacks a column or its time does not increase."""
     names = [name for _, (_, several) in COLUMNS.items() for name in several]
     for name in ("time", "speed"):
         if name not in columns:

@@ -1,4 +1,4 @@
-"""A slider-crank with clearance, worked out again: absolute coordinates, multipliers, numpy and scipy.
+"""A slider-crank with clearance, computed anew: absolute coordinates, multipliers, numpy and scipy.
 
 Nothing of the package is used.  Crank, rod and slider have all of their nine coordinates.  The drive, the guide and the
 joints without clearance are constraints on accelerations.  Contacts follow docs/model.md; events are located by scipy.

@@ -143,6 +143,16 @@ class Fake:
         return []
 
     @staticmethod
+    def recommended(case):
+        """Recommend nothing."""
+        return []
+
+    @staticmethod
+    def alternatives(case):
+        """Return two other laws of which all hold."""
+        return {"joints.rod-slider.contact.law": ["lankarani-nikravesh", "hertz"]}
+
+    @staticmethod
     def peak(case, joint, revolutions):
         """Return a made-up revolution, the fourth, whose motion is that of the case."""
         return results.Peak(3.0, trajectory(case._replace(save=case.save._replace(orbits="last"))))

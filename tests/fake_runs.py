@@ -98,6 +98,10 @@ class OfFrame:
     seek = optimise = identify = None  # nothing is searched for, optimised or identified
     worst = ()  # no revolution of a peak is saved
 
+    def marks(self):
+        """Return the marks of its blocks: it is in one piece."""
+        return []
+
     @property
     def columns(self):
         """Return the names of the columns."""

@@ -41,7 +41,7 @@ that of an undisturbed run.
 
 
 def rows(name: str) -> list[dict[str, Any]]:
-    """Return what a script measured, [] where it has not run."""
+    """Return what a script measured, or [] if it has not run."""
     file = FOLDER / f"{name}.jsonl"
     return [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()] if file.exists() else []
 

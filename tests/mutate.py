@@ -256,7 +256,13 @@ MUTATIONS = (
         PASSES,
     ),
     Mutation(PASSING, "_even", "as_type_of(1.0, depth)", "as_type_of(3.0, depth)", PASSES),
-    Mutation(PASSING, "_greenwood_tripp", "return 2.0 * transition.load", "return -2.0 * transition.load", PASSES),
+    Mutation(
+        PASSING,
+        "_asperity_load_greenwood_tripp",
+        "return 2.0 * transition.load",
+        "return -2.0 * transition.load",
+        PASSES,
+    ),
     Mutation(
         OIL,
         "with_dry",
@@ -273,10 +279,8 @@ MUTATIONS = (
     ),
     Mutation(OIL, "with_dry", "elastic=rest * a.elastic + share", "elastic=rest * a.elastic + 3.0 * share", PASSES),
     # what is stored
-    Mutation(
-        "store/directory.py", "RunDirectory.rows", "np.argsort([-batch.written", "np.argsort([batch.written", STORE
-    ),
-    Mutation("store/directory.py", "RunDirectory.rows", 'rows["failed"], rows["id"]))]', 'rows["id"]))]', STORE),
+    Mutation("store/directory.py", "RunDirectory.rows", "np.argsort([-each.written", "np.argsort([each.written", STORE),
+    Mutation("store/directory.py", "RunDirectory.rows", "[batch], failed, ids))", "[batch], ids))", STORE),
     Mutation(
         "store/directory.py",
         "RunDirectory.look",
@@ -345,8 +349,8 @@ MUTATIONS = (
     Mutation(
         "store/assemble.py",
         "_rows_of_batches",
-        "order = np.argsort(np.concatenate(places))",
-        "order = np.concatenate(places)",
+        'starts[rows["batch"]] + rows["row"]',
+        'rows["row"]',
         STORE,
     ),
     Mutation(
@@ -399,29 +403,41 @@ MUTATIONS = (
     ),
     # films
     Mutation(
-        f"{FILMS}/contract.py", "_balanced", "return -couple - 0.5 * moment, couple", "return -couple, couple", BALANCE
+        f"{FILMS}/contract.py",
+        "_default_film_couples",
+        "return -couple - 0.5 * moment, couple",
+        "return -couple, couple",
+        BALANCE,
     ),
-    Mutation(f"{FILMS}/contract.py", "_balanced", ", couple - 0.5 * moment", ", couple", BALANCE),
+    Mutation(f"{FILMS}/contract.py", "_default_film_couples", ", couple - 0.5 * moment", ", couple", BALANCE),
     Mutation(
         f"{FILMS}/shear.py",
-        "_petroff",
+        "_shear_couple_petroff",
         "as_type_of(shear.drag * rotation,",
         "as_type_of(-shear.drag * rotation,",
         BALANCE,
     ),
-    Mutation(f"{FILMS}/shear.py", "_couette", "math.sqrt(1.0 - motion.ratio * motion.ratio)", "1.0", BALANCE),
+    Mutation(
+        f"{FILMS}/shear.py", "_shear_couple_couette", "math.sqrt(1.0 - motion.ratio * motion.ratio)", "1.0", BALANCE
+    ),
     Mutation(
         OIL, "floating", "spin=journal + bearing - 2.0 * across", "spin=journal - bearing - 2.0 * across", BALANCE
     ),
     Mutation(OIL, "floating", "pumped=0.5 * eccentricity", "pumped=eccentricity", BALANCE),
     Mutation(OIL, "floating", "eccentricity * tangential)", "joint.clearance * tangential)", BALANCE),
-    Mutation(f"{FILMS}/short.py", "_ocvirk", "radial = 0.5 * law.force", "radial = 0.4 * law.force", BALANCE),
-    Mutation(f"{FILMS}/long.py", "_half_film", "radial -= 6.0 * law.force", "radial -= 5.0 * law.force", BALANCE),
-    Mutation(f"{FILMS}/reynolds.py", "_finite_film", "radial - turned * cosine", "radial + turned * cosine", REYNOLDS),
-    Mutation(f"{FILMS}/reynolds.py", "_finite_film", "turned * sine * stretch", "turned * sine", REYNOLDS),
+    Mutation(f"{FILMS}/short.py", "_film_force_short", "radial = 0.5 * law.force", "radial = 0.4 * law.force", BALANCE),
+    Mutation(f"{FILMS}/long.py", "_film_force_long", "radial -= 6.0 * law.force", "radial -= 5.0 * law.force", BALANCE),
+    Mutation(
+        f"{FILMS}/reynolds.py", "_film_force_reynolds", "radial - turned * cosine", "radial + turned * cosine", REYNOLDS
+    ),
+    Mutation(f"{FILMS}/reynolds.py", "_film_force_reynolds", "turned * sine * stretch", "turned * sine", REYNOLDS),
     Mutation(f"{FILMS}/reynolds.py", "expansion", "2.0 * pair * a * before", "2.0 * pair * a * after", REYNOLDS),
     Mutation(
-        f"{FILMS}/reynolds.py", "_finite_film", "share = math.exp(log_share)", "share = 1.0 + log_share", REYNOLDS
+        f"{FILMS}/reynolds.py",
+        "_film_force_reynolds",
+        "share = math.exp(log_share)",
+        "share = 1.0 + log_share",
+        REYNOLDS,
     ),
     Mutation(
         f"{FILMS}/reynolds.py", "tables", "np.log(slenderness) - nodes", "np.log(1.05 * slenderness) - nodes", REYNOLDS

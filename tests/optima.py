@@ -137,7 +137,7 @@ def optimised(problem, seed, cases):
 
 
 def compared(rows, name):
-    """Return the brute force of a problem, None where it has not run, and its runs of `optimise`."""
+    """Return the brute force of a problem, or None if it has not run, and its runs of `optimise`."""
     mine = [row for row in rows if row["problem"] == name]
     every = next((row for row in mine if row["seed"] is None), None)
     return every, [row for row in mine if row["seed"] is not None]

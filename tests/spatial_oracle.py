@@ -1,4 +1,4 @@
-"""A slider-crank with a spatial joint, worked out again: absolute coordinates, multipliers, the fixed frame, scipy.
+"""A slider-crank with a spatial joint, computed anew: absolute coordinates, multipliers, the fixed frame, scipy.
 
 Nothing of the package is used.  Rod and slider have all of their coordinates; ideal joints and the guide are
 constraints on accelerations.  The point of a circle that is farthest from an axis is looked for on a fan of angles and

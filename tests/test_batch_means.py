@@ -72,7 +72,7 @@ def run(figure, turns):
 
 
 def student(values):
-    """Return half of the 95 % interval of the mean of values of which neighbours are alike by chance alone."""
+    """Return half of the 95 % interval of the mean of values of which neighbours are alike at random alone."""
     off = values - values.mean()
     together = max(float(off[1:] @ off[:-1] / (off @ off)), 0.0)
     wide = math.sqrt((1.0 + together) / (1.0 - together))

@@ -11,9 +11,10 @@ from fake_physics import FAILS, GOOD, Fake, grid, merge
 from test_sweep import quiet
 
 import clearsweep
-from clearsweep import store
+from clearsweep import report, store
 from clearsweep.language.errors import DirectoryError, InputError
-from clearsweep.store import blocks, read_blocks
+from clearsweep.report.section import Note, Points, Sentences
+from clearsweep.store import assemble, blocks, read_blocks
 from clearsweep.store.record import checksum_of
 from clearsweep.sweeping import blockwise, estimate, run_summary
 from clearsweep.sweeping.all_cases import complete_run
@@ -259,6 +260,46 @@ def test_the_page_of_a_run_in_blocks_says_that_it_shows_a_sample(pair, tmp_path)
     page = clearsweep.open(pair[0].directory).report(tmp_path / "page.html").read_text(encoding="utf-8")
     assert "36" in page
     assert "rows at random" in page
+
+
+def said(sections, *keys):
+    """Return the sentences and the numbers of cases in the tables of some sections of a page."""
+    found = {}
+    for each in (section for section in sections if section.key in keys):
+        texts = [text for block in each.blocks if isinstance(block, (Points, Sentences)) for text in block.texts]
+        found[each.key] = texts, [row[2:5] for table in each.tables if table.key == "limits_kept" for row in table.rows]
+    return found
+
+
+def test_counts_on_the_page_of_a_sample_are_of_all_cases_or_say_of_which(pair, tmp_path, monkeypatch):
+    monkeypatch.setattr(blocks, "SAMPLED", 0)
+    monkeypatch.setattr(blocks, "LEAST_SAMPLED", 1)
+    limits = {"rod_slider_force_peak": {"at_most": 0.105, "times": "rod_slider_force_peak_ideal"}}
+    limits |= {"rod_slider_penetration_max": {"at_least": 0.11}}
+    limited = MIXED | {"limits": limits}
+    quiet(limited, tmp_path / "cut", executor="serial")
+    sample = report.of(clearsweep.open(tmp_path / "cut")).parts
+    monkeypatch.setattr(blocks, "BLOCK", 2**17)
+    quiet(limited, tmp_path / "whole", executor="serial")
+    whole = report.of(clearsweep.open(tmp_path / "whole")).parts
+    counted = "summary", "verdict", "failures", "trust"
+    assert said(sample, *counted) == said(whole, *counted)
+    shown = {card[0]: card[1] for card in next(each for each in sample if each.key == "summary").blocks[0].cards}
+    assert shown["Cases finished"] == "24 of 36"
+    assert int(shown["Shown on this page"].split()[0]) < 36
+    for section in sample:
+        if section.title and section.key not in ("mechanism", "setup"):
+            assert isinstance(section.blocks[0], Note), section.key
+            assert "of the sample" in section.blocks[0].text, section.key
+    assert not any("of the sample" in block.text for each in whole for block in each.blocks if isinstance(block, Note))
+
+
+def test_a_summary_with_groups_of_another_size_is_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(assemble, "GROUP_ROWS", 3)
+    quiet(MIXED, tmp_path / "run", executor="serial")
+    summary = clearsweep.open(tmp_path / "run").summary
+    for case_id in summary.frame()["case_id"]:
+        assert summary[summary["case_id"] == case_id]["case_id"].tolist() == [case_id]
 
 
 def test_a_damaged_record_of_a_run_in_blocks_is_restored(tmp_path, capfd):

@@ -234,7 +234,7 @@ def test_a_section_stands_once_and_says_which_mechanisms_have_a_key():
     headings = re.findall(r"^## .*", PAGE, re.MULTILINE)
     assert len(headings) == len(set(headings))
     assert "| `branch` |  | `open`, `crossed` | `open` | *four-bar*: the coupler's pin on the left" in PAGE
-    assert "; in space, slot: without `karnopp`, `dahl`, `lugre`, `elasto-plastic` |" in PAGE
+    assert "; in space: without `karnopp`, `dahl`, `lugre`, `elasto-plastic` |" in PAGE
     assert "| `horizon` |  | `true`, `false` | `false` | *not impact-pair*: " in PAGE
 
 

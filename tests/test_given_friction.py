@@ -126,6 +126,54 @@ def test_preload_rubs_in_a_joint_with_clearance_whether_it_touches_or_not():
     assert result[1]["crank_torque_peak"] != result[0]["crank_torque_peak"]
 
 
+def seal(preload, speed):
+    """Return the scene of a block of 0.2 kg in a guide with clearance whose walls turn with the crank."""
+    still = [0.0, 0.0]
+    bodies = {
+        "ground": {"points": {"main": still}},
+        "crank": {"mass": 0.3, "inertia": 1e-4, "points": {"pivot": still, "rail": [0.02, 0.01]}},
+        "block": {
+            "mass": 0.2,
+            "inertia": 4e-5,
+            "points": {"middle": still},
+            "initial": {"x": 0.02, "y": 0.0103, "vx": 0.5},
+        },
+    }
+    bodies["block"]["initial"] = {"x": 0.02, "y": 0.0103, "vx": 0.5}
+    if speed:
+        bodies["block"]["initial"] |= {"vx": 0.5 - 0.0103 * speed, "vy": 0.02 * speed, "rate": speed}
+    joints = {
+        "main": {"type": "revolute", "between": ["ground.main", "crank.pivot"]},
+        "guide": {"type": "prismatic", "between": ["crank.rail", "block.middle"]},
+    }
+    guide = {"clearance": 1e-3, "length": 0.06, "height": 0.03, "contact": {"law": "hertz", "stiffness": 1e9}}
+    friction = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-4, "preload": preload}
+    mechanism = {"type": "planar", "bodies": bodies, "joints": joints, "driven": "main", "output": {"body": "crank"}}
+    return {
+        "mechanism": mechanism,
+        "drive": {"speed": speed or 1e-3},
+        "joints": {"guide": guide | {"friction": friction}},
+        "simulate": {"revolutions": 1.0 if speed else 5e-5, "discard": 0, "tolerance": 1e-10},
+        "save": {"orbits": "all"},
+    }
+
+
+def test_preload_of_a_guide_with_clearance_stops_its_block():
+    path = clearsweep.simulate(clearsweep.load_case(seal(20.0, 0.0)), times=[0.0, 0.02, 0.04])
+    slowing = 0.1 * 20.0 / 0.2  # m/s^2
+    assert path["block/vx"] == pytest.approx([0.5, 0.5 - 0.02 * slowing, 0.5 - 0.04 * slowing], rel=1e-6)
+    assert path["block/y"] == pytest.approx(0.0103, rel=1e-4)
+    assert len(path.events) == 0
+
+
+def test_preload_of_a_guide_that_turns_is_in_the_ledger_and_in_its_friction_power():
+    path = clearsweep.simulate(clearsweep.load_case(seal(20.0, 30.0)))
+    assert path.status == "ok"
+    assert path.summary["energy_residual"] < 1e-9
+    taken = np.trapezoid(np.abs(path["joints/guide/vx"]) * 0.1 * 20.0, path.t) / path.t[-1]
+    assert path.summary["guide_friction_power"] > 0.9 * taken
+
+
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [

@@ -316,7 +316,7 @@ def test_what_never_ends_is_not_read(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "pipe.yaml")
     with open(tmp_path / "large.yaml", "wb") as file:
         file.truncate(65 * 2**20)
-    began = time.perf_counter()
+    began = time.process_time()
     for path, reason in (
         ("/dev/zero", "no regular file"),
         (tmp_path / "pipe.yaml", "no regular file"),
@@ -324,7 +324,7 @@ def test_what_never_ends_is_not_read(tmp_path, monkeypatch):
     ):
         with pytest.raises(InputError, match=f"cannot be read: it .*{reason}"):
             load(path)
-    assert time.perf_counter() - began < 2.0
+    assert time.process_time() - began < 2.0
 
 
 def test_a_table_that_never_ends_is_not_read(at, tmp_path):
@@ -339,17 +339,17 @@ def test_more_cases_than_can_be_run_are_refused_at_once(base, axes):
     paths += ["mechanism.rod.inertia", "mechanism.crank.inertia"]
     count = 20_000 if axes == 2 else 1000
     sweep = {path: {"linspace": [1.0, 2.0, count]} for path in paths[:axes]}
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(InputError, match=f"has {count**axes:,} cases; at most 200,000,000 can be run"):
         load(base | {"sweep": sweep})
-    assert time.perf_counter() - began < 10.0
+    assert time.process_time() - began < 10.0
 
 
 def test_an_alias_costs_no_more_than_what_it_stands_for(problems_in):
     bomb = "\n".join(f"a{k + 1}: &a{k + 1} [{', '.join([f'*a{k}'] * 9)}]" for k in range(9))
-    began = time.perf_counter()
+    began = time.process_time()
     problems_in(f"a0: &a0 [1]\n{bomb}\n")
-    assert time.perf_counter() - began < 2.0
+    assert time.process_time() - began < 2.0
 
 
 def test_yaml_is_read_as_version_1_2(at):
@@ -411,7 +411,7 @@ AXES = {
     "no values": (f"{JOINT}.clearance: []", f"22:32: sweep.{JOINT}.clearance: the list is empty"),
     "one value": (
         "drive.speed: 5000 rpm",
-        "22:16: sweep.drive.speed: found '5000 rpm'; expected a list such as [a, b] or",
+        "22:16: sweep.drive.speed: found '5000 rpm'; expected a list such as [a, b], {label: a",
     ),
     "duplicate": (
         f"{JOINT}.clearance: [0.5 mm, 1 mm, 500 um]",

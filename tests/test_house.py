@@ -94,7 +94,7 @@ def imports(module, path, names):
 
 
 def circle(graph) -> list[str]:
-    """Return modules that import each other in a circle, the first one again as the last; [] where there is none."""
+    """Return modules that import each other in a circle, the first one again as the last, or [] if there is none."""
     done, way = set(), []
 
     def walk(module):

@@ -130,6 +130,15 @@ def test_interrupted_it_comes_to_the_same_bytes(ran, tmp_path):
     assert (tmp_path / "other/identify.parquet").read_bytes() == (out / "identify.parquet").read_bytes()
 
 
+def test_cases_store_the_signals_that_are_compared_and_no_others(ran):
+    _, out, source = ran
+    assert clearsweep.open(out).layout.listed == ("slider/a",)
+    more = source | {"save": {"channels": ["slider/a", "slider/x"]}}
+    assert grids.load(more, Rig.catalogue()).layout.listed == ("slider/a", "slider/x")
+    with pytest.raises(InputError, match=r"save\.channels: lacks slider/a, which `identify` compares; add it"):
+        grids.load(source | {"save": {"channels": ["slider/x"]}}, Rig.catalogue())
+
+
 def test_a_key_that_the_signal_does_not_depend_on_is_said_to_be_undetermined(tmp_path):
     file = measure(tmp_path / "rig.csv")
     result = quiet(asked(file, 48, over={ROD: ["0.1 kg", "0.9 kg"]}), tmp_path / "run")

@@ -7,8 +7,7 @@ import pytest
 from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep.language.errors import InputError
-from clearsweep.mechanics.coupling.sticking import slip_rates, surfaces_of, with_sticking_forces
+from clearsweep.mechanics.coupling.sticking import every_grip, slip_rates, with_sticking_forces
 from clearsweep.mechanics.joint.contract import JointState, every_latched
 from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
 from clearsweep.mechanics.joint.loads import loads_of
@@ -48,7 +47,7 @@ def looked_at(scene, y, state):
     return pose, relative, loads_of(scene.joints, relative, JointState(y, state, latched, first))
 
 
-# ---------------------------------------------------------------------------------------------- the force that holds
+# ---------------------------------------------------------------------------------------------- the force that grips
 
 
 @pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
@@ -73,7 +72,7 @@ def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
     scale = np.abs(motion.accelerations).max()
     exact = gap_accelerations(scene.mechanism, y, motion)
     np.testing.assert_allclose(exact, (after - before) / 2e-7, atol=1e-6 * scale)
-    rates = slip_rates(scene, y, pose, surfaces_of(scene.joints, relative), loads)
+    rates = slip_rates(scene, y, pose, every_grip(scene.joints, relative, loads, state), loads)
     np.testing.assert_allclose(rates, (slips_after - slips_before) / 2e-7, atol=1e-5 * scale)
 
 
@@ -83,7 +82,7 @@ def test_surfaces_that_stick_let_no_sliding_grow(joints):
     scene, y, state = moving(*joints, friction=strong)
     pose, relative, loads = looked_at(scene, y, state)
     still = with_sticking_forces(scene, y, pose, relative, loads, state)
-    surfaces = surfaces_of(scene.joints, relative)
+    surfaces = every_grip(scene.joints, relative, loads, state)
     for j in range(len(joints)):
         free = abs(slip_rates(scene, y, pose, surfaces, loads)[j])
         wanted = -scene.reference_rate * still[j].contacts[0].slip
@@ -98,7 +97,7 @@ def test_surfaces_bear_no_more_than_they_hold_and_the_others_make_up_for_it():
         state[seed % 3] = PRESSED
         pose, relative, loads = looked_at(scene, y, state)
         still = with_sticking_forces(scene, y, pose, relative, loads, state)
-        surfaces = surfaces_of(scene.joints, relative)
+        surfaces = every_grip(scene.joints, relative, loads, state)
         for j in range(3):
             if state[j] == PRESSED:
                 assert still[j].contacts[0].tangential == loads[j].contacts[0].tangential
@@ -224,18 +223,3 @@ def test_a_scene_that_sticks_runs_uncompiled():
     )
     compiled, plain = told_both_ways(program)
     assert compiled == pytest.approx(plain, rel=1e-8)
-
-
-def test_a_guide_with_clearance_refuses_to_stick_and_names_the_laws_with_bristles():
-    guide = {
-        "clearance": 1e-3,
-        "length": 0.1,
-        "height": 0.05,
-        "contact": {"law": "hertz", "stiffness": 1e9},
-        "friction": {"law": "karnopp", "coefficient": 0.1},
-    }
-    source = slider_crank(changes={"joints.slider-ground": guide, "mechanism.slider.inertia": 1e-4})
-    with pytest.raises(
-        InputError, match=r"law: found 'karnopp'; a guide with clearance touches.*take lugre or elasto-p"
-    ):
-        clearsweep.load_case(source)

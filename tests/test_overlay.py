@@ -37,7 +37,7 @@ def study():
         for name, size in (("a" * 16, 1.0), ("b" * 16, 2.0), ("c" * 16, 3.0))
     }
     channels = [SimpleNamespace(name=name, unit=unit) for name, unit in (("t", "s"), ("slider/a", "m/s^2"))]
-    run = SimpleNamespace(layout=SimpleNamespace(channels=channels), orbit=orbits.__getitem__)
+    run = SimpleNamespace(layout=SimpleNamespace(stored=channels), orbit=orbits.__getitem__)
     return SimpleNamespace(run=run, cases=SimpleNamespace(index=list(orbits)), setting=lambda case_id: "clearance 1 mm")
 
 

@@ -27,7 +27,7 @@ def test_of_pairs_alone_the_interval_is_that_of_the_sign_test():
 
 @pytest.mark.parametrize(("rows", "values", "ends"), [(5, 2, False), (6, 2, True), (1, 4, False), (1, 5, True)])
 def test_too_few_pairs_give_no_interval(rows, values, ends):
-    """Five signs, or the order of four values, come about by chance in more than 5 % of samples."""
+    """Five signs, or the order of four values, come about at random in more than 5 % of samples."""
     x = np.arange(1.0, values + 1.0)
     estimate, _ = power(x, np.tile(x, (rows, 1)))
     assert estimate.value == pytest.approx(1.0)

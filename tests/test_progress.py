@@ -53,7 +53,7 @@ def phases_seen():
             self.words = []
 
         def changed(self):
-            """Note the words of the open phases."""
+            """Record the words of the open phases."""
             self.words += [result.what] if (result := phases.progress()) else []
 
     listener = Listener()

@@ -155,11 +155,11 @@ def test_any_unit_gives_a_finite_number_or_an_input_error(text):
 
 
 def test_a_monstrous_exponent_costs_no_time():
-    began = time.perf_counter()
+    began = time.process_time()
     assert quantity.read("1e-999999999 mm", "m") == 0.0
     with pytest.raises(InputError, match="not a finite number"):
         quantity.read("1e999999999 mm", "m")
-    assert time.perf_counter() - began < 1.0
+    assert time.process_time() - began < 1.0
 
 
 @pytest.mark.parametrize(
@@ -176,10 +176,10 @@ def test_a_monstrous_exponent_costs_no_time():
     ],
 )
 def test_powers_of_powers_are_refused_at_once(text):
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(InputError, match=r"power of a power|cannot be read as a unit"):
         quantity.read(text, "m")
-    assert time.perf_counter() - began < 1.0
+    assert time.process_time() - began < 1.0
 
 
 def test_a_power_of_a_bracket_is_read():

@@ -505,7 +505,7 @@ LIMITS = {PEAK: {"at_most": 6.0, "times": IDEAL}, "slider_error_max": 3e-4}
 
 @pytest.fixture
 def limited_run():
-    """Return a run with limits, its columns worked out anew."""
+    """Return a run with limits, its columns computed anew."""
     made = Run(failures=3)
     made.grid["limits"] = LIMITS
     rows = made.summary["status"] == "ok"

@@ -313,7 +313,6 @@ def test_the_pin_has_its_own_radius_on_a_wall_and_that_of_a_bearing_at_an_end():
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"evolve": True}, "unknown key 'evolve'"),
         ({"pressure": "mean"}, "unknown word 'mean'"),
         ({"pressure_modulus": None}, "pressure_modulus|material"),
     ],
@@ -323,13 +322,6 @@ def test_wear_of_a_slot_says_what_it_needs(change, sentence):
     made["joints"]["slot"]["wear"] = {key: value for key, value in made["joints"]["slot"]["wear"].items() if value}
     with pytest.raises(InputError, match=sentence):
         clearsweep.load_case(made)
-
-
-def test_a_life_of_a_slot_is_refused():
-    with pytest.raises(
-        InputError, match=r"life.joint: found 'slot'; the wear of a slot is computed, but nothing judges"
-    ):
-        clearsweep.load_case(worn_grid() | {"life": {"limit": "10 um", "joint": "slot"}})
 
 
 def test_the_report_says_what_the_angle_on_a_slot_is(tmp_path):

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pandas as pd
 import polars
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from fake_physics import FAILS, GOOD, Fake, grid
@@ -21,6 +22,7 @@ from clearsweep import store
 from clearsweep.contracts import results
 from clearsweep.language.errors import DirectoryError, InputError, StorageError
 from clearsweep.store import assemble, durable
+from clearsweep.store import batch as batches
 from clearsweep.store.record import checksum_of
 
 
@@ -433,3 +435,17 @@ def test_the_newest_run_is_the_one_whose_record_was_written_last(tmp_path):
         (tmp_path / name / "run.json").write_text("{}")
         os.utime(tmp_path / name / "run.json", (1e9 - age, 1e9 - age))
     assert store.newest(tmp_path) == tmp_path / "last"
+
+
+def test_words_of_a_column_are_its_values():
+    column = pa.array(["ok", None, "", "ok", "no contact", None, "ok"])
+    for first, count in ((0, 7), (1, 4), (3, 0), (5, 2)):
+        part = column.slice(first, count)
+        assert batches.words_of(part).tolist() == batches.values_of(part).tolist() == part.to_pylist()
+
+
+def test_numbers_of_a_column_are_nan_where_it_is_null():
+    column = pa.array([1.5, None, 3.0, None, 5.0])
+    np.testing.assert_array_equal(batches.values_of(column), [1.5, np.nan, 3.0, np.nan, 5.0])
+    np.testing.assert_array_equal(batches.values_of(column.slice(2, 2)), [3.0, np.nan])
+    np.testing.assert_array_equal(batches.values_of(column.slice(4)), [5.0])

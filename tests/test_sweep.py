@@ -402,6 +402,14 @@ def test_a_dry_run_shows_a_case_and_what_si_is_assumed_for(tmp_path):
     assert "  joints.rod-slider: clearance 0.5 mm, bearing_radius 10 mm, length 20 mm" in text
 
 
+def test_a_dry_run_sums_up_a_table():
+    column = "loads.gas.table.fx"
+    case = {"case_id": "0" * 40, "units": {}, "written_units": {}}
+    values = {"loads.gas.scale": 1.0, f"{column}.0": 5.0, f"{column}.1": -700.0, f"{column}.2": 2.0}
+    lines = run_summary._case_lines(case | {"values": values})
+    assert lines[1:] == ["  loads.gas: scale 1", f"  {column}: 3 values in SI, -700 to 5"]
+
+
 def test_what_a_first_case_compiles_and_cases_that_differ_do_not_spoil_the_estimate():
     counts = np.bincount(np.array(estimate.chosen(6400)) // 100)
     assert counts.tolist() == [1] * 64  # one of each stretch

@@ -182,7 +182,7 @@ def test_an_interval_of_blocks_covers_the_mean_as_often_as_it_says(memory):
 
 @pytest.mark.slow
 def test_intervals_at_which_chaotic_runs_ended_hold_the_value_of_a_long_run():
-    """Runs that stop when their interval is narrow could stop when it is so by chance: they must hold all the same."""
+    """Runs that stop when their interval is narrow could stop when it is so at random: they must hold all the same."""
     figure, hits = "rod_slider_force_rms", 0
     truth = run(WORN, {"simulate.revolutions": 1500}).summary[figure]
     for place in range(40):

@@ -146,6 +146,27 @@ def test_the_deepest_point_is_the_deepest_of_all_and_turns_with_its_bodies(size)
             assert (turned.depth, turned.nx, turned.ny) == pytest.approx((there.depth, -there.ny, there.nx), abs=1e-9)
 
 
+def test_the_least_penetration_is_known_wherever_the_normal_is_far_from_the_eccentricity():
+    """Springs find their arc from it: a millionth of the clearance too much, and there is none where they look."""
+    grooves, angles = np.zeros((2, BINS)), (0.3, -0.7)
+    grooves[0, 40:90], grooves[1, 200:230] = C, 0.1 * C
+    worn = joint(*grooves, BEDDED, elastic="winkler")
+
+    def gap_at(x, y, phi):
+        h = worn_at(worn.bearing.table, phi - angles[0])[0] + worn_at(worn.journal.table, phi - angles[1])[0]
+        return x * math.cos(phi) + y * math.sin(phi) - C - h
+
+    far = 0.0
+    for direction in np.linspace(0.0, 6.2, 100):
+        x, y = 1.5 * C * math.cos(direction), 1.5 * C * math.sin(direction)
+        there = nearest(worn, gap(x, y, angles))
+        before, here, behind = (gap_at(x, y, there.angle + step) for step in (-1e-5, 0.0, 1e-5))
+        far = max(far, abs(math.remainder(there.angle - direction, 2.0 * math.pi)))
+        assert there.depth == pytest.approx(here, abs=1e-13 * C)
+        assert here >= max(before, behind) - 1e-14 * C
+    assert far > 0.1
+
+
 def measure(worn, numbers):
     """Return how deep a joint is at x, y and both angles (of bearing and journal)."""
     place = gap(numbers[0], numbers[1], numbers[2:])

@@ -102,7 +102,7 @@ class Round:
         return len(self.committed - batches(self.out))
 
     def _look(self) -> bool:
-        """Note what is committed; return whether there is more than before."""
+        """Report what is committed; return whether there is more than before."""
         with contextlib.suppress(FileNotFoundError):
             names = batches(self.out)
             new, self.committed = not names <= self.committed, self.committed | names

@@ -256,7 +256,7 @@ class Result(NamedTuple):
 
     @property
     def fault(self) -> str:
-        """Return what is wrong with how it ended, '' where nothing is."""
+        """Return what is wrong with how it ended, or '' if nothing is."""
         if self.code is None:
             return "did not end in time"
         if trouble := TROUBLE.search(self.said):

@@ -73,7 +73,7 @@ class Ended(NamedTuple):
 
     @property
     def fault(self) -> str:
-        """Return what is wrong with how it ended, '' where nothing is."""
+        """Return what is wrong with how it ended, or '' if nothing is."""
         if self.code is None:
             return "did not end in time"
         if "OUTSIDE " in self.said:

@@ -1,7 +1,7 @@
-"""One case of a grid, resolved and in SI: what every room above reads instead of a dict.
+"""One case of a grid, resolved and in SI, as typed records instead of nested dicts.
 
-The numbers of a mechanism or a law are kept by the name of their key, since each has its own; whoever made the key
-known reads it.  All else has a field.
+The numbers of a mechanism or a law are stored by the name of their key, since each has its own; the code that
+declares a key reads it.  Everything else has a field.
 """
 
 import math
@@ -12,7 +12,7 @@ from .outline import Outline
 
 
 class Mechanism(NamedTuple):
-    """The bodies: `values` by dotted path below `mechanism`, such as 'crank.length' (m), and words by theirs."""
+    """The bodies: numbers and words by dotted path below `mechanism`, such as 'crank.length' (m)."""
 
     type: str
     values: Mapping[str, Any]
@@ -26,7 +26,7 @@ class Drive(NamedTuple):
 
     speed: float = 0.0  # rad/s, constant
     table: Table | None = None  # time (s), speed (rad/s)
-    torque: float = 0.0  # N m, constant; of a motor at rest
+    torque: float = 0.0  # N m, constant; of a motor, at rest
     no_load_speed: float = math.inf  # rad/s, at which a motor gives no torque
     initial_speed: float = 0.0  # rad/s, of a free crank
     inertia: float = 0.0  # kg m^2, of a flywheel
@@ -62,10 +62,10 @@ class Contact(NamedTuple):
     """The normal force of a joint."""
 
     law: str
-    elastic: str | None  # None: the law brings its own spring
-    values: Mapping[str, float]  # of both laws, by key
+    elastic: str | None  # None: the law has its own stiffness
+    values: Mapping[str, float]  # parameters of both laws, by key
     material: Materials | None = None
-    onset: str | None = None  # how long the onset rate counts: 'first' or 'renewed'; None: the law knows none
+    onset: str | None = None  # how long the onset rate counts: 'first' or 'renewed'; None: the law does not use it
     fit: Table | None = None  # penetration (m) and force (N) that the elastic law is fitted to
 
 
@@ -74,7 +74,7 @@ class Roughness(NamedTuple):
 
     law: str
     values: Mapping[str, float]
-    tables: Mapping[str, Table]  # by key
+    tables: Mapping[str, Table]  # parameters, by key
 
 
 class Friction(NamedTuple):
@@ -84,7 +84,7 @@ class Friction(NamedTuple):
     values: Mapping[str, float]
 
 
-#: Of k times the hardness, the dimensionless wear coefficient, the share of contacts that shed a particle: what
+#: Bounds of k times the hardness, the dimensionless wear coefficient (share of contacts that shed a particle): what
 #: no pair of materials reaches, above which it is doubtful, and below which it is one in m^2/N that lacks its unit.
 LARGEST_WEAR_NUMBER, DOUBTFUL_WEAR_NUMBER, LEAST_WEAR_NUMBER = 0.1, 1e-2, 1e-10
 
@@ -95,14 +95,14 @@ class Wear(NamedTuple):
     law: str
     pressure: str
     bins: int  # of each body
-    values: Mapping[str, float]  # bearing_coefficient, journal_coefficient, and what the laws take besides
+    values: Mapping[str, float]  # bearing_coefficient, journal_coefficient, and further parameters of the laws
     dimensionless: bool = False  # the coefficients are k times the hardness
-    running_in: Mapping[str, float] | None = None  # bearing_initial, journal_initial, distance (m); None: it is run in
-    evolve: bool = False  # what is worn acts on contact
+    running_in: Mapping[str, float] | None = None  # bearing_initial, journal_initial, distance (m)
+    evolve: bool = False  # the worn shape affects contact
     length_bins: int = 1  # of each body along its length
 
     def coefficients(self) -> dict[str, tuple[float, ...]]:
-        """Return for both bodies the wear coefficients (m^2/N or m^3/J): run in and, where they are not, at first."""
+        """Return the wear coefficients (m^2/N or m^3/J) of both bodies: after and before running-in."""
         per = self.values["hardness"] if self.dimensionless else 1.0
         first = self.running_in or {}
         return {
@@ -116,7 +116,7 @@ class Wear(NamedTuple):
 
 
 class Oil(NamedTuple):
-    """An oil whose viscosity falls as it warms up."""
+    """An oil with temperature-dependent viscosity."""
 
     warm: float  # m^2/s, kinematic, at 40 degC
     hot: float  # m^2/s, at 100 degC
@@ -146,24 +146,24 @@ class Film(NamedTuple):
     """The film of oil in a joint."""
 
     law: str
-    friction: str  # the law of its shear
+    friction: str  # law of friction in the film
     viscosity: float  # Pa s
-    limit: float  # eccentricity ratio up to which its formula is valid
+    limit: float  # eccentricity ratio up to which the formula is valid
     density: float = 870.0  # kg/m^3, of the oil
-    transition: str = "ramp"  # the law by which the dry contact takes over
-    begin: float = 0.0  # m, eccentricity less clearance at which the dry contact begins to bear
-    width: float = 0.0  # m, over which it takes over
-    asperities: Mapping[str, float] | None = None  # what that law takes besides, by key
-    oil: Oil | None = None  # that gives the viscosity at the temperature
+    transition: str = "ramp"  # law of the transition to dry contact
+    begin: float = 0.0  # m, eccentricity minus clearance at which dry contact begins to carry load
+    width: float = 0.0  # m, width of the transition
+    asperities: Mapping[str, float] | None = None  # further parameters of that law, by key
+    oil: Oil | None = None  # determines the viscosity at the temperature
     temperature: float | None = None  # K
     thermal: Thermal | None = None
 
 
-#: Of a joint in which nothing but a film acts.
+#: The contact of a joint with a film but no dry contact.
 NO_CONTACT = Contact("", None, {})
 
 
-HARDNESS_OVER_STRENGTH = 2.8  # of a metal that is fully plastic under an indenter (Tabor 1951, The Hardness of Metals)
+HARDNESS_OVER_STRENGTH = 2.8  # of a fully plastic metal (Tabor 1951, The Hardness of Metals)
 
 
 COLD = 293.15  # K, at which clearances are given
@@ -182,33 +182,33 @@ class Joint(NamedTuple):
     contact: Contact
     bearing_radius: float | None = None  # m
     length: float | None = None  # m, along the pin
-    journal: str | None = None  # the body it sits on; None where there is no choice
+    journal: str | None = None  # the body it sits on, or None if there is no choice
     friction: Friction | None = None
     wear: Wear | None = None
     height: float | None = None  # m, of a guide's block
     roughness: Roughness | None = None
     film: Film | None = None
-    flange: bool | None = None  # of a spatial joint: its journal is kept between flanges; None: it is none
+    flange: bool | None = None  # of a spatial joint: whether flanges guide the journal; None: not spatial
     axial_clearance: float | None = None  # m, at each flange
     journal_length: float | None = None  # m
-    tilt: tuple[float, ...] = ()  # rad, rotation vector of the bearing, about x and y of its body
-    offset: tuple[float, ...] = ()  # m, of the bearing's middle, along the axes of its body
-    axial: Contact | None = None  # at a flange; None: as `contact`
-    slot_length: float | None = None  # m, between the centres of the ends of a slot
+    tilt: tuple[float, ...] = ()  # rad, rotation vector of the bearing about x and y of its body
+    offset: tuple[float, ...] = ()  # m, of the bearing centre, along the axes of its body
+    axial: Contact | None = None  # contact at a flange; None: same as `contact`
+    slot_length: float | None = None  # m, between the centres of a slot's ends
     thermal: Thermal | None = None  # of a dry joint
-    temperature: float | None = None  # K, of both its bodies, where its heat balance has found it
-    walls: str | None = None  # 'spread', else the walls of a spatial joint bear at the journal's ends
+    temperature: float | None = None  # K, of both bodies, once the heat balance is solved
+    walls: str | None = None  # 'spread'; otherwise a spatial joint carries load at the journal's ends
 
     @property
     def elastic_name(self) -> str:
-        """Return what its elastic force is called: 'johnson', 'johnson with fractal roughness'."""
+        """Return the name of its elastic force: 'johnson', 'johnson with fractal roughness'."""
         elastic = self.contact.elastic or "spring"
         rough = self.roughness and self.roughness.law
         return f"{elastic} with {rough} roughness" if rough and rough != "smooth" else elastic
 
     @property
     def strength(self) -> float | None:
-        """Return the yield strength (Pa) of the weaker body, from a hardness where it is not given; None: not known."""
+        """Return the yield strength (Pa) of the weaker body, if necessary from hardness, or None if unknown."""
         given = [body.yield_strength for body in self.contact.material or () if body.yield_strength]
         if given:
             return min(given)
@@ -218,26 +218,26 @@ class Joint(NamedTuple):
 
     @property
     def balance(self) -> Thermal | None:
-        """Return its heat balance, of its film or of dry friction; None: no temperature is to be found."""
+        """Return the heat balance of its film or dry friction, or None if no temperature is computed."""
         return self.film.thermal if self.film else self.thermal
 
     def warm_clearance(self, temperature: float) -> float:
-        """Return the clearance (m) of a dry joint at a temperature (K), whose own is that at 20 degC.
+        """Return the clearance (m) of a dry joint at a temperature (K); `clearance` is that at 20 degC.
 
-        Bearing and journal grow by their expansion times the bearing's radius and what they are warmer by.
+        Bearing and journal grow by expansion coefficient x bearing radius x temperature rise.
         """
-        assert self.thermal is not None  # asked of joints with one
+        assert self.thermal is not None  # called only for joints with a heat balance
         wider = (self.thermal.bearing - self.thermal.journal) * (self.bearing_radius or 0.0)
         return self.clearance + wider * (temperature - COLD)
 
     @property
     def is_guide(self) -> bool:
-        """Return whether it is prismatic: a block between walls."""
+        """Return whether the joint is prismatic: a block between walls."""
         return self.height is not None
 
     @property
     def is_dry(self) -> bool:
-        """Return whether its surfaces can touch: else nothing but a film acts."""
+        """Return whether its surfaces can touch; otherwise only a film acts."""
         return self.contact.law != NO_CONTACT.law
 
     @property
@@ -255,7 +255,7 @@ class Until(NamedTuple):
     """Criterion by which a run of open length ends."""
 
     figure: str  # column of the summary
-    relative_ci: float  # half-width of its 95 % interval over its value
+    relative_ci: float  # relative half-width of its 95 % interval
     max_revolutions: float
 
 
@@ -270,11 +270,11 @@ class Simulate(NamedTuple):
     revolutions: float = 0.0  # `discard` included
     discard: float = 0.0
     start: str = "centred"
-    impacts: int = 0  # after which a run without a crank ends
+    impacts: int = 0  # number of impacts after which a run without a crank ends
     error_check: bool = False
     horizon: bool = False
     until: Until | None = None
-    time_limit: float = math.inf  # s, of a crank that is free
+    time_limit: float = math.inf  # s, for a free crank
 
 
 class Life(NamedTuple):
@@ -299,7 +299,7 @@ class Uncertain(NamedTuple):
 
     joint: str  # as in the grid: 'rod-slider'
     keys: tuple[str, ...]  # of Wear.values
-    low: float  # m^2/N or what the coefficient is in; where `relative`, of its value
+    low: float  # in the unit of the coefficient, or relative to its value if `relative`
     high: float
     relative: bool
 
@@ -309,8 +309,9 @@ class Save(NamedTuple):
 
     orbits: str
     samples: int  # per revolution; without a crank in all
-    revolutions: float = 0.0  # the last ones, where `orbits` is 'last'
-    worst: int = 0  # worst cases of which the revolution of the largest peak is kept, too: of a run, not of a case
+    revolutions: float = 0.0  # how many last revolutions if `orbits` is 'last'
+    worst: int = 0  # number of worst cases whose peak revolution is kept; a property of the run, not of a case
+    channels: tuple[str, ...] = ()  # time histories that are stored; (): all of them
 
 
 class Case(NamedTuple):

@@ -1,4 +1,4 @@
-"""Descriptions of all that a user names or reads: laws, mechanisms, figures of merit, time histories."""
+"""Descriptions of everything that a user names or reads: laws, mechanisms, figures of merit, time histories."""
 
 import math
 from collections.abc import Callable
@@ -7,30 +7,30 @@ from typing import Any, NamedTuple
 
 from .outline import Outline
 
-LARGEST = 1e60  # magnitude of a quantity in SI, its inverse the smallest: products of several must be finite floats
+LARGEST = 1e60  # largest magnitude of a quantity in SI, its inverse the smallest: products of several stay finite
 
-#: Meanings of a null of a figure for a limit, other than "not known".
-NOTHING = "nothing"  # there was nothing to measure: every limit is kept
-ENDLESS = "endless"  # it is beyond every number: `at_least` is kept, `at_most` is exceeded
+#: What a missing figure means to a limit, other than "unknown".
+NOTHING = "nothing"  # there was nothing to measure: every limit is met
+ENDLESS = "endless"  # it is infinite: `at_least` is met, `at_most` is exceeded
 
 
 class Field(NamedTuple):
-    """One number a user writes."""
+    """A number that a user writes."""
 
     name: str
     unit: str  # SI unit of the value, '1' for none; 'N/m^exponent' depends on the key `exponent` next to it
-    text: str = ""  # one line: what it is
+    text: str = ""  # description in one line
     low: float = 0.0
     high: float = inf
     low_open: bool = True  # `low` itself is not allowed
     high_open: bool = True
     default: float | None = None  # None: required, unless `optional`
-    optional: bool = False  # may be left out without a default, or with one that follows from other values
+    optional: bool = False  # may be left out; its default, if any, follows from other values
     whole: bool = False
-    fit: bool = False  # a clearance that may be written as a fit of ISO 286, by the `bearing_radius` next to it
+    fit: bool = False  # a clearance that may be an ISO 286 fit, for the `bearing_radius` next to it
 
     def allowed(self, value: float = 0.0) -> str:
-        """Return the range in words: 'above 0 and at most 1'; with the bounds of any quantity if `value` is beyond."""
+        """Return the range in words: 'above 0 and at most 1'; with the global bounds if `value` exceeds them."""
         parts = []
         if self.low > -inf:
             parts.append(f"{'above' if self.low_open else 'at least'} {self.low:.15g}")
@@ -54,16 +54,16 @@ def _is_sized(value: float) -> bool:
 
 
 class Range(NamedTuple):
-    """A range that a law requires of a value outside its own keys."""
+    """A range that a law requires of a value other than its own parameters."""
 
-    path: str  # within the joint, such as 'clearance'; of `Law.trusted` what simulation.advice measures, too
-    low: float  # allowed, like all between
+    path: str  # within the joint, such as 'clearance'; in `Law.trusted` also a measure of simulation.advice
+    low: float  # both bounds are allowed
     high: float
     unit: str  # SI
     reason: str
 
     def contains(self, value: float) -> bool:
-        """Return whether a value, in SI, is within."""
+        """Return whether a value in SI lies in the range."""
         return self.low <= value <= self.high
 
     def allowed(self) -> str:
@@ -75,12 +75,19 @@ class Range(NamedTuple):
 
 
 class Order(NamedTuple):
-    """Two values of which one has to be below the other."""
+    """Two values in a required order."""
 
-    low: str  # dotted path; of a law's order the key next to the law's name
+    low: str  # dotted path; in a law's order the key next to the law's name
     high: str
     reason: str
     equal: bool = False  # they may be equal
+
+
+class Merit(NamedTuple):
+    """What speaks for a law where several are valid."""
+
+    rank: int  # the lower the better, of one family
+    reason: str  # continues 'recommended, because'
 
 
 class Law(NamedTuple):
@@ -93,34 +100,35 @@ class Law(NamedTuple):
     formula: str
     source: str
     fields: tuple[Field, ...] = ()
-    uses_elastic: bool = True  # family 'law': False where the law brings its own stiffness and takes no `elastic`
+    uses_elastic: bool = True  # family 'law': False if the law has its own stiffness and accepts no `elastic`
     notes: str = ""  # pitfalls
-    needs: tuple[str, ...] = ()  # required besides: 'length', 'material', 'bearing_radius', 'modulus', 'hertz'
-    ranges: tuple[Range, ...] = ()  # outside of which it is refused
-    trusted: tuple[Range, ...] = ()  # outside of which it is allowed, but nothing supports its use
-    contact: str = ""  # family 'elastic': 'line' of two cylinders, 'ball' in a socket; '': neither
-    yields: bool = False  # family 'law': leaves an indentation, for impacts beyond the elastic range
+    needs: tuple[str, ...] = ()  # further requirements: 'length', 'material', 'bearing_radius', 'modulus', 'hertz'
+    ranges: tuple[Range, ...] = ()  # outside of these the law is refused
+    trusted: tuple[Range, ...] = ()  # outside of these it is allowed, but unsupported by evidence
+    contact: str = ""  # family 'elastic': 'line' for two cylinders, 'ball' for a ball in a socket; '': neither
+    yields: bool = False  # family 'law': leaves a permanent indentation, for impacts beyond the elastic range
     unsound: str = ""  # objection to its use in any joint
-    uses_onset: bool = False  # family 'law': depends on the rate at which a contact began as long as it lasts
+    merit: Merit | None = None  # None: nothing favours it over other valid laws
+    uses_onset: bool = False  # family 'law': depends on the closing rate at onset for the whole contact
     orders: tuple[Order, ...] = ()
-    remembers: bool = False  # family 'friction': depends on more than the present sliding
-    sticks: bool = False  # family 'friction': can hold surfaces that do not slide
-    tables: tuple["Columns", ...] = ()  # that may be given with it, each instead of `fields` that are optional
+    remembers: bool = False  # family 'friction': has internal state
+    sticks: bool = False  # family 'friction': surfaces can stick
+    tables: tuple["Columns", ...] = ()  # optional parameters, each instead of optional `fields`
 
 
 class JointSite(NamedTuple):
-    """A place where two bodies meet, and where there may be clearance."""
+    """A joint of a mechanism, which may have clearance."""
 
     name: str  # as in the grid: 'rod-slider'
-    proximal: str  # the body towards the drive
+    proximal: str  # the body nearer the drive
     distal: str
     kind: str = "revolute"  # 'guide': prismatic; 'slot': a pin in one; 'spatial', with flanges, or 'through', without;
     # or 'line': a gap with two ends, which is always there
-    journal: str = ""  # body of the journal unless the grid names it; default: the distal one
+    journal: str = ""  # default body of the journal; '': the distal one
 
     @property
     def journals(self) -> tuple[str, str]:
-        """Return the bodies that the journal may sit on, the one it sits on unless it is said first."""
+        """Return the bodies that may carry the journal, the default first."""
         return (self.proximal, self.distal) if self.journal == self.proximal else (self.distal, self.proximal)
 
 
@@ -138,12 +146,12 @@ class Columns(NamedTuple):
 
     name: str
     text: str
-    over: tuple[Field, ...]  # it has one of these columns, which increases
-    values: tuple[Field, ...]  # and at least one of these
+    over: tuple[Field, ...]  # exactly one of these columns, increasing
+    values: tuple[Field, ...]  # at least one of these columns
     above_zero: tuple[str, ...] = ()  # columns that are not zero in every row
 
 
-_SIZED = {  # unit of a key of a friction law -> its unit where a couple is given, and where a force is
+_SIZED = {  # unit of a friction parameter -> its unit for friction given as a couple, and as a force
     "coefficient": ("N*m", "N"),
     "static_coefficient": ("N*m", "N"),
     "viscous": ("N*m*s", "N*s/m"),
@@ -153,7 +161,7 @@ _SIZED = {  # unit of a key of a friction law -> its unit where a couple is give
 
 
 def sized(law: Law, given: str) -> Law:
-    """Return a friction law with a 'torque' or a 'force' in place of its coefficient, and speeds to match."""
+    """Return a friction law with a 'torque' or a 'force' instead of its coefficient, and speeds to match."""
     names = {"coefficient": given, "static_coefficient": f"static_{given}"}
     place = ("torque", "force").index(given)
     fields = []
@@ -169,35 +177,35 @@ def sized(law: Law, given: str) -> Law:
 
 
 class Keys(NamedTuple):
-    """A section of the grid file that belongs to a mechanism."""
+    """A section of the grid file for a mechanism."""
 
-    path: str  # 'mechanism.crank'; 'mechanism' for keys of no body
+    path: str  # 'mechanism.crank'; 'mechanism' for keys outside the bodies
     text: str
-    fields: tuple[Field, ...] = ()  # named '0', '1' where a list of quantities is written
-    need: str = "required"  # 'optional', or 'implied': there even if it is not written
-    words: tuple[Choice, ...] = ()  # named '0', '1' where a list of words is written
+    fields: tuple[Field, ...] = ()  # named '0', '1' for a list of quantities
+    need: str = "required"  # 'optional', or 'implied': exists even if it is not written
+    words: tuple[Choice, ...] = ()  # named '0', '1' for a list of words
     tables: tuple[Columns, ...] = ()
-    family: str = ""  # of the laws among which a key `law` chooses
-    flags: tuple[tuple[str, str], ...] = ()  # name and text of keys that are true, or left out
-    alone: tuple[int, ...] = ()  # of a list: by what a single quantity in its place is multiplied for each item
-    given: str = ""  # of friction laws: 'torque' or 'force' in place of a coefficient, see `sized`
+    family: str = ""  # family of the laws that the key `law` chooses from
+    flags: tuple[tuple[str, str], ...] = ()  # name and description of keys that are true or left out
+    alone: tuple[int, ...] = ()  # of a list: factors that turn a single quantity into the items
+    given: str = ""  # of friction laws: 'torque' or 'force' instead of a coefficient, see `sized`
 
     @property
     def items(self) -> int:
-        """Return of how many items the list is in which it is written; 0: it is no list."""
+        """Return the number of items if the section is a list, else 0."""
         names = (*(field.name for field in self.fields), *(choice.name for choice in self.words))
         return len(names) if "0" in names else 0
 
 
 class Output(NamedTuple):
-    """The body by whose motion a mechanism is judged."""
+    """The body whose motion is the output of a mechanism."""
 
-    name: str  # 'slider': what its columns begin with
-    unit: str  # SI, of its place: 'm', or 'rad' where it turns
+    name: str  # 'slider': prefix of its columns
+    unit: str  # SI unit of its position: 'm', or 'rad' if it turns
 
 
 class Channel(NamedTuple):
-    """A time history; one of a joint is named within it."""
+    """A time history; the name of a joint's channel is relative to the joint."""
 
     name: str
     unit: str  # SI
@@ -207,7 +215,7 @@ class Channel(NamedTuple):
 class Mechanism(NamedTuple):
     """A kind of mechanism, as a user names it.
 
-    bodies : numbers in SI by their keys below `mechanism`, such as 'crank.length'; drive : rad/s, None if nothing turns
+    bodies : numbers in SI by their keys below `mechanism`, such as 'crank.length'; drive : rad/s, None without one
     """
 
     name: str  # mechanism.type
@@ -218,22 +226,22 @@ class Mechanism(NamedTuple):
     bodies: tuple[str, ...]
     joints: tuple[JointSite, ...]
     keys: tuple[Keys, ...]
-    channels: tuple[Channel, ...]  # after the time, as its compiled form describes itself
-    turns: bool  # a drive turns it: there are revolutions
-    #: its own equations: (bodies, drive, joint -> compiled Joint, joint -> (2,) m, place of its distal pin) -> Built
+    channels: tuple[Channel, ...]  # in the order of `describe`, after the time
+    turns: bool  # has a drive, and so revolutions
+    #: (bodies, drive, joint -> compiled Joint, joint -> (2,) m, place of its distal pin) -> Built
     build: Callable | None
     output: Output | None = None
     orders: tuple[Order, ...] = ()
-    outlined: Callable | None = None  # outline.Outline -> the mechanism with the keys and parts that this has
-    #: case.Case -> machine.Machine of the plane: its ideal, and what it is built of where `build` is None
+    outlined: Callable | None = None  # outline.Outline -> the mechanism with the keys and parts of the outline
+    #: case.Case -> planar machine.Machine: for the ideal motion, and for building it if `build` is None
     machine: Callable | None = None
-    refusal: Callable | None = None  # (Mechanism, Case) -> path below `mechanism` and sentence, None: nothing is wrong
-    free: bool = False  # its crank is free
-    spatial: bool = False  # its bodies move in space
+    refusal: Callable | None = None  # (Mechanism, Case) -> path below `mechanism` and sentence, or None if valid
+    free: bool = False  # has a free crank
+    spatial: bool = False  # moves in space
 
     @property
     def law(self) -> Law:
-        """Return the mechanism as the laws are described, its keys as parameters."""
+        """Return the mechanism in the form of a law, with its keys as parameters."""
         fields = tuple(
             field._replace(name=f"{keys.path}.{field.name}".removeprefix("mechanism."))
             for keys in self.keys
@@ -250,59 +258,59 @@ class Shown(NamedTuple):
     """Where the report shows a figure."""
 
     table: str  # 'forces', 'output', 'wear', 'certainty', 'sample', 'case', 'effects'
-    heading: str  # '{output}' represents the output, '{per_rev}' and '{per_revolution}' for that, where anything turns
-    order: int = 50  # the smaller the earlier; those of equal order as in the summary
-    if_any: bool = False  # only where it is above zero in some case
+    heading: str  # may contain '{output}', '{per_rev}' and '{per_revolution}', which are filled in
+    order: int = 50  # ascending; equal ranks keep the order of the summary
+    if_any: bool = False  # shown only if it is above zero in some case
 
 
 class Figure(NamedTuple):
-    """A figure of merit of a case: a column of the summary, and whatever becomes of it.
+    """A figure of merit of a case: a column of the summary, and its use elsewhere.
 
-    unit, text : `{output}` represents the unit of the output's place, or for its name; `{until}` for those of the
+    unit, text : `{output}` is replaced by the unit of the output's place, or for its name; `{until}` for those of the
     figure that `simulate.until` judges.
     """
 
-    name: str  # of a joint 'force_peak': the column is 'rod_slider_force_peak'
+    name: str  # 'force_peak' of a joint: the column is 'rod_slider_force_peak'
     unit: str  # SI
     text: str
     of: str = "case"  # 'joint': one for each joint with clearance; 'output': of a mechanism's output; 'case'
-    #: 'turns', 'free', 'rests' (the mechanism); 'wear', 'film', 'friction', 'judged' (the joint); 'horizon', 'until',
+    #: 'turns', 'free', 'rests' (mechanism); 'wear', 'film', 'friction', 'judged' (joint); 'horizon', 'until',
     #: 'life'
     needs: tuple[str, ...] = ()
-    value: Callable | None = None  # (simulation.window.Window, place of the joint) -> value; None: see `sums`
-    sums: Any = None  # the sums it is made of, such as simulation.sums.Mean: it settles, `simulate.until` may judge it
+    value: Callable | None = None  # (simulation.window.Window, index of the joint) -> value; None: see `sums`
+    sums: Any = None  # its sums, such as simulation.sums.Mean: it converges, so `simulate.until` accepts it
     kind: str = "float"  # or 'int'
-    differs: bool = True  # `simulate.error_check` gives how far it is from a run at a tenth of the tolerance
+    differs: bool = True  # `simulate.error_check` compares it with a run at a tenth of the tolerance
     shown: tuple[Shown, ...] = ()
-    null: str = ""  # what a null of a case that finished means to a limit: NOTHING, ENDLESS; '': it is not known
+    null: str = ""  # what a missing value of a finished case means to a limit: NOTHING, ENDLESS; '': unknown
 
     @property
     def settles(self) -> bool:
-        """Return whether it settles as a run grows longer, so that its blocks give it an interval."""
+        """Return whether it converges as a run grows longer, so that block means give an interval."""
         return self.sums is not None
 
     def column(self, owner: str) -> str:
-        """Return the name of its column; `owner`: the joint's ('rod_slider'), the output's, or ''."""
+        """Return the name of its column; `owner`: name of the joint ('rod_slider') or output, or ''."""
         return f"{owner}_{self.name}" if owner else self.name
 
 
 class Catalogue(NamedTuple):
-    """All laws and mechanisms of a grid, and all figures and channels of a case."""
+    """All laws and mechanisms of grids, and all figures and channels of cases."""
 
     laws: tuple[Law, ...]
-    mechanisms: tuple[Mechanism, ...] = ()  # the first one is meant where none is named
+    mechanisms: tuple[Mechanism, ...] = ()  # the first is the default
     figures: tuple[Figure, ...] = ()  # in the order of the columns
     joint_channels: tuple[Channel, ...] = ()
-    film_channels: tuple[Channel, ...] = ()  # of joints with a film, behind those
-    spatial_channels: tuple[Channel, ...] = ()  # the same of a joint in space, those of its contact points behind them
-    point_channels: tuple[Channel, ...] = ()  # of each of these; '{}' represents its number
+    film_channels: tuple[Channel, ...] = ()  # further channels of joints with a film
+    spatial_channels: tuple[Channel, ...] = ()  # channels of a spatial joint, before those of its contact points
+    point_channels: tuple[Channel, ...] = ()  # channels of each contact point; '{}' is its number
 
     def mechanism(self, name: str) -> Mechanism | None:
         """Return the mechanism called `name`, or None."""
         return next((mechanism for mechanism in self.mechanisms if mechanism.name == name), None)
 
     def outlined(self, name: str, outline: Outline) -> Mechanism | None:
-        """Return the mechanism called `name` with what a grid of this outline has, or None."""
+        """Return the mechanism called `name` with the parts in this outline, or None."""
         mechanism = self.mechanism(name)
         return mechanism.outlined(outline) if mechanism and mechanism.outlined else mechanism
 

@@ -1,4 +1,4 @@
-"""Columns and time histories of the cases of a grid, with names, units and meaning."""
+"""Columns and time histories of the cases of a grid, with names, units and descriptions."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
@@ -8,14 +8,15 @@ from .catalogue import Catalogue, Channel, Figure, Mechanism
 from .outline import Outline
 
 PRELOAD = "preload"  # the form of load that presses on a joint with clearance
-FRICTION_POWER = "friction_power"  # the figure that a joint without clearance may have, too
-DIFFERENCE = "_difference"  # what the name of a figure's error check ends in
+FRICTION_POWER = "friction_power"  # the figure that a joint without clearance may also have
+DIFFERENCE = "_difference"  # suffix of the column of an error check
 CORNERS = 4  # of a guide's block
-MOST_REVOLUTIONS = 1 << 17  # of which peaks and sections are kept, the last ones of a run
-SECTION_COUNT = "poincare/revolution"  # turns of the crank at which a section is
-_SECTIONED = ("x", "y", "vx", "vy")  # channels of a joint that are kept at crank angle 0
+MOST_REVOLUTIONS = 1 << 17  # number of last revolutions whose peaks and sections are kept
+SECTION_COUNT = "poincare/revolution"  # turns of the crank between sections
+_SECTIONED = ("x", "y", "vx", "vy")  # channels of a joint stored at crank angle 0
 WALLS, FLANGES, AUXILIARY = 2, 2, 2  # contacts of a spatial joint, in this order
-TIME = "t"  # the channel that all others are over
+TIME = "t"  # the abscissa of all other channels
+ALWAYS_STORED = (TIME, "crank_angle")  # channels that are stored whatever `save.channels` lists
 
 
 class Column(NamedTuple):
@@ -25,27 +26,27 @@ class Column(NamedTuple):
     unit: str  # SI
     description: str
     kind: str = "float"  # 'float', 'int' or 'text'
-    figure: str = ""  # name of the catalogue.Figure it contains; '' where it contains none
-    joint: str = ""  # of that figure; '' where it is no joint's
-    null: str = ""  # what a null of a case that finished means: NOTHING, ENDLESS; '': the value is not known
+    figure: str = ""  # name of its catalogue.Figure, or ''
+    joint: str = ""  # column name of the figure's joint, or ''
+    null: str = ""  # what a missing value of a finished case means: NOTHING, ENDLESS; '': unknown
 
 
 class JointLayout(NamedTuple):
-    """Properties of a clearance joint that decide what is stored of it."""
+    """Properties of a clearance joint that determine its columns and channels."""
 
     name: str  # 'rod_slider': the name of the joint in columns and channels
     wear_bins: int = 0  # angular bins of each body; 0 where no wear is computed
-    film: bool = False  # oil between its surfaces
-    corners: int = 0  # points that touch by themselves, of a guide's block or a spatial joint; 0: it is one contact
-    telling: int = 0  # contacts behind these that only report, of a spatial joint
-    wear_rows: int = 1  # bins of wear along each body's length
-    friction: bool = False  # between its surfaces
-    strength: bool = False  # of its weaker body is known
-    thermal: bool = False  # a heat balance of its dry friction gives its temperature
+    film: bool = False  # it has an oil film
+    corners: int = 0  # separate contact points of a guide or a spatial joint; 0: a single contact
+    telling: int = 0  # auxiliary contacts after these, of a spatial joint
+    wear_rows: int = 1  # wear bins along each body's length
+    friction: bool = False  # it has friction
+    strength: bool = False  # yield strength of its weaker body is known
+    thermal: bool = False  # a heat balance of dry friction gives its temperature
 
     @property
     def has(self) -> set[str]:
-        """Return what it has besides contact, as figures need it."""
+        """Return the features of the joint that figures require."""
         flanged = self.telling and self.corners > WALLS
         parts = {"wear": self.wear_bins, "film": self.film, "friction": self.friction}
         parts |= {"spatial": self.telling, "axial": flanged, "strength": self.strength, "thermal": self.thermal}
@@ -53,12 +54,12 @@ class JointLayout(NamedTuple):
 
     @property
     def contacts(self) -> tuple[str, ...]:
-        """Return the names that its contacts have in the list of events."""
+        """Return the names of its contacts in the list of events."""
         return tuple(f"{self.name}_{k + 1}" for k in range(self.corners + self.telling)) or (self.name,)
 
 
 class Parts(NamedTuple):
-    """All of a case that decides its layout."""
+    """The properties of a case that determine its layout."""
 
     mechanism: str
     outline: Outline
@@ -66,13 +67,14 @@ class Parts(NamedTuple):
     horizon: bool
     error_check: bool
     until: str  # simulate.until.figure
-    life: str = ""  # the joint that `life` judges, as in columns
-    uncertain: bool = False  # wear coefficients are
-    preloads: tuple[str, ...] = ()  # joints with clearance that have a preload
+    life: str = ""  # column name of the joint in `life`
+    uncertain: bool = False  # wear coefficients are uncertain
+    preloads: tuple[str, ...] = ()  # clearance joints with a preload
+    listed: tuple[str, ...] = ()  # save.channels
 
 
 def parts_of(case: Case) -> Parts:
-    """Return the parts of a case that decide its layout."""
+    """Return the properties of a case that determine its layout."""
     simulate = case.simulate
     joints = tuple(
         JointLayout(
@@ -99,11 +101,12 @@ def parts_of(case: Case) -> Parts:
         life,
         bool(case.uncertain),
         tuple(column_name(load.values["on"]) for load in case.loads if load.form == PRELOAD),
+        case.save.channels,
     )
 
 
 def _points(joint: Joint) -> tuple[int, int]:
-    """Return how many points of a joint touch by themselves, and how many contacts only report."""
+    """Return the numbers of separate contact points and of auxiliary contacts of a joint."""
     if joint.is_spatial:
         return (WALLS + FLANGES if joint.flange else WALLS), AUXILIARY
     return (CORNERS if joint.is_guide else 0), 0
@@ -113,27 +116,28 @@ class Layout(NamedTuple):
     """Joints, columns and channels of a scene; every case of a grid shares it."""
 
     mechanism: str
-    turns: bool  # a drive turns it: there are revolutions
-    output: str  # the body by whose motion it is judged, '' for none
-    joints: tuple[JointLayout, ...]  # those with clearance, in the order of the grid's keys
+    turns: bool  # has a drive, and so revolutions
+    output: str  # the output body, or ''
+    joints: tuple[JointLayout, ...]  # clearance joints, in the order of the grid's keys
     columns: tuple[Column, ...]  # the figures of merit, in the order of the summary
     channels: tuple[Column, ...]  # the time histories, `t` first
     horizon: bool = False  # simulate.horizon
     error_check: bool = False  # simulate.error_check
     until: str = ""  # simulate.until.figure
-    life: str = ""  # the joint that `life` judges
-    frictions: tuple[str, ...] = ()  # the joint of each load that is friction, in the order of the loads
+    life: str = ""  # the joint in `life`
+    frictions: tuple[str, ...] = ()  # the joint of each friction load, in the order of the loads
+    listed: tuple[str, ...] = ()  # save.channels; (): all channels are stored
 
     @classmethod
     def of(cls, case: Case, catalogue: Catalogue) -> "Layout":
-        """Return the layout of a case, and so of all cases of its grid."""
+        """Return the layout of a case, which all cases of its grid share."""
         return cls.with_parts(parts_of(case), catalogue)
 
     @classmethod
     def with_parts(cls, parts: "Parts", catalogue: Catalogue) -> "Layout":
-        """Return the layout of cases with these parts."""
+        """Return the layout of cases with these properties."""
         mechanism = catalogue.outlined(parts.mechanism, parts.outline)
-        assert mechanism is not None, parts.mechanism  # a case is of a known one
+        assert mechanism is not None, parts.mechanism  # a case always has a known mechanism
         asked = {name for name in ASKED if getattr(parts, name)}
         frictions = (*rubbing_joints(parts.outline), *parts.preloads)
         has = {joint.name: joint.has | ({"judged"} if joint.name == parts.life else set()) for joint in parts.joints}
@@ -149,17 +153,24 @@ class Layout(NamedTuple):
             parts.until,
             parts.life,
             frictions,
+            parts.listed,
         )
 
     @property
     def rubbing(self) -> tuple[str, ...]:
-        """Return the joints without clearance in which there is friction."""
+        """Return the joints without clearance that have friction."""
         opened = {joint.name for joint in self.joints}
         return tuple(name for name in dict.fromkeys(self.frictions) if name not in opened)
 
     @property
+    def stored(self) -> tuple[Column, ...]:
+        """Return the channels that are stored of every case, `t` first."""
+        kept = {*ALWAYS_STORED, *self.listed}
+        return tuple(channel for channel in self.channels if not self.listed or channel.name in kept)
+
+    @property
     def sections(self) -> tuple[tuple[str, str], ...]:
-        """Return what is kept at crank angle 0 of every revolution: names of channels, and there; () if nothing turns.
+        """Return the values stored at crank angle 0 of every revolution: names of channels and datasets, or ().
 
         The first is 'joints/rod_slider/x', the second 'poincare/rod_slider/x'.
         """
@@ -169,7 +180,7 @@ class Layout(NamedTuple):
 
     @property
     def contacts(self) -> tuple[str, ...]:
-        """Return the names of all contacts, as events have them."""
+        """Return the names of all contacts in the list of events."""
         return tuple(name for joint in self.joints for name in joint.contacts)
 
     @property
@@ -184,16 +195,16 @@ class Layout(NamedTuple):
 
     @classmethod
     def read(cls, written: Mapping[str, Any]) -> "Layout":
-        """Return the layout that `written` gave."""
+        """Return the layout from the result of `written`."""
         listed: dict[str, Any] = {name: tuple(kind(**each) for each in written[name]) for name, kind in _LISTED.items()}
-        listed["frictions"] = tuple(written.get("frictions", ()))
+        listed |= {name: tuple(written.get(name, ())) for name in ("frictions", "listed")}
         return cls(**(dict(written) | listed))
 
 
 _LISTED = {"joints": JointLayout, "columns": Column, "channels": Column}
 
 
-#: What a grid may ask of a case besides its joints, as figures need it.
+#: Optional computations of a case that figures require.
 ASKED = ("horizon", "error_check", "until", "life", "uncertain")
 
 
@@ -207,8 +218,8 @@ def columns_of(
 ) -> tuple[Column, ...]:
     """Return the figures of merit of a case, in the order of the summary's columns.
 
-    parts : joint with clearance ('rod_slider') -> what it has ('wear', 'film'); asked : those of ASKED that the grid
-    asks for; until : the figure that `simulate.until` judges; frictions : the joints of loads that are friction, of
+    parts : clearance joint ('rod_slider') -> its features ('wear', 'film'); asked : those of ASKED that the grid
+    requests; until : the figure in `simulate.until`; frictions : the joints of friction loads, of
     which those without clearance have a friction power.
     """
     there = {*asked, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
@@ -235,12 +246,12 @@ def columns_of(
 
 
 def rubbing_joints(outline: Outline) -> tuple[str, ...]:
-    """Return the joint of each load of a grid that is friction, as in columns."""
+    """Return the column name of the joint of each friction load."""
     return tuple(column_name(load.on) for load in outline.loads if load.form == "friction")
 
 
 def _column(figure: Figure, joint: str, mechanism: Mechanism, until: str = "", watched: str = "") -> Column:
-    """Return the column of a figure; `watched` is the unit of the figure `until`."""
+    """Return the column of a figure; `watched` is the unit of the figure in `until`."""
     output = mechanism.output
     name = figure.column(output.name if output and figure.of == "output" else joint)
     text = figure.text.format(output=output.name if output else "", until=until)
@@ -249,7 +260,7 @@ def _column(figure: Figure, joint: str, mechanism: Mechanism, until: str = "", w
 
 
 def _difference(column: Column) -> Column:
-    """Return the column in which the error check of a figure is."""
+    """Return the column of a figure's error check."""
     text = (
         f"absolute difference of {column.name} from a run at a tenth of the tolerance; in chaotic motion, beyond its "
         "horizon, that of two samples and no check of convergence"
@@ -258,7 +269,7 @@ def _difference(column: Column) -> Column:
 
 
 def _channels(catalogue: Catalogue, mechanism: Mechanism, joints: Iterable[JointLayout]) -> tuple[Column, ...]:
-    """Return the time histories of a case, as its compiled form gives them."""
+    """Return the time histories of a case in the order of its compiled form."""
     inside = (
         channel._replace(name=f"joints/{joint.name}/{channel.name}")
         for joint in joints
@@ -277,7 +288,7 @@ def _inside(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:
 
 
 def settling(catalogue: Catalogue, mechanism: Mechanism, *, settles: bool = True) -> tuple[str, ...]:
-    """Return the columns that settle as a run grows longer, or those that do not, with everything in every joint."""
+    """Return the columns that converge as a run grows longer, or the others, with every feature in every joint."""
     kinds: dict[str, set] = {
         "guide": {"friction"},
         "slot": {"friction"},
@@ -291,7 +302,7 @@ def settling(catalogue: Catalogue, mechanism: Mechanism, *, settles: bool = True
 
 
 def markdown(catalogue: Catalogue) -> str:
-    """Return a table in Markdown of the figures that cases may give, `J` standing for the column name of a joint."""
+    """Return a Markdown table of all possible figures, with `J` for the column name of a joint."""
     outputs = [mechanism.output for mechanism in catalogue.mechanisms if mechanism.output]
     rows = ["| column | unit | what it is | where |", "| --- | --- | --- | --- |"]
     for figure in catalogue.figures:

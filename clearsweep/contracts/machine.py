@@ -1,7 +1,7 @@
-"""A planar machine as it is described: rigid bodies, the joints between them, what drives it and what loads it; SI.
+"""Description of a planar machine: rigid bodies, joints, drive and loads, in SI.
 
-Any planar mechanism of a grid is put into these words, whatever its own keys are; `mechanics.mechanism.planar` makes
-the equations of motion of them.
+Every planar mechanism of a grid is translated into these records; `mechanics.mechanism.planar` derives
+its equations of motion from them.
 """
 
 import math
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-GROUND = "ground"  # the body that does not move
+GROUND = "ground"  # the fixed body
 
 
 class Elastic(NamedTuple):
@@ -18,7 +18,7 @@ class Elastic(NamedTuple):
 
     near: str  # name of the point nearer the drive
     far: str
-    stiffness: float  # N/m, E A / l of the whole
+    stiffness: float  # N/m, E A / l of the whole link
     segments: int
     damping: float = 0.0  # 1, ratio of the first free-free axial mode; proportional to stiffness
 
@@ -42,7 +42,7 @@ class Body(NamedTuple):
     center: tuple[float, float]  # m, centre of mass in its own frame
     points: Mapping[str, tuple[float, float]]  # m, by name, in its own frame
     elastic: Elastic | None = None
-    initial: Initial | None = None  # of a body that no ideal joint determines; None: it starts as in the ideal machine
+    initial: Initial | None = None  # of a body that no ideal joint determines; None: starts as in the ideal machine
 
 
 class At(NamedTuple):
@@ -53,7 +53,7 @@ class At(NamedTuple):
 
 
 class Pin(NamedTuple):
-    """A revolute joint: two points coincide, but for its clearance."""
+    """A revolute joint: two points coincide, except for clearance."""
 
     name: str
     proximal: At
@@ -97,7 +97,7 @@ class Constant(NamedTuple):
 
 
 class Schedule(NamedTuple):
-    """A crank whose speed follows a table, straight between its rows and constant beyond them."""
+    """A crank whose speed follows a table, linear between its rows and constant beyond them."""
 
     times: np.ndarray  # (rows,) s, increasing
     speeds: np.ndarray  # (rows,) rad/s
@@ -153,12 +153,12 @@ class Rubbing(NamedTuple):
 
     name: str
     joint: str
-    friction: tuple  # compiled form of a friction law, as in a clearance joint
+    friction: tuple  # compiled friction law, as in a clearance joint
     radius: float = 0.0  # m, of a pin
 
 
 class Braking(NamedTuple):
-    """Friction of a given size in a joint with or without clearance: of a law under a constant normal force.
+    """Friction of a given size in a joint with or without clearance: a law under a constant normal force.
 
     In a pin the couple radius T(normal, radius x relative rate), in a guide the force T(normal, relative rate).
     """
@@ -171,7 +171,7 @@ class Braking(NamedTuple):
 
 
 class Aim(NamedTuple):
-    """The motion by which the machine is judged: of a point along a direction, or of a body's angle."""
+    """The output motion of the machine: of a point along a direction, or of a body's angle."""
 
     body: str
     point: str = ""  # '': the angle
@@ -182,12 +182,10 @@ class Machine(NamedTuple):
     """A planar machine."""
 
     bodies: Mapping[str, Body]  # 'ground' among them
-    joints: (
-        tuple  # of Pin, Guide and Slot, in the order in which they were written; of Stretch where links are in segments
-    )
+    joints: tuple  # Pin, Guide and Slot in the order of the grid; Stretch between segments of elastic links
     driven: str  # name of the Pin that the drive turns: its proximal body is the ground
     drive: tuple  # Constant, Course or Motor
     gravity: float  # m/s^2, along -y
     aim: Aim
-    start: Mapping[str, float] = {}  # rad, angles of bodies near which loops are closed at the start angle; else 0
-    loads: tuple = ()  # of Push, Tabled, Spring, Rubbing, Braking
+    start: Mapping[str, float] = {}  # rad, first guesses of body angles for closing loops at the start angle; default 0
+    loads: tuple = ()  # Push, Tabled, Spring, Rubbing, Braking

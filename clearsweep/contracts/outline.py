@@ -1,12 +1,12 @@
-"""What a grid names itself, and so decides which keys it has: the form of its drive, its loads, bodies and joints.
+"""User-defined names of a grid, which determine its keys: form of the drive, loads, bodies and joints.
 
-None of it is a number and none can be swept: all cases of a grid have one outline.
+It contains no numbers and nothing that can be swept: all cases of a grid have the same outline.
 """
 
 from typing import NamedTuple
 
 GROUND = "ground"
-ANY = "NAME"  # represents a name that a user chooses, where keys are listed
+ANY = "NAME"  # placeholder for user-defined names in lists of keys
 
 
 class BodyOutline(NamedTuple):
@@ -17,13 +17,13 @@ class BodyOutline(NamedTuple):
 
 
 class JointOutline(NamedTuple):
-    """A joint of a `planar` mechanism; its two points are 'body.point', '' where that could not be read."""
+    """A joint of a `planar` mechanism; its two points are 'body.point', or '' if that could not be read."""
 
     name: str
     type: str  # 'revolute', 'prismatic' or 'slot'
     proximal: str
     distal: str
-    journal: str = ""  # a body; '': the distal one
+    journal: str = ""  # the body that carries the journal; '': the distal one
 
     @property
     def bodies(self) -> tuple[str, str]:
@@ -36,23 +36,23 @@ class LoadOutline(NamedTuple):
 
     name: str
     form: str  # the name of a law of the family 'load'
-    on: str = ""  # the body it acts on, or the joint
-    given: str = ""  # of friction of a given size: 'torque' or 'force'
+    on: str = ""  # the body or joint that it acts on
+    given: str = ""  # for friction of a given size: 'torque' or 'force'
 
 
 class Outline(NamedTuple):
-    """What a grid names itself."""
+    """The user-defined names of a grid."""
 
     type: str = ""  # mechanism.type
     drive: str = "speed"  # the name of a law of the family 'drive'
     loads: tuple[LoadOutline, ...] = ()
-    bodies: tuple[BodyOutline, ...] = ()  # of a `planar` mechanism, the ground among them
+    bodies: tuple[BodyOutline, ...] = ()  # of a `planar` mechanism, including the ground
     joints: tuple[JointOutline, ...] = ()  # of a `planar` mechanism
-    rotary: bool = False  # the output of a `planar` mechanism is an angle
+    rotary: bool = False  # whether the output of a `planar` mechanism is an angle
     clearances: frozenset[str] = frozenset()  # joints with clearance
     spatial: bool = False  # its bodies move in space
     axial: frozenset[str] = frozenset()  # joints with clearance between flanges, of a mechanism in space
-    elastic: frozenset[str] = frozenset()  # bodies that give along a line
+    elastic: frozenset[str] = frozenset()  # bodies with elastic links
 
     @property
     def free(self) -> bool:
@@ -60,7 +60,7 @@ class Outline(NamedTuple):
         return self.drive in ("torque", "motor")
 
 
-#: Keys that give friction a size of its own: of a couple in a pin, of a force in a guide.
+#: Keys that set the size of friction directly: a couple in a pin, a force in a guide.
 SIZES = ("torque", "force")
 
 #: An outline of a mechanism in space, for lists of keys.
@@ -71,7 +71,7 @@ IN_SPACE = Outline(
     axial=frozenset((ANY,)),
 )
 
-#: An outline with everything that a grid may name, for lists of keys.
+#: An outline with everything that a grid may define, for lists of keys.
 EVERYTHING = Outline(
     drive=ANY,
     loads=(LoadOutline(ANY, ANY, ANY),),

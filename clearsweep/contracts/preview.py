@@ -1,4 +1,4 @@
-"""A trajectory as a notebook shows it: two small drawings of each joint and the figures, as HTML without a library."""
+"""HTML preview of a trajectory in a notebook: figures and two small drawings of each joint, without a library."""
 
 import html
 from collections.abc import Mapping
@@ -8,12 +8,12 @@ import numpy as np
 
 from ..language import wording
 
-SIZE, MARGIN = 200, 6  # of a drawing and around it, px
-MOST_POINTS = 2000  # of a curve
+SIZE, MARGIN = 200, 6  # size of a drawing and margin around it, px
+MOST_POINTS = 2000  # points of a curve
 
 
 def page(heading: str, channels: Mapping[str, np.ndarray], summary: Mapping[str, Any], units: Mapping[str, str]) -> str:
-    """Return a trajectory as HTML: time histories and figures by name, `units` of the figures in SI."""
+    """Return the HTML preview of time histories and figures, both by name, with the SI `units` of figures."""
     joints = [name.split("/")[1] for name in channels if name.endswith("/force_normal")]
     drawings = "".join(drawing for joint in joints for drawing in _joint(channels, joint))
     rows = "".join(
@@ -29,7 +29,7 @@ def _figure(value: object, unit: str) -> str:
 
 
 def _joint(channels: Mapping[str, np.ndarray], joint: str) -> list[str]:
-    """Return the orbit of a joint's journal and its normal force over time, drawn."""
+    """Return drawings of a joint's journal orbit and of its normal force over time."""
     title, force = wording.joint_name(joint), channels[f"joints/{joint}/force_normal"]
     x, y = channels[f"joints/{joint}/x"], channels[f"joints/{joint}/y"]
     reach, largest = wording.text(float(np.hypot(x, y).max()), "m"), wording.text(float(force.max()), "N")
@@ -41,7 +41,7 @@ def _joint(channels: Mapping[str, np.ndarray], joint: str) -> list[str]:
 
 
 def _curve(x: np.ndarray, y: np.ndarray, title: str, *, width: int = SIZE, equal: bool = False) -> str:
-    """Return a curve as SVG with its title; `equal`: both axes have one scale."""
+    """Return a curve with its title as SVG; `equal`: both axes have the same scale."""
     step = max(1, len(x) // MOST_POINTS)
     x, y = np.asarray(x[::step]), np.asarray(y[::step])
     middle, half = [(values.max() + values.min()) / 2.0 for values in (x, y)], [np.ptp(x) / 2.0, np.ptp(y) / 2.0]

@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
-    import xarray  # not needed where it is not asked for
+    import xarray  # optional; imported only on demand
 
 EVENT_KINDS = ("on", "off")
 EVENT_DTYPE = np.dtype([("t", "f8"), ("joint", "U16"), ("kind", "U3"), ("rate", "f8"), ("force_peak", "f8")])
-HISTORY = "history/"  # what names of datasets of a life begin with
-#: Figures that differ from run to run of the same case.
+HISTORY = "history/"  # prefix of a life's datasets
+#: Figures that differ between runs of the same case.
 TIMINGS = frozenset({"run_time", "setup_time"})
 
 
 class Peak(NamedTuple):
-    """The revolution of a case in which its largest normal force lies."""
+    """The revolution of a case with its largest normal force."""
 
     turns: float  # revolutions before its first sample
-    path: "Trajectory"  # up to its end, histories of it alone
+    path: "Trajectory"  # up to its end; it has histories of this revolution only
 
 
 @dataclass(frozen=True, repr=False)

@@ -1,4 +1,4 @@
-"""What the user wrote, checked and in SI, and the cases it applies for.  Imports neither llvmlite nor numpy."""
+"""Reads grid files: checks them, converts to SI and enumerates cases.  Imports neither llvmlite nor numpy."""
 
 from ..contracts.catalogue import Catalogue, Field, Law
 from .assumed_units import as_written
@@ -13,7 +13,9 @@ from .iso286 import Fit
 from .json_schema import schema
 from .key_help import key_names, key_text
 from .key_units import key_units
-from .memory import check_disk, check_memory, history_bytes, largest_history, usual_history
+from .labels import noted as noted_labels
+from .law_check import base_laws
+from .memory import check_disk, check_memory, history_bytes, largest_history, recorded_history, usual_history
 from .optimised import Optimise
 from .reference import markdown
 from .refine import Refine
@@ -39,6 +41,7 @@ __all__ = [
     "Turned",
     "Words",
     "as_written",
+    "base_laws",
     "check_disk",
     "check_memory",
     "defined_by",
@@ -52,7 +55,9 @@ __all__ = [
     "load",
     "markdown",
     "noted_fits",
+    "noted_labels",
     "read_options",
+    "recorded_history",
     "schema",
     "starter",
     "turns_of",

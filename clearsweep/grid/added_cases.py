@@ -1,6 +1,6 @@
 """Shared code of the sections that add cases to a grid: `seek`, `refine`, `optimise` and `identify`.
 
-The added cases themselves are written by a run: run.json keeps them.
+A run adds the cases and stores them in run.json.
 """
 
 from collections.abc import Collection
@@ -16,7 +16,7 @@ ADDED = "added"  # in a section that adds cases: dotted path -> the values of th
 
 
 def find(reader: Reader, root: WrittenValue, sections: tuple[str, ...]) -> None:
-    """Note what is written of added cases in one of these sections."""
+    """Record the added cases that one of these sections lists."""
     for name in sections:
         section = root.value.get(name) if isinstance(root.value, dict) else None
         written = section.value.get(ADDED) if section is not None and isinstance(section.value, dict) else None
@@ -41,14 +41,14 @@ def rows(reader: Reader) -> tuple[tuple[Any, ...], ...]:
 
 
 def section_in(root: WrittenValue, name: str) -> WrittenValue | None:
-    """Return the section of that name, None where there is none."""
+    """Return the section of that name, or None."""
     return root.value.get(name) if isinstance(root.value, dict) else None
 
 
 def section_of(
     reader: Reader, root: WrittenValue, name: str, keys: Collection[str], example: str
 ) -> WrittenValue | None:
-    """Return the section of that name and note unknown keys in it; None where there is none that can be read."""
+    """Return the section of that name, or None if it is missing or unreadable; report unknown keys in it."""
     section = section_in(root, name)
     if section is None:
         return None
@@ -65,7 +65,7 @@ def section_of(
 def over_of(
     reader: Reader, root: WrittenValue, section: WrittenValue, name: str, others: Collection[str], example: str
 ) -> WrittenValue | None:
-    """Return the `over` of a section that chooses all cases; None if it is missing or another section does so, too."""
+    """Return `over` of a section that chooses all cases; None if it is missing or another section chooses, too."""
     for other in others:
         if other in root.value:
             sentence = f"conflicts with `{other}`; `{name}` chooses all cases itself; remove one of the two"
@@ -81,7 +81,7 @@ def over_of(
 def count(
     reader: Reader, section: WrittenValue, key: tuple[str, str], allowed: tuple[int, int], default: int | None
 ) -> int | None:
-    """Return a whole number of a section, `key` its name and the key in it; None where it is missing or wrong."""
+    """Return the integer at `key` of a section, or None if it is missing or invalid."""
     content, where = section.value.get(key[1]), ".".join(key)
     if content is None:
         if default is None:
@@ -100,7 +100,7 @@ def count(
 
 
 def always_used(reader: Reader, place: WrittenValue, section: str, path: str) -> None:
-    """Note a swept key that some of the swept laws do not use: cases are added one by one, and each has every value."""
+    """Report a swept key that some of the swept laws do not use: every added case has a value of each key."""
     node = value_key(reader.shape, path)
     if isinstance(node, Word):
         return

@@ -1,9 +1,10 @@
-"""Finds quantities of a grid that are bare numbers, for which SI is assumed, and the units of all others."""
+"""Finds the quantities of a grid that have no unit, so that SI is assumed, and the units of all others."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ..language.quantity import WrittenUnit, is_bare, written_unit
+from . import labels
 from .document import WrittenValue
 from .fits import noted
 from .key_units import unit
@@ -12,7 +13,7 @@ from .reader import Reader
 
 
 def assumed_units(reader: Reader) -> tuple[str, ...]:
-    """Return the paths of quantities with a unit, and of axes of such, that are written without."""
+    """Return the paths of quantities and axes that need a unit but are written without one."""
     numbers = (path for path, node in reader.shape.items() if isinstance(node, Number) and _has_unit(reader, node))
     return tuple(path for path in numbers if _bare(reader.swept.get(path) or reader.written.get(path)))
 
@@ -23,24 +24,24 @@ def _has_unit(reader: Reader, node: Number) -> bool:
 
 
 def _bare(written: WrittenValue | None) -> bool:
-    """Return whether what is written is a bare number, or a list or distribution that has one where others may be."""
+    """Return whether a value is a bare number, or a list or distribution that contains one."""
     if written is None:
         return False
     value = written.value
-    if isinstance(value, dict):  # of one way to write an axis: its ends come first, its mean is among its keys
+    if isinstance(value, dict):  # an axis: its ends come first, and a mean is among its keys
         inner = next(iter(value.values()), WrittenValue(None)).value
         value = [inner["mean"]] if isinstance(inner, dict) and "mean" in inner else inner
         if "logspace" in written.value:
             return isinstance(value, list) and len(value) == 3
-    if isinstance(value, list):  # all of it has units or none has
+    if isinstance(value, list):  # either all items have units or none
         return any(is_bare(item.value) for item in value[:2])
     return is_bare(value)
 
 
 def written_units(reader: Reader) -> dict[str, WrittenUnit]:
-    """Return path of a quantity -> the unit that it is written in; of an axis that of its first value with a unit.
+    """Return path -> unit in which a quantity is written; for an axis, the unit of its first value with one.
 
-    Left out is what is written without a unit, as an expression, or by the name of a fit or of an entry of a library.
+    Values without a unit, expressions, fits and names of library entries are left out.
     """
     units = {}
     among_fits = [path for path, way in reader.way.items() if way == "seek"] if reader.among else []
@@ -58,17 +59,17 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
 
 
 def as_written(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return fits and units as they were written, which a grid that is read from its `record` in SI lacks."""
+    """Return the fits, labels and units that the user wrote; a grid read back from its `record` in SI has lost them."""
     units = {path: WrittenUnit(**known) for path, known in record.get("written_units", {}).items()}
-    return {"fits": noted(record), "written_units": units}
+    return {"fits": noted(record), "labels": labels.noted(record), "written_units": units}
 
 
 def _texts(written: WrittenValue) -> Iterator[Any]:
-    """Yield what is written at a path: a value, those of a list, or those of a way to write an axis; not by name."""
+    """Yield the texts at a path: a value, the items of a list, or the numbers of an axis; names are left out."""
     value = None if written.by_name else written.value
     inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
     if inner is None:
-        yield f"1 {value}" if isinstance(value, str) and value[:1].isalpha() else value  # the unit of a logspace
+        yield f"1 {value}" if isinstance(value, str) and value[:1].isalpha() else value  # unit of a logspace
         return
     for item in inner:
         yield from _texts(item)

@@ -8,8 +8,8 @@ from ..language import quantity
 from ..language.errors import InputError, shown
 from .document import Problems, WrittenValue
 
-_MOST_WRITTEN = 100_000  # values in a list: what a person or a script may reasonably write out
-_MOST_VALUES = 1_000_000  # values on one axis: they are kept in memory
+_MOST_WRITTEN = 100_000  # values in a list: as many as a person or a script may reasonably write out
+_MOST_VALUES = 1_000_000  # values on one axis; they are kept in memory
 FORMS = {
     "linspace": "[first, last, count]",
     "geomspace": "[first, last, count]",
@@ -22,15 +22,15 @@ class Reading(NamedTuple):
 
     value: Callable[[WrittenValue], Any]  # in SI, or a word; None, and a problem, where it is wrong
     unit: str  # SI; '' for words
-    fields: tuple[Field, ...] = ()  # the meanings of the key, whose ranges drawn values have to stay in
+    fields: tuple[Field, ...] = ()  # meanings of the key; drawn values must stay within their ranges
 
 
 def axis(
     problems: Problems, where: str, written: WrittenValue, reading: Reading, *, distinct: bool = True
 ) -> list[Any] | None:
-    """Return the values of the axis written at the key `where`, None where it is wrong.
+    """Return the values of the axis at the key `where`, or None if it is invalid.
 
-    Values have to be `distinct` unless they go in step with those of other axes.
+    Values must be distinct unless they vary in step with those of other axes.
     """
     if isinstance(written.value, list):
         if not written.value:
@@ -46,7 +46,9 @@ def axis(
     ):
         ((kind, given),) = written.value.items()
         return _generated(problems, where, kind, given, reading)
-    spaced = f" or {{linspace: {FORMS['linspace']}}}, or geomspace or logspace in its place"
+    spaced = (
+        f", {{label: a, other label: b}}, or {{linspace: {FORMS['linspace']}}}, or geomspace or logspace in its place"
+    )
     problems.add(
         written, where, f"found {shown(written.value)}; expected a list such as [a, b]{spaced if reading.unit else ''}"
     )
@@ -54,9 +56,9 @@ def axis(
 
 
 def half_bare(problems: Problems, where: str, items: Iterable[WrittenValue], unit: str) -> bool:
-    """Note numbers without a unit next to others that have one, and return whether there are any.
+    """Report numbers without a unit next to others that have one, and return whether there are any.
 
-    `[200 rpm, 500]` would mean 500 rad/s, which hardly anybody who writes it means.
+    `[200 rpm, 500]` would mean 500 rad/s, which is hardly ever intended.
     """
     items = list(items)
     named = next((item for item in items if _reads(item.value, unit)), None) if unit not in ("", "1") else None
@@ -79,13 +81,13 @@ def _reads(value: Any, unit: str) -> bool:
 
 
 def _repeatable(written: WrittenValue, reading: Reading) -> list[Any] | None:
-    """Return the values of a list, among which there may be equal ones."""
+    """Return the values of a list, which may repeat."""
     values = [reading.value(item) for item in written.value]
     return None if not values or None in values else values
 
 
 def _distinct(problems: Problems, where: str, written: WrittenValue, reading: Reading) -> list[Any] | None:
-    """Return the values of a list, which all have to be different."""
+    """Return the values of a list, which must all differ."""
     if written.line and len(written.value) > _MOST_WRITTEN:
         problems.add(
             written,
@@ -137,7 +139,7 @@ def _generated(problems: Problems, where: str, kind: str, given: WrittenValue, r
 def _between(kind: str, items: list[WrittenValue], count: int, unit: str) -> list[float]:
     """Return values from the first to the second item, both included.
 
-    Linear ones are exact before the last rounding, so that each has the bits of the same value written out.
+    Linear spacing is exact before the last rounding, so each value equals the one a user would write out.
     """
     steps = count - 1
     first, last = quantity.exact(items[0].value, unit), quantity.exact(items[1].value, unit)

@@ -9,15 +9,15 @@ from .document import Problems, WrittenValue, refuse_endless
 
 _HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\]\s*)?")
 _MOST_ROWS = 1_000_000
-_LARGEST = 512 * 2**20  # bytes of a table: 500 for each of so many rows
+_LARGEST = 512 * 2**20  # bytes of a table: 500 for each row
 
 TableRow = tuple[int, list[Any]]  # number and cells
 
 
 def read(problems: Problems, written: WrittenValue) -> WrittenValue | None:
-    """Return the table in the file that `written` names as columns, path -> list of values, None where it is wrong.
+    """Return the columns of the table that `written` names, path -> list of values, or None if it is invalid.
 
-    The file is next to the grid.  Every value knows its file, row (1: the head; a Parquet file has no row for it, its
+    The file is next to the grid.  Every value knows its file, row (1 is the header; a Parquet file has none, so its
     first case is row 1) and column.
     """
     file = Path(written.origin).parent / written.value if written.line else Path(written.value)
@@ -42,13 +42,13 @@ def read(problems: Problems, written: WrittenValue) -> WrittenValue | None:
 
 
 def head_of(head: str) -> tuple[str, str]:
-    """Return name and unit in the head of a column, '' for what it has not: `drive.speed [rpm]`."""
+    """Return name and unit of a column header such as `drive.speed [rpm]`; '' for a missing part."""
     match = _HEAD.fullmatch(head)
     return (match[1], (match[2] or "").strip()) if match else ("", "")
 
 
 def rows_of_csv(file: Path) -> tuple[list[str], list[TableRow]]:
-    """Return the heads, and line number and cells of every row that is not blank."""
+    """Return the headers, and line number and cells of every row that is not blank."""
     with open(file, newline="", encoding="utf-8-sig") as stream:
         lines = csv.reader(stream)
         heads = next(lines, [])
@@ -56,7 +56,7 @@ def rows_of_csv(file: Path) -> tuple[list[str], list[TableRow]]:
 
 
 def _parquet(file: Path) -> tuple[list[str], list[TableRow]]:
-    """Return the heads, and number and cells of every row."""
+    """Return the headers, and number and cells of every row."""
     import pyarrow.parquet as pq
 
     with pq.ParquetFile(file, pre_buffer=False) as content:
@@ -67,7 +67,7 @@ def _parquet(file: Path) -> tuple[list[str], list[TableRow]]:
 
 
 def _columns(problems: Problems, origin: str, heads: list[str], rows: list[TableRow]) -> WrittenValue | None:
-    """Return the columns of a table; None where its rows do not fit its head."""
+    """Return the columns of a table, or None if its rows do not match its header."""
     columns: dict[str, WrittenValue] = {}
     places: dict[str, WrittenValue] = {}
     units, good = [], True

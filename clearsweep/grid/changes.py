@@ -14,7 +14,7 @@ SET, SWEEP = "--set", "--sweep"
 
 
 class Changed(NamedTuple):
-    """A grid with overrides from the command line, each as text in YAML."""
+    """Overrides of a grid from the command line, each as YAML text."""
 
     source: str | PathLike | Mapping
     fixed: Mapping[str, str] = {}  # dotted path -> the value of every case
@@ -22,7 +22,7 @@ class Changed(NamedTuple):
 
 
 def read_options(option: str, given: tuple[str, ...]) -> dict[str, str]:
-    """Return path -> text of the values of an option, each `PATH=VALUE`; InputError for any other form."""
+    """Return path -> text of the `PATH=VALUE` arguments of an option; InputError for any other form."""
     example = "drive.speed=3000rpm" if option == SET else "drive.speed=1000rpm,3000rpm"
     options: dict[str, str] = {}
     wrong = []
@@ -39,7 +39,7 @@ def read_options(option: str, given: tuple[str, ...]) -> dict[str, str]:
 
 
 def put(root: WrittenValue, changed: Changed, problems: Problems) -> WrittenValue:
-    """Return a document with the overrides of `changed`; an empty value removes the key."""
+    """Return the document with the overrides applied; an empty value removes the key."""
     for path in sorted(changed.fixed.keys() & changed.swept.keys()):
         problems.add(WrittenValue(None, SET), path, f"is given with {SWEEP}, too; give it with one of them")
     for path, text in changed.fixed.items():
@@ -50,7 +50,7 @@ def put(root: WrittenValue, changed: Changed, problems: Problems) -> WrittenValu
 
 
 def _read(origin: str, path: str, text: str, problems: Problems) -> WrittenValue:
-    """Return the value of a text in YAML, which comes from `origin`."""
+    """Return the value of a YAML text that comes from `origin`."""
     try:
         node = YAML(typ="safe", pure=True).compose(text)
     except YAMLError:
@@ -59,7 +59,7 @@ def _read(origin: str, path: str, text: str, problems: Problems) -> WrittenValue
 
 
 def _placed(written: WrittenValue, origin: str) -> WrittenValue:
-    """Return a value without line and column, which mean nothing on a command line."""
+    """Return a value without line and column, which have no meaning on a command line."""
     value = written.value
     if isinstance(value, dict):
         value = {key: _placed(item, origin) for key, item in value.items()}
@@ -69,7 +69,7 @@ def _placed(written: WrittenValue, origin: str) -> WrittenValue:
 
 
 def _sweep(root: WrittenValue, path: str, values: WrittenValue) -> WrittenValue:
-    """Return a document in whose section `sweep` a path has these values."""
+    """Return the document with these values for a path in `sweep`."""
     section = root.value.get("sweep", WrittenValue({}, values.origin))
     if not isinstance(section.value, dict):
         return root  # its problem is reported elsewhere

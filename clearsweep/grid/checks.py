@@ -1,4 +1,4 @@
-"""The checks that need several values of a grid at once, over all values that its axes reach."""
+"""Checks that need several values of a grid at once, over all values of its axes."""
 
 import math
 
@@ -68,7 +68,7 @@ def _friction(reader: Reader, catalogue: Catalogue) -> None:
 
 
 def _until(reader: Reader) -> None:
-    """Check that the figure that `until` judges is one of this grid, and that its longest run is not the shorter."""
+    """Check that the grid has the figure in `until` and that the longest run is not shorter than the shortest."""
     least, most = reader.reached("simulate.revolutions"), reader.reached("simulate.until.max_revolutions")
     if least and most and min(most) < max(least):
         path = "simulate.until.max_revolutions"
@@ -90,7 +90,7 @@ def _is_joint(path: str) -> bool:
 
 
 def _below(reader: Reader, low: str, high: str, reason: str, *, equal: bool = False) -> None:
-    """Note a problem unless every value of `low` is below every value of `high`; values left out are no problem."""
+    """Report a problem unless every value of `low` is below every value of `high`; missing values are fine."""
     lows, highs = reader.reached(low), reader.reached(high)
     if not lows or not highs or max(lows) < min(highs) or (equal and max(lows) == min(highs)):
         return
@@ -110,7 +110,7 @@ def _below(reader: Reader, low: str, high: str, reason: str, *, equal: bool = Fa
 
 
 def _in_order(reader: Reader, section: str, law: Law) -> None:
-    """Check that of two keys of a law the one is below the other where its description says so."""
+    """Check the order of two keys of a law where its description requires one."""
     for order in law.orders:
         _below(reader, f"{section}.{order.low}", f"{section}.{order.high}", order.reason, equal=order.equal)
 
@@ -123,7 +123,7 @@ _EXAMPLES = {
 
 
 def _material(reader: Reader, joint: str) -> None:
-    """Check that a material is whole: of both bodies in one, or of each of them."""
+    """Check that materials are complete: one for both bodies, or one for each."""
     material = f"{joint}.contact.material"
     if material not in reader.shape or not value_key(reader.shape, f"{material}.young").used(reader.names):
         return
@@ -147,7 +147,7 @@ def _material(reader: Reader, joint: str) -> None:
 
 
 def _elastic(reader: Reader, joint: str, catalogue: Catalogue) -> None:
-    """Check that the joint has what its stiffness laws need, in the range they hold for."""
+    """Check that the joint has the values that its stiffness laws need, within their valid range."""
     law, elastic = f"{joint}.contact.law", f"{joint}.contact.elastic"
     known = elastic in reader.shape and reader.unsure.isdisjoint((law, elastic))
     if not known or not value_key(reader.shape, elastic).used(reader.names):
@@ -174,7 +174,7 @@ def _elastic(reader: Reader, joint: str, catalogue: Catalogue) -> None:
 
 
 def _hertzian(reader: Reader, elastic: str, law: Law) -> None:
-    """Check that the elastic force is Hertz's, which a law of the normal force is made for."""
+    """Check that the elastic force is Hertz's, where a law of the normal force requires that."""
     others = sorted(reader.names[elastic] - {"power"})
     exponents = [x for x in exponent_values(reader, elastic) if not math.isclose(x, 1.5)]
     culprit = others[0] if others else f"an exponent of {exponents[0]:.15g}" if exponents else ""
@@ -184,9 +184,9 @@ def _hertzian(reader: Reader, elastic: str, law: Law) -> None:
 
 
 def _needed(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
-    """Return the paths within the joint of the further keys that a law of its contact needs."""
+    """Return the further keys, as paths within the joint, that a contact law needs."""
     if any(reader.there(f"{joint}.contact.{columns.name}") for columns in law.tables):
-        return ()  # the table says it all
+        return ()  # the key table covers it
     needed = tuple("contact.material" if name == "material" else name for name in law.needs if name != "hertz")
     from_material = law.name == "power" and not reader.there(f"{joint}.contact.stiffness")
     sized = needed or (from_material and reader.there(f"{joint}.contact.material"))
@@ -196,7 +196,7 @@ def _needed(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
 
 
 def _roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
-    """Check that rough surfaces have the joint's sizes, and a texture or a profile of it."""
+    """Check that rough surfaces have the joint's dimensions and a texture or a profile."""
     rough = f"{joint}.roughness"
     for law in [law for law in catalogue.of("roughness") if law.name in reader.names[f"{rough}.law"]]:
         for needed in law.needs:
@@ -217,7 +217,7 @@ def _roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
 
 
 def _wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
-    """Check the keys of the joint that wear needs, and that its coefficients are present and possible."""
+    """Check that the joint has the keys that wear needs, with plausible coefficients."""
     wear = f"{joint}.wear"
     if not reader.there(f"{joint}.length"):
         sentence = "is missing; wear needs the joint's length along the pin, such as 20 mm"
@@ -248,7 +248,7 @@ def _wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
 
 
 def _of_both(reader: Reader, wear: str, key: str, overriding: tuple[str, str], example: str) -> None:
-    """Check that a coefficient of both bodies is there unless each has its own, and that it is of use if it varies."""
+    """Check that there is a common coefficient or one for each body, and that a varied one is used."""
     overridden = all(reader.there(f"{wear}.{own}") for own in overriding)
     if not reader.there(f"{wear}.{key}") and not overridden:
         sentence = f"is missing; for example: {example} for both bodies, or {' and '.join(overriding)}"
@@ -259,7 +259,7 @@ def _of_both(reader: Reader, wear: str, key: str, overriding: tuple[str, str], e
 
 
 def _wear_numbers(reader: Reader, wear: str) -> None:
-    """Check that wear coefficients, times the hardness, have a realistic size."""
+    """Check that wear coefficients times hardness have a realistic magnitude."""
     bare = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
     hardness = 1.0 if bare else max(reader.reached(f"{wear}.hardness"), default=0.0)
     for path in (f"{wear}.{key}" for key in COEFFICIENTS):
@@ -278,7 +278,7 @@ def _wear_numbers(reader: Reader, wear: str) -> None:
 
 
 def _evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
-    """Check that a joint whose worn shape acts has no key that excludes this."""
+    """Check that a joint whose worn shape affects contact has no conflicting key."""
     evolve = f"{joint}.wear.evolve"
     if f"{joint}.film" in reader.shape:
         sentence = "is not available with a film, whose formula assumes circles; remove one of the two"
@@ -291,7 +291,7 @@ def _evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
 
 
 def _pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
-    """Check that a pressure of wear that needs a modulus has one."""
+    """Check that a pressure law that needs a modulus has one."""
     path, contact = f"{joint}.wear.pressure", f"{joint}.contact"
     needing = [law for law in catalogue.of("pressure") if "modulus" in law.needs and law.name in reader.names[path]]
     if needing and not any(map(reader.there, moduli(joint))):

@@ -1,9 +1,10 @@
-"""The sections of a grid file that choose cases, key by key: for the page of keys and for `list`."""
+"""Describes the sections of a grid file that choose cases, for the page of keys and for `list`."""
 
 from ..contracts.catalogue import Catalogue
 from .axes import FORMS
 from .fits import FORM
 from .json_schema import schema
+from .law_check import CHECK
 from .limit_keys import SECTIONS
 from .sampling import DISTRIBUTIONS, METHODS
 from .uncertain import UNCERTAIN
@@ -13,6 +14,10 @@ _SEARCHES = ("seek", "refine", "optimise", "identify")
 _ADDED = {"added": "do not write it: run.json lists the added cases here"}
 _CASES = "a table next to the grid, .csv or .parquet: a column per path, a row per case"
 AXES = {**FORMS, "fits": "[H7/g6, H7/f7], of a radial clearance: the means of fits of ISO 286"}
+LABELS = """\
+An axis of `sweep`, `zip` or `cases` may give its values labels: `{bronze: 3e-15 m^2/N, PTFE: 1e-15 m^2/N}`. Tables,
+figures and sentences show them. The column of summary.parquet keeps the numbers, and its metadata the labels. A label
+contains a letter. The words above and the names of distributions are reserved."""
 SAMPLES = {**DISTRIBUTIONS, "fit": f"{FORM}, of a radial clearance: between the limits of a fit"}
 
 #: Key -> meaning, of each section with keys of its own.
@@ -56,7 +61,7 @@ KEYS = {
     },
 }
 
-#: Section -> how it may be written.
+#: Section -> its syntax.
 EXAMPLES = {
     "name": "name: press-joint",
     "define": "define: {play: 50 um}   # used as `clearance: = play`",
@@ -69,6 +74,7 @@ EXAMPLES = {
     "uncertain": "uncertain: {joints.rod-slider.wear.coefficient: {factor: 3}}",
     "seek": "seek: {largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 2 um, for: all}",
     "refine": "refine: {along: limits, cases: 100}",
+    CHECK: "check_laws: true",
     "optimise": "optimise: {over: {drive.speed: [500 rpm, 3000 rpm]}, minimise: rod_slider_load_peak, cases: 60}",
     "identify": "identify: {over: {joints.rod-slider.clearance: [20 um, 300 um]}, from: {rig.csv: {slider/a: "
     "acceleration}}, cases: 400}",
@@ -76,22 +82,24 @@ EXAMPLES = {
 
 
 def sections(catalogue: Catalogue) -> dict[str, str]:
-    """Return section -> meaning, in the order of the page."""
+    """Return section -> description, in the order of the page."""
     top = schema(catalogue)
     while "else" in top:  # those of any mechanism
         top = top["else"]
-    texts = {key: top["properties"][key].get("description", "") for key in (*_FIRST, *SECTIONS, UNCERTAIN, *_SEARCHES)}
+    keys = (*_FIRST, *SECTIONS, UNCERTAIN, *_SEARCHES, CHECK)
+    texts = {key: top["properties"][key].get("description", "") for key in keys}
     return texts | {"cases": _CASES, "name": texts["name"].replace("<name>", "NAME")}
 
 
 def markdown(catalogue: Catalogue) -> str:
-    """Return these sections as the end of the page of keys."""
+    """Return the last part of the page of keys: these sections."""
     return "\n".join(
         [
             "## Choosing cases\n",
             *_table("key", "meaning", sections(catalogue)),
             "\nAn axis is a list of values, or one of\n",
             *_table("form", "contains", AXES),
+            f"\n{LABELS}",
             *(line for name in _SEARCHES for line in (f"\n### `{name}`\n", *_table("key", "meaning", KEYS[name]))),
             "\n### `sample`\n",
             *_table("key", "meaning", KEYS["sample"]),

@@ -1,7 +1,7 @@
-"""Reads `define`: user-defined quantities, and the expressions of them that are used in place of numbers.
+"""Reads `define`: user-defined quantities, and expressions of them in place of numbers.
 
-An expression is text that begins with `=`.  It is evaluated before anything else is read, so that all other readers
-see quantities.  Where a name varies, the numbers that are made of it are worked out again for every case.
+An expression is text that begins with `=`.  It is evaluated first, so that all other readers
+see quantities.  If a name varies, the numbers that depend on it are evaluated for every case.
 """
 
 import keyword
@@ -19,25 +19,25 @@ from .document import Problems, WrittenValue, written_of
 DEFINE = "define"
 START = f"{DEFINE}."
 TEXT = "name -> quantity, or `= expression` of other names; numbers of the grid may be expressions of them: `= d / 2`"
-MOST_VALUES = 20_000  # of a number that varies with a name: of more, the ends of the axes are looked at
+MOST_VALUES = 20_000  # of a number that varies with names; beyond, only the ends of the axes are checked
 _OF_CASES = ("mechanism", "drive", "loads", "joints", "simulate", "save", "life", DEFINE)  # numbers here may vary
-_NO_NUMBERS = ("name", "figures")  # text of these sections is no expression of defined quantities
+_NO_NUMBERS = ("name", "figures")  # texts in these sections are not expressions of defined quantities
 _WAYS = ("sweep", "zip", "cases")
 _OVER = ("optimise", "identify", "sample")  # sections with paths under `over`
 
 
 class Definitions(NamedTuple):
-    """Defined quantities and what follows from them; SI."""
+    """Defined quantities and the numbers that follow from them, in SI."""
 
-    texts: Mapping[str, str]  # name -> its expression, '' for a quantity; each after those it is made of
-    values: Mapping[str, Fraction]  # as the grid says them
+    texts: Mapping[str, str]  # name -> its expression, '' for a quantity; in order of evaluation
+    values: Mapping[str, Fraction]  # as written in the grid
     units: Mapping[str, str]
     varied: frozenset[str] = frozenset()  # names that an axis varies
-    #: dotted path of a number -> its expression, which has a name that varies
+    #: dotted path of a number -> its expression, which contains a varied name
     follow: Mapping[str, str] = MappingProxyType({})
 
     def at(self, point: Mapping[str, Any]) -> dict[str, float]:
-        """Return path -> value of the numbers that follow from the names at a point, `define.NAME` -> value."""
+        """Return path -> value of the dependent numbers at a point, `define.NAME` -> value."""
         if not self.follow:
             return {}
         known = self._known(point)
@@ -52,7 +52,7 @@ class Definitions(NamedTuple):
         return known
 
     def varied_in(self, text: str) -> frozenset[str]:
-        """Return the varied names that an expression is made of."""
+        """Return the varied names in an expression."""
         varied: set[str] = set()
         for name in expression.names_in(text, expression.DEFINED):
             varied |= {name} if name in self.varied else set()
@@ -60,7 +60,7 @@ class Definitions(NamedTuple):
         return frozenset(varied)
 
     def needed(self) -> dict[str, str]:
-        """Return `define.NAME` -> text of the names that do not vary by themselves and that `follow` needs."""
+        """Return `define.NAME` -> text of the names that `follow` needs and that do not vary themselves."""
         used: set[str] = set()
         for text in self.follow.values():
             used |= used_by(text, self.texts)
@@ -72,11 +72,11 @@ class Definitions(NamedTuple):
         return f"= {own}" if own and self.varied_in(own) else self.said(name)
 
     def said(self, name: str) -> str:
-        """Return the value of a name as a grid may have it: SI, with its unit."""
+        """Return the value of a name as grid text: in SI, with its unit."""
         return _said(self.values[name], self.units[name])
 
     def reached(self, path: str, axes: Mapping[str, tuple[Any, ...]], way: Mapping[str, str]) -> tuple[float, ...]:
-        """Return every value of a number whose names vary along these axes in these ways."""
+        """Return every value of a number whose names vary on these axes."""
         names = sorted(self.varied_in(self.follow[path]))
         groups: dict[str, list[str]] = {}
         for name in names:
@@ -100,7 +100,7 @@ NOTHING = Definitions({}, {}, {})
 
 
 def used_by(text: str, texts: Mapping[str, str]) -> set[str]:
-    """Return all names that an expression is made of, those of names in it included."""
+    """Return all names in an expression, directly or through other names."""
     used: set[str] = set()
     for name in expression.names_in(text, expression.DEFINED):
         used |= {name} | (used_by(texts[name], texts) if texts.get(name) else set())
@@ -110,9 +110,9 @@ def used_by(text: str, texts: Mapping[str, str]) -> set[str]:
 def resolve(
     root: WrittenValue, problems: Problems, fixed: frozenset[str] = frozenset()
 ) -> tuple[WrittenValue, Definitions]:
-    """Return a document with quantities in place of expressions, and what is defined; mistakes go to `problems`.
+    """Return the document with expressions evaluated, and the definitions; mistakes go to `problems`.
 
-    The section `define` is left with the names that an axis varies.  Paths in `fixed` do not vary any more.
+    The section `define` keeps only the names that an axis varies.  Paths in `fixed` no longer vary.
     """
     top = root.value
     section = top.get(DEFINE)
@@ -148,16 +148,16 @@ def of_resolved(resolved: Mapping[str, Any]) -> Definitions:
 
 
 class _Reader:
-    """Puts quantities in place of expressions."""
+    """Replaces expressions by quantities."""
 
     def __init__(self, problems: Problems, known: Definitions, varied: Mapping[str, WrittenValue]):
         self.problems, self.known, self.varied = problems, known, varied
         self.follow: dict[str, str] = {}
         self.used: set[str] = set()
-        self.has: dict[int, bool] = {}  # id of a value -> whether it has an expression; aliases are looked at once
+        self.has: dict[int, bool] = {}  # id of a value -> whether it contains an expression; aliases are visited once
 
     def read(self, written: WrittenValue, path: str) -> WrittenValue:
-        """Return what is written at a path with quantities in place of its expressions."""
+        """Return the value at a path with its expressions evaluated."""
         value: Any = written.value
         if not self._has_expression(written):
             return written
@@ -199,14 +199,14 @@ class _Reader:
         return self.worked(written, _said(value, unit))
 
     def refuse_axis(self, path: str, written: WrittenValue) -> None:
-        """Note that a path varies whose value is an expression."""
+        """Report a varied path whose value is an expression."""
         sentence = (
             f"varies, but its value is the expression {shown(written.value)}; vary a name in it, or write a number"
         )
         self.problems.add(self.varied[path], path, sentence)
 
     def worked(self, written: WrittenValue, value: str) -> WrittenValue:
-        """Return a quantity in place of the expression that is written."""
+        """Return the quantity that replaces a written expression."""
         text = written.value if is_expression(written.value) else ""
         return WrittenValue(value, written.origin, written.line, written.column, expression=text)
 
@@ -217,12 +217,12 @@ def is_expression(value: Any) -> bool:
 
 
 def text_of(written: str) -> str:
-    """Return an expression without its sign of equality."""
+    """Return an expression without its equals sign."""
     return written.strip().removeprefix("=").strip()
 
 
 def _named(section: WrittenValue | None, name: str, problems: Problems) -> bool:
-    """Return whether a name can be defined; note why it cannot."""
+    """Return whether a name can be defined; if not, report why."""
     assert section is not None  # it has the name
     if not name.isidentifier() or keyword.iskeyword(name):
         sentence = "is no name; expected letters, digits and _, no digit first"
@@ -237,7 +237,7 @@ def _named(section: WrittenValue | None, name: str, problems: Problems) -> bool:
 
 
 def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definitions:
-    """Return the quantities that are defined, each after those it is made of."""
+    """Return the defined quantities in order of evaluation."""
     texts: dict[str, str] = {}
     values: dict[str, Fraction] = {}
     units: dict[str, str] = {}
@@ -273,7 +273,7 @@ def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definiti
 
 
 def _told(each: WrittenValue, written: Mapping[str, WrittenValue], wrong: set[str]) -> bool:
-    """Return whether an expression is made of a name that is wrong already."""
+    """Return whether an expression contains a name that was already reported."""
     try:
         text = text_of(each.value) if is_expression(each.value) else ""
         return bool(text and expression.names_in(text, expression.DEFINED) & wrong & written.keys())
@@ -282,13 +282,13 @@ def _told(each: WrittenValue, written: Mapping[str, WrittenValue], wrong: set[st
 
 
 def _value(text: str, known: Definitions) -> tuple[Fraction, str]:
-    """Return the value (SI) and the unit of an expression of what is known."""
+    """Return value (SI) and unit of an expression of known names."""
     unit = expression.unit_of_defined(text, known.units)
     return expression.exact_value(text, known.values), unit
 
 
 def _quantity(value: Any) -> tuple[Fraction, str]:
-    """Return the value (SI) and the unit of a quantity as it is written."""
+    """Return value (SI) and unit of a written quantity."""
     if isinstance(value, str):
         number, dimension = quantity.with_unit(value)
         return Fraction(repr(number)), quantity.unit_of(dimension)
@@ -300,7 +300,7 @@ def _said(value: Fraction, unit: str) -> str:
 
 
 def _varied(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
-    """Yield the dotted paths that a document varies, each with the place where it says so."""
+    """Yield the dotted paths that a document varies, each with its place in the document."""
     for way in _WAYS:
         section = top.get(way)
         if section is not None and way == "cases" and isinstance(section.value, str):

@@ -1,4 +1,4 @@
-"""Reads a YAML 1.2 file or a dict into values that know where they were written, and collects what is wrong."""
+"""Reads a YAML 1.2 file or a dict into values that know where they were written, and collects mistakes."""
 
 import os
 import re
@@ -29,20 +29,20 @@ _PLAIN = {
     "timestamp",
     "merge",
     "value",
-}  # what a value is without a tag
+}  # types of values without a tag
 
 
 @dataclass(frozen=True, slots=True)
 class WrittenValue:
-    """One value as it was written, and where."""
+    """A value as written, with its position."""
 
     value: Any  # dict of str to WrittenValue, list of WrittenValue, text or number as written, bool or None
     origin: str = ""  # file, 'overrides', or '' for a dict
     line: int = 0  # 1 for the first line; 0: not from a file
     column: int = 0
     keys: dict[str, "WrittenValue"] = field(default_factory=dict)  # key -> the place of the key itself, without a value
-    expression: str = ""  # of which the value was worked out
-    by_name: bool = False  # whether a name is written there, of a fit or of an entry of a library
+    expression: str = ""  # from which the value was evaluated
+    by_name: bool = False  # the user wrote the name of a fit or of a library entry here
 
     @property
     def place(self) -> str:
@@ -50,23 +50,23 @@ class WrittenValue:
         return f"{self.origin}:{self.line}:{self.column}: " if self.line else f"{self.origin}: " if self.origin else ""
 
     def key_place(self, key: str) -> "WrittenValue":
-        """Return where a key of this section is; its value represents it where that is not known."""
+        """Return the position of a key of this section, or that of its value if it is unknown."""
         place = self.keys.get(key)
         return self.value[key] if place is None else place
 
 
 class Problems:
-    """The mistakes found so far; each is reported once, in the order of the file."""
+    """The mistakes in a document, each reported once, in the order of the file."""
 
     def __init__(self) -> None:
         self._places: dict[str, tuple[int, int]] = {}
-        self.unread: set[str] = set()  # paths whose expression has no value: what is there in its place is not wrong
+        self.unread: set[str] = set()  # paths whose expression has no value; the placeholder there must not be reported
 
     def __len__(self) -> int:
         return len(self._places)
 
     def add(self, written: WrittenValue, path: str, sentence: str) -> None:
-        """Note that the value at dotted `path` is wrong."""
+        """Report that the value at dotted `path` is wrong."""
         if written.expression and path in self.unread:
             return
         sentence += f" (found is the value of {shown(written.expression)})" if written.expression else ""
@@ -81,7 +81,7 @@ class Problems:
 
 
 def read(source: str | PathLike | Mapping, problems: Problems) -> WrittenValue:
-    """Return the whole of a document, a path or a dict; raise InputError where it cannot be read at all."""
+    """Return the document in a file or a dict; raise InputError if it cannot be read at all."""
     if not isinstance(source, (str, PathLike)):
         return written_of(source, "")
     name = fspath(source)
@@ -109,7 +109,7 @@ def read(source: str | PathLike | Mapping, problems: Problems) -> WrittenValue:
 
 
 def refuse_endless(name: str | PathLike, most: int) -> None:
-    """Raise an OSError unless a name is that of a regular file of at most so many bytes: no device, no pipe."""
+    """Raise OSError unless `name` is a regular file, no device or pipe, of at most `most` bytes."""
     facts = os.stat(name)
     if not stat.S_ISREG(facts.st_mode):
         raise OSError(0, "it is a directory" if stat.S_ISDIR(facts.st_mode) else "it is no regular file")
@@ -118,7 +118,7 @@ def refuse_endless(name: str | PathLike, most: int) -> None:
 
 
 def written_of(value: Any, origin: str) -> WrittenValue:
-    """Return a Python value as if it had been written: mappings, sequences, arrays, numbers and text."""
+    """Return a Python value (mapping, sequence, array, number or text) as a written value."""
     if hasattr(value, "items"):
         return WrittenValue({str(key): written_of(item, origin) for key, item in value.items()}, origin)
     if hasattr(value, "tolist"):
@@ -129,7 +129,7 @@ def written_of(value: Any, origin: str) -> WrittenValue:
 
 
 def override(root: WrittenValue, path: str, value: Any, problems: Problems) -> WrittenValue:
-    """Return `root` with `value`, or what is written so, put at dotted `path`; None takes away what is there."""
+    """Return `root` with `value` at dotted `path`; None removes the value there."""
     written = value if isinstance(value, WrittenValue) else written_of(value, "overrides")
     return _put(
         root,
@@ -142,7 +142,7 @@ def override(root: WrittenValue, path: str, value: Any, problems: Problems) -> W
 
 
 def _put(written: WrittenValue, keys: list[str], value: WrittenValue, refuse: Callable[[Any], None]) -> WrittenValue:
-    """Return `written` with `value` put where `keys` lead; `refuse` is called with a value on the way."""
+    """Return `written` with `value` at the position `keys`; `refuse` is called for a value that is in the way."""
     inside = dict(enumerate(written.value)) if isinstance(written.value, list) else written.value
     if not isinstance(inside, dict):
         refuse(written.value)
@@ -161,7 +161,7 @@ def _put(written: WrittenValue, keys: list[str], value: WrittenValue, refuse: Ca
 def from_node(
     node: Node, origin: str, path: str, problems: Problems, done: dict[int, WrittenValue | None]
 ) -> WrittenValue:
-    """Return what a YAML node says; a node that is referred to again (an alias) is converted once."""
+    """Return the value of a YAML node; a node with aliases is converted once."""
     place = (origin, node.start_mark.line + 1, node.start_mark.column + 1)
     if id(node) in done:
         known = done[id(node)]
@@ -184,7 +184,7 @@ def from_node(
 def _mapping(
     node: MappingNode, place: tuple[str, int, int], path: str, problems: Problems, done: dict[int, WrittenValue | None]
 ) -> WrittenValue:
-    """Return what a YAML mapping says; a key that is written twice is a problem."""
+    """Return the value of a YAML mapping; a repeated key is a problem."""
     values: dict[str, WrittenValue] = {}
     keys: dict[str, WrittenValue] = {}
     for key_node, value_node in node.value:
@@ -195,13 +195,13 @@ def _mapping(
             problems.add(here, inner, f"duplicate key; it is also on line {keys[key].line}: keep one of them")
             continue
         value = from_node(value_node, place[0], inner, problems, done)
-        blank = value.value is None and not value_node.value  # a blank has no place of its own
+        blank = value.value is None and not value_node.value  # an empty value has no position
         values[key], keys[key] = here if blank else value, here
     return WrittenValue(values, *place, keys)
 
 
 def _scalar(tag: str, text: str, here: WrittenValue, path: str, problems: Problems) -> bool | int | str | None:
-    """Return a YAML scalar: bool, None, or its text, from which quantities are read exactly."""
+    """Return a YAML scalar: bool, None, or text, from which quantities are read exactly."""
     kind = tag.removeprefix(_TAG)
     if kind == "bool":
         return text.lower() == "true"
@@ -213,7 +213,7 @@ def _scalar(tag: str, text: str, here: WrittenValue, path: str, problems: Proble
 
 
 def name_of_run(root: WrittenValue, file: str | None, problems: Problems) -> str:
-    """Return the grid's name, by default that of its file; it becomes the name of a directory."""
+    """Return the grid's name, by default that of its file; the result directory has this name."""
     written = root.value.get("name")
     if written is None:
         return Path(file).stem if file else "case"

@@ -1,4 +1,4 @@
-"""How the cases of a grid are numbered: factors whose product they are, made of blocks or of rows in step."""
+"""Numbers the cases of a grid, which are a product of factors: blocks of axes, or axes in step."""
 
 import math
 from bisect import bisect_right
@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 
 from .keys import Shape, Word, value_key
 
-KEPT = 4096  # rows of a factor that are kept while all cases are gone through
+KEPT = 4096  # rows of a factor kept in memory while all cases are enumerated
 
-Words = frozenset[tuple[str, str]]  # swept paths and the law names they have
+Words = frozenset[tuple[str, str]]  # swept paths and their law names
 
 
 class Block(NamedTuple):
-    """One combination of law names, and the axes that are in use with it."""
+    """A combination of law names and the axes in use with it."""
 
     words: dict[str, str | None]  # swept law names; None: not in use
     paths: tuple[str, ...]
@@ -22,10 +22,10 @@ class Block(NamedTuple):
 
 
 class Factor(NamedTuple):
-    """Axes that belong together, block after block; a grid's cases are the product of its factors."""
+    """Axes that depend on the same law names, in blocks; the cases of a grid are the product of its factors."""
 
     blocks: tuple[Block, ...]
-    ends: tuple[int, ...]  # index after each block's last
+    ends: tuple[int, ...]  # index after the last row of each block
 
     @property
     def size(self) -> int:
@@ -33,7 +33,7 @@ class Factor(NamedTuple):
         return self.ends[-1]
 
     def point(self, index: int, axes: Mapping[str, tuple[Any, ...]]) -> dict[str, Any]:
-        """Return the values of these axes at `index`; the last one runs fastest."""
+        """Return the values of these axes at `index`; the last axis varies fastest."""
         which = bisect_right(self.ends, index)
         block = self.blocks[which]
         index -= self.ends[which] - block.size
@@ -45,10 +45,10 @@ class Factor(NamedTuple):
 
 
 class Step(NamedTuple):
-    """Axes that go in step: a grid's cases take their values row by row."""
+    """Axes in step: cases take their values row by row."""
 
     paths: tuple[str, ...]
-    rows: tuple[int, ...]  # places on the axes; of equal rows the first
+    rows: tuple[int, ...]  # positions on the axes; only the first of equal rows
 
     @property
     def size(self) -> int:
@@ -61,7 +61,7 @@ class Step(NamedTuple):
 
 
 def step_of(paths: tuple[str, ...], axes: Mapping[str, tuple[Any, ...]]) -> Step:
-    """Return axes in step, of equal rows only the first."""
+    """Return axes in step; of equal rows only the first is kept."""
     rows: dict[tuple[Any, ...], int] = {}
     for row, values in enumerate(zip(*(axes[path] for path in paths), strict=True)):
         rows.setdefault(values, row)
@@ -71,7 +71,7 @@ def step_of(paths: tuple[str, ...], axes: Mapping[str, tuple[Any, ...]]) -> Step
 def factor_of(
     paths: list[str], axes: Mapping[str, tuple[Any, ...]], shape: Shape, names_in_grid: Mapping[str, frozenset[str]]
 ) -> Factor:
-    """Return the blocks of axes that belong together, each combination of law names that differs once."""
+    """Return the blocks of axes that depend on the same law names, one for each distinct combination."""
     words = [path for path in paths if isinstance(shape[path], Word)]
     blocks = {}
     for choice in product(*(axes[path] for path in words)):
@@ -95,9 +95,9 @@ def combined(
     texts_of: Callable[[Mapping[str, Any]], dict[str, str]],
     part: range,
 ) -> Iterator[tuple[Words, dict[str, str]]]:
-    """Yield law names and texts of the values of the cases whose indices are in `part`, a range of step 1, in order.
+    """Yield law names and value texts of the cases in `part`, a range of indices of step 1, in order.
 
-    `texts_of` gives the texts of a part of a point.  Cases before the range cost nothing.
+    `texts_of` returns the texts of part of a point.  Cases before the range take no time.
     """
     if not factors:
         if len(part):

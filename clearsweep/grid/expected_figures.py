@@ -1,4 +1,4 @@
-"""Which figures of merit the cases of a grid will have, before any of them is made."""
+"""Predicts which figures of merit the cases of a grid will have, before any case is created."""
 
 from ..contracts.case import column_name
 from ..contracts.catalogue import Catalogue, Mechanism
@@ -32,7 +32,7 @@ def figures(reader: Reader, mechanism: Mechanism, catalogue: Catalogue) -> dict[
 
 
 def _strength(reader: Reader, joint: str) -> bool:
-    """Return whether a yield strength or a hardness is written of a joint with contact."""
+    """Return whether a joint with contact has a yield strength or a hardness."""
     own = f"joints.{joint}."
     known = [path for path in (*reader.written, *reader.swept) if path.startswith(own)]
     return f"{own}contact" in reader.shape and any(

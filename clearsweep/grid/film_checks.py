@@ -1,4 +1,4 @@
-"""The checks of joints with a film of oil."""
+"""Checks of joints with an oil film."""
 
 from collections.abc import Sequence
 
@@ -26,7 +26,7 @@ def _is_film(path: str) -> bool:
 
 
 def _sizes(reader: Reader, joint: str, catalogue: Catalogue) -> None:
-    """Check that length and radius are there, and that the film's laws hold for them."""
+    """Check that length and radius are given and that the film's laws are valid for them."""
     length, radius, law = f"{joint}.length", f"{joint}.bearing_radius", f"{joint}.film.law"
     for path, example in ((length, "length along the pin, such as 40 mm"), (radius, "bearing's radius, such as 20 mm")):
         if not reader.there(path):
@@ -40,12 +40,12 @@ def _sizes(reader: Reader, joint: str, catalogue: Catalogue) -> None:
 
 
 def _extremes(lengths: Sequence[float], radii: Sequence[float]) -> list[tuple[float, float]]:
-    """Return length and radius of the most and of the least slender bearing among all combinations."""
+    """Return length and radius of the most and the least slender bearing of all combinations."""
     return [(max(lengths), min(radii)), (min(lengths), max(radii))]
 
 
 def _slenderness(reader: Reader, joint: str, law: Law, reached: list[float]) -> None:
-    """Check that a law is valid for lengths over the diameter."""
+    """Check that a law is valid for the ratios of length to diameter."""
     limits = ((limit, value) for limit in law.ranges for value in reached if not limit.contains(value))
     limit, value = next(limits, (None, 0.0))
     if limit:
@@ -60,7 +60,7 @@ def _slenderness(reader: Reader, joint: str, law: Law, reached: list[float]) -> 
 
 
 def _heat(reader: Reader, film: str) -> None:
-    """Check that viscosities at two temperatures fall, and that there is a temperature for them alone."""
+    """Check that viscosity falls with temperature, and that a temperature is given only with an oil."""
     if f"{film}.thermal" in reader.sections and not reader.mechanism.turns:
         sentence = "is a balance over revolutions, of which there are none; write a temperature"
         reader.problems.add(reader.place(f"{film}.thermal"), f"{film}.thermal", sentence)
@@ -86,7 +86,7 @@ def _heat(reader: Reader, film: str) -> None:
 
 
 def _modulus(reader: Reader, joint: str) -> None:
-    """Check that asperities have a modulus."""
+    """Check that asperity contact has a modulus."""
     law, modulus = f"{joint}.film.transition.law", f"{joint}.film.transition.modulus"
     known = reader.there(modulus) or reader.there(f"{joint}.contact.material")
     if law in reader.shape and "greenwood-tripp" in reader.names[law] and not known:
@@ -95,7 +95,7 @@ def _modulus(reader: Reader, joint: str) -> None:
 
 
 def _nothing_behind(reader: Reader, joint: str) -> None:
-    """Check that a joint without a dry contact has no keys of one."""
+    """Check that a joint without dry contact has no keys of a dry contact."""
     for part in ("friction", "wear", "film.transition"):
         if f"{joint}.{part}" in reader.sections and reader.there(f"{joint}.{part}"):
             path = f"{joint}.{part}"
@@ -113,7 +113,7 @@ def _written(reader: Reader, joint: str) -> bool:
 
 
 def _beside_films(reader: Reader, joint: str, catalogue: Catalogue) -> None:
-    """Check that nothing is next to a film that is not known there."""
+    """Check that a joint with a film has no key that conflicts with it."""
     sticking = {law.name for law in catalogue.of("friction") if law.sticks}
     for path in (path for path in reader.names if path.endswith(".friction.law")):
         for law in sorted(reader.names[path] & sticking):

@@ -1,4 +1,4 @@
-"""The quantities that describe the film of oil in a joint."""
+"""The keys of an oil film in a joint."""
 
 from ..contracts.catalogue import Field
 

@@ -1,7 +1,7 @@
-"""Reads clearances that are written as fits of ISO 286, and puts numbers in their place.
+"""Reads clearances written as ISO 286 fits and replaces them by numbers.
 
 A fit is `{fit: H7/f7}` as a value or in a list, `{fits: [H7/g6, H7/f7]}` as an axis, and as a distribution
-`{fit: H7/f7}` or `{fit: H7/f7, distribution: normal}`.  All that is read afterwards sees radial clearances in m.
+`{fit: H7/f7}` or `{fit: H7/f7, distribution: normal}`.  All later readers see radial clearances in m.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,10 +14,10 @@ from .iso286 import Fit, fit
 from .keys import Number
 from .reader import Reader
 
-#: How clearance spreads over a fit: what is written of it in a grid, from its fit.
+#: Name of a distribution -> its section in a grid, from a fit.
 SPREADS = {
     "uniform": lambda known: {"uniform": [known.low, known.high]},
-    "normal": lambda known: {  # 3 standard deviations to the limits; what lies beyond is not delivered
+    "normal": lambda known: {  # the limits are at 3 standard deviations; parts beyond them are rejected
         "truncated-normal": {
             "mean": known.mean,
             "std": (known.high - known.low) / 6.0,
@@ -30,7 +30,7 @@ FORM = "{fit: H7/f7}, or {fit: H7/f7, distribution: normal}"
 
 
 def put_numbers(grid_reader: Reader, values_of: Callable[[str], tuple[float, ...]]) -> None:
-    """Put radial clearances in place of the fits of a reader; `values_of` a path gives its values as far as known."""
+    """Replace the fits of a reader by radial clearances; `values_of` returns the known values of a path."""
     for path, node in list(grid_reader.shape.items()):
         if not isinstance(node, Number) or not node.uses[0].field.fit:
             continue
@@ -47,16 +47,16 @@ def put_numbers(grid_reader: Reader, values_of: Callable[[str], tuple[float, ...
                     grid_reader.shape,
                     grid_reader.swept,
                     grid_reader.written,
-                ):  # it is reported already what is wrong with it
+                ):  # its problem is reported already
                     known.pop(path, None)
             if there is grid_reader.written and path in grid_reader.swept:
-                grid_reader.fits.pop(path, None)  # what is written next to an axis has no case
+                grid_reader.fits.pop(path, None)  # a value next to an axis belongs to no case
 
 
 def fits_among(
     grid_reader: Reader, paths: list[str], names: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
 ) -> list[Fit] | None:
-    """Return the fits that are named, for clearances that all have one bearing radius; None where they are wrong."""
+    """Return the named fits, for clearances with one common bearing radius, or None if they are invalid."""
     for path in paths:
         node = grid_reader.shape.get(path)
         if not isinstance(node, Number) or not node.uses[0].field.fit:
@@ -81,7 +81,7 @@ def fits_among(
 
 
 class _WrongFitError(Exception):
-    """What is wrong with a fit, and where; no sentence where it is reported of another value."""
+    """A mistake in a fit, with its place; without a sentence if it is reported for another value."""
 
     def __init__(self, written: WrittenValue, sentence: str):
         super().__init__(sentence)
@@ -89,7 +89,7 @@ class _WrongFitError(Exception):
 
 
 def _has_fit(written: WrittenValue) -> bool:
-    """Return whether a value, an axis or a distribution speaks of fits."""
+    """Return whether a value, an axis or a distribution contains a fit."""
     if isinstance(written.value, list):
         return any(isinstance(item.value, dict) for item in written.value)
     return isinstance(written.value, dict) and not {"fit", "fits"}.isdisjoint(written.value)
@@ -104,11 +104,11 @@ class _Reader:
         self.radii = values_of(self.radius)
 
     def single(self, written: WrittenValue) -> WrittenValue:
-        """Return what is `written` outside of all axes, a radial clearance (m) in place of its fit."""
+        """Return a value outside all axes with its fit replaced by a radial clearance (m)."""
         return self._mean(written, self.radii[:1] if self.path in self.grid_reader.swept else self.radii)
 
     def numbers(self, written: WrittenValue) -> WrittenValue:
-        """Return the axis that is `written`, radial clearances (m) in place of its fits."""
+        """Return a written axis with its fits replaced by radial clearances (m)."""
         if self.grid_reader.way.get(self.path) == "sample":
             return _like(written, self._spread(written))
         items = written.value
@@ -121,7 +121,7 @@ class _Reader:
         return _like(written, list(map(self._mean, items, radii)))
 
     def _mean(self, written: WrittenValue, radii: tuple[float, ...]) -> WrittenValue:
-        """Return the mean clearance of `{fit: NAME}` at a bearing's radius (m); what is no fit as it is."""
+        """Return the mean clearance of `{fit: NAME}` at a bearing radius (m); other values are returned unchanged."""
         if not isinstance(written.value, dict):
             return written
         if set(written.value) != {"fit"}:
@@ -129,7 +129,7 @@ class _Reader:
         return _like(written, _metres(self.fit(written.value["fit"], radii).mean))
 
     def _spread(self, written: WrittenValue) -> Any:
-        """Return the distribution of a fit, as a grid may have it."""
+        """Return the distribution of a fit, as a grid section."""
         kind = written.value.get("distribution")
         if not {"fit"} <= set(written.value) <= {"fit", "distribution"}:
             raise _WrongFitError(written, f"found {shown(written.value)}; expected {FORM}")
@@ -141,7 +141,7 @@ class _Reader:
         return _placed(SPREADS[name](self.fit(written.value["fit"], self.radii)), written)
 
     def fit(self, name: WrittenValue, radii: tuple[float, ...]) -> Fit:
-        """Return the fit called `name` at a bearing's radius (m), and note it."""
+        """Return the fit called `name` at a bearing radius (m), and record it."""
         if len(radii) != 1:
             sentence = (
                 f"found the fit {shown(name.value)}, whose radial clearance follows from one nominal diameter; "
@@ -162,17 +162,17 @@ class _Reader:
 
 
 def noted(record: Mapping[str, Any]) -> dict[str, tuple[Fit, ...]]:
-    """Return path of a clearance -> the fits that it was written as, by the run.json of a run."""
+    """Return path of a clearance -> its fits as the user wrote them, from run.json."""
     return {path: tuple(Fit(**known) for known in fits) for path, fits in record.get("fits", {}).items()}
 
 
 def _like(written: WrittenValue, value: Any) -> WrittenValue:
-    """Return a value in place of another."""
+    """Return a new value at the position of another."""
     return WrittenValue(value, written.origin, written.line, written.column)
 
 
 def _placed(value: Any, written: WrittenValue) -> Any:
-    """Return dicts and lists of numbers as lengths with the place of `written` at each of them."""
+    """Return dicts and lists of numbers as lengths, each at the position of `written`."""
     if isinstance(value, dict):
         return {key: _like(written, _placed(item, written)) for key, item in value.items()}
     if isinstance(value, list):
@@ -181,5 +181,5 @@ def _placed(value: Any, written: WrittenValue) -> Any:
 
 
 def _metres(length: float) -> str:
-    """Return a length as a user would write it: bare numbers do not appear next to quantities with a unit."""
+    """Return a length with a unit, as a user would write it."""
     return f"{length!r} m"

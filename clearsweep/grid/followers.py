@@ -1,4 +1,4 @@
-"""The keys of defined quantities that vary, and the checks of the numbers that follow from them."""
+"""Keys of varied user-defined quantities, and checks of the numbers that depend on them."""
 
 import math
 
@@ -10,7 +10,7 @@ from .reader import Reader
 
 
 def shape_of(definitions: Definitions) -> Shape:
-    """Return the keys of the defined quantities that an axis varies."""
+    """Return the keys of the user-defined quantities that an axis varies."""
     if not definitions.varied:
         return {}
     names = [name for name in definitions.texts if name in definitions.varied]
@@ -20,7 +20,7 @@ def shape_of(definitions: Definitions) -> Shape:
 
 
 def check(reader: Reader) -> None:
-    """Note numbers that cannot follow from a name that varies, and values of them that are out of range."""
+    """Report numbers that cannot depend on a varied name, and dependent values out of range."""
     for path, text in reader.defined.follow.items():
         node, name = reader.shape.get(path), min(reader.defined.varied_in(text))
         whose = f"is made of {START}{name}, which varies"
@@ -39,7 +39,7 @@ def check(reader: Reader) -> None:
 
 
 def refuse_columns(reader: Reader, section: WrittenValue | None) -> None:
-    """Note names of the section `define` that are columns of the summary, too."""
+    """Report names in `define` that are also columns of the summary."""
     for name in reader.defined.texts:
         if section is not None and name in reader.figures:
             sentence = "is the name of a column of the summary; give the quantity another name"

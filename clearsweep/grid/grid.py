@@ -15,7 +15,7 @@ from ..contracts.layout import Layout
 from ..contracts.outline import Outline
 from ..judging.verdict import Verdict, figures_of, limits_of
 from ..language.errors import InputError, shown
-from . import checks, identified, variations
+from . import checks, identified, labels, law_check, save_keys, variations
 from .added_cases import ADDED
 from .added_cases import rows as added_rows
 from .assumed_units import WrittenUnit, assumed_units, written_units
@@ -26,7 +26,7 @@ from .enumeration import Factor, Step, Words, combined, factor_of, step_of, word
 from .identified import IDENTIFY, Identify
 from .iso286 import Fit
 from .key_units import unit
-from .keys import Flag, Name, Number, Section, Shape, Table, Word, value_key
+from .keys import Flag, Name, NameList, Number, Section, Shape, Table, Word, value_key
 from .naming import Taken
 from .optimised import OPTIMISE, Optimise
 from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, name_of, nested, number_of
@@ -37,21 +37,21 @@ from .seek import SEEK, Seek
 from .uncertain import UNCERTAIN, leaves
 from .values import read_keys
 
-#: Changes whenever the shape of a grid file or of what a run leaves changes.
+#: Changes whenever the format of grid files or of results changes.
 SCHEMA_VERSION = 4
-MOST_CASES = 200_000_000  # their summaries take some 100 GB
-MOST_IDENTITIES = 20_000_000  # that are kept in memory where cases may be the same or are added: 160 MB, and 100 s
+MOST_CASES = 200_000_000  # their summaries take about 100 GB
+MOST_IDENTITIES = 20_000_000  # identities in memory where cases may repeat or are added: 160 MB and 100 s
 
-_WORST = "save.worst"  # what is found of a finished run
+_WORST = "save.worst"  # results of a finished run
 
 
 def load(
     source: str | PathLike | Mapping | Changed, catalogue: Catalogue, overrides: Mapping[str, Any] | None = None
 ) -> "Grid":
-    """Return the checked grid in `source`, a path or a dict of the same shape, or one of them that options change.
+    """Return the checked grid in `source`: a path, a dict of the same form, or one with overrides.
 
-    `overrides` maps dotted paths to values that replace what is written; None takes a key away, and a swept path that
-    is overridden is swept no longer.  An InputError reports every mistake.
+    `overrides` maps dotted paths to values that replace those in the file; None removes a key.  A swept path that
+    is overridden is no longer swept.  An InputError reports every mistake.
     """
     problems = Problems()
     changed = source if isinstance(source, Changed) else Changed(source)
@@ -93,8 +93,10 @@ def load(
         reader.optimise,
         reader.identify,
         written_units(reader),
+        labels.of_axes(reader),
+        law_check.paths(reader),
     )
-    searched = grid.seek or grid.refine or grid.optimise or grid.identify
+    searched = grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws
     most = MOST_IDENTITIES if searched or grid.may_repeat else MOST_CASES
     if grid.size > most:
         raise InputError(
@@ -105,19 +107,20 @@ def load(
         _refuse(reader, grid.case(index))
     problems.check()
     layout = Layout.of(grid.case(0), catalogue)
+    save_keys.check_channels(reader, layout)
     identify = identified.check(reader, root, layout)
     problems.check()
     return replace(grid, _layout=layout, identify=identify)
 
 
 def starter(kind: str = "slider-crank") -> str:
-    """Return the text of a commented grid to start from: 'slider-crank', 'four-bar', 'planar' or 'press'."""
+    """Return the text of a commented example grid: 'slider-crank', 'four-bar', 'planar' or 'press'."""
     return (Path(__file__).with_name("starters") / f"{kind}.yaml").read_text(encoding="utf-8")
 
 
 def _refuse(reader: Reader, case: Case) -> None:
-    """Note what keeps the mechanism of a case from being put together."""
-    assert reader.mechanism.refusal is not None  # asked of mechanisms that know it
+    """Report why the mechanism of a case cannot be assembled."""
+    assert reader.mechanism.refusal is not None  # only some mechanisms have this check
     refusal = reader.mechanism.refusal(reader.mechanism, case)
     if refusal:
         path = f"mechanism.{refusal[0]}".rstrip(".")
@@ -125,7 +128,7 @@ def _refuse(reader: Reader, case: Case) -> None:
 
 
 def _sample(reader: Reader) -> dict[str, Any]:
-    """Return the section `sample` in SI, {} where there is none."""
+    """Return the section `sample` in SI, or {} if there is none."""
     if reader.sample is None:
         return {}
     head: dict[str, Any] = {"method": reader.sample.method}
@@ -136,58 +139,60 @@ def _sample(reader: Reader) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Grid:
-    """A checked grid in SI.  `len(grid)` is the number of cases; none of them is made before it is asked for."""
+    """A checked grid in SI.  `len(grid)` is the number of cases; each is created only on demand."""
 
     name: str
     source: str | None  # file, None for a dict
     axes: dict[str, tuple[Any, ...]]  # dotted path -> values, SI or law names, in the order of the file
-    limits: dict[str, Any]  # column -> largest value that is acceptable, SI, or a mapping, see `verdict.limits_of`
-    figures: dict[str, str]  # of its own: name -> expression of columns
+    limits: dict[str, Any]  # column -> largest acceptable value, SI, or a mapping; see `verdict.limits_of`
+    figures: dict[str, str]  # user-defined: name -> expression of columns
     _shape: Shape
     _values: dict[str, Value]
     _written: frozenset[str]
     _names: dict[str, frozenset[str]]
-    _steps: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that go in step
+    _steps: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that vary in step
     _sample: dict[str, Any]
     _outline: Outline
-    fits: dict[str, tuple[Fit, ...]]  # path of a clearance -> the fits of ISO 286 that it is written as
-    assumed_units: tuple[str, ...] = ()  # paths of what is written without the unit that it has: SI is assumed
-    seek: Seek | None = None  # what is searched for; its axis has the values that are tried first
-    refine: Refine | None = None  # where further cases are put
+    fits: dict[str, tuple[Fit, ...]]  # path of a clearance -> its ISO 286 fits as written
+    assumed_units: tuple[str, ...] = ()  # paths of quantities written without a unit: SI is assumed
+    seek: Seek | None = None  # the search; its axis has the values tried first
+    refine: Refine | None = None  # where cases are added
     uncertain: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
-    added_cases: tuple[tuple[Any, ...], ...] = ()  # cases besides the product: their values, in the order of `axes`
-    taken: tuple[Taken, ...] = ()  # the numbers that libraries gave
-    defined: Definitions = NOTHING  # quantities of its own, and the numbers that follow from those that vary
-    optimise: Optimise | None = None  # what is to be made small or large
-    identify: Identify | None = None  # what is to be found of a measured machine
-    written_units: Mapping[str, WrittenUnit] = field(default_factory=dict)  # path -> the unit that it is written in
+    added_cases: tuple[tuple[Any, ...], ...] = ()  # values of the cases outside the product, in the order of `axes`
+    taken: tuple[Taken, ...] = ()  # numbers taken from libraries
+    defined: Definitions = NOTHING  # user-defined quantities, and the numbers that depend on varied ones
+    optimise: Optimise | None = None  # objectives and variables of an optimisation
+    identify: Identify | None = None  # unknowns of a measured machine
+    written_units: Mapping[str, WrittenUnit] = field(default_factory=dict)  # path -> the unit in which it is written
+    labels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path -> label of a value -> value, SI
+    checked_laws: tuple[str, ...] = ()  # paths of the laws that are checked in the deciding case
     _layout: Layout | None = None
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Return its user-defined figures and its limits."""
+        """Return the user-defined figures and the limits."""
         units = {column.name: column.unit for column in self.layout.columns}
         return Verdict(figures_of(self.figures, units), limits_of(self.limits, self.layout.columns))
 
     @property
     def worst(self) -> int:
-        """Return the number of worst cases of which the revolution of the largest peak is saved."""
+        """Return for how many of the worst cases the revolution of the largest peak is saved."""
         return int(self._values.get(_WORST, 0))
 
     @cached_property
     def size(self) -> int:
-        """Return the number of cases, however many."""
+        """Return the number of cases; unlike `len`, it has no upper bound."""
         return self._product + len(self.added_cases)
 
     @cached_property
     def _product(self) -> int:
-        """Return the number of cases that are not added."""
+        """Return the number of cases in the product, without added ones."""
         return math.prod(factor.size for factor in self._factors)
 
     @property
     def layout(self) -> Layout:
-        """Return the layout that all cases share."""
-        assert self._layout is not None  # `load` made it
+        """Return the columns and channels that all cases share."""
+        assert self._layout is not None  # `load` has checked it
         return self._layout
 
     def __len__(self) -> int:
@@ -206,19 +211,19 @@ class Grid:
         return values
 
     def case(self, index: int) -> Case:
-        """Return the case at `index`, defaults filled in, with the keys that are in use."""
+        """Return the case at `index` with defaults filled in and only the keys in use."""
         return self.case_at(self.point(index))
 
     def case_at(self, point: Mapping[str, Value]) -> Case:
-        """Return the case at a `point`, for whoever has use for that, too."""
+        """Return the case at a `point`, dotted path -> value."""
         return case_of(self._tree(point), self._outline)
 
     def case_tree(self, point: Mapping[str, Value]) -> dict[str, Any]:
-        """Return the case at a `point` in the shape of a grid file, in SI."""
+        """Return the case at a `point` in the form of a grid file, in SI."""
         return self._tree(point)
 
     def case_id(self, index: int) -> str:
-        """Return the 16 hexadecimal characters that name a case: a hash of its values and of the model's version."""
+        """Return the 16 hexadecimal digits that identify a case: a hash of its values and the model version."""
         return identity(self.written_case(index))
 
     def without_added(self) -> "Grid":
@@ -226,12 +231,12 @@ class Grid:
         return replace(self, added_cases=())
 
     def with_added(self, points: Sequence[Mapping[str, Value]]) -> "Grid":
-        """Return a grid that has the cases at these `points`, too, behind its own."""
+        """Return the grid with the cases at these `points` appended."""
         rows = tuple(tuple(point[path] for path in self.axes) for point in points)
         return replace(self, added_cases=(*self.added_cases, *rows))
 
     def written_case(self, index: int) -> dict[str, Any]:
-        """Return the case at `index` in the shape of a grid file, in SI; its identity is a hash of that."""
+        """Return the case at `index` in the form of a grid file, in SI; its identity is a hash of that."""
         return self._tree(self.point(index))
 
     def _tree(self, point: Mapping[str, Value]) -> dict[str, Any]:
@@ -240,11 +245,11 @@ class Grid:
     def identities(self, part: range | None = None) -> Iterator[int]:
         """Yield what `case_id` says of every case, in order, as numbers below 2**64.
 
-        part : of these cases alone, a range of indices of step 1; cases before it cost nothing.
+        part : only these cases, a range of indices of step 1; cases before it take no time.
         """
         part = range(self.size) if part is None else part
         texts = Texts(self._shape, {*self.axes, *self.defined.follow})
-        if self.defined.follow:  # of numbers that may be made of several axes
+        if self.defined.follow:  # for numbers that may depend on several axes
             for point in map(self.point, part):
                 yield number_of(self._pattern(words_at(point)).text % texts.of({**point, **self.defined.at(point)}))
             return
@@ -260,22 +265,22 @@ class Grid:
         yield from map(words_at, map(self.point, range(max(part.start, self._product), part.stop)))
 
     def _of_product(self, part: range) -> range:
-        """Return what a range of indices has of those that are not added."""
+        """Return the part of a range of indices that lies in the product."""
         return range(min(part.start, self._product), min(part.stop, self._product))
 
     @property
     def may_repeat(self) -> bool:
-        """Return whether two cases may be the same: no axis has a value twice, so only what is made of axes may be."""
+        """Return whether two cases may be equal; axes have no value twice, but numbers that depend on axes may."""
         patience = f"simulate.{PATIENCE}" in self.axes
         return bool(self.defined.follow or self.added_cases or self._steps or patience)
 
     def frame(self) -> dict[str, Any]:
-        """Return what a run directory holds fixed: dotted path -> value of all that is not swept, `save` included."""
+        """Return the fixed settings of a run directory: dotted path -> value of all keys not swept, `save` included."""
         fixed = {path: value for path, value in self._base.items() if path not in (f"simulate.{PATIENCE}", _WORST)}
         return fixed | {"swept": sorted(self.axes), "model_version": MODEL_VERSION, "schema": SCHEMA_VERSION}
 
     def resolved(self) -> dict[str, Any]:
-        """Return the grid in SI as a dict of the shape of its file, from which `load` gives the same cases."""
+        """Return the grid in SI as a dict in the form of its file; `load` reads the same cases from it."""
         ways: dict[str, Any] = {
             way: {path: list(self.axes[path]) for path in paths} for way, paths in self._ways.items()
         }
@@ -292,7 +297,8 @@ class Grid:
             swept = ways.get("sweep", {})
             ways["sweep"] = {path: values for path, values in swept.items() if path not in self.seek.paths}
         ways = {way: part for way, part in ways.items() if part}
-        extra_sections = {"figures": self.figures, "limits": self.limits, UNCERTAIN: dict(self.uncertain)}
+        extra_sections: dict[str, Any] = {"figures": self.figures, "limits": self.limits}
+        extra_sections |= {UNCERTAIN: dict(self.uncertain), law_check.CHECK: self.checked_laws and (further or True)}
         extra_sections |= {SEEK: self.seek.written() | further} if self.seek else {}
         extra_sections |= {OPTIMISE: self.optimise.written() | further} if self.optimise else {}
         extra_sections |= {IDENTIFY: self.identify.written() | further} if self.identify else {}
@@ -300,10 +306,9 @@ class Grid:
         extra_sections = {key: part for key, part in extra_sections.items() if part}
         sections: dict[str, Any] = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
         pairs = tuple(f"{path}." for path in self._pairs)
-        # a list has no gap: any value fills it
+        # a list has no gaps: any value fills one
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
-        searched = self.optimise or self.identify
-        own = searched.start.items() if searched else ()
+        own = searched.start.items() if (searched := self.optimise or self.identify) else ()
         fillers |= {path: value for path, value in own if not path.startswith(START)}
         fillers |= {START + name: self.defined.said(name) for name in self.defined.texts if name in self.defined.varied}
         base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}
@@ -318,11 +323,11 @@ class Grid:
 
     @cached_property
     def _patterns(self) -> dict[Words, Pattern]:
-        """Return a cache, swept law names -> what their cases share: cases are many, laws are few."""
+        """Return a cache, swept law names -> shared part of their cases: cases are many, laws are few."""
         return {}
 
     def _pattern(self, words: Words) -> Pattern:
-        """Return what the cases with these swept law names share."""
+        """Return the shared part of the cases with these swept law names."""
         if words not in self._patterns:
             flat = self._in_use(dict(words))
             numbers = {path: self.axes[path][0] for path in flat if path in self.axes and path not in dict(words)}
@@ -339,13 +344,13 @@ class Grid:
                 flat[path] = words.get(path, self._values.get(path))
             elif isinstance(node, Number) and (fields := node.fields(names)):
                 flat[path] = self._values.get(path, fields[0].default)
-            elif isinstance(node, Flag) or (isinstance(node, Table) and node.used(names)):
+            elif isinstance(node, (Flag, NameList)) or (isinstance(node, Table) and node.used(names)):
                 flat[path] = self._values.get(path)
         return flat | dict(leaves(self.uncertain))
 
     @cached_property
     def _base(self) -> dict[str, Value]:
-        """Return path -> value of all that is not swept, of the keys of a swept law only what is written."""
+        """Return path -> value of all keys not swept; of a swept law only the keys that are written."""
         flat: dict[str, Value] = {}
         for path, node in self._shape.items():
             if isinstance(node, (Section, Name)) or path in self.axes or path in self.defined.follow:
@@ -354,7 +359,7 @@ class Grid:
                 value = self._values.get(path) if path in self._written else None
             elif isinstance(node, Word):
                 value = self._values[path] if node.used(self._names) else None
-            elif isinstance(node, (Flag, Table)):
+            elif isinstance(node, (Flag, Table, NameList)):
                 value = self._values.get(path)
             else:
                 fields = node.fields(self._names)
@@ -366,14 +371,14 @@ class Grid:
 
     @cached_property
     def _ways(self) -> dict[str, tuple[str, ...]]:
-        """Return section of a grid file -> its axes, for the sections that have any."""
+        """Return section of a grid file -> its axes, for sections with axes."""
         stepping = {path for paths in self._steps.values() for path in paths}
         swept = tuple(path for path in self.axes if path not in stepping)
         return ({"sweep": swept} if swept else {}) | self._steps
 
     @cached_property
     def _factors(self) -> tuple[Factor | Step, ...]:
-        """Return the factors of the product: axes in step, a section whose law names are swept, each other axis."""
+        """Return the factors of the product: axes in step, sections with swept law names, and every other axis."""
         steps = tuple(step_of(paths, self.axes) for paths in self._steps.values())
         groups: dict[str, list[str]] = {}
         sweep = self._ways.get("sweep", ())
@@ -391,5 +396,5 @@ class Grid:
 
 
 def identity(case: Mapping[str, Any]) -> str:
-    """Return the name of a resolved case: 16 hexadecimal characters from all of it but `save` and time_budget."""
+    """Return the identity of a resolved case: 16 hexadecimal digits, from all keys but `save` and time_budget."""
     return name_of(identity_text(case))

@@ -13,6 +13,7 @@ from .document import WrittenValue
 from .keys import Number
 from .optimised import Choice
 from .reader import Reader
+from .save_keys import CHANNELS
 
 if TYPE_CHECKING:
     import numpy as np  # loaded only where a file is read
@@ -48,7 +49,7 @@ class Identify(NamedTuple):
     features: tuple[str, ...]  # some of FEATURES
     cases: int
     seed: int
-    start: dict[str, Any]  # the values that the grid has written, {} where some are missing or outside
+    start: dict[str, Any]  # the values that the grid has written, or {} if some are missing or outside
 
     def spread(self, first: int, count: int) -> "np.ndarray":
         """Return points (count, paths) of a Sobol sequence in the unit cube, from the number `first` on."""
@@ -98,7 +99,7 @@ def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, Wr
 
 
 def read(reader: Reader, root: WrittenValue) -> Identify | None:
-    """Return the section `identify`, the axes being known; None if it is missing or wrong.
+    """Return the section `identify`, the axes being read already, or None if it is missing or wrong.
 
     The signals have no units yet; `check` gives them, when the channels are known.
     """
@@ -163,7 +164,7 @@ def _features(reader: Reader, section: WrittenValue) -> tuple[str, ...]:
 
 
 def put_saved(reader: Reader) -> None:
-    """Give `save` what `identify` needs, where the grid does not say it: enough revolutions, finely enough sampled."""
+    """Give `save` what `identify` needs, where the grid does not say it: revolutions, samples, channels."""
     if reader.identify is None:
         return
     rate = crank_rate(reader)
@@ -183,16 +184,18 @@ def put_saved(reader: Reader) -> None:
         total = min(reader.reached("simulate.revolutions") or (10.0,))
         kept = total - max(reader.reached("simulate.discard") or (2.0,))
         reader.values["save.revolutions"] = float(max(min(kept, max(SAVED // samples, LEAST_TURNS)), 1))
+    if CHANNELS not in reader.written:
+        reader.values[CHANNELS] = list(dict.fromkeys(signal.channel for signal in reader.identify.signals))
 
 
 def crank_rate(reader: Reader) -> float | None:
-    """Return the speed of the crank (rad/s), None where it is not one number."""
+    """Return the speed of the crank (rad/s), or None if it is not one number."""
     speeds = reader.reached("drive.speed")
     return float(speeds[0]) if len(speeds) == 1 and speeds[0] else None
 
 
 def check(reader: Reader, root: WrittenValue, layout: Layout) -> Identify | None:
-    """Return `identify` with the units of its signals; note what is wrong with the files, and with what is saved."""
+    """Return `identify` with the units of its signals; report what is wrong with the files, and with what is saved."""
     identify: Identify | None = reader.identify
     if identify is None:
         return None
@@ -203,6 +206,10 @@ def check(reader: Reader, root: WrittenValue, layout: Layout) -> Identify | None
         if not signal.unit:
             near = nearest(signal.channel, units) or f" (known: {', '.join(units)})"
             reader.problems.add(written, f"{IDENTIFY}.from", f"there is no channel '{signal.channel}'{near}")
+    lacking = sorted({signal.channel for signal in whole if signal.unit} - {*reader.values.get(CHANNELS, units)})
+    if lacking:
+        sentence = f"lacks {', '.join(lacking)}, which `identify` compares; add it"
+        reader.problems.add(reader.place(CHANNELS), CHANNELS, sentence)
     saved = reader.values.get("save.revolutions") or 2.0
     if saved < LEAST_TURNS:
         sentence = f"found {saved:g}; `identify` needs at least {LEAST_TURNS} revolutions that a case saves"
@@ -229,7 +236,7 @@ class Turned(NamedTuple):
 def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turned]:
     """Return signals of a file over the crank angle; InputError where they are not enough.
 
-    rate : rad/s of the crank, None where it is not one number
+    rate : rad/s of the crank, or None if it is not one number
     """
     known: Mapping[str, str | None] = {signal.column: signal.unit for signal in signals}
     content = measured.read(file, known, others=True)

@@ -1,7 +1,7 @@
 """Clearance fits of holes and shafts: ISO 286-1:2010, standard tolerances and fundamental deviations of 10 to 500 mm.
 
-The tables are the standard's.  Its formulas, in annex B of the edition of 1988, give them before rounding only, which
-followed no one rule; they are what the tables are checked against.
+The tables are copied from the standard.  Its formulas (annex B of the 1988 edition) give them before rounding, which
+follows no single rule; the tables are checked against them.
 """
 
 import re
@@ -12,9 +12,9 @@ from typing import NamedTuple
 from ..language.errors import InputError, shown
 
 SMALLEST, LARGEST = 10, 500  # mm, both included
-_RANGES = (10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)  # mm, the last size of each
+_RANGES = (10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)  # mm, upper end of each range
 _FINE = (10, 14, 18, 24, 30, 40, 50, 65, 80, 100, 120, 140, 160, 180, 200, 225, 250, 280, 315, 355, 400, 450, 500)
-#: Standard tolerances in um: the grade, then one in each of _RANGES (table 1).
+#: Standard tolerances in um: the grade, then one for each of _RANGES (table 1).
 _TOLERANCES = """
 1  1   1.2  1.5  1.5  2    2.5  3.5  4.5  6    7    8
 2  1.5 2    2.5  2.5  3    4    5    7    8    9    10
@@ -53,7 +53,7 @@ _CLASS = re.compile(r"([A-Za-z]{1,2})(\d{1,2})")
 
 
 def _rows(table: str) -> dict[str, tuple[Fraction, ...]]:
-    """Return the rows of a table by the word that they begin with, in um."""
+    """Return the rows of a table, in um, by their first word."""
     rows = (line.split() for line in table.strip().splitlines())
     return {head: tuple(map(Fraction, numbers)) for head, *numbers in rows}
 
@@ -75,7 +75,7 @@ class Fit(NamedTuple):
 def fit(name: str, diameter: Fraction) -> Fit:
     """Return the fit called `name`, 'H7/f7', at a nominal `diameter` (mm).
 
-    Raises InputError where there is no such fit, or where its parts may not go together without force.
+    Raises InputError if there is no such fit, or if it has interference.
     """
     hole_class, slash, shaft_class = re.sub(r"\s", "", name).partition("/")
     if not slash or not hole_class[:1].isupper() or not shaft_class[:1].islower():
@@ -101,7 +101,7 @@ def fit(name: str, diameter: Fraction) -> Fit:
 def limits(tolerance_class: str, diameter: Fraction) -> tuple[Fraction, Fraction]:
     """Return the lower and the upper limit deviation (um) of a tolerance class, 'H7' of a hole or 'f7' of a shaft.
 
-    `diameter` in mm, from SMALLEST to LARGEST.  Raises InputError for a class that is not in the tables.
+    `diameter` in mm, from SMALLEST to LARGEST.  Raises InputError for a class that is missing from the tables.
     """
     match = _CLASS.fullmatch(tolerance_class)
     letter, grade = match.groups() if match else ("", "")
@@ -125,5 +125,5 @@ def limits(tolerance_class: str, diameter: Fraction) -> tuple[Fraction, Fraction
 
 
 def _at(row: tuple[Fraction, ...], diameter: Fraction) -> Fraction:
-    """Return the number of a row for a nominal diameter (mm)."""
+    """Return the entry of a row for a nominal diameter (mm)."""
     return row[bisect_left(_FINE if len(row) == len(_FINE) else _RANGES, diameter)]

@@ -1,4 +1,4 @@
-"""The keys that joints of several kinds have: their contact, their friction, the laws of both."""
+"""Keys that several kinds of joint share: contact, friction and their laws."""
 
 from ..contracts.case import Materials
 from ..contracts.catalogue import Catalogue, Field, Law
@@ -31,28 +31,31 @@ _ONSET = Word(
 
 
 def enter_numbers(tree: Shape, path: str, fields: tuple[Field, ...], *, sweep: bool = True) -> None:
-    """Enter keys that are in use whatever laws are chosen."""
+    """Add keys that are in use with any choice of laws."""
     for field in fields:
         tree[f"{path}.{field.name}"] = Number((Use(field),), sweep)
 
 
 def enter_friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
-    """Enter the friction of a joint."""
+    """Add the keys of friction in a joint."""
     tree[f"{path}.friction"] = Section("friction; left out: none", "optional")
     tree[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", sweep=True, noun="law")
     enter_laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
 
 
-def enter_preload(tree: Shape, path: str, catalogue: Catalogue) -> None:
-    """Enter the preload of a joint, which also acts without contact."""
-    text = "constant force on the joint, such as a seal's; its friction acts as a couple, friction x bearing_radius"
+_COUPLE = "constant force on the joint, such as a seal's; its friction acts as a couple, friction x bearing_radius"
+ALONG = "constant force on the block, such as a seal's; its friction acts along the guide"
+
+
+def enter_preload(tree: Shape, path: str, catalogue: Catalogue, text: str = _COUPLE) -> None:
+    """Add the keys of the preload of a pin, or of a guide, which also acts without contact."""
     laws = frozenset(law.name for law in catalogue.of("friction") if not law.remembers)
     use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))
     tree[f"{path}.friction.{PRELOAD}"] = Number((use,))
 
 
 def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "") -> None:
-    """Enter the normal force of a joint, or that at `contact`: its law, its elastic part, and the keys of both."""
+    """Add the keys of a joint's normal force, or of that at `contact`: law, elastic part, and parameters."""
     contact = contact or f"{path}.contact"
     elastic = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
     tree[contact] = Section("the normal force")
@@ -81,7 +84,7 @@ def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "
 
 
 def enter_material_name(tree: Shape, path: str, whose: str) -> None:
-    """Enter the key that names a material; the name may also be in place of the section."""
+    """Add the key that names a material; the name may also replace the section."""
     text = f"the name {whose}' material" if whose.endswith("s") else f"the name of the material {whose}"
     tree[f"{path}.{MATERIAL}"] = Name(
         tuple(MATERIALS), f"{text}, of `clearsweep list materials`; numbers next to it override its values"
@@ -89,7 +92,7 @@ def enter_material_name(tree: Shape, path: str, whose: str) -> None:
 
 
 def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
-    """Return the key of the elastic law: by default a journal's where all that this needs is there, no stiffness is."""
+    """Return the key of the elastic law; it defaults to JOURNAL if no stiffness is given but all that it needs is."""
     names = catalogue.names("elastic")
     plain = Word(names, "the stiffness law", "power", sweep=True, noun="law")
     if JOURNAL not in names:
@@ -106,7 +109,7 @@ def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
 
 
 def enter_thermal(tree: Shape, path: str) -> None:
-    """Enter the heat balance of a dry joint."""
+    """Add the keys of a dry joint's heat balance."""
     thermal = f"{path}.thermal"
     text = "heat balance of dry friction: temperature = ambient + mean friction power / conductance"
     tree[thermal] = Section(f"{text}; left out: the joint stays cold", "optional")
@@ -119,7 +122,7 @@ def enter_thermal(tree: Shape, path: str) -> None:
 
 
 def enter_laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:
-    """Enter the keys of laws among which `key` chooses; a key that several have means what the chosen one says."""
+    """Add the keys of the laws that `key` chooses from; the chosen law decides the meaning of a shared key."""
     for law in laws:
         for field in law.fields:
             use = Use(field, (*when, (f"{path}.{key}", frozenset((law.name,)))))
@@ -135,16 +138,16 @@ def enter_laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tu
 
 
 def moduli(joint: str) -> tuple[str, ...]:
-    """Return the paths of a joint that give the modulus of its wear's pressure."""
+    """Return the paths in a joint that determine the modulus for wear pressure."""
     return f"{joint}.contact.material", f"{joint}.wear.pressure_modulus"
 
 
 def pointed(catalogue: Catalogue) -> tuple[Law, ...]:
-    """Return the laws that a point without a radius can have."""
+    """Return the contact laws that suit a point without a radius."""
     return tuple(law for law in catalogue.laws if law.family != "elastic" or not law.needs)
 
 
 def first_onset(tree: Shape, contact: str) -> Word:
-    """Return the key `onset` where the mass that takes part in an impact is not known."""
+    """Return the key `onset` for contacts whose effective impact mass is unknown."""
     text = "how long damping depends on the onset rate of a contact: to its end"
     return word_key(tree, f"{contact}.onset")._replace(options=("first",), default="first", text=text)

@@ -1,4 +1,4 @@
-"""The JSON Schema of grid files, made of the keys there are."""
+"""The JSON Schema of grid files, generated from the key table."""
 
 from typing import Any
 
@@ -12,7 +12,10 @@ from .defined import TEXT as TEXT_OF_DEFINE
 from .fits import SPREADS
 from .identified import FEATURES, IDENTIFY
 from .key_trees import key_trees
-from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
+from .keys import ITEMS, Flag, Name, NameList, Number, Section, Shape, Table, Word
+from .labels import LONGEST, RESERVED
+from .law_check import CHECK
+from .law_check import TEXT as CHECK_TEXT
 from .naming import MATERIAL
 from .optimised import AMONG, SENSES, WHOLE
 from .refine import ALONG
@@ -21,6 +24,7 @@ from .seek import ENDS, FOR
 from .uncertain import FACTOR, LARGEST, PUBLISHED, TEXT, UNCERTAIN
 
 _ADDED = {"type": "object", "description": "cases added before, as run.json keeps them"}
+_CHECKED = {"type": "object", "additionalProperties": False, "properties": {ADDED: _ADDED}}
 _NAME = {"fit": {"type": "string", "description": "a clearance fit of ISO 286, such as H7/f7"}}
 _FIT: dict[str, Any] = {
     "type": "object",
@@ -44,7 +48,7 @@ _FIGURES = {
 
 
 def schema(catalogue: Catalogue) -> dict[str, Any]:
-    """Return the JSON Schema (2020-12) of a grid file, for editors: keys, words, units and meanings."""
+    """Return the JSON Schema (2020-12) of grid files for editors: keys, words, units and descriptions."""
 
     def axes(text: str) -> dict[str, Any]:
         return {
@@ -80,6 +84,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             UNCERTAIN: _uncertain(),
             "seek": _seek(),
             "refine": _refine(),
+            CHECK: {"description": CHECK_TEXT, "anyOf": [{"type": "boolean"}, _CHECKED]},
             "optimise": _optimise(),
             IDENTIFY: _identify(),
         }
@@ -87,7 +92,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
         for key, value in chosen_by.items():
             top["properties"]["mechanism"]["properties"][key] = {"const": value}
         schemas.append((top, chosen_by))
-    chosen = schemas[0][0]  # what an editor offers before a type is written
+    chosen = schemas[0][0]  # editors offer these keys before a type is written
     for top, chosen_by in schemas[1:]:
         named = {key: {"const": value} for key, value in chosen_by.items()}
         kind = {"required": [*named], "properties": named}
@@ -106,6 +111,7 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
                 "anyOf": [
                     {"type": "array", "minItems": 1},
                     _FITS,
+                    _labels(),
                     *(
                         {
                             "type": "object",
@@ -121,8 +127,19 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
     }
 
 
+def _labels() -> dict[str, Any]:
+    """Return the schema of an axis whose values have labels."""
+    return {
+        "type": "object",
+        "description": "label -> value",
+        "minProperties": 1,
+        "propertyNames": {"not": {"enum": list(RESERVED)}, "maxLength": LONGEST},
+        "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, _FIT]},
+    }
+
+
 def _bounds() -> dict[str, Any]:
-    """Return the schema of a limit that is written as a section."""
+    """Return the schema of a limit written as a section."""
     properties = {kind: {"$ref": "#/$defs/quantity"} for kind in KINDS} | {"times": {"type": "string"}}
     return {"type": "object", "properties": properties, "additionalProperties": False, "minProperties": 1}
 
@@ -254,7 +271,7 @@ def _sample() -> dict[str, Any]:
 
 
 def _object(tree: Shape, path: str) -> dict[str, Any]:
-    """Return the schema of the section at `path`, '' for the whole."""
+    """Return the schema of the section at `path`, '' for the whole file."""
     properties: dict[str, Any] = {}
     required: list[str] = []
     either: list[list[str]] = []
@@ -265,7 +282,7 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
         if isinstance(node, Section):
             properties[key] = _items(tree, inner, node) if node.items else _section(tree, inner, node)
         elif isinstance(node, Word):
-            named = any(ANY in option for option in node.options)  # a user chooses what it may be
+            named = any(ANY in option for option in node.options)  # the user chooses the keys
             properties[key] = {"description": node.text} | (
                 {"type": "string"} if named else {"enum": list(node.options)}
             )
@@ -274,6 +291,9 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
             properties[key] = {"description": node.text, "enum": list(node.options)}
         elif isinstance(node, Table):
             properties[key] = _table(node)
+        elif isinstance(node, NameList):
+            names = {"type": "array", "items": {"type": "string"}, "minItems": 1}
+            properties[key] = {"description": f"{node.text}; such as {node.example}", **names}
         elif isinstance(node, Flag):
             properties[key] = {"description": node.text, "type": "boolean", "default": bool(node.default)}
         else:
@@ -287,7 +307,7 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
         if isinstance(node, Section) and node.need == "required" and key != ANY:
             required += [] if node.unless else [key]
             either += [[key, node.unless]] if node.unless else []
-    others = {ANY: False} | properties  # whatever a user names is like what represents it
+    others = {ANY: False} | properties  # every user-defined name has the schema of the placeholder
     whole = {"type": "object", "additionalProperties": others.pop(ANY), "properties": others}
     whole |= {"required": required} if required else {}
     for pair in either:
@@ -308,7 +328,7 @@ def _section(tree: Shape, path: str, node: Section) -> dict[str, Any]:
 
 
 def _items(tree: Shape, path: str, node: Section) -> dict[str, Any]:
-    """Return the schema of a list of quantities or names, or of a single quantity where one may be for it."""
+    """Return the schema of a list of quantities or names, or of the single quantity that may replace it."""
     first, count = tree[f"{path}.0"], node.items
     number = ITEMS[count]
     size = {"type": "array", "minItems": count, "maxItems": count}
@@ -324,7 +344,7 @@ def _items(tree: Shape, path: str, node: Section) -> dict[str, Any]:
 
 
 def _table(node: Table) -> dict[str, Any]:
-    """Return the schema of a table: the name of a file, or its columns."""
+    """Return the schema of a table: a file name, or columns."""
     over, values = (", ".join(f"{field.name} ({field.unit})" for field in fields) for fields in node.columns[2:4])
     lists = {"type": "object", "minProperties": 2, "additionalProperties": {"type": "array", "minItems": 2}}
     return {
@@ -334,7 +354,7 @@ def _table(node: Table) -> dict[str, Any]:
 
 
 def _described(node: Number) -> str:
-    """Return what a quantity is, law by law where that differs, with range, default and an example."""
+    """Return the description of a quantity, by law where it differs, with range, default and an example."""
     lines = []
     for field, when in node.uses:
         laws = f"{', '.join(sorted(when[-1][1]))}: " if when else ""

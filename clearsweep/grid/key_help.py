@@ -1,4 +1,4 @@
-"""What `clearsweep list KEY` prints of a key of grid files: from the same rows as the page of all keys."""
+"""The text that `clearsweep list KEY` prints, from the same rows as the page of all keys."""
 
 import re
 import textwrap
@@ -10,15 +10,15 @@ from . import choosing
 from .reference import Part, Row, parts
 from .sampling import METHODS
 
-WIDTH = 96  # characters of a line
+WIDTH = 96  # characters in a line
 _INDENT = 12  # characters before the second column
-_JOINT, _LOAD = "rod-slider", "press"  # what NAME is in an example
+_JOINT, _LOAD = "rod-slider", "press"  # replaces NAME in an example
 
 
 def key_text(name: str, catalogue: Catalogue) -> str | None:
-    """Return what a grid may contain at `name`, a path or the end of one; None where no key is called so.
+    """Return the description of the key `name`, a path or the end of one, or None if there is no such key.
 
-    A path of a grid (`joints.rod-slider.clearance`) and of the page of keys (`joints.NAME.clearance`) are the same.
+    Paths of a grid (`joints.rod-slider.clearance`) and of the page (`joints.NAME.clearance`) both match.
     """
     sections = parts(catalogue)
     keys = [(path, row) for part in sections for path in part.paths for row in part.rows]
@@ -27,7 +27,7 @@ def key_text(name: str, catalogue: Catalogue) -> str | None:
     rows = [(_length([*path.split("."), *row.key.split(".")], wanted), path, row) for path, row in keys]
     exact = any(length == "all" for length in (*places.values(), *(length for length, *_ in rows)))
     fitting = ("all",) if exact else ("all", "end")
-    blocks: dict[str, list[str]] = {}  # text -> the paths to which it belongs
+    blocks: dict[str, list[str]] = {}  # text -> its paths
     for part in sections:
         if own := [path for path in part.paths if places[path] in fitting]:
             blocks.setdefault(_section(part), []).extend(_named(path, wanted) for path in own)
@@ -47,7 +47,7 @@ def key_text(name: str, catalogue: Catalogue) -> str | None:
 
 
 def key_names(catalogue: Catalogue) -> tuple[str, ...]:
-    """Return the last words of all paths that `key_text` knows, and the sections."""
+    """Return the last parts of all paths that `key_text` accepts, and the sections."""
     sections = parts(catalogue)
     paths = [path for part in sections for path in part.paths]
     words = [path.rpartition(".")[2] for path in paths] + [row.key for part in sections for row in part.rows]
@@ -56,7 +56,7 @@ def key_names(catalogue: Catalogue) -> tuple[str, ...]:
 
 
 def _length(path: list[str], wanted: list[str]) -> str:
-    """Return whether a name is 'all' of a path, where NAME is any word, or its 'end', or '' neither."""
+    """Return 'all' if a name matches a whole path, with any word for NAME, 'end' if it matches its end, else ''."""
     if wanted == path[-len(wanted) :]:
         return "all" if len(wanted) == len(path) else "end"
     whole = len(wanted) == len(path) and all(known in (word, ANY) for word, known in zip(wanted, path, strict=True))
@@ -64,7 +64,7 @@ def _length(path: list[str], wanted: list[str]) -> str:
 
 
 def _named(path: str, wanted: list[str]) -> str:
-    """Return a path of the page with the names that were asked for in the place of NAME."""
+    """Return a path of the page with the requested names in place of NAME."""
     words = path.split(".")
     if len(words) == len(wanted):
         words = [there if known == ANY else known for known, there in zip(words, wanted, strict=True)]
@@ -72,7 +72,7 @@ def _named(path: str, wanted: list[str]) -> str:
 
 
 def _section(part: Part) -> str:
-    """Return what a section is, and a line for each of its keys."""
+    """Return the description of a section, and a line for each of its keys."""
     wide = max(len(row.key) for row in part.rows) + 2
     lines = [
         textwrap.fill(_plain(row.text), WIDTH, initial_indent=f"  {row.key:{wide}}", subsequent_indent=" " * (wide + 2))
@@ -82,7 +82,7 @@ def _section(part: Part) -> str:
 
 
 def _key(row: Row) -> str:
-    """Return all that is known of a key but an example, a line each."""
+    """Return the facts about a key, one a line, without an example."""
     facts = {
         "meaning": _plain(row.text),
         "unit": " or ".join(unit or "1" for unit in row.units) if any(row.units) else "",
@@ -93,7 +93,7 @@ def _key(row: Row) -> str:
 
 
 def _example(path: str, row: Row, wanted: list[str]) -> str:
-    """Return the key as a grid may have it, '' where what is written there depends on the grid."""
+    """Return an example of the key in a grid, or '' if its value depends on the grid."""
     value = row.example or (row.options[0] if row.options else "true" if row.allowed.startswith("`true`") else "")
     if not value:
         return ""
@@ -104,7 +104,7 @@ def _example(path: str, row: Row, wanted: list[str]) -> str:
 
 
 def _choosing(name: str, catalogue: Catalogue) -> Iterator[str]:
-    """Yield what is known of a section that chooses cases, or of its keys."""
+    """Yield the description of a section that chooses cases, or of its keys."""
     texts = choosing.sections(catalogue)
     above, _, key = name.rpartition(".")
     if name in texts:
@@ -127,7 +127,7 @@ def _choosing(name: str, catalogue: Catalogue) -> Iterator[str]:
 
 
 def _line(head: str, text: str) -> str:
-    """Return a fact with its name in front."""
+    """Return a fact as a line that begins with its name."""
     return textwrap.fill(
         text,
         WIDTH,
@@ -139,5 +139,5 @@ def _line(head: str, text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return a text of the page without its Markdown."""
+    """Return a text of the page without Markdown."""
     return re.sub(r"\[(.*?)\]\(.*?\)", r"\1", text).translate(str.maketrans("", "", "`*"))

@@ -1,10 +1,11 @@
-"""What a grid file may contain: every key with its unit, range, default and meaning."""
+"""The key table of grid files: every key with its unit, range, default and meaning."""
 
 from ..contracts.catalogue import Catalogue, Field, JointSite, Keys, Mechanism, sized
 from ..contracts.layout import settling
 from ..contracts.outline import ANY
 from . import life_keys
 from .joint_keys import (
+    ALONG,
     enter_contact,
     enter_friction,
     enter_laws,
@@ -18,6 +19,7 @@ from .joint_keys import (
 from .keys import Flag, Name, Number, Rather, Section, Shape, Table, Use, Word, word_key
 from .library import PAIRS
 from .naming import LAW, PAIR
+from .save_keys import enter_save
 from .spatial_keys import flanged, through
 from .surface_keys import enter_film, enter_roughness
 
@@ -75,11 +77,7 @@ _SLOT = (
     Field("slot_length", "m", "length of the slot between the centres of its rounded ends", low_open=False),
     Field("length", "m", "length along the pin; wear needs it", optional=True),
 )
-_ON_FLAT = "hertz-line"  # the pressure of wear in a slot: others are of a journal in a bearing
-_STICKING_GUIDE = (
-    "a guide with clearance touches at up to four corners, which would share one sticking force; take lugre or "
-    "elasto-plastic, which stick by their bristles, or a guide without clearance under a load with this friction"
-)
+_ON_FLAT = "hertz-line"  # the pressure law of wear in a slot; others assume a journal in a bearing
 _TIME_LIMIT = Field(
     "time_limit",
     "s",
@@ -147,32 +145,6 @@ _ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store t
 _IMPACTS = Field(
     "impacts", "1", "impacts after which the run ends", 1, 1e9, low_open=False, high_open=False, default=10, whole=True
 )
-_SAMPLES = Field(
-    "samples",
-    "1",
-    "samples per revolution; of an impact-pair: per run",
-    1,
-    1e7,
-    low_open=False,
-    high_open=False,
-    default=720,
-    whole=True,
-)
-_SAVED = Field(
-    "revolutions", "1", "number of last revolutions that `last` saves; default 2, or all if fewer", optional=True
-)
-_WORST = Field(
-    "worst",
-    "1",
-    "number of cases with the largest force_peak_ratio whose revolution of the largest peak is saved",
-    1,
-    1000,
-    low_open=False,
-    high_open=False,
-    optional=True,
-    whole=True,
-)
-_ORBITS = Word(("none", "last", "all"), "which time histories are saved", "last")
 _METHOD = Word(
     ("auto", "explicit", "implicit"),
     "explicit Runge-Kutta, implicit Radau IIA, or automatic choice",
@@ -181,7 +153,7 @@ _METHOD = Word(
 
 
 def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
-    """Return every dotted path that a grid of this mechanism may contain, sections before what they hold."""
+    """Return every dotted path that a grid of this mechanism may contain, sections before their keys."""
     kinds = tuple(each.name for each in catalogue.mechanisms)
     tree: Shape = {"mechanism": Section("the bodies"), "mechanism.type": Word(kinds, "which mechanism")}
     for keys in mechanism.keys:
@@ -204,12 +176,12 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
         life_keys.add_keys(tree)
     if mechanism.free:
         enter_numbers(tree, "simulate", (_TIME_LIMIT,), sweep=False)
-        del tree["simulate.horizon"]  # disturbed, a free crank turns at another speed: the two are not compared
+        del tree["simulate.horizon"]  # a disturbed free crank turns at another speed, so two motions cannot be compared
     return tree
 
 
 def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
-    """Enter a section of a mechanism."""
+    """Add the keys of a section of a mechanism."""
     if keys.path not in tree:
         tree[keys.path] = Section(keys.text, keys.need, keys.items, keys.alone)
     for name, text in keys.flags:
@@ -217,7 +189,7 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
     for choice in keys.words:
         tree[f"{keys.path}.{choice.name}"] = Word(choice.options, choice.text, choice.default)
     if keys.family:
-        sticks = bool(keys.given)  # what does not depend on the reactions may stick
+        sticks = bool(keys.given)  # friction that does not depend on reactions may stick
         usable = tuple(law for law in catalogue.of(keys.family) if not law.remembers or (sticks and law.sticks))
         usable = tuple(sized(law, keys.given) for law in usable) if keys.given else usable
         names = tuple(law.name for law in usable)
@@ -229,7 +201,7 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
 
 
 def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...]) -> None:
-    """Enter how long to run what turns, and what to save of it; `until` can judge some figures, and no `others`."""
+    """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts `figures`, but no `others`."""
     tree["simulate"] = Section("how long, how exactly and from where", "implied")
     enter_numbers(tree, "simulate", _SIMULATE)
     tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
@@ -241,23 +213,21 @@ def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...])
     text = "the column of the summary with the 95 % interval in question"
     tree["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(others, _NO_INTERVAL))
     enter_numbers(tree, "simulate.until", _UNTIL, sweep=False)
-    tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
-    enter_numbers(tree, "save", (_SAVED, _SAMPLES, _WORST), sweep=False)
+    enter_save(tree, turns=True)
 
 
 def _impacts(tree: Shape) -> None:
-    """Enter how long to run what does not turn, and what to save of it."""
+    """Add the keys of `simulate` and `save` for mechanisms that do not turn."""
     tree["simulate"] = Section("how long and how exactly", "implied")
     enter_numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
     enter_numbers(tree, "simulate", (life_keys.TIME_BUDGET,), sweep=False)
     tree["simulate.method"] = _METHOD
     tree["simulate.error_check"] = _ERROR_CHECK
-    tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
-    enter_numbers(tree, "save", (_SAMPLES,), sweep=False)
+    enter_save(tree, turns=False)
 
 
 def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter a gap on a line, which has clearance always."""
+    """Add the keys of a gap on a line, which always has clearance."""
     tree[path] = Section("the gap between the bodies")
     enter_numbers(tree, path, (Field("clearance", "m", "half the gap in all"),))
     enter_contact(tree, path, catalogue)
@@ -271,7 +241,7 @@ def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
 
 
 def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter a revolute joint with clearance."""
+    """Add the keys of a revolute joint with clearance."""
     tree[path] = Section("a revolute joint with clearance", "optional")
     enter_numbers(
         tree,
@@ -293,7 +263,7 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
 
 
 def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
-    """Enter the wear of a joint."""
+    """Add the keys of a joint's wear."""
     wear = f"{path}.wear"
     tree[wear] = Section("wear; left out: none is computed", "optional")
     tree[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
@@ -326,7 +296,7 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
 
 
 def _coefficients(tree: Shape, path: str, fields: tuple[Field, ...]) -> None:
-    """Enter wear coefficients, which have a unit, or are dimensionless next to a hardness."""
+    """Add wear coefficients, which have a unit unless a hardness makes them dimensionless."""
     unit = f"{path.removesuffix('.running_in')}.coefficient_unit"
     for field in fields:
         number = field._replace(unit="1", low_open=False)
@@ -335,37 +305,33 @@ def _coefficients(tree: Shape, path: str, fields: tuple[Field, ...]) -> None:
 
 
 def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter a prismatic joint with clearance: a block between two walls."""
+    """Add the keys of a prismatic joint with clearance: a block between two walls."""
     tree[path] = Section("a prismatic joint with clearance, a block between two walls", "optional")
     enter_numbers(tree, path, _GUIDE)
     enter_contact(tree, path, catalogue._replace(laws=pointed(catalogue)))
     for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
         del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
-    enter_friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.sticks)))
-    refused = {law.name: _STICKING_GUIDE for law in catalogue.of("friction") if law.sticks}
-    friction = tree[f"{path}.friction.law"]
-    assert isinstance(friction, Word)
-    tree[f"{path}.friction.law"] = friction._replace(refused=refused)
+    enter_friction(tree, path, catalogue)
+    enter_preload(tree, path, catalogue, ALONG)
 
 
 def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter a pin in a straight slot, which always has clearance."""
+    """Add the keys of a pin in a straight slot, which always has clearance."""
     tree[path] = Section("a pin in a straight slot with rounded ends")
     enter_numbers(tree, path, _SLOT)
     enter_contact(tree, path, catalogue._replace(laws=pointed(catalogue)))
     for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
         del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
-    enter_friction(tree, path, catalogue._replace(laws=tuple(law for law in catalogue.laws if not law.remembers)))
+    enter_friction(tree, path, catalogue)
     laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _ON_FLAT)
     _wear(tree, path, catalogue._replace(laws=laws))
-    del tree[f"{path}.wear.evolve"]
     tree[f"{path}.wear.pressure"] = Word((_ON_FLAT,), "the pressure of the pin on a flat wall or a round end", _ON_FLAT)
 
 
 def _either(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter a joint of which the grid says whether it is a pin or a guide: all keys of both."""
+    """Add the keys of a joint that the grid declares as a pin or a guide: all keys of both."""
     _revolute(tree, path, site, catalogue)
     tree[path] = Section("a joint with clearance", "optional")
     enter_numbers(
@@ -375,15 +341,15 @@ def _either(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
 
 
 def _through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter a revolute joint in space, without flanges, and its wear."""
+    """Add the keys of a spatial revolute joint without flanges, and of its wear."""
     through(tree, path, site, catalogue)
     _wear(tree, path, catalogue)
-    del tree[f"{path}.wear.evolve"]  # shapes act in the plane alone
+    del tree[f"{path}.wear.evolve"]  # worn shapes affect contact only in the plane
     enter_numbers(tree, f"{path}.wear", (_LENGTH_BINS,), sweep=False)
 
 
 def _flanged(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter the same with flanges."""
+    """Add the keys of a spatial revolute joint with flanges."""
     _through(tree, path, site, catalogue)
     flanged(tree, path, catalogue)
 

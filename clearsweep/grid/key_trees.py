@@ -1,4 +1,4 @@
-"""Every key that any grid may contain, mechanism by mechanism: what lists of keys are made of."""
+"""Every key that any grid may contain, by mechanism: the source of all lists of keys."""
 
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from .keys import Shape
 
 
 def full_shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
-    """Return every dotted path that any grid of this mechanism may contain, NAME standing for what it names."""
+    """Return every dotted path that a grid of this mechanism may contain, with NAME for user-defined names."""
     if not mechanism.outlined:
         return shape(mechanism, catalogue)
     complete = mechanism.outlined(EVERYTHING)
@@ -18,16 +18,16 @@ def full_shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
 
 
 class KeyTree(NamedTuple):
-    """All that a grid of a mechanism may contain, in the plane or in space."""
+    """The keys of a mechanism, in the plane or in space."""
 
     mechanism: str  # its name
     keys: Shape
-    joints: Mapping[str, str]  # those that may have clearance -> kind, as in `JointSite`
+    joints: Mapping[str, str]  # joints that may have clearance -> kind, as in `JointSite`
     spatial: bool = False
 
 
 def key_trees(catalogue: Catalogue, *, slots: bool = False) -> Iterator[KeyTree]:
-    """Yield the keys of all mechanisms, NAME standing for what a grid names; with `slots` also those of a slot."""
+    """Yield the keys of all mechanisms, with NAME in place of user-defined names; with `slots` also those of a slot."""
     for mechanism in catalogue.mechanisms:
         complete = mechanism.outlined(EVERYTHING) if mechanism.outlined else mechanism
         kinds = {site.name: site.kind for site in complete.joints}

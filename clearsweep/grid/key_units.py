@@ -1,4 +1,4 @@
-"""The SI unit of every number of a grid, by the key table: what a value alone does not say."""
+"""The SI unit of every number of a grid, from the key table."""
 
 from collections.abc import Mapping
 
@@ -9,13 +9,13 @@ from .keys import Number, Word
 from .outlining import outline_of
 from .resolve import leaves
 
-VARIATIONS = ("sweep", "zip", "cases")  # sections of a resolved grid that hold dotted path -> values
+VARIATIONS = ("sweep", "zip", "cases")  # sections of a resolved grid with dotted path -> values
 
 
 def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
-    """Return dotted path -> SI unit of every number in use in a grid that `Grid.resolved` gave.
+    """Return dotted path -> SI unit of every number in use in the result of `Grid.resolved`.
 
-    A number that belongs to a law which the catalogue does not know has none.
+    Numbers of a law that is missing from the catalogue have no unit.
     """
     mechanism = catalogue.outlined(resolved["mechanism"]["type"], outline_of(resolved, _varied(resolved)))
     keys = shape(mechanism, catalogue) if mechanism else {}
@@ -36,14 +36,14 @@ def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
 
 
 def _varied(resolved: Mapping) -> dict:
-    """Return path -> values of what a resolved grid varies."""
+    """Return path -> values of the varied keys of a resolved grid."""
     return {path: values for way in VARIATIONS for path, values in (resolved.get(way) or {}).items()}
 
 
 def unit(node: Number, names: Mapping[str, frozenset[str]], exponent: float | None) -> str:
-    """Return the SI unit of a number with the law names in play, 'A or B' where they differ; '' if none is in use.
+    """Return the SI unit of a number with the law names in use, 'A or B' where they differ, or '' if none is in use.
 
-    `exponent` is the value of the key `exponent` next to it, None where there is none or it varies.
+    `exponent` is the value of the key `exponent` next to it, or None if there is none or it varies.
     """
     written = [field.unit for field in node.fields(names)]
     exact = written if exponent is None else [quantity.exponent_of(name, exponent) for name in written]
@@ -51,6 +51,6 @@ def unit(node: Number, names: Mapping[str, frozenset[str]], exponent: float | No
 
 
 def _default(node: object, names: Mapping[str, frozenset[str]]) -> float | None:
-    """Return the default of a key that is not written, None where it is no number or has no default."""
+    """Return the default of a missing key, or None if it has no numeric default."""
     fields = node.fields(names) if isinstance(node, Number) else ()
     return fields[0].default if fields else None

@@ -1,14 +1,13 @@
-"""The keys of `life`: how long a case is to wear, how closely that is extrapolated, and what it asks of other keys."""
+"""The keys of `life`: its limit, the accuracy of its extrapolation, and the checks against other keys."""
 
 from ..contracts.catalogue import Field
 from .keys import Number, Section, Shape, Use, Word
 from .reader import Reader
 
-_SLOT = "the wear of a slot is computed, but nothing judges its shape; name another joint, or leave `life` out"
 LIFE = "life"
 OF = ("wear_depth_max", "clearance_growth")
-SHALLOW = 0.1  # of the bearing's radius: what is worn off deeper is no small change of its shape
-WHOLE = 1e-9  # revolutions: how near to a whole number of them a block has to be
+SHALLOW = 0.1  # of the bearing radius; deeper wear is no longer a small change of shape
+WHOLE = 1e-9  # revolutions; tolerance on a whole number of them
 _PATH = "simulate.time_budget"
 TIME_BUDGET = Field(
     "time_budget",
@@ -57,15 +56,12 @@ _FIELDS = (
 
 
 def add_keys(tree: Shape) -> None:
-    """Enter the section where anything may wear, revolution by revolution."""
+    """Add the section to mechanisms with wear and revolutions."""
     wearing = tuple(path.split(".")[1] for path in tree if path.startswith("joints.") and path.endswith(".wear"))
     if not wearing or "simulate.revolutions" not in tree:
         return
     tree[LIFE] = Section("wear on until a limit is reached, by jumps from block to block of revolutions", "optional")
-    keys = {name: [f"joints.{name}.{key}" in tree for key in ("slot_length", "height")] for name in wearing}
-    slots = {name: _SLOT for name, there in keys.items() if there == [True, False]}  # a joint of any kind has both
-    judged_joints = tuple(name for name in wearing if name not in slots)
-    tree[f"{LIFE}.joint"] = Word(judged_joints, "the joint that is judged; it needs `wear`", refused=slots)
+    tree[f"{LIFE}.joint"] = Word(wearing, "the joint that is judged; it needs `wear`")
     tree[f"{LIFE}.of"] = Word(
         OF,
         "the depth of the deepest bin of either body, or the largest increase of the eccentricity at first touch",
@@ -76,14 +72,14 @@ def add_keys(tree: Shape) -> None:
 
 
 def put_patience(reader: Reader) -> None:
-    """Take its default from the time that a case may take where that is a life."""
+    """Set the default of `patience` from the time budget of a case with a life."""
     if LIFE in reader.shape and _PATH in reader.shape:
         field = TIME_BUDGET._replace(default=None, optional=True)
         reader.shape[_PATH] = Number((Use(field),), sweep=False)
 
 
 def check(reader: Reader) -> None:
-    """Note what does not fit together with `life`."""
+    """Report keys that conflict with `life`."""
     if LIFE not in reader.shape:
         return
     joint = reader.values.get(f"{LIFE}.joint")
@@ -101,7 +97,7 @@ def check(reader: Reader) -> None:
 
 
 def _joint(reader: Reader, joint: str) -> None:
-    """Check that the joint that is judged wears, and that its limit is a small change of its shape."""
+    """Check that the limited joint wears, and that its limit is a small change of shape."""
     path, own = f"{LIFE}.joint", f"joints.{joint}"
     if own not in reader.shape:
         wearing = [name.split(".")[1] for name in reader.shape if name.startswith("joints.") and name.endswith(".wear")]
@@ -125,7 +121,7 @@ def _joint(reader: Reader, joint: str) -> None:
 
 
 def _blocks(reader: Reader) -> None:
-    """Check that blocks are of whole revolutions, and that the longest is not the shorter."""
+    """Check that blocks are whole revolutions, and that the longest is not below the shortest."""
     path = f"{LIFE}.max_revolutions"
     least, most = reader.reached("simulate.revolutions"), reader.reached(path)
     if least and most and min(most) < max(least):
@@ -149,7 +145,7 @@ def _blocks(reader: Reader) -> None:
 
 
 def _repeats(reader: Reader) -> None:
-    """Check that nothing drives or loads the mechanism in another way as time goes on."""
+    """Check that drive and loads repeat every revolution."""
     tables = {path: values for path, values in reader.values.items() if isinstance(values, dict)}
     for path, table in tables.items():
         if path.startswith(("drive.", "loads.")) and "time" in table:

@@ -1,4 +1,4 @@
-"""Reads `figures`, user-defined columns, and `limits` of columns."""
+"""Reads `figures` (user-defined columns) and `limits` of columns."""
 
 from typing import Any
 
@@ -8,14 +8,14 @@ from ..language.errors import InputError, nearest, shown
 from .document import WrittenValue
 from .reader import Reader
 
-SECTIONS = ("figures", "limits")  # of a grid file
+SECTIONS = ("figures", "limits")  # sections of a grid file
 _TIMES = "times"
 _LIMIT = "rod_slider_force_peak: 5 kN"
 _FIGURE = 'headroom: "1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)"'
 
 
 def read_into(reader: Reader, root: WrittenValue) -> None:
-    """Read both sections into the reader, whose columns are known."""
+    """Read both sections into the reader; its columns must be known."""
     units = dict(reader.figures)
     for name, written in _entries(reader, root, "figures", _FIGURE).items():
         taken = _taken(reader, name)
@@ -37,7 +37,7 @@ def read_into(reader: Reader, root: WrittenValue) -> None:
 
 
 def _entries(reader: Reader, root: WrittenValue, name: str, example: str) -> dict[str, WrittenValue]:
-    """Return what a section contains, {} where there is none."""
+    """Return the entries of a section, or {} if it is missing."""
     section = root.value.get(name) if isinstance(root.value, dict) else None
     if section is None:
         return {}
@@ -51,12 +51,12 @@ def _entries(reader: Reader, root: WrittenValue, name: str, example: str) -> dic
 
 
 def _unknown(name: str, units: dict[str, str]) -> str:
-    known = f" (known: {', '.join(units)})"  # a long list, of use where nothing is near
+    known = f" (known: {', '.join(units)})"  # a long list, shown only if no name is near
     return f"is no figure of this grid{nearest(name, units) or known}"
 
 
 def _taken(reader: Reader, name: str) -> str:
-    """Return why a user-defined figure cannot have this name, '' if it can."""
+    """Return why a user-defined figure cannot have this name, or '' if it can."""
     if name in reader.figures:
         return "is a column already; give the figure another name"
     if name in (EXCEEDED, MARGIN, "case_id", "status", "message", *expression.FUNCTIONS):
@@ -65,7 +65,7 @@ def _taken(reader: Reader, name: str) -> str:
 
 
 def _unreadable(text: Any, units: dict[str, str]) -> str:
-    """Return what is wrong with an expression, '' if nothing is."""
+    """Return what is wrong with an expression, or '' if nothing is."""
     if not isinstance(text, str):
         return f"found {shown(text)}; expected an expression of columns, in quotes, such as `{_FIGURE}`"
     try:
@@ -76,7 +76,7 @@ def _unreadable(text: Any, units: dict[str, str]) -> str:
 
 
 def _bounds(reader: Reader, column: str, written: WrittenValue, units: dict[str, str]) -> None:
-    """Read a limit that is written as a section: at_most, at_least, times."""
+    """Read a limit written as a section: at_most, at_least, times."""
     path, entries = f"limits.{column}", written.value
     known = (*KINDS, _TIMES)
     for key in entries:
@@ -103,7 +103,7 @@ def _bounds(reader: Reader, column: str, written: WrittenValue, units: dict[str,
 
 
 def quotient(unit: str, by: str) -> str:
-    """Return the SI unit of a quotient of two quantities, '1' where theirs is the same."""
+    """Return the SI unit of a quotient of two quantities, '1' for equal units."""
     if by in ("1", unit):
         return unit if by == "1" else "1"
     return expression.unit_of("a / b", {"a": unit, "b": by})

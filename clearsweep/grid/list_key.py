@@ -1,4 +1,4 @@
-"""Reads a section that is written as a list: of two or three quantities or names, or one quantity for all."""
+"""Reads a section written as a list of two or three quantities or names, or as one quantity for all."""
 
 from ..language.errors import shown
 from .axes import half_bare
@@ -8,10 +8,10 @@ from .reader import Reader
 
 
 def items(reader: Reader, written: WrittenValue, path: str, whole: Shape) -> dict[str, WrittenValue] | None:
-    """Return the items of the list at `path` by their places, None and a problem where they cannot be read."""
+    """Return the items of the list at `path` by index; None, with a problem, if they cannot be read."""
     section, content = whole[path], written.value
     assert isinstance(section, Section), path
-    if isinstance(content, dict):  # an override of one of them
+    if isinstance(content, dict):  # an override of a single item
         content = list(content.values())
     if section.alone and isinstance(content, (str, int, float)):
         return {str(k): _scaled(written, factor) for k, factor in enumerate(section.alone)}
@@ -25,7 +25,7 @@ def items(reader: Reader, written: WrittenValue, path: str, whole: Shape) -> dic
 
 
 def _listed(whole: Shape, path: str, section: Section) -> str:
-    """Return, in words, the list that is expected at `path`."""
+    """Return a description of the list expected at `path`."""
     first, count = whole.get(f"{path}.0"), ITEMS[section.items]
     if isinstance(first, Word):
         return f"a list of {count} names, such as [ground, crank]"
@@ -38,7 +38,7 @@ def _listed(whole: Shape, path: str, section: Section) -> str:
 
 
 def _scaled(written: WrittenValue, factor: int) -> WrittenValue:
-    """Return a quantity as it is written, times 1, 0 or -1."""
+    """Return a written quantity times 1, 0 or -1."""
     value = written.value
     if factor == 0:
         value = 0

@@ -1,4 +1,4 @@
-"""The checks of user-defined machines: connections between bodies, drives and loads."""
+"""Checks of user-defined machines: connections between bodies, drives and loads."""
 
 from ..contracts.catalogue import Catalogue
 from ..contracts.outline import GROUND, JointOutline
@@ -30,17 +30,17 @@ def check(reader: Reader, catalogue: Catalogue) -> None:
             _flanges(reader, f"joints.{site.name}")
     for body in sorted(reader.outline.elastic):
         _elastic(reader, body)
-    _guides(reader, {law.name for law in catalogue.of("friction") if law.sticks})
+    _guides(reader)
 
 
 def _ends(reader: Reader, joint: JointOutline) -> tuple[str, str] | None:
-    """Return the bodies that a joint joins, None where these could not be read; its own problem is reported already."""
+    """Return the bodies that a joint connects, or None if they were unreadable and are already reported."""
     known = {body.name for body in reader.outline.bodies}
     return joint.bodies if known.issuperset(joint.bodies) else None
 
 
 def _bodies(reader: Reader) -> None:
-    """Check that there is a ground, that no joint joins a body with itself, and that every body is connected."""
+    """Check that there is a ground, that no joint connects a body with itself, and that every body is connected."""
     outline, section = reader.outline, "mechanism.bodies"
     if GROUND not in {body.name for body in outline.bodies}:
         sentence = "is missing; write the body that does not move, such as ground: {points: {main: [0 mm, 0 mm]}}"
@@ -72,7 +72,7 @@ def _bodies(reader: Reader) -> None:
 
 
 def _driven(reader: Reader) -> None:
-    """Check that what the drive turns is a body on the ground, by a joint without clearance."""
+    """Check that the driven body is on the ground, in a joint without clearance."""
     path = "mechanism.driven"
     joint = next((each for each in reader.outline.joints if each.name == reader.values.get(path)), None)
     ends = _ends(reader, joint) if joint else None
@@ -87,7 +87,7 @@ def _driven(reader: Reader) -> None:
 
 
 def _initial(reader: Reader) -> None:
-    """Check that a body whose start is written is fixed by no ideal joint, and that nothing else determines it."""
+    """Check that a body with a given initial state is determined by no ideal joint and nothing else."""
     for body in reader.outline.bodies:
         path = f"mechanism.bodies.{body.name}.initial"
         if not reader.there(path):
@@ -105,13 +105,13 @@ def _initial(reader: Reader) -> None:
 
 
 def _rubbing(reader: Reader, path: str, joint: str, given: str) -> None:
-    """Check that friction is in a joint without clearance, and has a radius, or a couple, in a pin."""
+    """Check that friction acts in a joint without clearance and, in a pin, has a radius or a couple."""
     site = next((site for site in reader.mechanism.joints if site.name == joint), None)
     if site is None:
         return
     if joint in reader.outline.clearances:
         rest = f"write the friction as joints.{joint}.friction"
-        if given and site.kind != "guide":
+        if given and site.kind in ("revolute", "guide"):
             rest += ": {law, coefficient, ...}, and give it `preload`"
         sentence = f"{joint} has clearance; {rest}"
         reader.problems.add(reader.place(f"{path}.on"), f"{path}.on", sentence)
@@ -133,7 +133,7 @@ def _rubbing(reader: Reader, path: str, joint: str, given: str) -> None:
 
 
 def _elastic(reader: Reader, body: str) -> None:
-    """Check that an elastic link has a mass, two different points with a pin each, and nothing else on it."""
+    """Check that an elastic link has a mass, a pin at each of two different points, and nothing else attached."""
     section = f"mechanism.{'bodies.' if reader.outline.bodies else ''}{body}"
     path = f"{section}.elastic"
     if path not in reader.shape:
@@ -161,7 +161,7 @@ def _elastic(reader: Reader, body: str) -> None:
 
 
 def _sticking(reader: Reader, path: str, sticking: set[str]) -> None:
-    """Check that nothing sticks in a joint with clearance next to friction of a given size that sticks."""
+    """Check that no clearance joint uses sticking friction together with sticking friction of given size."""
     others = (other for other in reader.names if other.startswith("joints.") and other.endswith(".friction.law"))
     if reader.names.get(path, frozenset()) & sticking and any(reader.names[other] & sticking for other in others):
         sentence = "sticks, which is not available with a joint with clearance that also sticks; choose another law"
@@ -169,7 +169,7 @@ def _sticking(reader: Reader, path: str, sticking: set[str]) -> None:
 
 
 def _flanges(reader: Reader, joint: str) -> None:
-    """Check that a journal finds room between its flanges."""
+    """Check that a journal fits between its flanges."""
     longest, lengths = reader.reached(f"{joint}.journal_length"), reader.reached(f"{joint}.length")
     play = reader.reached(f"{joint}.axial_clearance")
     if not (longest and lengths and play) or max(longest) < min(lengths) + 2.0 * min(play):
@@ -181,8 +181,8 @@ def _flanges(reader: Reader, joint: str) -> None:
     reader.problems.add(reader.place(f"{joint}.journal_length"), f"{joint}.journal_length", sentence)
 
 
-def _guides(reader: Reader, sticking: set[str]) -> None:
-    """Check that what moves in an open guide can turn, and that nothing is next to it that is not known there."""
+def _guides(reader: Reader) -> None:
+    """Check that a body in an open guide can turn, and that the guide has no unsupported key."""
     for site in reader.mechanism.joints:
         path = f"joints.{site.name}"
         if site.kind not in ("guide", "slot") or not isinstance(reader.shape.get(path), Section):
@@ -195,12 +195,6 @@ def _guides(reader: Reader, sticking: set[str]) -> None:
         for other in worn if site.kind == "guide" else ():
             sentence = f"is not computed with clearance in {site.name}, a {site.kind}; leave it out"
             reader.problems.add(reader.place(other), other, sentence)
-        for other in (path for path in reader.names if path.endswith(".friction.law")):
-            for law in sorted(reader.names[other] & sticking):
-                sentence = (
-                    f"{law} sticks, which is not available with clearance in {site.name}, a {site.kind}; choose another"
-                )
-                reader.problems.add(reader.place(other), other, sentence)
         if "seated" in reader.reached("simulate.start"):
             sentence = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"
             reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)

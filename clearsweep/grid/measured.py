@@ -12,27 +12,27 @@ from .case_table import TableRow, head_of, rows_of_csv
 from .document import refuse_endless
 
 if TYPE_CHECKING:
-    import numpy as np  # loaded only where a file is read
+    import numpy as np  # imported only when a file is read
 
 LARGEST = 512 * 2**20  # bytes of a file
-OVER = {"crank_angle": "rad", "time": "s"}  # a file has one of these columns, in SI
-GAP = 3.0  # times the median step, from which on samples are missing
+OVER = {"crank_angle": "rad", "time": "s"}  # a file has exactly one of these columns; SI units
+GAP = 3.0  # times the median step; a longer step means missing samples
 LEAST_ROWS = 16
 
 
 class Measured(NamedTuple):
-    """What a file of measured signals contains, SI."""
+    """The content of a file of measured signals, in SI."""
 
     file: str
     over: str  # a key of OVER
     places: "np.ndarray"  # (n,) rad or s, ascending
-    signals: "dict[str, np.ndarray]"  # (n,) each, by the name in the head
+    signals: "dict[str, np.ndarray]"  # name in the header -> (n,) values
 
 
 def read(file: str | PathLike, units: Mapping[str, str | None], *, others: bool = False) -> Measured:
-    """Return the signals in a file whose SI units are `units` by name; InputError, with row and column.
+    """Return the signals in a file whose SI units are `units`, by name.  Raises InputError with row and column.
 
-    units : None for a unit that does not matter; others : there may be other columns, which are not read
+    units : None for an arbitrary unit; others : whether other columns are allowed, which are not read
     """
     import numpy as np
 
@@ -76,7 +76,7 @@ def read(file: str | PathLike, units: Mapping[str, str | None], *, others: bool 
 
 
 def _values(file: str, rows: list[TableRow], place: int, unit: str, wanted: str) -> list[float]:
-    """Return the numbers of a column in the unit `wanted`; InputError where one is none."""
+    """Return the numbers of a column in the unit `wanted`.  Raises InputError for anything but a number."""
     try:
         scale = quantity.read(f"1 {unit}", wanted) if unit else 1.0
     except InputError as error:
@@ -95,7 +95,7 @@ def _values(file: str, rows: list[TableRow], place: int, unit: str, wanted: str)
 
 
 def _check_steps(file: str, over: str, places: "np.ndarray", lines: list[int]) -> None:
-    """Raise InputError where the angle or the time does not ascend, or samples are missing."""
+    """Raise InputError if the angle or the time does not increase, or if samples are missing."""
     import numpy as np
 
     steps = np.diff(places)

@@ -1,4 +1,4 @@
-"""Puts numbers in place of the names of materials, oils and wear pairs; numbers next to a name stay."""
+"""Replaces the names of materials, oils and wear pairs by numbers; numbers next to a name take precedence."""
 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
@@ -8,30 +8,30 @@ from . import library
 from .document import Problems, WrittenValue
 from .library import Entry, Value
 
-MATERIAL, OIL, PAIR = "name", "oil", "pair"  # the keys under which a name is written
+MATERIAL, OIL, PAIR = "name", "oil", "pair"  # the keys that take a name
 BODIES = ("bearing", "journal")
 OF_MATERIAL = ("young", "poisson", "yield_strength")
-LAW = "archard"  # of wear, where a pair is named and no law is
+LAW = "archard"  # law of wear if a pair is named without a law
 _CONTACTS = ("contact", "axial")
 
 
 class Taken(NamedTuple):
-    """A number that is taken from a library."""
+    """A number taken from a library."""
 
-    path: str  # where it was put
+    path: str  # path in the grid
     name: str  # of the entry
     value: Value
 
 
 class _Named:
-    """What a document takes from the libraries."""
+    """The names in a document, and the numbers taken for them."""
 
     def __init__(self, problems: Problems):
         self.problems, self.taken = problems, list[Taken]()
-        self.materials: dict[str, Entry] = {}  # path -> what is named there
+        self.materials: dict[str, Entry] = {}  # path -> name of the entry
 
     def joint(self, path: str, joint: WrittenValue) -> WrittenValue:
-        """Return a joint with numbers in place of names."""
+        """Return a joint with its names replaced by numbers."""
         for contact in _CONTACTS:
             joint = _within(joint, f"{path}.{contact}", contact, self._contact)
         joint = _within(joint, f"{path}.film", "film", self._film)
@@ -39,7 +39,7 @@ class _Named:
         return _within(joint, f"{path}.wear", "wear", self._wear)
 
     def _thermal(self, path: str, thermal: WrittenValue) -> WrittenValue:
-        """Return a heat balance with the expansion of materials that are named."""
+        """Return a heat balance with the thermal expansion of named materials."""
         if not isinstance(thermal.value, dict):
             return thermal
         both = f"{path.rpartition('.')[0]}.contact.material"
@@ -64,7 +64,7 @@ class _Named:
         return _within(contact, f"{path}.material", "material", material)
 
     def _material(self, path: str, written: WrittenValue) -> WrittenValue:
-        """Return a material as a section: of a name alone, or of a section with one."""
+        """Return a material as a section, from a name or from a section with a name."""
         if isinstance(written.value, str):
             name, inside = written, dict[str, WrittenValue]()
         elif isinstance(written.value, dict) and MATERIAL in written.value:
@@ -98,7 +98,7 @@ class _Named:
         return _like(wear, self._filled(path, inside, entry, ("coefficient",), name))
 
     def _entry(self, known: Mapping[str, Entry], path: str, name: WrittenValue) -> Entry:
-        """Return the entry of a name; of a wrong one, which is noted, any: its numbers are never used."""
+        """Return the entry of a name; a wrong name is reported and gets any entry, whose numbers are never used."""
         if isinstance(name.value, str):
             try:
                 return library.entry(known, name.value)
@@ -113,7 +113,7 @@ class _Named:
     def _filled(
         self, path: str, inside: dict[str, WrittenValue], entry: Entry, keys: tuple[str, ...], name: WrittenValue
     ) -> dict[str, WrittenValue]:
-        """Return a section with the numbers of an entry that are not written in it, and note them."""
+        """Return a section completed by the numbers of an entry, and record these."""
         missing = [key for key in keys if key not in inside]
         self.taken += [Taken(f"{path}.{key}", entry.name, entry.values[key]) for key in missing]
         place = name.origin, name.line, name.column
@@ -121,7 +121,7 @@ class _Named:
 
 
 def put_numbers(root: WrittenValue, problems: Problems) -> tuple[WrittenValue, list[Taken]]:
-    """Return a document in which numbers represent names of the libraries, and what was taken."""
+    """Return the document with library names replaced by numbers, and the numbers taken."""
     named = _Named(problems)
 
     def joints(path: str, section: WrittenValue) -> WrittenValue:
@@ -135,7 +135,7 @@ def put_numbers(root: WrittenValue, problems: Problems) -> tuple[WrittenValue, l
 def _within(
     section: WrittenValue, path: str, key: str, change: Callable[[str, WrittenValue], WrittenValue]
 ) -> WrittenValue:
-    """Return a section in which the value of `key`, if it has one, is changed."""
+    """Return a section with the value of `key`, if any, changed."""
     if not isinstance(section.value, dict) or key not in section.value:
         return section
     changed = change(path, section.value[key])
@@ -143,7 +143,7 @@ def _within(
 
 
 def _like(written: WrittenValue, value: object) -> WrittenValue:
-    """Return another value at the same place."""
+    """Return a new value at the position of another."""
     return WrittenValue(value, written.origin, written.line, written.column, written.keys)
 
 

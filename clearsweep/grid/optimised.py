@@ -64,7 +64,7 @@ class Optimise(NamedTuple):
     objectives: tuple[tuple[str, bool], ...]  # column, and whether it is to be large
     cases: int
     seed: int
-    start: dict[str, Any]  # the values that the grid has written, {} where some are missing or outside
+    start: dict[str, Any]  # the values that the grid has written, or {} if some are missing or outside
 
     def first(self) -> list[tuple[Any, ...]]:
         """Return the values of the first round: what the grid has written, and points spread evenly."""
@@ -135,7 +135,7 @@ def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | 
 
 
 def read(reader: Reader, root: WrittenValue) -> Optimise | None:
-    """Return the section `optimise`, the axes being known; None if it is missing or wrong."""
+    """Return the section `optimise`, the axes being read already, or None if it is missing or wrong."""
     section = section_in(root, OPTIMISE)
     paths = [path for path, way in reader.way.items() if way == OPTIMISE]
     if section is None or not isinstance(section.value, dict) or not paths or not set(paths) <= reader.axes.keys():
@@ -154,7 +154,7 @@ def read(reader: Reader, root: WrittenValue) -> Optimise | None:
 
 
 def check_range(reader: Reader, path: str, section: str) -> None:
-    """Note a range that is upside down, and a path that cannot vary from case to case."""
+    """Report a range that is upside down, and a path that cannot vary from case to case."""
     values = reader.axes[path]
     if reader.choices[path] != AMONG and values[0] >= values[-1]:
         sentence = "the first value is not below the second; swap them"

@@ -1,4 +1,4 @@
-"""Finds the outline of a grid: form of its drive, loads, bodies and joints, as far as they can be read."""
+"""Finds the outline of a grid: the form of its drive, its loads, bodies and joints, as far as readable."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -8,12 +8,12 @@ from ..contracts.outline import SIZES, BodyOutline, JointOutline, LoadOutline, O
 from .document import WrittenValue
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
-MOST = 40  # bodies, points of a body, joints or loads: compiled code grows with them
+MOST = 40  # bodies, points of a body, joints or loads; compiled code grows with their number
 NAMING = "is no name; expected letters, digits, - and _ after a letter, at most 40 in all"
-DRIVES = ("speed", "torque", "motor")  # keys of `drive` of which there is one
+DRIVES = ("speed", "torque", "motor")  # keys of `drive`, of which a grid has exactly one
 _SECTIONS = ("mechanism", "drive", "loads", "joints")
 _OPEN = re.compile(r"loads|mechanism\.(bodies|joints|bodies\.[^.]+\.points)")
-_RESERVED = frozenset(  # groups and datasets of orbits.h5 besides those of bodies
+_RESERVED = frozenset(  # names that orbits.h5 already uses
     [
         "case_id",
         "crank_angle",
@@ -32,12 +32,12 @@ _RESERVED = frozenset(  # groups and datasets of orbits.h5 besides those of bodi
 
 
 def is_open(path: str) -> bool:
-    """Return whether a user chooses the keys of the section at `path`."""
+    """Return whether the keys of the section at `path` are user-defined names."""
     return bool(_OPEN.fullmatch(path))
 
 
 def outline_of(tree: Mapping[str, Any], swept: Iterable[str] = ()) -> Outline:
-    """Return the outline of a grid, of plain values in the shape of its file; `swept`: paths that are varied."""
+    """Return the outline of a grid given as plain values in the form of its file; `swept`: varied paths."""
     paths = set(swept)
     mechanism, drive = _section(tree.get("mechanism")), _section(tree.get("drive"))
     bodies = _section(mechanism.get("bodies"))
@@ -60,7 +60,7 @@ def outline_of(tree: Mapping[str, Any], swept: Iterable[str] = ()) -> Outline:
 
 
 def outline_of_document(root: WrittenValue) -> Outline:
-    """Return the outline of a grid as it is written."""
+    """Return the outline of a grid as written."""
     top = root.value if isinstance(root.value, dict) else {}
     tree = {key: _plain(top[key]) for key in _SECTIONS if key in top}
     ways = [_section(top[way].value) for way in ("sweep", "zip", "cases") if way in top]
@@ -71,7 +71,7 @@ def outline_of_document(root: WrittenValue) -> Outline:
 
 
 def wrong_names(path: str, names: Iterable[str]) -> Iterable[tuple[str, str]]:
-    """Yield the names in the open section at `path` that cannot be, each with what is wrong with it."""
+    """Yield the invalid names in the open section at `path`, each with the reason."""
     columns: dict[str, str] = {}
     for number, name in enumerate(names, start=1):
         column = name.replace("-", "_")
@@ -95,7 +95,7 @@ def _section(value: Any) -> Mapping[str, Any]:
 
 
 def _plain(written: WrittenValue) -> Any:
-    """Return a written value without its place."""
+    """Return a written value without its position."""
     if isinstance(written.value, dict):
         return {key: _plain(item) for key, item in written.value.items()}
     if isinstance(written.value, list):
@@ -104,7 +104,7 @@ def _plain(written: WrittenValue) -> Any:
 
 
 def _drive(drive: Mapping[str, Any], keys: set[str]) -> str:
-    """Return the form of a drive with these keys, or the likeliest."""
+    """Return the form of a drive with these keys, or the likeliest one."""
     if "motor" in keys:
         return "motor"
     if "torque" in keys or ("speed" not in keys and not keys.isdisjoint(("initial_speed", "inertia"))):
@@ -138,11 +138,11 @@ def _joint(name: str, section: Mapping[str, Any]) -> JointOutline:
 
 
 def _flanged(joints: Mapping[str, Any]) -> Iterable[str]:
-    """Yield the joints that are not said to be without flanges."""
+    """Yield the joints that are not declared to be without flanges."""
     return (name for name, content in joints.items() if _section(content).get("flange") is not False)
 
 
 def _pair(value: Any) -> tuple[str, str]:
-    """Return a list of two words, '' for each that is none."""
+    """Return two words, '' for anything that is not a word."""
     first, second = value if isinstance(value, list) and len(value) == 2 else ("", "")
     return (first if isinstance(first, str) else ""), (second if isinstance(second, str) else "")

@@ -1,4 +1,4 @@
-"""Shared content of the cases with the same law names: all but a few values, so that a further case costs little."""
+"""Shared content of cases with the same law names, so that creating a further case takes little time."""
 
 import hashlib
 import json
@@ -9,26 +9,26 @@ from typing import Any, NamedTuple
 from .. import MODEL_VERSION
 from .resolve import Shared
 
-Value = Any  # of a key: a number in SI, a word, True for a flag
+Value = Any  # value of a key: a number in SI, a word, True for a flag
 
-#: The sections that decide what a case is, next to `simulate`.
+#: The sections that, with `simulate`, decide the identity of a case.
 _IDENTITY = ("mechanism", "drive", "loads", "life", "uncertain", "joints")
-PATIENCE = "time_budget"  # of `simulate`: how long to wait for a case is no part of what it is
-#: Of both bodies, what a user writes, no key of a case -> the keys that follow from it: below `wear`.
+PATIENCE = "time_budget"  # keys of `simulate` that are not part of the identity: how long to wait for a case
+#: Key of both bodies below `wear`, as users write it -> the keys of each body that follow from it.
 _OF_BOTH = {
     "coefficient": ("bearing_coefficient", "journal_coefficient"),
     "running_in.steady": ("bearing_coefficient", "journal_coefficient"),
     "running_in.initial": ("running_in.bearing_initial", "running_in.journal_initial"),
 }
 _WEAR = ".wear."
-_SHOWN = "\0{}\0"  # represents a value that varies; no value that is written has such characters
+_SHOWN = "\0{}\0"  # placeholder of a varied value; no written value contains such characters
 
 
 class Slot(NamedTuple):
-    """A value of a case that follows from one other."""
+    """A value of a case that follows from a single other value."""
 
     path: str
-    source: str  # path of the other; its own where the value varies itself
+    source: str  # path of the other value; its own path if it varies itself
     follow: Callable[[Value], Value]
 
 
@@ -49,11 +49,11 @@ def _saved(revolutions: float) -> float:
 
 
 def following(paths: Collection[str]) -> Iterator[Slot]:
-    """Yield the values that follow from one other where they are absent, if `paths` are the keys."""
+    """Yield the values that, if absent, follow from one other value, given the `paths` of all keys."""
     for path in paths:
         if path.endswith(".center"):
             yield Slot(path, f"{path.removesuffix('center')}length", _half)
-        if path.endswith(".center.0"):  # of a body with pins, in space
+        if path.endswith(".center.0"):  # body with pins, in space
             yield Slot(path, f"{path.removesuffix('center.0')}length", _half)
         if path.endswith(".journal_length"):
             yield Slot(path, f"{path.removesuffix('journal_length')}length", _same)
@@ -66,7 +66,7 @@ def following(paths: Collection[str]) -> Iterator[Slot]:
 
 
 def derived(flat: Mapping[str, Value]) -> dict[str, Value]:
-    """Return a copy without what is absent (None) and with the defaults that follow from other values."""
+    """Return a copy without absent values (None) and with the defaults that follow from other values."""
     values = {path: value for path, value in flat.items() if value is not None}
     for slot in following(flat):
         if slot.source in values:
@@ -75,7 +75,7 @@ def derived(flat: Mapping[str, Value]) -> dict[str, Value]:
 
 
 def nested(flat: Mapping[str, Any], pairs: Collection[str]) -> dict[str, Any]:
-    """Return a dict of dicts from dotted paths; what is at the paths `pairs` is a list, as in a grid file."""
+    """Return nested dicts from dotted paths; sections at the paths `pairs` become lists, as in a grid file."""
     return _listed(_tree(flat), pairs)
 
 
@@ -91,7 +91,7 @@ def _tree(flat: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _listed(tree: dict[str, Any], pairs: Collection[str]) -> dict[str, Any]:
-    """Return a tree, changed, with lists at the paths `pairs`."""
+    """Return the tree, changed in place, with lists at the paths `pairs`."""
     for path in pairs:
         *above, key = path.split(".")
         inside = tree
@@ -103,7 +103,7 @@ def _listed(tree: dict[str, Any], pairs: Collection[str]) -> dict[str, Any]:
 
 
 def identity_text(case: Mapping[str, Any]) -> str:
-    """Return the text that decides the identity of a resolved case: all of it but `save` and time_budget."""
+    """Return the text that determines the identity of a resolved case: all keys but `save` and time_budget."""
     content = {key: case[key] for key in _IDENTITY if key in case}
     content["simulate"] = {key: value for key, value in case["simulate"].items() if key != PATIENCE}
     return json.dumps(
@@ -112,25 +112,25 @@ def identity_text(case: Mapping[str, Any]) -> str:
 
 
 def name_of(text: str) -> str:
-    """Return the identity that follows from its text: 16 hexadecimal characters."""
+    """Return the identity, 16 hexadecimal digits, from its text."""
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def number_of(text: str) -> int:
-    """Return the identity that follows from its text as a number below 2**64, ten times as fast as reading its name."""
+    """Return the identity as a number below 2**64, from its text; ten times as fast as converting the name."""
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8])
 
 
 class Texts:
-    """The values that vary as they appear in the text of an identity."""
+    """The varied values as they appear in the text of an identity."""
 
     def __init__(self, paths: Collection[str], varied: Collection[str]):
-        """Take the `paths` of all keys and those that are `varied`."""
+        """Prepare for the `paths` of all keys, of which some are `varied`."""
         slots = [slot for slot in following(paths) if slot.path not in varied]
         self.slots = {source: [slot for slot in slots if slot.source == source] for source in varied}
 
     def of(self, point: Mapping[str, Value]) -> dict[str, str]:
-        """Return path -> text of some values that vary, and of all that may follow from them."""
+        """Return path -> text of the varied values at a point and of all values that follow from them."""
         texts = {}
         for path, value in point.items():
             if value is not None and not isinstance(value, str):
@@ -145,12 +145,12 @@ def _text(value: float) -> str:
 
 
 class Pattern:
-    """A case of which some values vary."""
+    """A case with some values left open."""
 
     def __init__(self, flat: Mapping[str, Value], varied: Collection[str], pairs: Collection[str]):
-        """Take path -> value of one such case, None for what is absent, and the paths of the values that vary.
+        """Prepare from path -> value of one such case, None for absent values, and the paths of varied values.
 
-        pairs : paths of what is written as a list.
+        pairs : paths of sections written as lists.
         """
         self.values, self._pairs = derived(flat), pairs
         present = {path for path, value in flat.items() if value is not None}
@@ -163,7 +163,7 @@ class Pattern:
         self._places = [(slot.path.split("."), slot.source, slot.follow) for slot in self.slots]
 
     def case(self, point: Mapping[str, Value]) -> dict[str, Any]:
-        """Return the case at a point, swept path -> value, in the shape of a grid file."""
+        """Return the case at a point, swept path -> value, in the form of a grid file."""
         tree = dict(self._tree)
         for *above, key in self._changing:
             inside = tree
@@ -179,7 +179,7 @@ class Pattern:
 
     @cached_property
     def text(self) -> str:
-        """Return the text of the identity with %(path)s for what varies."""
+        """Return the text of the identity with %(path)s for every varied value."""
         shown = {slot.path: _SHOWN.format(slot.path) for slot in self.slots}
         text = identity_text(nested(self.values | shown, self._pairs)).replace("%", "%%")
         for path, word in shown.items():
@@ -188,12 +188,12 @@ class Pattern:
 
 
 def _shared(tree: dict[str, Any]) -> Shared:
-    """Return nested sections as such that cases share."""
+    """Return nested sections as sections that cases share."""
     return Shared({key: _shared(value) if isinstance(value, dict) else value for key, value in tree.items()})
 
 
 def _sections_above(paths: Iterable[str]) -> list[list[str]]:
-    """Return the sections in which something is at one of the paths, outer ones first."""
+    """Return the sections that contain one of the paths, outer ones first."""
     parts = [path.split(".") for path in paths]
     above = dict.fromkeys(tuple(each[:depth]) for each in parts for depth in range(1, len(each)))
     return sorted(map(list, above), key=len)

@@ -1,4 +1,4 @@
-"""State of the reader of a grid: the values of a document, path by path, as far as they have been read."""
+"""State of reading a grid: the values of a document, path by path, as far as they have been read."""
 
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -21,46 +21,48 @@ class Reader:
     """The values of a document, path by path."""
 
     problems: Problems
-    mechanism: Mechanism  # the one named, or the likeliest
+    mechanism: Mechanism  # the named mechanism, or the likeliest one
     outline: Outline
-    shape: Shape = field(default_factory=dict)  # what is there: no section that is left out
+    shape: Shape = field(default_factory=dict)  # the keys in use: sections that are left out are missing
     sections: dict[str, WrittenValue] = field(default_factory=dict)
     written: dict[str, WrittenValue] = field(default_factory=dict)  # the values under `shape`
     swept: dict[str, WrittenValue] = field(default_factory=dict)
-    names: dict[str, frozenset[str]] = field(default_factory=dict)  # path of a law's name -> the names in play
+    names: dict[str, frozenset[str]] = field(default_factory=dict)  # path of a law's name -> names in use
     unsure: set[str] = field(default_factory=set)  # paths of law names that could not be read
     broken: set[str] = field(default_factory=set)  # paths of sections that could not be read
-    values: dict[str, Any] = field(default_factory=dict)  # SI; defaults of words included
+    values: dict[str, Any] = field(default_factory=dict)  # in SI; includes defaults of words
     axes: dict[str, tuple[Any, ...]] = field(default_factory=dict)
-    way: dict[str, str] = field(default_factory=dict)  # path that is swept -> the section that says so
+    way: dict[str, str] = field(default_factory=dict)  # varied path -> the section that varies it
     sample: Sample | None = None
     drawn: tuple[str, ...] = ()  # the paths under `sample`
     distributions: dict[str, Distribution] = field(default_factory=dict)
-    fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> the fits it is written as
-    taken: dict[str, Taken] = field(default_factory=dict)  # path of a number -> what a library gave for it
-    figures: dict[str, str] = field(default_factory=dict)  # of merit, that the cases will have -> unit
-    limits: dict[str, Any] = field(default_factory=dict)  # as a resolved grid contains them, see `verdict`
-    among: tuple[Fit, ...] = ()  # the fits among which is searched for, in order of their largest clearances
+    fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> its fits as written
+    labels: dict[str, tuple[str, ...]] = field(default_factory=dict)  # path of an axis -> the labels of its values
+    taken: dict[str, Taken] = field(default_factory=dict)  # path of a number -> the value taken from a library
+    figures: dict[str, str] = field(default_factory=dict)  # figure of merit of the cases -> unit
+    limits: dict[str, Any] = field(default_factory=dict)  # as in a resolved grid; see `verdict`
+    among: tuple[Fit, ...] = ()  # the fits to search, in order of their largest clearances
     seek: Any = None  # `seek.Seek`
     choices: dict[str, str] = field(default_factory=dict)  # path under `optimise` -> kind of its values
     optimise: Any = None  # `optimised.Optimise`
     identify: Any = None  # `identified.Identify`
     refine: Any = None  # `refine.Refine`
-    added_in: str = ""  # the key under which cases are that a run added
+    check_laws: bool = False  # the deciding case runs again under other laws
+    added_in: str = ""  # the section that contains the added cases
     added_written: dict[str, WrittenValue] = field(default_factory=dict)  # their values, by path
     added_cases: dict[str, list[Any]] = field(default_factory=dict)  # the same, SI
-    uncertain: dict[str, dict[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
+    uncertain: dict[str, dict[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its distribution, SI
     own_figures: dict[str, str] = field(default_factory=dict)  # name -> expression of columns
     defined: Definitions = NOTHING
 
     def place(self, path: str) -> WrittenValue:
-        """Return the value to report a mistake at `path` for: its own, or that of the section that lacks it."""
+        """Return the value whose position locates a mistake at `path`: its own, or that of the section without it."""
         while path and path not in self.swept and path not in self.written and path not in self.sections:
             path = path.rpartition(".")[0]
         return self.swept.get(path) or self.written.get(path) or self.sections[path]
 
     def said(self, path: str, value: Any) -> str:
-        """Return a value that `path` takes as it was written, or in SI where it follows from what is written."""
+        """Return a value of `path` as it was written, or in SI if it follows from other values."""
         node = self.shape.get(path)
         unit = node.fields(self.names)[0].unit if isinstance(node, Number) and node.used(self.names) else "1"
         place = self.swept.get(path) or self.written.get(path)
@@ -72,19 +74,19 @@ class Reader:
         return quantity.said(float(value), unit)
 
     def there(self, path: str) -> bool:
-        """Return whether a value or a section is written, or swept."""
+        """Return whether a value or a section is written or swept."""
         return path in self.written or path in self.swept or path in self.sections
 
     def in_step(self, *paths: str) -> bool:
-        """Return whether these paths take their values together, row by row."""
+        """Return whether these paths vary in step, row by row."""
         follow = self.defined.follow
-        if all(path in follow for path in paths):  # of one name, so that they vary together
+        if all(path in follow for path in paths):  # both follow one name, so they vary together
             return len({self.defined.varied_in(follow[path]) for path in paths}) == 1
         ways = {self.way.get(path) for path in paths}
         return len(ways) == 1 and ways.isdisjoint((None, "sweep", "seek"))
 
     def reached(self, path: str) -> tuple[Any, ...]:
-        """Return every value that `path` takes: axis, what is written, or the default; () if unknown or left out."""
+        """Return every value of `path`: its axis, written value or default, or () if unknown or left out."""
         if path in self.swept:
             return self.axes.get(path, ())
         if path in self.defined.follow:

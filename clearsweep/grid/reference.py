@@ -1,4 +1,4 @@
-"""The keys of grid files as a page to read, made of the keys there are."""
+"""The page of all grid keys, generated from the key table."""
 
 import math
 import re
@@ -10,7 +10,7 @@ from ..contracts.outline import ANY
 from ..language import quantity
 from . import choosing
 from .key_trees import KeyTree, key_trees
-from .keys import ITEMS, Flag, Name, Number, Section, Shape, Table, Word
+from .keys import ITEMS, Flag, Name, NameList, Number, Section, Shape, Table, Word
 
 _HEAD = """\
 # Keys of a grid file
@@ -28,24 +28,24 @@ editors.
 """
 _TABLE = "| key | unit | allowed | default | meaning |\n| --- | --- | --- | --- | --- |"
 _JOINT = f"joints.{ANY}"
-#: Sections with the keys of another one: path -> path of the other, and whose keys they are.
+#: Sections with the keys of another section: path -> path of the other, and whose keys they are.
 _LIKE = {f"{_JOINT}.axial": (f"{_JOINT}.contact", "flange"), f"loads.{ANY}.friction": (f"{_JOINT}.friction", "load")}
 _KINDS = {"revolute": "pin", "guide": "guide", "slot": "slot", "line": "impact-pair", ANY: "pin"}
 _SPACE = "in space"
-_SMALL = 0.05  # of a share that is usually left out
+_SMALL = 0.05  # example of a share that is usually left out
 
 
 class Row(NamedTuple):
-    """One line of a table."""
+    """A row of a table on the page."""
 
     key: str
     units: tuple[str, ...]
     allowed: str
     default: str
     text: str
-    laws: tuple[str, ...] = ()  # those for which the key has this meaning; none: whatever the law
-    options: tuple[str, ...] = ()  # words that are allowed
-    example: str = ""  # a value that is allowed
+    laws: tuple[str, ...] = ()  # laws for which the key has this meaning; empty: all laws
+    options: tuple[str, ...] = ()  # allowed words
+    example: str = ""  # an allowed value
 
     def __str__(self) -> str:
         units = " or ".join(unit or "1" for unit in self.units) if any(self.units) else ""
@@ -53,26 +53,26 @@ class Row(NamedTuple):
         return f"| {' | '.join(cell.replace('|', '&#124;').replace('<', '&lt;') for cell in cells)} |"
 
 
-_Places = dict[str, tuple[Section, tuple[Row, ...]]]  # mechanism, or kind of joint -> a section there
+_Places = dict[str, tuple[Section, tuple[Row, ...]]]  # (mechanism or kind of joint, a section of it)
 
 
 def _quoted(words: Iterable[str]) -> str:
-    """Return words one after the other, as code."""
+    """Return words as a list in code font."""
     return ", ".join(f"`{word}`" for word in words)
 
 
 class Part(NamedTuple):
-    """A section of a grid file, or several with the same keys."""
+    """A part of the page: one section of a grid file, or several with the same keys."""
 
-    paths: tuple[str, ...]  # as the page has them: `joints.NAME.contact`
+    paths: tuple[str, ...]  # as on the page: `joints.NAME.contact`
     text: str  # what it is
     rows: tuple[Row, ...]
 
 
 def parts(catalogue: Catalogue) -> list[Part]:
-    """Return every section of a grid file with its keys, in the order of the page, without those that choose cases.
+    """Return every section of a grid file with its keys, in page order, except those that choose cases.
 
-    A section that several mechanisms or joints have is there once; a row says which of them has it, unless all have.
+    A section that several mechanisms or joints share appears once; a row names its owners unless all have it.
     """
     sections: dict[str, _Places] = {}
     for tree in key_trees(catalogue, slots=True):
@@ -92,7 +92,7 @@ def parts(catalogue: Catalogue) -> list[Part]:
 
 
 def markdown(catalogue: Catalogue) -> str:
-    """Return every key of a grid file with unit, range, default and meaning, as a page in Markdown."""
+    """Return the page in Markdown: every key with unit, range, default and meaning."""
     lines = [_HEAD, *_overview(key_trees(catalogue, slots=True))]
     for part in parts(catalogue):
         lines += [f"## {_quoted(part.paths)}\n", f"{part.text}\n", _TABLE, *map(str, part.rows), ""]
@@ -100,7 +100,7 @@ def markdown(catalogue: Catalogue) -> str:
 
 
 def _common(tree: KeyTree, path: str) -> tuple[str, str]:
-    """Return the path under which the page has a section, and the mechanism or the kind of joint that it is of."""
+    """Return the path of a section on the page, and the mechanism or kind of joint that it belongs to."""
     place = f"{tree.mechanism} {_SPACE}" if tree.spatial else tree.mechanism
     first, _, rest = path.partition(".")
     if first == "joints" and rest:
@@ -111,7 +111,7 @@ def _common(tree: KeyTree, path: str) -> tuple[str, str]:
 
 
 def _overview(trees: Iterable[KeyTree]) -> Iterator[str]:
-    """Yield a table of the mechanisms and of the joints that may have clearance."""
+    """Yield a table of the mechanisms and their joints that may have clearance."""
     yield "| mechanism | joints that may have clearance (body of the journal) |\n| --- | --- |"
     for tree in trees:
         words = []
@@ -125,9 +125,9 @@ def _overview(trees: Iterable[KeyTree]) -> Iterator[str]:
 
 
 def _together(places: _Places) -> Iterator[Row]:
-    """Yield the rows of a section; those that only some of its mechanisms or joints have say which.
+    """Yield the rows of a section; a row that only some mechanisms or joints have names them.
 
-    Rows that differ in units, laws or options alone are one: which laws a joint can have is in the row of `law`.
+    Rows that differ only in units, laws or options are merged; the row of `law` lists the laws of each joint.
     """
     rows: dict[Row, dict[str, list[Row]]] = {}
     for place, (_, own) in places.items():
@@ -149,13 +149,13 @@ def _together(places: _Places) -> Iterator[Row]:
         for words, those in lacking.items():
             text += f"; {_only(those, owners)}: without {_quoted(words)}" if words else ""
         having = {place for place, (_, own) in places.items() if any({*laws} & {*each.options} for each in own)}
-        only = "" if having == set(owners) else _only(owners, places)  # the row of `law` says where a law is
+        only = "" if having == set(owners) else _only(owners, places)  # the row of `law` says which joints have a law
         text = f"*{only}*: {text}" if only else text
         yield row._replace(units=units, text=text, options=options, example=every[0].example)
 
 
 def _laws(own: Collection[str], known: Collection[str]) -> str:
-    """Return the names of laws; where most of a section's have something, of those that have not."""
+    """Return the names of laws; if most laws of a section have the key, those without it."""
     others = [name for name in known if name not in own]
     if others and len(others) < len(own) and {*own} <= {*known}:
         return f"all but {_quoted(others)}"
@@ -163,7 +163,7 @@ def _laws(own: Collection[str], known: Collection[str]) -> str:
 
 
 def _only(owners: Collection[str], places: Collection[str]) -> str:
-    """Return which of several have something, in words; nothing, where all have it."""
+    """Return in words which owners have a row, or '' if all have it."""
     if len(owners) == len(places):
         return ""
     in_space = {place for place in places if place.endswith(_SPACE)}
@@ -176,7 +176,7 @@ def _only(owners: Collection[str], places: Collection[str]) -> str:
 
 
 def _sentences(sections: Mapping[str, _Places]) -> str:
-    """Return what sections with the same keys are, and whether they are needed; where that differs, for whom."""
+    """Return what sections with the same keys are and whether they are required, by owner if that differs."""
     texts: dict[tuple[str, str], None] = {}
     for path, places in sections.items():
         of: dict[tuple[str, str], list[str]] = {}
@@ -194,10 +194,10 @@ def _sentences(sections: Mapping[str, _Places]) -> str:
 
 
 def _rows(tree: Shape, path: str) -> Iterator[Row]:
-    """Yield the rows of the keys that are directly in the section at `path`; a list is one row."""
+    """Yield the rows of the keys directly in the section at `path`; a list is one row."""
     for inner, node in tree.items():
         parent, _, key = inner.rpartition(".")
-        if isinstance(tree.get(parent), Number):  # a quantity, or a section in its place
+        if isinstance(tree.get(parent), Number):  # a quantity, or a section that replaces it
             parent, _, above = parent.rpartition(".")
             key = f"{above}.{key}"
         if parent != path:
@@ -213,6 +213,8 @@ def _rows(tree: Shape, path: str) -> Iterator[Row]:
         elif isinstance(node, Flag):
             default = "`true`" if node.default else "`false`"
             yield Row(key, (), "`true`, `false`", default, node.text)
+        elif isinstance(node, NameList):
+            yield Row(key, (), f"{node.noun}", "-", node.text, example=node.example)
         elif isinstance(node, Word):
             yield _word(inner, key, node)
         else:
@@ -220,7 +222,7 @@ def _rows(tree: Shape, path: str) -> Iterator[Row]:
 
 
 def _word(path: str, key: str, node: Word) -> Row:
-    """Return the row of a key that holds a word."""
+    """Return the row of a word."""
     default = f"`{node.default}`" if node.default else "required"
     if path == "simulate.until.figure":
         return Row(key, (), "a [column](columns.md) with a star", default, node.text)
@@ -234,7 +236,7 @@ def _word(path: str, key: str, node: Word) -> Row:
 
 
 def _list(tree: Shape, path: str, key: str, section: Section) -> Row:
-    """Return the row of a list, by its items."""
+    """Return the row of a list, from its items."""
     nodes = [tree[f"{path}.{k}"] for k in range(section.items)]
     rows = [next(_quantity(tree, path, key, node)) for node in nodes if isinstance(node, Number)]
     allowed = f"{ITEMS[section.items]} {'names' if not rows else ', each ' + rows[0].allowed}".replace(" ,", ",")
@@ -247,12 +249,12 @@ def _list(tree: Shape, path: str, key: str, section: Section) -> Row:
 
 
 def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[Row]:
-    """Yield one row for each meaning of a key that contains a quantity, with the laws for which it has that meaning."""
+    """Yield a row for each meaning of a quantity, with the laws for which it has that meaning."""
     meanings: dict[Field, list[str]] = {}
     elastic = tree.get(f"{'.'.join(path.split('.')[:2])}.contact.elastic")
     for field, when in node.uses:
         always = not when or (isinstance(elastic, Word) and when == elastic.when)
-        always = always or when[-1][0].endswith(".coefficient_unit")  # it decides the unit alone
+        always = always or when[-1][0].endswith(".coefficient_unit")  # it only decides the unit
         meanings.setdefault(field, []).extend(() if always else sorted(when[-1][1]))
     for field, laws in meanings.items():
         default = "-" if field.optional else "required"
@@ -264,12 +266,12 @@ def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[Row]:
 
 
 def _of_body(path: str, text: str) -> str:
-    """Return a text so that it is the same for the materials of bearing and journal."""
+    """Return a text with the same wording for the materials of bearing and journal."""
     return re.sub(r"\bthe (bearing|journal)\b", "this body", text) if ".material." in path else text
 
 
 def _example(field: Field) -> str:
-    """Return a value that a key allows: its default, a usual one of its unit, or one within its range."""
+    """Return an example value: the default, a usual value of the unit, or one within the range."""
     unit = quantity.exponent_of(field.unit, 1.5)
     if field.default == 0.0 and unit == "1" and field.contains(_SMALL):
         return _number(_SMALL)
@@ -282,13 +284,13 @@ def _example(field: Field) -> str:
 
 
 def _number(value: float) -> str:
-    """Return a number, a power of ten as one."""
+    """Return a number as text; powers of ten as such."""
     text = f"{value:g}" if float(f"{value:g}") == value else f"{value:.15g}"
     return re.sub(r"e\+?(-?)0?(\d)", r"e\1\2", text)
 
 
 def _range(field: Field) -> str:
-    """Return the values that a key allows, in few words."""
+    """Return the range of a key in a few words."""
     low, high = _number(field.low), _number(field.high)
     if field.low == -math.inf:
         text = "any"

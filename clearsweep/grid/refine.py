@@ -1,4 +1,4 @@
-"""Reads `refine`: further cases where the border of the limits runs between those of a grid."""
+"""Reads `refine`: further cases along the border between acceptable and unacceptable cases."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -18,18 +18,18 @@ _EXAMPLE = "{along: limits, cases: 200}"
 
 
 class Refine(NamedTuple):
-    """Number of further cases along the border, and the values that may lie between those of the grid."""
+    """How many cases to add along the border, and which values to subdivide."""
 
     cases: int  # at most
     paths: tuple[str, ...]  # swept numbers
 
     def written(self) -> dict[str, Any]:
-        """Return the section as a grid may have it."""
+        """Return the section in the form of a grid file."""
         return {"along": ALONG, "cases": self.cases}
 
 
 def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Refine | None:
-    """Return the section `refine`, the axes being known; None if it is missing or wrong."""
+    """Return the section `refine`, the axes being read already, or None if it is missing or wrong."""
     noted = len(reader.problems)
     section = section_of(reader, root, REFINE, KEYS, _EXAMPLE)
     if section is None:
@@ -53,7 +53,7 @@ def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Refin
 
 
 def _divisible(reader: Reader, path: str) -> bool:
-    """Return whether there are values between those of an axis that cases can have."""
+    """Return whether an axis can be subdivided."""
     node = value_key(reader.shape, path)
     whole = not isinstance(node, Number) or any(use.field.whole for use in node.uses)
     return not whole and not path.endswith(".exponent") and len(reader.axes[path]) > 1

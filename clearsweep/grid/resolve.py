@@ -1,4 +1,4 @@
-"""From a resolved case in the shape of a grid file to its typed form: the last place where a case is a dict."""
+"""Converts a resolved case from the form of a grid file to its typed form; elsewhere no case is a dict."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -30,17 +30,17 @@ from .joint_keys import PRELOAD
 from .key_table import DIMENSIONLESS
 from .uncertain import UNCERTAIN, uncertain_of
 
-Tree = Mapping[str, Any]  # a section of a grid file in SI: key -> number, word, list or section
+Tree = Mapping[str, Any]  # section of a grid file in SI: key -> number, word, list or section
 
 
 class Shared(dict):
-    """A section that many cases share: what is made of it is made once and kept with it."""
+    """A section that many cases share; its typed form is created once and kept with it."""
 
     form: Any = None
 
 
 def _formed(make: Callable[..., Any], section: Tree, *more: Any) -> Any:
-    """Return what is made of a section."""
+    """Return the typed form of a section."""
     if not isinstance(section, Shared):
         return make(section, *more)
     if section.form is None:
@@ -49,7 +49,7 @@ def _formed(make: Callable[..., Any], section: Tree, *more: Any) -> Any:
 
 
 def case_of(tree: Tree, outline: Outline) -> Case:
-    """Return the typed form of a case: nested sections, SI, defaults filled in, only keys in use."""
+    """Return the typed form of a case given as nested sections in SI with defaults and only keys in use."""
     joints = tuple([_formed(_joint, section, name) for name, section in tree["joints"].items()])
     return Case(
         mechanism=_formed(_mechanism, tree["mechanism"]),
@@ -65,10 +65,11 @@ def case_of(tree: Tree, outline: Outline) -> Case:
 
 
 def _preloads(joints: tuple[Joint, ...]) -> Iterator[Load]:
-    """Yield the friction that presses on joints with clearance whether they touch or not, as what acts on bodies."""
+    """Yield the preloads of clearance joints, which also act without contact, as loads on bodies."""
     for joint in joints:
         if joint.friction and PRELOAD in joint.friction.values:
-            values = {"on": joint.name, "radius": joint.bearing_radius, PRELOAD: joint.friction.values[PRELOAD]}
+            radius = joint.bearing_radius or 1.0  # of a pin; the friction in a guide is a force
+            values = {"on": joint.name, "radius": radius, PRELOAD: joint.friction.values[PRELOAD]}
             yield Load(f"{PRELOAD} of {joint.name}", PRELOAD, values, friction=joint.friction)
 
 
@@ -83,7 +84,8 @@ def _simulate(section: Tree) -> Simulate:
 
 
 def _save(section: Tree) -> Save:
-    return Save(**section)
+    channels = tuple(section.get("channels", ()))
+    return Save(**{**section, "channels": channels})
 
 
 def _life(section: Tree) -> Life:
@@ -175,18 +177,18 @@ _OF_JOINT: tuple[tuple[str, Callable[[Any], Any]], ...] = (
 
 
 def _materials(section: Tree) -> Materials:
-    """Return the materials of bearing and journal: each its own, or one for both."""
+    """Return the materials of bearing and journal: separate ones, or one for both."""
     own = "bearing" in section
     return Materials(*(Material(**(section[body] if own else section)) for body in Materials._fields))
 
 
 def _taken(section: Tree, *keys: str) -> tuple[Any, ...]:
-    """Return the values of some keys, None for one that is not there, and a dict of all others."""
+    """Return the values of some keys, None for missing ones, and a dict of all others."""
     return (*(section.get(key) for key in keys), {key: value for key, value in section.items() if key not in keys})
 
 
 def leaves(tree: Tree, start: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield dotted path and value of everything in nested sections and lists."""
+    """Yield dotted path and value of every entry in nested sections and lists."""
     for key, value in tree.items():
         if isinstance(value, dict):
             yield from leaves(value, f"{start}{key}.")

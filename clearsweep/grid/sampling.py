@@ -1,4 +1,4 @@
-"""Draws cases from distributions: reads `sample`, makes the points of its design, turns them into values."""
+"""Draws cases from distributions: reads `sample`, generates its design points, converts them to values."""
 
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -10,13 +10,13 @@ from .axes import Reading, half_bare
 from .document import Problems, WrittenValue
 
 if TYPE_CHECKING:
-    import numpy as np  # loaded only where something is drawn
+    import numpy as np  # imported only when values are drawn
 
 _MOST_CASES = 1_000_000
-_RARE = 1e-6  # share of a distribution on either side that may lie out of range: so rare that it is not drawn
-_WIDEST = 1e3  # std of a lognormal over its mean; beyond, half of it lies a millionth of the mean and lower
-_NUDGE = 1e-9  # of the distance between the 5 % and 95 % quantiles: a disturbance too small to matter by itself
-_POWERS_OF_TWO = ("sobol", "saltelli")  # the balance of a Sobol sequence needs for these numbers of points only
+_RARE = 1e-6  # tail of a distribution that may lie out of range: too rare to be drawn
+_WIDEST = 1e3  # std over mean of a lognormal; beyond, half of its values are below a millionth of the mean
+_NUDGE = 1e-9  # of the distance between the 5 % and 95 % quantiles; a disturbance without physical effect
+_POWERS_OF_TWO = ("sobol", "saltelli")  # a Sobol sequence is balanced only for powers of two
 METHODS = {
     "sobol": "a scrambled Sobol sequence; n a power of 2, and a larger n keeps the cases of a smaller one",
     "latin-hypercube": "a Latin hypercube of n points",
@@ -40,17 +40,17 @@ class Sample(NamedTuple):
     n: int
     seed: int
     points: "np.ndarray"  # (rows, variables) in the open interval (0, 1); the rows of the design
-    drawn: dict[str, WrittenValue]  # values drawn before, which are kept
+    drawn: dict[str, WrittenValue]  # values drawn earlier, which are kept
 
 
 class Distribution(NamedTuple):
-    """How one value varies; its numbers are in SI."""
+    """The distribution of one value, in SI."""
 
     kind: str
     numbers: dict[str, float]
 
     def values(self, points: "np.ndarray") -> "np.ndarray":
-        """Return the quantiles at `points`, (rows,) in (0, 1); with no spread exactly the one value there is."""
+        """Return the quantiles at `points`, (rows,) in (0, 1); without spread, exactly the constant value."""
         import numpy as np
         from scipy.special import ndtr, ndtri
 
@@ -72,13 +72,13 @@ class Distribution(NamedTuple):
         return quantiles
 
     def written(self) -> dict[str, Any]:
-        """Return the distribution as a grid may have it, in SI."""
+        """Return the distribution in the form of a grid file, in SI."""
         ends = self.kind in ("uniform", "loguniform")
         return {self.kind: [self.numbers["low"], self.numbers["high"]] if ends else dict(self.numbers)}
 
 
 def read(problems: Problems, written: WrittenValue, variables: int) -> Sample | None:
-    """Return the `sample` section for a number of variables, None where it is wrong."""
+    """Return the section `sample` for a number of variables, or None if it is missing or invalid."""
     given, noted = written.value, len(problems)
     known = ("method", "n", "seed", "over", "drawn")
     for key in given:
@@ -116,7 +116,7 @@ def read(problems: Problems, written: WrittenValue, variables: int) -> Sample | 
 def _whole(
     problems: Problems, section: WrittenValue, key: str, allowed: tuple[int, int], default: int | None
 ) -> int | None:
-    """Return a whole number of the section, in the range `allowed`; None where it is wrong."""
+    """Return a whole number of the section, in the range `allowed`, or None if it is missing or invalid."""
     written, (low, high) = section.value.get(key), allowed
     if written is None:
         if default is None:
@@ -147,7 +147,7 @@ def _points(method: str, n: int, seed: int, variables: int) -> "np.ndarray":
 
         engine = qmc.LatinHypercube if method == "latin-hypercube" else qmc.Sobol
         points = engine(2 * variables if method == "saltelli" else variables, seed=chance).random(n)
-    points = np.clip(points, 2.0**-54, 1.0 - 2.0**-53)  # 0 and 1 have no quantile
+    points = np.clip(points, 2.0**-54, 1.0 - 2.0**-53)  # 0 and 1 have no finite quantile
     return _saltelli(points, variables) if method == "saltelli" else points
 
 
@@ -174,7 +174,7 @@ def _one_at_a_time(variables: int) -> "np.ndarray":
 
 
 def distribution(problems: Problems, where: str, written: WrittenValue, reading: Reading) -> Distribution | None:
-    """Return the distribution written at the key `where`, None where it is wrong."""
+    """Return the distribution at the key `where`, or None if it is invalid."""
     kinds = ", ".join(f"{{{kind}: {form}}}" for kind, form in DISTRIBUTIONS.items())
     if not isinstance(written.value, dict) or len(written.value) != 1:
         problems.add(written, where, f"found {shown(written.value)}; expected one of {kinds}")
@@ -263,7 +263,7 @@ def _moments(
 
 
 def _quantity(problems: Problems, where: str, written: WrittenValue, unit: str) -> float | None:
-    """Return a number of a distribution in SI, None where it is wrong."""
+    """Return a number of a distribution in SI, or None if it is invalid."""
     try:
         return quantity.read(written.value, unit)
     except InputError as error:
@@ -279,7 +279,7 @@ def draw(
     points: "np.ndarray",
     fields: tuple[Field, ...],
 ) -> list[float] | None:
-    """Return the values of a variable at `points` (rows,), None where some would be out of the range of `fields`."""
+    """Return the values of a variable at `points` (rows,), or None if some are out of the range of `fields`."""
     import numpy as np
 
     values = spread.values(points)

@@ -78,9 +78,9 @@ class Seek(NamedTuple):
 def range_of(
     reader: Reader, root: WrittenValue, values_of: Callable[[str], tuple[float, ...]]
 ) -> tuple[list[WrittenValue], WrittenValue] | None:
-    """Return the paths that are searched for and their values as written; None where there is none to vary.
+    """Return the paths that are searched for and their values as written, or None if there is none to vary.
 
-    `values_of` a path gives its values as far as known, from which fits have their sizes.
+    `values_of` a path gives its values that are known, from which fits have their sizes.
     """
     section = section_of(reader, root, SEEK, KEYS, _EXAMPLE)
     if section is None:
@@ -105,7 +105,7 @@ def range_of(
 
 
 def _paths(reader: Reader, written: WrittenValue, where: str) -> list[WrittenValue] | None:
-    """Return the dotted paths that take the same value, each once; None where they cannot be read."""
+    """Return the dotted paths that take the same value, each once, or None if they cannot be read."""
     paths = written.value if isinstance(written.value, list) else [written]
     wrong = [path for path in paths if not isinstance(path.value, str)]
     if wrong or not paths:
@@ -143,7 +143,7 @@ def _among(
 
 
 def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | None:
-    """Return the section `seek`, its axis being known; None if it is missing or wrong."""
+    """Return the section `seek`, its axis being read already, or None if it is missing or wrong."""
     section = section_in(root, SEEK)
     paths = tuple(path for path, way in reader.way.items() if way == SEEK)
     if section is None or not paths or not set(paths) <= reader.axes.keys():
@@ -182,7 +182,7 @@ def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Seek 
 
 
 def _within(reader: Reader, section: WrittenValue, path: str) -> float | None:
-    """Return the width of the answer that is good enough (SI), None where it is missing or wrong."""
+    """Return the width of the answer that is good enough (SI), or None if it is missing or invalid."""
     written = section.value.get("within")
     if written is None:
         reader.problems.add(section, f"{SEEK}.within", "is missing; write how close the answer has to be, such as 1 um")

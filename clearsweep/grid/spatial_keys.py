@@ -1,4 +1,4 @@
-"""The keys of a revolute joint in space."""
+"""Keys of a spatial revolute joint."""
 
 import math
 
@@ -22,7 +22,7 @@ _MISALIGNED = (
 
 
 def flanged(tree: Shape, path: str, catalogue: Catalogue) -> None:
-    """Enter what a revolute joint in space has besides where it has flanges."""
+    """Add the further keys of a spatial revolute joint with flanges."""
     enter_numbers(tree, path, (_AXIAL,))
     axial = f"{path}.axial"
     _pointed_contact(tree, axial, catalogue._replace(laws=pointed(catalogue)))
@@ -32,7 +32,7 @@ def flanged(tree: Shape, path: str, catalogue: Catalogue) -> None:
 
 
 def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Enter a revolute joint in space, without flanges."""
+    """Add the keys of a spatial revolute joint without flanges."""
     tree[path] = Section("a revolute joint with radial and axial clearance, in which the journal may tilt", "optional")
     tree[f"{path}.type"] = Word(("spatial",), "the kind of the joint")
     enter_numbers(tree, path, _SLEEVE)
@@ -62,6 +62,6 @@ def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
 
 
 def _pointed_contact(tree: Shape, contact: str, catalogue: Catalogue) -> None:
-    """Enter the normal force of contacts at points, whose mass in an impact is not known."""
+    """Add the keys of the normal force at contact points, whose effective impact mass is unknown."""
     enter_contact(tree, contact.rpartition(".")[0], catalogue, contact)
     tree[f"{contact}.onset"] = first_onset(tree, contact)

@@ -1,4 +1,4 @@
-"""The keys of what is on the surfaces of a joint: roughness, and a film of oil."""
+"""Keys of a joint's surfaces: roughness, and an oil film."""
 
 from ..contracts.catalogue import Catalogue
 from . import film_keys
@@ -9,7 +9,7 @@ from .naming import OIL
 
 
 def enter_roughness(tree: Shape, path: str, catalogue: Catalogue) -> None:
-    """Enter the roughness of the surfaces of a joint."""
+    """Add the keys of a joint's surface roughness."""
     rough = f"{path}.roughness"
     tree[rough] = Section("rough surfaces, in series with the elastic law; left out: smooth ones", "optional")
     tree[f"{rough}.law"] = Word(catalogue.names("roughness"), "the roughness law", sweep=True, noun="law")
@@ -17,7 +17,7 @@ def enter_roughness(tree: Shape, path: str, catalogue: Catalogue) -> None:
 
 
 def enter_film(tree: Shape, path: str, catalogue: Catalogue) -> None:
-    """Enter the film of oil of a joint, which may do without a dry contact."""
+    """Add the keys of a joint's oil film, with or without dry contact."""
     tree[f"{path}.contact"] = section_key(tree, f"{path}.contact")._replace(unless="film")
     film = f"{path}.film"
     tree[film] = Section("a film of oil; left out: none", "optional")

@@ -1,4 +1,4 @@
-"""Reads a key that contains a table, written out or as the name of a CSV file next to the grid."""
+"""Reads a table, written in the grid or in a CSV file next to it."""
 
 import csv
 import math
@@ -12,14 +12,14 @@ from .document import Problems, WrittenValue, refuse_endless
 
 _LARGEST = 16 * 2**20  # bytes of a file
 _MOST_ROWS = 20_000
-_FINEST = 1e-9  # step between rows over the table's span; finer ones cannot be distinguished where it repeats
+_FINEST = 1e-9  # smallest step between rows over the table's span; finer steps vanish in rounding when it repeats
 _SPANS = (2.0 * math.pi, 4.0 * math.pi)  # rad, over which a table repeats
 
 Values = dict[str, list[float]]  # column -> values in SI
 
 
 def read(problems: Problems, path: str, written: WrittenValue, columns: Columns) -> Values | None:
-    """Return the table that is at the key `path`, None and problems where it is wrong."""
+    """Return the table at the key `path`; None, with problems, if it is invalid."""
     if isinstance(written.value, dict):
         table = dict(written.value.items())
         places = written.keys
@@ -43,7 +43,7 @@ def read(problems: Problems, path: str, written: WrittenValue, columns: Columns)
 def _from_file(
     problems: Problems, path: str, written: WrittenValue
 ) -> tuple[dict[str, WrittenValue], dict[str, WrittenValue]] | None:
-    """Return the columns of a CSV file by their heads, and the places of the heads."""
+    """Return the columns of a CSV file by header, and the positions of the headers."""
     file = Path(written.origin).parent / written.value if written.line else Path(written.value)
     if file.suffix.lower() != ".csv":
         problems.add(written, path, f"found '{written.value}'; expected the name of a .csv file")
@@ -74,7 +74,7 @@ def _from_file(
 
 
 def _columns(problems: Problems, path: str, table: WrittenValue, columns: Columns) -> dict[str, list[float]]:
-    """Return the values of the columns by name, reporting what is wrong with them."""
+    """Return the values of the columns by name; report mistakes in them."""
     fields = {field.name: field for field in (*columns.over, *columns.values)}
     expected = ", ".join(f"{field.name} [{_shown_unit(field)}]" for field in fields.values())
     values: dict[str, list[float]] = {}
@@ -98,7 +98,7 @@ def _shown_unit(field: Field) -> str:
 
 
 def _value(problems: Problems, path: str, cell: WrittenValue, unit: str, field: Field) -> float:
-    """Return one cell in SI, nan and a problem where it is wrong."""
+    """Return one cell in SI; nan, with a problem, if it is invalid."""
     try:
         plain = isinstance(cell.value, str | int | float) and not isinstance(cell.value, bool)
         value = quantity.read(f"{cell.value} {unit}" if unit and plain else cell.value, field.unit)
@@ -111,7 +111,7 @@ def _value(problems: Problems, path: str, cell: WrittenValue, unit: str, field: 
 
 
 def _sound(problems: Problems, path: str, written: WrittenValue, table: dict, values: Values, columns: Columns) -> bool:
-    """Return whether a table has what it needs and increases; note what it has not."""
+    """Return whether a table is complete and increasing; report mistakes."""
     over = [field.name for field in columns.over if field.name in values]
     sentence = ""
     if len(over) != 1:
@@ -146,7 +146,7 @@ def _sound(problems: Problems, path: str, written: WrittenValue, table: dict, va
 
 
 def _periodic(problems: Problems, path: str, last: WrittenValue, values: Values) -> bool:
-    """Return whether a table over the crank angle closes on itself, and note it where it does not."""
+    """Return whether a table over the crank angle is periodic; report it if not."""
     knots = values["crank_angle"]
     span = knots[-1] - knots[0]
     if not any(math.isclose(span, whole, rel_tol=1e-9) for whole in _SPANS):

@@ -1,4 +1,4 @@
-"""Reads `uncertain`: intervals of wear coefficients, from which a life gets a second interval."""
+"""Reads `uncertain`: intervals of wear coefficients, from which a second interval of a life follows."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -18,7 +18,7 @@ UNCERTAIN, FACTOR, PUBLISHED = "uncertain", "factor", "published"
 LARGEST = 1e3  # factor
 BODIES = ("bearing_coefficient", "journal_coefficient")
 _PATH = re.compile(r"joints\.([^.]+)\.wear\.(coefficient|bearing_coefficient|journal_coefficient)")
-_TAILS = (0.025, 0.975)  # ends of an interval of 95 %
+_TAILS = (0.025, 0.975)  # ends of a 95 % interval
 TEXT = (
     "dotted path of a wear coefficient -> {factor: 3}, lognormal with 95 % between a third and three times its value; "
     "or a distribution of `sample`; or `published`, loguniform over the range of the named wear pair; a life gets "
@@ -27,7 +27,7 @@ TEXT = (
 
 
 def read_into(reader: Reader, root: WrittenValue) -> None:
-    """Read the section into the reader: path -> what is written of it, in SI."""
+    """Read the section into the reader: path -> distribution, in SI."""
     section = root.value.get(UNCERTAIN) if isinstance(root.value, dict) else None
     if section is None:
         return
@@ -50,7 +50,7 @@ def read_into(reader: Reader, root: WrittenValue) -> None:
 
 
 def _refused(reader: Reader, path: str, paths: list[str]) -> str:
-    """Return why a path cannot be uncertain, '' if it can."""
+    """Return why a path cannot be uncertain, or '' if it can."""
     match = _PATH.fullmatch(path)
     if not match:
         return (
@@ -66,7 +66,7 @@ def _refused(reader: Reader, path: str, paths: list[str]) -> str:
 
 
 def _spread(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] | None:
-    """Return how a coefficient is spread, in SI, None where that is wrong."""
+    """Return the distribution of a coefficient, in SI, or None if it is invalid."""
     where = f"{UNCERTAIN}.{path}"
     if isinstance(written.value, dict) and [*written.value] == [FACTOR]:
         try:
@@ -95,7 +95,7 @@ def _spread(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] 
         return None
     wear = path.rpartition(".")[0]
     node = reader.shape[f"{wear}.{BODIES[0]}"]
-    assert isinstance(node, Number)  # a coefficient is one
+    assert isinstance(node, Number)  # a single coefficient
     (field, *_) = node.fields(reader.names)
 
     def value(item: WrittenValue) -> float | None:
@@ -124,7 +124,7 @@ def _ends(spread: Distribution) -> tuple[float, float]:
 
 
 def leaves(spreads: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, Any]]:
-    """Yield dotted path and value of what a grid says, as a case has it."""
+    """Yield dotted path and value of the distributions, as in a case."""
     for path, spread in spreads.items():
         for kind, given in spread.items():
             inner = f"{UNCERTAIN}.{path}.{kind}"
@@ -135,7 +135,7 @@ def leaves(spreads: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, Any]
 
 
 def uncertain_of(section: Mapping[str, Any]) -> tuple[Uncertain, ...]:
-    """Return the typed form of the section of a case, nested sections in SI."""
+    """Return the typed form of the section of a case, given as nested sections in SI."""
     uncertain = []
     for joint, inner in section["joints"].items():
         for key, spread in inner["wear"].items():

@@ -1,4 +1,4 @@
-"""Turns a document into SI values and axes, and reports everything that is wrong with it at once."""
+"""Converts a document to SI values and axes, and reports all mistakes at once."""
 
 import math
 
@@ -11,12 +11,15 @@ from . import (
     fits,
     followers,
     identified,
+    labels,
+    law_check,
     life_keys,
     limit_keys,
     list_key,
     naming,
     optimised,
     refine,
+    save_keys,
     seek,
     table_key,
     uncertain,
@@ -27,21 +30,22 @@ from .axes import Reading
 from .document import Problems, WrittenValue
 from .expected_figures import figures
 from .key_table import shape
-from .keys import Flag, Name, Number, Section, Shape, Table, Word
+from .keys import Flag, Name, NameList, Number, Section, Shape, Table, Word
 from .outlining import DRIVES, is_open, outline_of_document, wrong_names
 from .reader import Reader
 
-_OF_NO_CASE = [  # sections that no law or mechanism has
+_SEARCHES = (seek.SEEK, refine.REFINE, optimised.OPTIMISE, identified.IDENTIFY)
+_OF_NO_CASE = [  # sections that belong to no law or mechanism
     *("name", defined.DEFINE, *limit_keys.SECTIONS, uncertain.UNCERTAIN),
-    *(seek.SEEK, refine.REFINE, optimised.OPTIMISE, identified.IDENTIFY, *variations.WAYS),
+    *(*_SEARCHES, law_check.CHECK, *variations.WAYS),
 ]
-Meaning = tuple[Field, list[str]]  # of a quantity, and the units that it has to fit
+Meaning = tuple[Field, list[str]]  # meaning of a quantity, and its possible units
 
 
 def read_keys(
     root: WrittenValue, catalogue: Catalogue, problems: Problems, fixed: frozenset[str] = frozenset()
 ) -> Reader:
-    """Return what the document `root` says, the paths in `fixed` not swept; mistakes go to `problems`."""
+    """Return the values in the document `root` without sweeping the paths in `fixed`; mistakes go to `problems`."""
     written_names = root.value.get(defined.DEFINE)
     root, definitions = defined.resolve(root, problems, fixed)
     outline = outline_of_document(root)
@@ -55,11 +59,13 @@ def read_keys(
     _activate(reader, whole)
     variations.find(reader, root, whole, fixed)
     variations.find_optimised(reader, root, whole)
+    labels.put_lists(reader)
+    law_check.read(reader, root)
     fits.put_numbers(reader, lambda path: _ahead(reader, path))
     reader.taken = {each.path: each for each in taken if each.path not in reader.swept}
     wear_unit.put_units(reader)
     variations.find_sought(reader, root, whole, lambda path: _ahead(reader, path))
-    added_cases.find(reader, root, (seek.SEEK, refine.REFINE, optimised.OPTIMISE, identified.IDENTIFY))
+    added_cases.find(reader, root, (*_SEARCHES, law_check.CHECK))
     for path, node in reader.shape.items():
         if isinstance(node, Word):
             _word(reader, path, node)
@@ -69,6 +75,8 @@ def read_keys(
             _flag(reader, path)
         elif isinstance(node, Table):
             _table(reader, path, node)
+        elif isinstance(node, NameList):
+            save_keys.read_channels(reader, path)
     reader.axes = {path: reader.axes[path] for path in reader.swept if path in reader.axes}
     variations.check(reader)
     followers.check(reader)
@@ -85,7 +93,7 @@ def read_keys(
 
 
 def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechanism:
-    """Return the mechanism whose keys to check against: the one named, or the likeliest where the name is wrong."""
+    """Return the mechanism whose keys apply: the named one, or the likeliest if the name is wrong."""
     section = root.value.get("mechanism") if isinstance(root.value, dict) else None
     kind = section.value.get("type") if section and isinstance(section.value, dict) else None
     named = {mechanism.name: mechanism for mechanism in mechanisms}
@@ -97,7 +105,7 @@ def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechani
 
 
 def _walk(reader: Reader, written: WrittenValue, path: str, whole: Shape) -> None:
-    """Note the sections and values under `path`, and the keys that do not belong there."""
+    """Record the sections and values under `path`; report keys that do not belong there."""
     known = [inner.rpartition(".")[2] for inner in whole if inner.rpartition(".")[0] == path]
     known += [] if path else _OF_NO_CASE
     reader.sections[path] = written
@@ -123,7 +131,7 @@ def _walk(reader: Reader, written: WrittenValue, path: str, whole: Shape) -> Non
             continue
         node = None if "." in key else whole.get(inner)
         instead = isinstance(node, Number) and isinstance(below.value, dict) and _holds(whole, inner)
-        if isinstance(node, Section) or instead:  # a section, or one in place of a quantity
+        if isinstance(node, Section) or instead:  # a section, or a section that replaces a quantity
             _walk(reader, below, inner, whole)
         elif node is not None:
             reader.written[inner] = below
@@ -136,7 +144,7 @@ def _walk(reader: Reader, written: WrittenValue, path: str, whole: Shape) -> Non
 
 
 def _misnamed(reader: Reader, path: str, written: WrittenValue) -> bool:
-    """Note the names in an open section that cannot be, and return whether there are any."""
+    """Report invalid names in an open section, and return whether there are any."""
     names = list(written.value) if is_open(path) and isinstance(written.value, dict) else []
     wrong = dict(wrong_names(path, names))
     for name, sentence in wrong.items():
@@ -145,12 +153,12 @@ def _misnamed(reader: Reader, path: str, written: WrittenValue) -> bool:
 
 
 def _missing_section(path: str, node: Section, content: dict[str, WrittenValue]) -> bool:
-    """Return whether the section at `path` is missing in what is written of the one it is in."""
+    """Return whether the section at `path` is missing from its parent `content`."""
     return node.need == "required" and path.rpartition(".")[2] not in content and node.unless not in content
 
 
 def _unknown(path: str, key: str, known: list[str]) -> str:
-    """Return what to say of a key that does not belong into the section at `path`."""
+    """Return the message for a key that does not belong in the section at `path`."""
     if path == "drive" and key in DRIVES:
         other = next((each for each in DRIVES if each in known), DRIVES[0])
         return f"conflicts with {other}; a drive has one of {', '.join(DRIVES)}: leave the others out"
@@ -162,13 +170,13 @@ def _unknown(path: str, key: str, known: list[str]) -> str:
 
 
 def _activate(reader: Reader, whole: Shape) -> None:
-    """Keep of the whole shape what is there, and give wear and roughness the keys that else a law alone has."""
+    """Reduce the whole shape to the keys in use; wear and roughness also get keys that otherwise only laws have."""
     for path, node in whole.items():
         parent = path.rpartition(".")[0]
         there = not isinstance(node, Section) or _is_there(reader, path, node)
         if isinstance(whole.get(parent), Number):
             there = parent in reader.sections
-        elif isinstance(node, Number) and path in reader.sections:  # there is a section in its place
+        elif isinstance(node, Number) and path in reader.sections:  # a section replaces it
             there = False
         known_parent = not parent or parent in reader.shape or isinstance(whole.get(parent), Number)
         if there and known_parent and not isinstance(node, Name) and reader.broken.isdisjoint((path, parent)):
@@ -192,13 +200,13 @@ def _holds(whole: Shape, path: str) -> bool:
 
 
 def _is_there(reader: Reader, path: str, node: Section) -> bool:
-    """Return whether the section at `path` is there: written or implied, and what it needs is there, too."""
+    """Return whether the section at `path` exists: written or implied, together with the sections it needs."""
     required = f"{path.rpartition('.')[0].rpartition('.')[0]}.{node.needs}"
     return (path in reader.sections or node.need == "implied") and (not node.needs or required in reader.shape)
 
 
 def _word(reader: Reader, path: str, node: Word) -> None:
-    """Read one word, or the law names on its axis."""
+    """Read a word, or the law names on its axis."""
 
     def read_word(written: WrittenValue) -> str | None:
         if isinstance(written.value, str) and written.value in node.options:
@@ -232,6 +240,7 @@ def _word(reader: Reader, path: str, node: Word) -> None:
     elif not node.idle and not node.used(reader.names) and _meant(reader, path, node):
         reader.problems.add(reader.place(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
     reader.names[path] = frozenset(values or node.options)
+    law_check.put_axis(reader, path)
 
 
 def _table(reader: Reader, path: str, node: Table) -> None:
@@ -246,13 +255,12 @@ def _table(reader: Reader, path: str, node: Table) -> None:
         sentence = f"is missing; write the name of a .csv file next to the grid ({node.columns.text})"
         reader.problems.add(reader.place(path), path, sentence)
         return
-    values = table_key.read(reader.problems, path, reader.written[path], node.columns)
-    if values is not None:
+    if (values := table_key.read(reader.problems, path, reader.written[path], node.columns)) is not None:
         reader.values[path] = values
 
 
 def _flag(reader: Reader, path: str) -> None:
-    """Read one flag; nothing is entered where it is false, as where it is left out."""
+    """Read a flag; false is treated as left out."""
     node, written = reader.shape[path], reader.written.get(path)
     assert isinstance(node, Flag), path
     if written is not None and not isinstance(written.value, bool):
@@ -263,7 +271,7 @@ def _flag(reader: Reader, path: str) -> None:
 
 
 def _number(reader: Reader, path: str, node: Number) -> None:
-    """Read one quantity, or its axis, as every law in play understands it."""
+    """Read a quantity, or its axis, with the meaning that each law in use gives it."""
     fields = node.fields(reader.names)
     if not fields and _meant(reader, path, node):
         owners = sorted({name for use in node.uses for name in use.when[-1][1]})
@@ -273,7 +281,7 @@ def _number(reader: Reader, path: str, node: Number) -> None:
         reader.problems.add(reader.place(path), path, sentence)
         return
     meanings = [(field, _units(reader, path, field)) for field in fields or (node.uses[0].field,)]
-    if _doubtful(reader, node):  # which meaning applies is not known: one that fits will do
+    if _doubtful(reader, node):  # which meaning applies is unknown; any that fits will do
         quiet = Reader(Problems(), reader.mechanism, reader.outline)
         written = reader.written.get(path)
         if path in reader.swept or (
@@ -296,7 +304,7 @@ def _number(reader: Reader, path: str, node: Number) -> None:
 
 
 def _missing(reader: Reader, path: str, node: Number, field: Field) -> None:
-    """Note that a quantity is missing, and which of the laws in play need it."""
+    """Report a missing quantity, and which of the laws in use need it."""
     laws = {name for use in node.uses if use.field == field and use.when for name in use.when[-1][1]}
     needed = [name for name in sorted(laws) if any(name in reader.names[chooser] for chooser in node.choosers())]
     whose = f" for {' and '.join(needed)}" if needed else ""
@@ -305,14 +313,14 @@ def _missing(reader: Reader, path: str, node: Number, field: Field) -> None:
 
 
 def _enter_axis(reader: Reader, path: str, reading: Reading) -> None:
-    """Enter the values of an axis."""
+    """Record the values of an axis."""
     values = variations.values(reader, path, reading)
     if values:
         reader.axes[path] = tuple(values)
 
 
 def _quantity(reader: Reader, path: str, written: WrittenValue, meanings: list[Meaning]) -> float | int | None:
-    """Return a quantity in SI that fits every field with all its units, or None and a problem."""
+    """Return a quantity in SI that fits every field in all its units; None, with a problem, if there is none."""
     value = math.nan
     for field, units in meanings:
         for unit in units:
@@ -328,7 +336,7 @@ def _quantity(reader: Reader, path: str, written: WrittenValue, meanings: list[M
 
 
 def _units(reader: Reader, path: str, field: Field) -> list[str]:
-    """Return the units that a value has to fit: several where the exponent in the unit is swept."""
+    """Return the possible units of a value: several if the exponent in the unit is swept."""
     if "^exponent" not in field.unit:
         return [field.unit]
     exponents = exponent_values(reader, path)
@@ -336,12 +344,12 @@ def _units(reader: Reader, path: str, field: Field) -> list[str]:
 
 
 def exponent_values(reader: Reader, path: str) -> tuple[float, ...]:
-    """Return the values of the key `exponent` next to `path`, (1.5,) where they cannot be read."""
+    """Return the values of the key `exponent` next to `path`, or (1.5,) if unreadable."""
     return _ahead(reader, f"{path.rpartition('.')[0]}.exponent") or (1.5,)
 
 
 def _ahead(reader: Reader, path: str) -> tuple[float, ...]:
-    """Return every value that the number at `path` takes, before its turn; () where they cannot be read, or drawn."""
+    """Return every value of the number at `path` before it is read in turn, or () if unreadable or drawn."""
     node = reader.shape.get(path)
     if path in reader.defined.follow:
         return ()
@@ -362,36 +370,29 @@ def _ahead(reader: Reader, path: str) -> tuple[float, ...]:
 
 
 def _from_material(reader: Reader, path: str, missing: Field) -> bool:
-    """Return whether the stiffness at `path` follows from the material, which needs Hertz's exponent."""
+    """Return whether the stiffness at `path` follows from the material, which requires Hertz's exponent."""
     section = path.rpartition(".")[0]
     if missing.unit != "N/m^exponent" or missing.name != "stiffness" or f"{section}.material" not in reader.shape:
         return False
     if any(not math.isclose(exponent, 1.5) for exponent in exponent_values(reader, path)):
-        reader.problems.add(
-            reader.place(path),
-            path,
-            "is missing; the material gives the stiffness only where exponent is 1.5: write it",
-        )
+        sentence = "is missing; the material gives the stiffness only where exponent is 1.5: write it"
+        reader.problems.add(reader.place(path), path, sentence)
     return True
 
 
 def _doubtful(reader: Reader, node: Word | Number | Table) -> bool:
-    """Return whether a law name that decides about this key could not be read; its own problem is reported already."""
+    """Return whether this key depends on a law name that could not be read and is reported already."""
     return any(path in reader.unsure for path in node.choosers())
 
 
-def _switched(reader: Reader, node: Word | Number | Table) -> bool:
-    """Return whether a law name that decides about this key is swept, so that the key may be kept for other values."""
-    return any(path in reader.swept for path in node.choosers())
-
-
 def _meant(reader: Reader, path: str, node: Word | Number | Table) -> bool:
-    """Return whether a key that is not in use was written as if it were."""
-    there = path in reader.swept or (path in reader.written and not _switched(reader, node))
+    """Return whether an unused key was written as if it were used; it may belong to another law that is swept."""
+    switched = any(chooser in reader.swept for chooser in node.choosers())
+    there = path in reader.swept or (path in reader.written and not switched)
     return there and not _doubtful(reader, node)
 
 
 def _chosen(reader: Reader, node: Word | Number | Table) -> str:
-    """Return the law names in play that decide about this key, in words: `law 'hertz'`."""
+    """Return in words the law names on which this key depends: `law 'hertz'`."""
     names = {path: sorted(reader.names[path]) for path in node.choosers()}
     return ", ".join(f"{path.rpartition('.')[2]} {' or '.join(map(repr, chosen))}" for path, chosen in names.items())

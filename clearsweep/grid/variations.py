@@ -1,4 +1,4 @@
-"""Finds which values a grid varies and how: each by each (`sweep`), in step (`zip`, `cases`), by chance (`sample`)."""
+"""Finds which values a grid varies and how: combined (`sweep`), in step (`zip`, `cases`) or drawn (`sample`)."""
 
 from collections.abc import Callable
 from itertools import product
@@ -13,12 +13,12 @@ from .reader import Reader
 
 #: The sections that vary values, in the order in which their axes appear; those after `sweep` go in step.
 WAYS = ("sweep", "zip", "cases", "sample")
-#: The sections whose values may be used by some of the laws that vary next to them, and not by others.
+#: The sections with values that may be unused by some of the varied laws.
 EACH = ("sweep", seek.SEEK, optimised.OPTIMISE, identified.IDENTIFY)
 
 
 def find(reader: Reader, root: WrittenValue, whole: Shape, fixed: frozenset[str]) -> None:
-    """Note the values whose path names something that can be varied; paths in `fixed` are not varied any more."""
+    """Record the varied values; report paths that cannot vary.  Paths in `fixed` no longer vary."""
     for way in WAYS:
         section = root.value.get(way) if isinstance(root.value, dict) else None
         if section is None:
@@ -53,7 +53,7 @@ def find(reader: Reader, root: WrittenValue, whole: Shape, fixed: frozenset[str]
 
 
 def find_optimised(reader: Reader, root: WrittenValue, whole: Shape) -> None:
-    """Note the values that `optimise` and `identify` may choose."""
+    """Record the values that `optimise` and `identify` may choose."""
     for path, (place, values) in optimised.find(reader, root).items():
         _enter(reader, optimised.OPTIMISE, path, place, values, whole)
     for path, (place, values) in identified.find(reader, root).items():
@@ -63,15 +63,15 @@ def find_optimised(reader: Reader, root: WrittenValue, whole: Shape) -> None:
 def find_sought(
     reader: Reader, root: WrittenValue, whole: Shape, values_of: Callable[[str], tuple[float, ...]]
 ) -> None:
-    """Note the range of the value that is searched for, as an axis of its two ends, or of all that is tried."""
+    """Record the range of a search, as an axis of its two ends or of all values to try."""
     between = seek.range_of(reader, root, values_of)
     for place in between[0] if between else ():
-        assert between is not None  # it has a path
+        assert between is not None  # there is at least one path
         _enter_sought(reader, place.value, place, between[1], whole)
 
 
 def _enter_sought(reader: Reader, path: str, place: WrittenValue, between: WrittenValue, whole: Shape) -> None:
-    """Note the values of one path that is searched for."""
+    """Record the values of one path of a search."""
     node = whole.get(path)
     if isinstance(node, Word) or (isinstance(node, Number) and any(use.field.whole for use in node.uses)):
         noun = "a name" if isinstance(node, Word) else "a whole number"
@@ -84,7 +84,7 @@ def _enter_sought(reader: Reader, path: str, place: WrittenValue, between: Writt
 
 
 def _enter(reader: Reader, way: str, path: str, key: WrittenValue, values: WrittenValue, whole: Shape) -> None:
-    """Note the values of one path, or what is wrong with it; `key` is the place of the path itself."""
+    """Record the values of one path, or report a mistake; `key` is the position of the path itself."""
     where = _where(way, path)
     free = [path for path, node in reader.shape.items() if not isinstance(node, Section) and node.sweep]
     parent, node = path.rpartition(".")[0], reader.shape.get(path)
@@ -116,7 +116,7 @@ def _enter(reader: Reader, way: str, path: str, key: WrittenValue, values: Writt
 
 
 def _where(way: str, path: str) -> str:
-    """Return the key under which a section says how `path` varies: 'sweep.drive.speed', 'sample.over.drive.speed'."""
+    """Return the full key of a varied path: 'sweep.drive.speed', 'sample.over.drive.speed'."""
     if way == seek.SEEK:
         return f"{way}.between"
     if way in (optimised.OPTIMISE, identified.IDENTIFY):
@@ -131,7 +131,7 @@ def _sections(path: str) -> list[str]:
 
 
 def values(reader: Reader, path: str, reading: Reading) -> list[Any] | None:
-    """Return the values of a varied path, None where they are wrong."""
+    """Return the values of a varied path, or None if they are invalid."""
     way, written = reader.way[path], reader.swept[path]
     where = _where(way, path)
     if path in reader.added_written:
@@ -156,14 +156,14 @@ def values(reader: Reader, path: str, reading: Reading) -> list[Any] | None:
 
 
 def steps(reader: Reader) -> tuple[tuple[str, ...], ...]:
-    """Return the paths that go in step, section by section."""
+    """Return the paths that vary in step, by section."""
     together = [tuple(path for path in reader.axes if reader.way[path] == way) for way in (*WAYS[1:], seek.SEEK)]
     together[-1] = together[-1] if len(together[-1]) > 1 else ()
     return tuple(paths for paths in together if paths)
 
 
 def check(reader: Reader) -> None:
-    """Note axes in step that do not fit together, and values that the law names next to them do not use."""
+    """Report axes in step of different length, and values that varied law names do not use."""
     for paths in steps(reader):
         way, first = reader.way[paths[0]], paths[0]
         uneven = [path for path in paths if len(reader.axes[path]) != len(reader.axes[first])]
@@ -181,7 +181,7 @@ def check(reader: Reader) -> None:
 
 
 def _distinct(reader: Reader, way: str, paths: tuple[str, ...]) -> None:
-    """Note a row of values in step that is there twice."""
+    """Report repeated rows of values in step."""
     seen: dict[tuple[Any, ...], int] = {}
     for row, values in enumerate(zip(*(reader.axes[path] for path in paths), strict=True)):
         if values in seen:
@@ -193,7 +193,7 @@ def _distinct(reader: Reader, way: str, paths: tuple[str, ...]) -> None:
 
 
 def _always_used(reader: Reader, path: str) -> None:
-    """Note a value in step that some of the varied law names do not use: which rows would count is not clear."""
+    """Report a value in step that some varied law names do not use: it is unclear which rows would count."""
     node = value_key(reader.shape, path)
     varied = [other for other in node.choosers() if other in reader.axes]
     if all(reader.way[other] in EACH for other in (path, *varied)):
@@ -207,7 +207,7 @@ def _always_used(reader: Reader, path: str) -> None:
 
 
 def searched(reader: Reader) -> dict[str, tuple[str, ...]]:
-    """Return the paths that `optimise` or `identify` vary in step, by the section."""
+    """Return the paths that `optimise` or `identify` vary in step, by section."""
     searches = {optimised.OPTIMISE: reader.optimise, identified.IDENTIFY: reader.identify}
     return {section: tuple(each.over) for section, each in searches.items() if each}
 

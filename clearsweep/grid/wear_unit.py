@@ -1,4 +1,4 @@
-"""Finds the unit of wear coefficients: by default, bare numbers next to a hardness are dimensionless, k H."""
+"""Finds the unit of wear coefficients: by default, numbers without a unit next to a hardness are k H."""
 
 from collections.abc import Iterator
 
@@ -14,7 +14,7 @@ COEFFICIENTS = (
 
 
 def put_units(reader: Reader) -> None:
-    """Note for each joint that wears, and does not say so itself, whether its coefficients are dimensionless."""
+    """Set, for each joint with wear, whether its coefficients are dimensionless, unless the grid says so."""
     for path in [path for path in reader.shape if path.endswith(".wear.coefficient_unit")]:
         wear = path.rpartition(".")[0]
         there = reader.swept | reader.written
@@ -25,13 +25,13 @@ def put_units(reader: Reader) -> None:
 
 
 def _bare(written: WrittenValue) -> bool:
-    """Return whether numbers without a unit are all that is written."""
+    """Return whether only numbers without a unit are written."""
     leaves = list(_leaves(written))
     return bool(leaves) and all(map(_is_number, leaves))
 
 
 def _leaves(written: WrittenValue) -> Iterator[object]:
-    """Yield all that is written in a value, an axis or a distribution."""
+    """Yield every text in a value, an axis or a distribution."""
     if isinstance(written.value, (dict, list)):
         for item in written.value.values() if isinstance(written.value, dict) else written.value:
             yield from _leaves(item)

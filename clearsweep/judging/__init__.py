@@ -1,1 +1,1 @@
-"""Whether results may be believed, and whether a grid allows them."""
+"""Assesses results: whether they are plausible, and whether they meet the limits of a grid."""

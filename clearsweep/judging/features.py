@@ -1,34 +1,34 @@
-"""Features of a signal over the crank angle: the same code for what was measured and what was computed."""
+"""Features of a signal over the crank angle, for measured and computed signals alike."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    import numpy as np  # loaded only where features are worked out
+    import numpy as np  # imported only when features are computed
 
 TURN = 6.283185307179586  # rad
-SAMPLES = 720  # of a revolution, at least
-LARGEST_GRID = 4096  # samples of a revolution: the band of features ends at its Nyquist order
-USED_BAND = 0.8  # of the Nyquist order of the coarser of two signals: filters of recorders roll off above
-#: Orders of the crank from and to which the power of a signal is summed.
+SAMPLES = 720  # least samples of a revolution
+LARGEST_GRID = 4096  # samples of a revolution; the features reach up to its Nyquist order
+USED_BAND = 0.8  # of the coarser signal's Nyquist order; anti-aliasing filters roll off above
+#: Bands of crank orders over which the power of a signal is summed.
 BANDS = (
     *((1, 1), (2, 2), (3, 3), (4, 4), (5, 6), (7, 8), (9, 11), (12, 16), (17, 22), (23, 32), (33, 45), (46, 64)),
     *((65, 90), (91, 128), (129, 181), (182, 256), (257, 362), (363, 512), (513, 724), (725, 1024)),
 )
-HARMONICS = 12  # of the energy of impacts over the crank angle, which say where in a revolution it is
-RIGID_ORDERS = 12  # above, the power is attributed to impacts: motion without clearance has hardly any there
-THRESHOLD = 0.2  # of the median over revolutions of the largest value above RIGID_ORDERS: beyond, it is an impact
-WEAK = 0.05  # rms of an order over that of the signal, below which its phase cannot be followed
-APART = 48  # at most so many impacts are distinguished in a revolution
+HARMONICS = 12  # harmonics of impact energy over the crank angle, which locate impacts within a revolution
+RIGID_ORDERS = 12  # above this order power is attributed to impacts; ideal motion has hardly any there
+THRESHOLD = 0.2  # of the median per-revolution peak above RIGID_ORDERS; larger values are impacts
+WEAK = 0.05  # rms of an order over that of the signal below which its phase cannot be tracked
+APART = 48  # most impacts counted in a revolution
 
 
 class Features(NamedTuple):
     """Features of a signal, in its unit."""
 
     rms: float  # about its mean
-    peak_median: float  # of the largest absolute values of its revolutions, about the mean
+    peak_median: float  # mean over revolutions of the largest deviation from the mean
     peak_p95: float
     spectrum: tuple[float, ...]  # rms in each of BANDS
-    impacts: float  # a revolution
+    impacts: float  # per revolution
     #: Cosine and sine parts of HARMONICS of the energy above RIGID_ORDERS over the crank angle, over that energy.
     phases: tuple[float, ...]
 
@@ -43,7 +43,7 @@ class Statistics(NamedTuple):
     energy: "np.ndarray"  # (turns, HARMONICS + 1) complex harmonics of the square above RIGID_ORDERS, from 0 on
 
     def features(self, rows: "np.ndarray | slice" = slice(None)) -> Features:
-        """Return the features of some of the revolutions."""
+        """Return the features of a selection of revolutions."""
         import numpy as np
 
         peaks, power, energy = self.peak[rows], self.power[rows].mean(axis=0), self.energy[rows].mean(axis=0)
@@ -59,7 +59,7 @@ class Statistics(NamedTuple):
 
 
 def of(turns: "np.ndarray") -> Features:
-    """Return the features of whole revolutions (turns, samples of a revolution) of a signal."""
+    """Return the features of a signal from whole revolutions (turns, samples of a revolution)."""
     return statistics(turns).features()
 
 
@@ -78,7 +78,7 @@ def statistics(turns: "np.ndarray") -> Statistics:
 
 
 def _impacts(size: "np.ndarray") -> "np.ndarray":
-    """Return how many impacts begin in each revolution (turns, samples), by the absolute value of the fast part."""
+    """Return how many impacts begin in each revolution (turns, samples), from the magnitude of the fast part."""
     import numpy as np
 
     count, samples = size.shape
@@ -89,9 +89,9 @@ def _impacts(size: "np.ndarray") -> "np.ndarray":
 
 
 def _up_to(values: "np.ndarray", highest: float, count: int) -> "np.ndarray":
-    """Return `count` even samples of a repeating signal without its mean and its harmonics above the `highest`.
+    """Return `count` uniform samples of a periodic signal without mean and harmonics above `highest`.
 
-    The upper fifth of the band is faded out, so that a step does not ring.
+    The upper fifth of the band is tapered to avoid ringing.
     """
     import numpy as np
 
@@ -104,7 +104,7 @@ def _up_to(values: "np.ndarray", highest: float, count: int) -> "np.ndarray":
 
 
 def noise(chance: "np.random.Generator", turns: "np.ndarray", orders: float) -> "np.ndarray":
-    """Return even noise up to an order, with rms 1, in the shape of `turns` (turns, samples)."""
+    """Return white noise up to an order, with rms 1, in the shape of `turns` (turns, samples)."""
     import numpy as np
 
     white = _up_to(chance.standard_normal(turns.size), orders * len(turns), turns.size)
@@ -125,7 +125,7 @@ def common_band(*densities: float) -> float:
 
 
 def grid_of(orders: float) -> int:
-    """Return the number of samples per revolution that a band up to these orders needs."""
+    """Return the number of samples per revolution for a band up to these orders."""
     samples = SAMPLES
     while samples < min(2.0 * orders / USED_BAND, LARGEST_GRID) - 1e-6:
         samples *= 2
@@ -138,9 +138,9 @@ def revolutions(
     """Return the whole revolutions (turns, samples) of values over ascending crank angles (rad), from `start` on.
 
     start : rad, of any revolution; defaults to the first angle
-    orders : highest order that is kept; defaults to what the samples allow
+    orders : highest order kept; by default as high as the samples allow
 
-    Between samples the signal is taken as linear, four times as fine as it is sampled: so its peaks stay.
+    The signal is interpolated linearly at four times its sampling, which keeps its peaks.
     """
     import numpy as np
 
@@ -160,9 +160,9 @@ def revolutions(
 def shift(measured: "np.ndarray", computed: "np.ndarray", highest: int | None = None) -> int:
     """Return the lag (samples, from 0 on) of a measured revolution behind the computed one.
 
-    Both are means over revolutions, (samples,); it is where their circular correlation is largest.
+    Both are means over revolutions, (samples,); the lag maximises their circular correlation.
 
-    highest : order up to which they are correlated; defaults to all
+    highest : highest order in the correlation; by default all
     """
     import numpy as np
 
@@ -173,9 +173,9 @@ def shift(measured: "np.ndarray", computed: "np.ndarray", highest: int | None = 
 
 
 def angle_of_time(times: "np.ndarray", values: "np.ndarray", rate: float) -> "np.ndarray":
-    """Return the crank angles (rad, 0 at first) of samples over time (s) whose mean crank speed is near `rate` (rad/s).
+    """Return the crank angles (rad, from 0) of samples over time (s) for a mean crank speed near `rate` (rad/s).
 
-    The speed is where the orders 1 to 4 are strongest, within 5 % of `rate`.  What slowly varies about it is taken from
+    The speed maximises the power of orders 1 to 4 within 5 % of `rate`.  Its slow variation is taken from
     the phase of the strongest of these orders, averaged twice over a revolution.
     """
     import numpy as np
@@ -185,16 +185,16 @@ def angle_of_time(times: "np.ndarray", values: "np.ndarray", rate: float) -> "np
     even = np.linspace(times[0], times[-1], len(times))
     about = np.interp(even, times, about) * np.hanning(len(times))
     spectrum = np.abs(np.fft.rfft(about, 4 * len(about))) ** 2
-    step = TURN / (4.0 * span * len(times) / (len(times) - 1))  # rad/s between its lines
+    step = TURN / (4.0 * span * len(times) / (len(times) - 1))  # rad/s, resolution of the spectrum
     tried = rate * np.linspace(0.95, 1.05, 2001)
     lines = np.arange(len(spectrum)) * step
     power = [np.interp(order * tried, lines, spectrum) for order in (1, 2, 3, 4)]
     best = int(np.argmax(np.sum(power, axis=0)))
     mean, strongest = float(tried[best]), int(np.argmax([each[best] for each in power])) + 1
     angle: np.ndarray = mean * (times - times[0])
-    for _ in range(2):  # the first time, what varies within a revolution leaves an error
+    for _ in range(2):  # the first pass leaves an error from variation within a revolution
         demodulated = (values - values.mean()) * np.exp(-1j * strongest * angle)
-        smooth = _averaged(times, _averaged(times, demodulated, TURN / mean), TURN / mean)  # no other order leaks
+        smooth = _averaged(times, _averaged(times, demodulated, TURN / mean), TURN / mean)  # filters other orders
         if np.abs(smooth).min() < WEAK * np.std(values):
             return angle
         phase = np.unwrap(np.angle(smooth)) / strongest
@@ -206,12 +206,12 @@ def angle_of_time(times: "np.ndarray", values: "np.ndarray", rate: float) -> "np
 
 
 def _averaged(times: "np.ndarray", values: "np.ndarray", width: float) -> "np.ndarray":
-    """Return values over ascending times (s), each the mean of those within `width` (s) about it."""
+    """Return the moving average of values over ascending times (s) within a window of `width` (s)."""
     import numpy as np
 
     total = np.concatenate([[0.0], np.cumsum(values)])
     half = min(width, times[-1] - times[0]) / 2.0
-    middle = np.clip(times, times[0] + half, times[-1] - half)  # of whole width at both ends, too
+    middle = np.clip(times, times[0] + half, times[-1] - half)  # full width also at both ends
     first, last = np.searchsorted(times, middle - half), np.searchsorted(times, middle + half, side="right")
     averages: np.ndarray = (total[last] - total[first]) / np.maximum(last - first, 1)
     return averages

@@ -1,4 +1,4 @@
-"""Text for a life: hours with the interval of the numerics and that of uncertain wear coefficients."""
+"""Texts on a life: hours, with the intervals from numerics and from uncertain wear coefficients."""
 
 import math
 from collections.abc import Mapping
@@ -7,12 +7,12 @@ from typing import NamedTuple
 from ..language import wording
 from .validity import WIDE_SMOOTHING
 
-DIGITS = (3, 4, 5)  # as few of them as distinguish the ends of an interval
-FINEST = 1e-5  # of a life: a smaller interval is said to be below it
+DIGITS = (3, 4, 5)  # digits: as few as distinguish the ends of an interval
+FINEST = 1e-5  # of a life: a smaller interval is reported as below this
 
 
 class Lifetime(NamedTuple):
-    """The columns of a life, nan where there is none; revolutions but for the hours."""
+    """The columns of a life in revolutions, except hours; nan for missing values."""
 
     hours: float  # h
     revolutions: float
@@ -20,20 +20,20 @@ class Lifetime(NamedTuple):
     high: float  # inf or nan: unbounded
     low_uncertain: float = math.nan
     high_uncertain: float = math.nan
-    smoothing: float = math.nan  # rad, width that worn shapes are smoothed by at its end
+    smoothing: float = math.nan  # rad, smoothing width of worn shapes at its end
 
 
-#: Of a joint: name of the column -> field of Lifetime.
+#: Name of a joint's column -> field of Lifetime.
 COLUMNS = {f"life_{name}": name for name in Lifetime._fields[:-1]} | {"wear_smoothing": "smoothing"}
 
 
 def lifetime_of(known: Mapping[str, float]) -> Lifetime:
-    """Return a life from its columns, without the joint's name; those that are not there are nan."""
+    """Return a life from its columns, without the joint's name; missing columns are nan."""
     return Lifetime(**{field: known.get(name, math.nan) for name, field in COLUMNS.items()})
 
 
 def interval_text(life: Lifetime) -> str:
-    """Return a life in hours with the interval of the numerics alone, and with what that leaves out."""
+    """Return a life in hours with the numerical interval only, and a remark on what this omits."""
     parts = [f"{wording.plain(life.hours)} h ({_numerics(life)})"]
     if math.isfinite(life.low_uncertain) or math.isfinite(life.high_uncertain):
         known = [
@@ -57,7 +57,7 @@ def _hours(life: Lifetime, end: float, digits: int) -> str:
 
 
 def _numerics(life: Lifetime) -> str:
-    """Return the 95 % interval of the numerics: its ends where five digits distinguish them, else its half-width."""
+    """Return the numerical 95 % interval: its ends if five digits distinguish them, else its half-width."""
     percent = f"95{wording.BLANK}%, numerics alone"
     if not math.isfinite(life.high):
         return f"{percent}: {_hours(life, life.low, DIGITS[0])} to no end"

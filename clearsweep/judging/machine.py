@@ -6,9 +6,9 @@ from typing import Any
 
 from ..language import wording
 
-FAR = 3.0  # standard deviations, from which on a feature is named
-SPEED = 0.01  # of the crank, by which a measured one may be off before it is said
-LISTED = 4  # features that are named
+FAR = 3.0  # standard deviations above which a feature is mentioned
+SPEED = 0.01  # rad, offset of the crank angle above which it is mentioned
+LISTED = 4  # most features mentioned
 
 
 def certainty(parameter: Mapping[str, Any]) -> str:
@@ -21,7 +21,7 @@ def certainty(parameter: Mapping[str, Any]) -> str:
 
 
 def difference(fit: Mapping[str, Any]) -> str:
-    """Return by how much a computed feature differs from the measured one."""
+    """Return the difference between a computed and a measured feature in words."""
     if not fit["measured"]:
         return ""
     off = 100.0 * (fit["computed"] / fit["measured"] - 1.0)
@@ -29,7 +29,7 @@ def difference(fit: Mapping[str, Any]) -> str:
 
 
 def sentences(identified: Mapping[str, Any], joints: int) -> list[str]:
-    """Return sentences on the intervals: misfit, keys that trade off, priors, treatment of the signals."""
+    """Return the sentences on misfit, keys that trade off, priors and treatment of the signals."""
     lines = [_misfit(identified)]
     for first, second, size in identified["traded"]:
         names = f"{wording.axis_name(first, joints)} and {wording.axis_name(second, joints)}"

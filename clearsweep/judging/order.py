@@ -1,4 +1,4 @@
-"""Which question a run answers first: one order for the verdict, the cards, the closing table and the sorting."""
+"""The leading question of a run: one order for verdict, cards, closing table and sorting."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
@@ -8,18 +8,18 @@ import numpy as np
 from ..contracts.layout import Layout
 from .verdict import MARGIN, Limit
 
-#: The questions of a grid in the order in which they are answered.  A study of films and one of forces ask by what they
-#: contain, and only where nothing else is asked.
+#: The questions of a grid in order of precedence.  Film and force studies are recognised by their content,
+#: if there is no other question.
 QUESTIONS = ("life", "seek", "optimise", "identify", "limits", "film", "force")
-SEARCHES = ("seek", "optimise", "identify")  # those that are sections of a grid, which choose its cases
+SEARCHES = ("seek", "optimise", "identify")  # questions that are sections of a grid which choose cases
 SENSES = ("minimise", "maximise")
 
 
-_LEAST, _MOST = True, False  # which end of the ranking figure is the worst
+_LEAST, _MOST = True, False  # which end of the ranking figure is worst
 
 
 class Candidate(NamedTuple):
-    """Columns of one joint, or of the whole mechanism; the first of them ranks it."""
+    """Columns of one joint or of the whole mechanism; the first column ranks it."""
 
     joint: str  # 'rod_slider', '' for the mechanism
     columns: tuple[str, ...]
@@ -28,41 +28,41 @@ class Candidate(NamedTuple):
 class Lead(NamedTuple):
     """The ranking of the cases of a run."""
 
-    question: str  # one of QUESTIONS, the first that the run answers
-    title: str  # of the closing table
-    headings: tuple[str, ...]  # of the columns of each candidate
-    smallest: bool  # the smallest value is the worst
+    question: str  # one of QUESTIONS: the leading question of the run
+    title: str  # heading of the closing table
+    headings: tuple[str, ...]  # labels of each candidate's columns
+    smallest: bool  # whether the smallest value is worst
     candidates: tuple[Candidate, ...]
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Return all columns that it needs."""
+        """Return all columns that the ranking needs."""
         return tuple(dict.fromkeys(name for each in self.candidates for name in each.columns))
 
     def worst(self, columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the worst value of each case over the candidates, NaN where all are null, and which candidate has it.
+        """Return the worst value of each case over the candidates, NaN if all are null, and the candidate's index.
 
         columns : (n,) each, NaN for null
         """
         values = np.array([np.asarray(columns[each.columns[0]], float) for each in self.candidates])
-        if self.question == "optimise" and MARGIN in self.columns:  # beyond the limits no case is the best
+        if self.question == "optimise" and MARGIN in self.columns:  # cases beyond the limits are never the best
             values = np.where(np.asarray(columns[MARGIN], float) < 0.0, np.nan, values)
         sign = -1.0 if self.smallest else 1.0
         which = np.argmax(np.where(np.isnan(values), -np.inf, sign * values), axis=0)
         return np.take_along_axis(values, which[None], axis=0)[0], which
 
     def ranking(self, values: np.ndarray) -> np.ndarray:
-        """Return numbers that grow from the best case to the worst, -inf for null."""
+        """Return numbers that increase from the best case to the worst, -inf for null."""
         return np.where(np.isnan(values), -np.inf, -values if self.smallest else values)
 
 
 def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | None = None) -> Lead:
     """Return the ranking of the cases of a run with this layout and these limits.
 
-    grid : as run.json contains it, of which the sections that choose cases count
+    grid : as in run.json; only the sections that choose cases matter
 
-    The cases of a search are judged by the limits, so they are ranked by their margin; those of `optimise` by the first
-    objective, the best first.  The cases of `identify` have no rank: they are near to what was measured, or are not.
+    The cases of a search are ranked by their margin to the limits, those of `optimise` by the first
+    objective, best first.  The cases of `identify` are not ranked.
     """
     asked = next((name for name in SEARCHES if (grid or {}).get(name)), "")
     there = {column.name for column in layout.columns}
@@ -110,7 +110,7 @@ _BY_CONTENT: tuple[tuple[str, str, bool, dict[str, str]], ...] = (
 
 
 def no_limits(layout: Layout) -> str:
-    """Return the limit to suggest for a grid without limits."""
+    """Return the suggested limit for a grid without limits."""
     there = {column.name for column in layout.columns}
     lead = lead_of(layout, ())
     if lead.question == "film":

@@ -1,7 +1,7 @@
 """Remarks on cases outside the range of their laws, and on implausible figures of finished cases.
 
-Yield and the range of a law have columns of their own. The message of a case is a list of remarks, each of which begins
-with a keyword. It repeats the range of a law and has all other remarks.
+Yield and the range of a law have their own columns. The message of a case is a list of remarks, each of which begins
+with a keyword. It includes the range of a law.
 """
 
 import math
@@ -12,64 +12,64 @@ import numpy as np
 
 from ..language.wording import joint_name, short_id
 
-#: Figures of a joint.  The first is judged over the second, the approach speed at which a contact first yields.
+#: Figures of a joint.  The first is compared with the second, the approach speed at first yield.
 ONSET_RATE, YIELD_SPEED, LIMIT_SHARE = "onset_rate_max", "yield_speed", "law_limit_fraction"
-_FIGURES = {ONSET_RATE: 1.0, LIMIT_SHARE: 0.0}  # -> value above which there is a remark
+_FIGURES = {ONSET_RATE: 1.0, LIMIT_SHARE: 0.0}  # figure -> value above which there is a remark
 #: Keywords of the remarks in a message: a law beyond its range, a contact that never ends and keeps its onset rate,
 #: implausible results.
 LAW_LIMIT, ONSET_KEPT = "law-limit: ", "onset-kept: "
 WORN_AWAY, PV_HIGH = "worn-away: ", "pv-high: "
 TOO_DEEP, WORN_THROUGH, IMBALANCE = "too-deep: ", "worn-through: ", "imbalance: "
 FILM_HELD, FILM_BEYOND, FILM_FLOW, FILM_FED = "film-limit: ", "film-beyond: ", "film-flow: ", "film-fed: "
-FED = 1e-3  # of a film's loss: what its pressure gives back below that is rounding
+FED = 1e-3  # of a film's loss: a smaller energy gain counts as rounding
 UNBALANCED = "film-heat: the heat balance of a joint did not converge; more revolutions, or a larger conductance, help"
-FILM_UNSURE = "film-unsure: "  # the temperature of its film is not known closely
-TAYLOR = 41.3  # above, vortices begin between cylinders of which the inner one turns (Taylor 1923)
+FILM_UNSURE = "film-unsure: "  # the temperature of its film is inaccurate
+TAYLOR = 41.3  # Taylor number above which vortices form at a rotating inner cylinder (Taylor 1923)
 FRICTION_HEAT, HEATING, LEADS = "friction-heat: ", 100.0, 1.0  # K, W/K
-BALL = "ball-stiffness: "  # a stiffness that follows from the material, of a ball in a socket
+BALL = "ball-stiffness: "  # a stiffness from the material, for a ball in a socket
 UNCHECKED = "unchecked: "  # its error check failed
 UNREACHED = "unreached: "  # its life did not reach the limit
-LIFE_FAILED = "life-failed: "  # a life at an end of the interval of its wear coefficients
-SMOOTHED = "smoothed: "  # its worn shapes were smoothed more widely than an arc of contact is
+LIFE_FAILED = "life-failed: "  # a life at one end of the wear coefficients' intervals
+SMOOTHED = "smoothed: "  # its worn shapes were smoothed more widely than a contact arc
 WIDE_SMOOTHING = math.radians(4.0)
-BETWEEN = " | "  # remarks in a message
-#: Of the bearing's radius.  Beyond DEEP a contact is no small deformation.  Up to BORNE, a strain of about a per cent,
-#: a contact may be deeper than its clearance: journals in tight fits are, and need no mistake for it.
+BETWEEN = " | "  # most remarks in a message
+#: Of the bearing radius.  Beyond DEEP a contact is not a small deformation.  Up to BORNE, a strain of about 1 %,
+#: a penetration may exceed the clearance, as it does in tight fits.
 DEEP, BORNE = 0.1, 0.01
 THOUSAND_HOURS = 3.6e6  # s
-#: Mean pressure times speed (W/m^2) that a dry bush bears for short periods, of metal-backed PTFE; 1.75 MPa m/s for
+#: Mean pressure times speed (W/m^2) that a dry metal-backed PTFE bush withstands for short periods; 1.75 MPa m/s for
 #: long: Neale, The Tribology Handbook, 'Dry rubbing bearings', and makers' sheets.
 PV_BORNE = 3.6e6
 #: Energy residual that a tolerance explains, per onset and revolution.  Of 1,300 random cases at tolerances from 1e-12
-#: to 1e-3 none came to more than 1.4; what rounding alone makes is below LEAST_RESIDUAL, and more than MOST_RESIDUAL no
-#: tolerance excuses.
+#: to 1e-3 none exceeded 1.4; rounding alone stays below LEAST_RESIDUAL, and more than MOST_RESIDUAL no
+#: tolerance explains.
 RESIDUAL, LEAST_RESIDUAL, MOST_RESIDUAL = 10.0, 1e-9, 1e-2
 
 
 def columns(joints: Iterable[str], known: Collection[str]) -> list[str]:
-    """Return the columns of the summary from which the remarks on some joints ('rod_slider') follow.
+    """Return the columns of the summary that the remarks on some joints ('rod_slider') need.
 
-    known : all columns; a joint whose strength is not known has no `yield_speed`, and nothing is said of its yielding.
+    known : all columns; a joint of unknown strength has no `yield_speed` and gets no remark on yield.
     """
     wanted = [f"{joint}_{figure}" for figure in (*_FIGURES, YIELD_SPEED) for joint in joints]
     return ["case_id", "message", *(name for name in wanted if name in known)]
 
 
 class _Worst(NamedTuple):
-    """The case that is furthest beyond a threshold."""
+    """The case furthest beyond a threshold."""
 
-    value: float  # of the figure, SI; of impacts over the speed at which the contact first yields
+    value: float  # the figure, SI; for impacts, relative to the speed at first yield
     joint: str  # in words
     case_id: str
     message: str
-    limit: float = math.nan  # m/s, that speed
+    limit: float = math.nan  # m/s, speed at first yield
 
 
 class Remarks:
-    """Counts the cases that leave the range of their laws, and keeps the worst of each kind."""
+    """Counts the cases outside the range of their laws, and keeps the worst of each kind."""
 
     def __init__(self, joints: Iterable[str]) -> None:
-        """Take the joints ('rod_slider')."""
+        """Prepare for joints ('rod_slider')."""
         self.joints = list(joints)
         self.cases = 0
         self.counts = dict.fromkeys((*_FIGURES, *_TOLD), 0)
@@ -81,7 +81,7 @@ class Remarks:
         """Add finished cases: column of the summary -> its values, with at least `columns`."""
         ids, messages = cases["case_id"], cases["message"]
         self.cases += len(ids)
-        for place in (place for place, message in enumerate(messages) if message):
+        for place in np.flatnonzero(np.asarray(messages, object)).tolist():
             for word in _TOLD:
                 if remark := _remark(messages[place], word):
                     self.counts[word] += 1
@@ -107,12 +107,17 @@ class Remarks:
                     float(limits[row, place]),
                 )
 
+    def replace_counts(self, counts: Mapping[str, int]) -> None:
+        """Take the counts of all cases, their number under `cases`, instead of those of the cases that were added."""
+        self.cases = counts["cases"]
+        self.counts = {name: counts.get(name, 0) for name in self.counts}
+
     def case_ids(self) -> set[str]:
-        """Return the cases that the remarks name so far."""
+        """Return the cases mentioned so far."""
         return {worst.case_id for worst in self.worst.values() if worst.case_id} | self.named
 
     def sentences(self) -> list[str]:
-        """Return the remarks on all cases, one sentence or two for each kind."""
+        """Return the remarks on all cases, one or two sentences for each kind."""
         sentence = {ONSET_RATE: self._fast, LIMIT_SHARE: self._deep}
         return [
             *(sentence[figure](self.worst[figure]) for figure in _FIGURES if self.counts[figure]),
@@ -167,17 +172,17 @@ _TOLD = {
 
 
 def _numbers(cases: Mapping[str, Any], column: str, count: int) -> np.ndarray:
-    """Return the values of a column, (count,), nan where there are none."""
+    """Return the values of a column, (count,), nan if it is missing."""
     return np.array(cases[column], float) if column in cases else np.full(count, math.nan)
 
 
 def message_of(*remarks: str) -> str:
-    """Return the message of a finished case from its remarks, '' for none."""
+    """Return the message of a finished case from its remarks, '' without any."""
     return BETWEEN.join(remark for remark in remarks if remark)
 
 
 def _remark(message: str | None, word: str) -> str:
-    """Return the remark in a case's message that begins with `word`, without it; '' where there is none."""
+    """Return the remark in a message that begins with `word`, without the word, or ''."""
     remarks = str(message or "").split(BETWEEN)
     return next((remark.removeprefix(word) for remark in remarks if remark.startswith(word)), "")
 
@@ -193,7 +198,7 @@ class Reached(NamedTuple):
 
 
 def too_deep(joints: Iterable[Reached]) -> str:
-    """Return the remark on contacts that are deeper than the clearance and BORNE, or than DEEP."""
+    """Return the remark on penetrations above the clearance and BORNE, or above DEEP."""
     remarks = []
     for joint in joints:
         radius = joint.bearing_radius
@@ -208,7 +213,7 @@ def too_deep(joints: Iterable[Reached]) -> str:
 
 
 def worn_through(joints: Iterable[Reached]) -> str:
-    """Return the remark on wear that is deeper than the clearance."""
+    """Return the remark on wear deeper than the clearance."""
     remarks = [
         f"{joint.joint} is worn {_mm(joint.worn)} deep at a clearance of {_mm(joint.clearance)}"
         for joint in joints
@@ -225,11 +230,11 @@ class Rubbed(NamedTuple):
     rate: float  # m/s, of the deepest wear
     pv: float  # W/m^2, mean
     bearing_radius: float  # m
-    oiled: bool = False  # a film bears most of its load
+    oiled: bool = False  # a film carries most of its load
 
 
 def worn_away(joints: Iterable[Rubbed]) -> str:
-    """Return the remark on wear that reaches the bearing's radius within 1000 h."""
+    """Return the remark on wear that reaches the bearing radius within 1000 h."""
     remarks = [
         f"{joint.joint} loses {_mm(THOUSAND_HOURS * joint.rate)} in 1000 h at a bearing radius of "
         f"{_mm(joint.bearing_radius)}"
@@ -244,7 +249,7 @@ def worn_away(joints: Iterable[Rubbed]) -> str:
 
 
 def pv_high(joints: Iterable[Rubbed]) -> str:
-    """Return the remark on a mean pressure times speed beyond what dry bushes bear."""
+    """Return the remark on a mean pressure times speed beyond the limit of dry bushes."""
     remarks = [
         f"{joint.joint} has a mean pV of {1e-6 * joint.pv:.3g} MPa m/s"
         for joint in joints
@@ -255,7 +260,7 @@ def pv_high(joints: Iterable[Rubbed]) -> str:
 
 
 def smoothed(widths: Iterable[tuple[str, float | None]]) -> str:
-    """Return the remark on joints whose worn shapes are smoothed by more than WIDE_SMOOTHING; widths in rad."""
+    """Return the remark on joints with worn shapes smoothed by more than WIDE_SMOOTHING; widths in rad."""
     remarks = [
         f"the worn shapes of {joint} are smoothed over {math.degrees(width):.3g} deg at the end, at first over 2 deg"
         for joint, width in widths
@@ -274,12 +279,12 @@ class Lubricated(NamedTuple):
 
     joint: str  # 'rod-slider'
     limit: float  # eccentricity ratio up to which its formula is valid
-    share_beyond: float  # share of the window's time beyond
+    share_beyond: float  # share of the window's time beyond the limit
     ratio: float  # largest eccentricity over clearance
-    dry: bool  # there is a dry contact behind it
+    dry: bool  # it has a dry contact
     taylor: float  # largest Taylor number
-    fed: float = 0.0  # energy that its pressure gave back, over its loss
-    remedy: str = "reynolds"  # law of a film that gives nothing back and covers its length over diameter
+    fed: float = 0.0  # energy gained from its pressure, over its loss
+    remedy: str = "reynolds"  # a passive film law that is valid for its length over diameter
 
 
 def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
@@ -316,7 +321,7 @@ def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
 
 
 def unsure_films(joints: Iterable[tuple[str, float, float, float]]) -> str:
-    """Return the remark on films from (joint, temperature, half of its 95 % interval, rise above ambient, all in K)."""
+    """Return the remark on inaccurate films: (joint, temperature, half-width of its 95 % interval, rise), in K."""
     films = [
         f"{joint} is at {temperature:.2f} K, {rise:.3g} K above ambient, "
         + (f"uncertain by {width:.3g} K (95 %)" if math.isfinite(width) else "from too few revolutions for an interval")
@@ -326,7 +331,7 @@ def unsure_films(joints: Iterable[tuple[str, float, float, float]]) -> str:
 
 
 def friction_heat(joints: Iterable[tuple[str, float, float | None]]) -> str:
-    """Return the remark on dry joints that friction heats by more than HEATING: (joint, W, W/K or None)."""
+    """Return the remark on dry joints heated by friction by more than HEATING: (joint, W, W/K or None)."""
     hot = [
         f"{joint}: friction power {power:.3g} W {'heats' if leads else 'would heat'} a dry joint by "
         f"{'' if leads else 'some '}{power / (leads or LEADS):.3g} K at {leads or LEADS:g} W/K"
@@ -337,7 +342,7 @@ def friction_heat(joints: Iterable[tuple[str, float, float | None]]) -> str:
 
 
 def ball_stiffness(joints: Iterable[str]) -> str:
-    """Return the remark on joints whose stiffness follows from the material, by the law of a ball in a socket."""
+    """Return the remark on joints whose stiffness from the material assumes a ball in a socket."""
     names = ", ".join(joints)
     hint = (
         "has the stiffness of a ball in a socket, as elastic: power gives it from the material; this is 2 to 4 times "
@@ -347,7 +352,7 @@ def ball_stiffness(joints: Iterable[str]) -> str:
 
 
 def imbalance(residual: float, tolerance: float, count: float) -> str:
-    """Return the remark on an energy residual beyond what the tolerance explains; count : onsets and revolutions."""
+    """Return the remark on an energy residual that the tolerance does not explain; count : onsets and revolutions."""
     explained = min(max(RESIDUAL * tolerance * count, LEAST_RESIDUAL), MOST_RESIDUAL)
     if residual <= explained:
         return ""

@@ -9,7 +9,7 @@ from ..contracts.layout import Column
 from ..language import expression, wording
 
 if TYPE_CHECKING:
-    import numpy as np  # loaded only where cases are judged
+    import numpy as np  # imported only when cases are assessed
 
 EXCEEDED, MARGIN = "limits_exceeded", "margin"  # columns
 KINDS = ("at_most", "at_least")
@@ -20,18 +20,18 @@ class Limit(NamedTuple):
 
     column: str
     kind: str  # one of KINDS
-    value: float  # SI, of the column's unit over that of `times`
-    times: str = ""  # another column, whose multiple the bound is; '' for none
-    null: str = ""  # what a null of the column means, see `contracts.layout.Column`
+    value: float  # SI: unit of the column over that of `times`
+    times: str = ""  # another column, of which the bound is a multiple, or ''
+    null: str = ""  # meaning of a missing value, see `contracts.layout.Column`
 
     def words(self, unit: str) -> str:
-        """Return the bound in words, where the column is in `unit`: 'at most 5 kN', 'at least 2 times NAME'."""
+        """Return the bound in words, for a column in `unit`: 'at most 5 kN', 'at least 2 times NAME'."""
         scale = wording.scale("1" if self.times else unit, self.value)
         threshold = scale.given(self.value) + (f" times {self.times}" if self.times else "")
         return f"{self.kind.replace('_', ' ')} {threshold}"
 
     def threshold(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return the bound of every case, in the unit of the column; not finite where it is a multiple of a null."""
+        """Return the bound of every case, in the unit of the column; not finite for a multiple of a missing value."""
         import numpy as np
 
         given = columns[self.times] if self.times else np.ones(len(columns[self.column]))
@@ -48,9 +48,9 @@ class Limit(NamedTuple):
         return off if self.kind == "at_most" else -off
 
     def unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return which cases cannot be judged: the value or the bound is null or not finite.
+        """Return which cases cannot be assessed because value or bound is missing or not finite.
 
-        A null that means "nothing to measure" keeps to every limit.  A null that means "beyond every number" is judged.
+        A missing value that means "nothing to measure" meets every limit; one that means "infinite" is assessed.
         """
         import numpy as np
 
@@ -64,7 +64,7 @@ class Limit(NamedTuple):
         return unknown
 
     def fails(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return which cases exceed the limit or cannot be judged."""
+        """Return which cases exceed the limit or cannot be assessed."""
         import numpy as np
 
         failing: np.ndarray = (self.short_by(columns) < 0.0) | self.unknown(columns)
@@ -73,7 +73,7 @@ class Limit(NamedTuple):
         return failing
 
     def margin(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return 1 - value / limit of every case, of `at_least` value / limit - 1; NaN where the limit is zero."""
+        """Return 1 - value / limit of every case, for `at_least` value / limit - 1; NaN for a zero limit."""
         import numpy as np
 
         most = np.finfo(float).max
@@ -85,7 +85,7 @@ class Limit(NamedTuple):
 
 
 def units_of(record: Mapping[str, Any]) -> dict[str, str]:
-    """Return the SI unit of every column of a run, by its run.json."""
+    """Return the SI unit of every column of a run, from its run.json."""
     own = {figure.name: figure.unit for figure in of_record(record).figures}
     return {column["name"]: column["unit"] for column in record["layout"]["columns"]} | own
 
@@ -106,7 +106,7 @@ class Verdict(NamedTuple):
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """Return the columns that it adds to a summary."""
+        """Return the columns that the verdict adds to a summary."""
         figures = [Column(own.name, own.unit, f"own figure: {own.text}") for own in self.figures]
         if self.limits:
             figures += [
@@ -116,14 +116,14 @@ class Verdict(NamedTuple):
         return tuple(figures)
 
     def needs(self) -> set[str]:
-        """Return the columns that it needs."""
+        """Return the columns that the verdict needs."""
         own = {figure.name for figure in self.figures}
         used = {name for figure in self.figures for name in expression.names_in(figure.text)}
         used |= {name for limit in self.limits for name in (limit.column, limit.times) if name}
         return used - own
 
     def of_case(self, summary: Mapping[str, Any], *, failed: bool = False) -> dict[str, Any]:
-        """Return the added columns of one case from its `summary`; None is null in both."""
+        """Return the added columns of a case from its `summary`; None for missing values."""
         if not (self.figures or self.limits):
             return {}
         if failed:
@@ -137,9 +137,9 @@ class Verdict(NamedTuple):
         return {name: None if values[0] != values[0] else values.tolist()[0] for name, values in evaluated.items()}
 
     def evaluate(self, columns: "Mapping[str, np.ndarray]") -> "dict[str, np.ndarray]":
-        """Return the added columns (n,) of finished cases from their `columns` (n,); NaN is null in both.
+        """Return the added columns (n,) of finished cases from their `columns` (n,); NaN for missing values.
 
-        A case that cannot be judged counts as exceeding its limit, and its margin is null.
+        A case that cannot be assessed counts as exceeding its limit, with a missing margin.
         """
         import numpy as np
 
@@ -158,7 +158,7 @@ class Verdict(NamedTuple):
         return evaluated
 
     def unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return which cases some limit cannot judge; `columns` include the user-defined figures."""
+        """Return which cases cannot be assessed by some limit; `columns` include the user-defined figures."""
         import numpy as np
 
         unknown: np.ndarray = np.any([limit.unknown(columns) for limit in self.limits], axis=0)
@@ -171,9 +171,9 @@ NO_VERDICT = Verdict()
 
 
 def margin_words(margin: float, limits: Iterable[Limit], exceeded: str) -> str:
-    """Return a margin in per cent, a dash where there is none; for a value above twice its limit the multiple of it.
+    """Return a margin in per cent, a dash if missing, or the multiple of the limit for values above twice the limit.
 
-    limits, exceeded : those of a grid, and which of their columns the case exceeds, as in EXCEEDED
+    limits, exceeded : limits of a grid, and the columns that the case exceeds, as in EXCEEDED
     """
     beyond = [limit for limit in limits if limit.column in exceeded.split(",")]
     if not math.isfinite(margin):
@@ -184,9 +184,9 @@ def margin_words(margin: float, limits: Iterable[Limit], exceeded: str) -> str:
 
 
 def limits_of(written: Mapping[str, Any], columns: Iterable[Column] = ()) -> tuple[Limit, ...]:
-    """Return the limits that a resolved grid contains: a column -> a number, or a mapping of KINDS and 'times', in SI.
+    """Return the limits in a resolved grid: column -> number, or mapping of KINDS and 'times', in SI.
 
-    columns : those of the summary, which say what a null means
+    columns : columns of the summary, with the meaning of missing values
     """
     limits, nulls = [], {column.name: column.null for column in columns}
     for name, threshold in written.items():

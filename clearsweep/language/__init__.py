@@ -1,1 +1,1 @@
-"""Errors, units, numbers as people read them, user-defined figures: all that is said and understood in words."""
+"""Errors, units, formatted numbers, expressions and progress: everything that is read from or shown to people."""

@@ -1,6 +1,6 @@
 """The errors clearsweep raises: one root, each also a builtin, each with the exit code of the command line.
 
-How their messages show values and guess what was meant is here, too.
+Also formats values in messages and suggests the intended word.
 """
 
 import contextlib
@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from unicodedata import category
 
-LONGEST_LINE = 200  # characters of a message that others wrote
+LONGEST_LINE = 200  # longest quoted message of another library
 
 
 class ClearsweepError(Exception):
@@ -29,35 +29,35 @@ class InputError(ClearsweepError, ValueError):
 
 
 class DirectoryError(ClearsweepError, FileExistsError):
-    """A run directory that does not fit: of another grid, locked by another run, or not writable at the start."""
+    """A run directory that cannot be used: of another grid, locked by another run, or not writable."""
 
     exit_code = 2
 
 
 class DamagedError(DirectoryError):
-    """A file of a run that is not what was written; the message says what restores it."""
+    """A file of a run that differs from what was written; the message says how to restore it."""
 
 
 class StorageError(ClearsweepError, OSError):
-    """Writing results failed while a run was under way; what was committed before is unharmed."""
+    """Writing results failed during a run; results committed before are unharmed."""
 
     exit_code = 4
 
 
 class SchedulerLostError(ClearsweepError, ConnectionError):
-    """The scheduler of a cluster does not answer any more; what was committed before is unharmed."""
+    """The scheduler of a cluster no longer answers; results committed before are unharmed."""
 
     exit_code = 4
 
 
 def brief(error: BaseException) -> str:
-    """Return what an error says as one short line, its kind first."""
+    """Return an error as one short line that begins with its type."""
     first = (str(error).strip().splitlines() or [""])[0]
     return f"{type(error).__name__}: {first if len(first) <= LONGEST_LINE else first[:LONGEST_LINE] + '...'}"
 
 
 def printable(text: str) -> str:
-    """Return text without what a terminal would obey or hide: such characters as `\\x1b`, line ends kept."""
+    """Return text without control characters such as `\\x1b`; line ends are kept."""
     return "".join(
         char if char == "\n" or category(char) not in _UNSEEN else char.encode("unicode_escape").decode()
         for char in text
@@ -68,7 +68,7 @@ _UNSEEN = ("Cc", "Cf", "Zl", "Zp")
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Return `; did you mean 'hertz'?` for the known word most like `word`, or nothing."""
+    """Return `; did you mean 'hertz'?` for the known word nearest to `word`, or ''."""
     known = list(known)
     same = [other for other in known if other.lower() == word.lower()]
     near = same or get_close_matches(word, known, 1, 0.7)
@@ -76,14 +76,14 @@ def nearest(word: str, known: Iterable[str]) -> str:
 
 
 def likely(word: str, known: Iterable[str]) -> list[str]:
-    """Return the known words of which `word` is a part, or else those most like it; [] where none is."""
+    """Return the known words that contain `word`, or else those most similar to it; [] for none."""
     known = list(known)
     parts = [other for other in known if word and word.lower() in other.lower()]
     return parts or get_close_matches(word, known, 3, 0.6)
 
 
 def shown(value: object) -> str:
-    """Return a value as a message shows it: short, text in quotes."""
+    """Return a value for a message: shortened, text in quotes."""
     if isinstance(value, (dict, list)):
         return "a section" if isinstance(value, dict) else "a list"
     words = {True: "true", False: "false", None: "nothing"}
@@ -93,7 +93,7 @@ def shown(value: object) -> str:
 
 @contextlib.contextmanager
 def writing() -> Iterator[None]:
-    """Turn the refusal of a place where a file was to be written into an InputError: it is the user's to choose."""
+    """Convert an OSError for a path that the user chose into an InputError."""
     try:
         yield
     except ClearsweepError:

@@ -1,6 +1,6 @@
-"""Arithmetic on columns of the summary or on defined quantities, with a check of units.  No other code is run.
+"""Arithmetic on columns of the summary or on user-defined quantities, with a check of units.  Runs no other code.
 
-An expression is read by Python's own grammar, of which a few forms are taken and all else is refused: names, numbers,
+An expression uses a small part of Python's grammar; everything else is refused.  Allowed are names, numbers,
 quantities in quotes ('5 kN'), + - * /, ** with a number, brackets, and the functions below.
 """
 
@@ -15,21 +15,21 @@ from . import quantity
 from .errors import InputError, nearest, shown
 
 if TYPE_CHECKING:
-    import numpy as np  # loaded only where values are computed
+    import numpy as np  # imported only when values are computed
 
 LONGEST = 500  # characters
 _SUMS: dict[type, Callable] = {ast.Add: operator.add, ast.Sub: operator.sub}
 _PRODUCTS: dict[type, tuple[Callable, int]] = {ast.Mult: (operator.mul, 1), ast.Div: (operator.truediv, -1)}
 _SIGNS: dict[type, Callable] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
-_OF_SAME_UNIT = {"min": "minimum", "max": "maximum"}  # of two or more -> the name in numpy
-_OF_ONE = {"abs": Fraction(1), "sqrt": Fraction(1, 2)}  # -> the power of the unit
+_OF_SAME_UNIT = {"min": "minimum", "max": "maximum"}  # functions of two or more arguments -> name in numpy
+_OF_ONE = {"abs": Fraction(1), "sqrt": Fraction(1, 2)}  # function -> power of the unit
 FUNCTIONS = (*_OF_SAME_UNIT, *_OF_ONE)
 
 Dimension = dict[str, Fraction]
 
 
 class Vocabulary(NamedTuple):
-    """Words for the names of an expression, as messages need them."""
+    """Words of messages for the names in an expression."""
 
     names: str
     unknown: str  # text for an unknown name
@@ -43,14 +43,14 @@ DEFINED = Vocabulary("names of `define`", "not defined under `define`", "= d / 2
 
 
 def unit_of(text: str, units: Mapping[str, str]) -> str:
-    """Return the SI unit of an expression of columns whose SI units are `units`; InputError says what is wrong."""
+    """Return the SI unit of an expression of columns with the SI units `units`; InputError names the mistake."""
     if not names_in(text):
         raise InputError(f"found {shown(text)}, which has no column in it; {_expected(COLUMNS)}")
     return _unit(text, units, COLUMNS)
 
 
 def unit_of_defined(text: str, units: Mapping[str, str]) -> str:
-    """Return the SI unit ('1' for none) of an expression of defined quantities whose SI units are `units`."""
+    """Return the SI unit ('1' for none) of an expression of user-defined quantities with the SI units `units`."""
     return _unit(text, units, DEFINED)
 
 
@@ -60,7 +60,7 @@ def _unit(text: str, units: Mapping[str, str], vocabulary: Vocabulary) -> str:
 
 
 def value_of(text: str, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-    """Return the values (n,) of an expression that `unit_of` has checked; NaN where a column is, or none is finite."""
+    """Return the values (n,) of an expression checked by `unit_of`; NaN without a finite result."""
     import numpy as np
 
     with np.errstate(all="ignore"):
@@ -70,9 +70,9 @@ def value_of(text: str, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
 
 
 def exact_value(text: str, values: Mapping[str, Fraction]) -> Fraction:
-    """Return the value (SI) of an expression that `unit_of_defined` has checked, rounded by sqrt and ** alone.
+    """Return the value (SI) of an expression checked by `unit_of_defined`; only sqrt and ** round.
 
-    InputError where it has none: a division by zero, a root of a negative number, a number too large for a float.
+    Raises InputError for a division by zero, a root of a negative number, or a number too large for a float.
     """
     try:
         exact = Fraction(_exact(_tree(text, DEFINED), values))
@@ -98,7 +98,7 @@ def _tree(text: str, vocabulary: Vocabulary = COLUMNS) -> ast.expr:
 
 
 def names_in(text: str, vocabulary: Vocabulary = COLUMNS) -> set[str]:
-    """Return the names that an expression has, functions left out."""
+    """Return the names in an expression, without functions."""
     nodes = list(ast.walk(_tree(text, vocabulary)))
     calls = {node.func for node in nodes if isinstance(node, ast.Call)}
     return {node.id for node in nodes if isinstance(node, ast.Name) and node not in calls}
@@ -116,7 +116,7 @@ class _Checked:
         self.units, self.vocabulary = units, vocabulary
 
     def dimension(self, node: ast.expr) -> Dimension:
-        """Return the dimension of an expression; InputError where it has none."""
+        """Return the dimension of an expression; InputError if it has none."""
         match node:
             case ast.Constant(value=bool() | None) | ast.Constant(value=complex()) | ast.Constant(value=bytes()):
                 raise InputError(f"found {shown(ast.unparse(node))}; {_expected(self.vocabulary)}")
@@ -149,7 +149,7 @@ class _Checked:
         return dict(quantity.dimension_of(self.units[name]))
 
     def _same(self, left: ast.expr, right: ast.expr) -> Dimension:
-        """Return the dimension that two parts share."""
+        """Return the common dimension of two operands."""
         dimensions = self.dimension(left), self.dimension(right)
         if dimensions[0] == dimensions[1]:
             return dimensions[0]
@@ -163,7 +163,7 @@ class _Checked:
 
 
 def _value(node: Any, columns: "Mapping[str, np.ndarray]") -> Any:
-    """Return the value of an expression whose forms are those that `_Checked.dimension` takes."""
+    """Return the value of an expression that `_Checked.dimension` accepts."""
     import numpy as np
 
     match node:
@@ -191,7 +191,7 @@ def _value(node: Any, columns: "Mapping[str, np.ndarray]") -> Any:
 
 
 def _exact(node: Any, values: Mapping[str, Fraction]) -> Fraction:
-    """Return the value of an expression of the same forms, of exact numbers."""
+    """Return the exact value of such an expression."""
     match node:
         case ast.Constant(value=str(written)):
             return Fraction(repr(quantity.with_unit(written)[0]))
@@ -215,7 +215,7 @@ def _exact(node: Any, values: Mapping[str, Fraction]) -> Fraction:
 
 
 def _power(base: Fraction, power: float) -> Fraction:
-    """Return a power, as a float would give it; ValueError where it is not real."""
+    """Return a power as floats give it; ValueError if it is not real."""
     raised = float(base) ** power
     if isinstance(raised, complex):
         raise ValueError("a root of a negative number")
@@ -223,7 +223,7 @@ def _power(base: Fraction, power: float) -> Fraction:
 
 
 def _number(node: ast.expr) -> float:
-    """Return a number as it is written, with its sign."""
+    """Return a written number with its sign."""
     match node:
         case ast.UnaryOp(op=ast.USub(), operand=inner):
             return -_number(inner)

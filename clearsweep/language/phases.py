@@ -1,7 +1,7 @@
-"""Phases of work and their progress: what a process is doing, since when, and for how long still.
+"""Phases of work and their progress: what a process is doing, since when, and how long it will take.
 
-Work opens a phase and notes its progress, which costs a microsecond.  `shown` prints the open phase on stderr: a line
-whenever FIRST s went by without one, on a terminal a line that is redrawn.  `written` keeps it where another process
+Code opens a phase and records its progress, which takes a microsecond.  `shown` prints the open phase on stderr: a line
+after FIRST s without one, or on a terminal a line that is redrawn.  `written` stores it where another process
 reads it, as worker processes do.
 """
 
@@ -17,22 +17,22 @@ from typing import Any, NamedTuple, Protocol
 from .errors import printable
 from .wording import duration
 
-FIRST, GROWTH, LONGEST = 5.0, 1.5, 60.0  # s without a line before one is printed; it grows by this factor up to LONGEST
+FIRST, GROWTH, LONGEST = 5.0, 1.5, 60.0  # s before a line is printed, and the factor by which this grows up to LONGEST
 LOOK = 0.25  # s between two looks at the open phases, and between two drawings on a terminal
-# s of work before its time left is estimated, before a terminal shows it, and between two notes in a file
+# s of work before its time left is estimated, before a terminal shows it, and between two writes
 SETTLED = 1.0
 BAR = 24  # characters of a bar
 
 
 class Progress(NamedTuple):
-    """The progress of some work at a moment."""
+    """The progress of some work at one time."""
 
     what: str
     seconds: float  # so far
     left: float | None = None  # s, None: unknown
     facts: Mapping[str, Any] = MappingProxyType({})  # the same for programs, such as the number of a block
-    share: float | None = None  # of the work that is done
-    once: bool = False  # it is work whose result is kept for later runs
+    share: float | None = None  # finished share of the work
+    once: bool = False  # the result of the work is kept for later runs
 
     @property
     def text(self) -> str:
@@ -42,12 +42,12 @@ class Progress(NamedTuple):
 
 
 class Phase:
-    """A stretch of work.
+    """A section of work.
 
-    what : its name, '' for one that only carries facts.
-    whole : it estimates the time of all work inside, so that the time left of a phase inside does not count.
-    once : its result is kept for later runs, as that of compiling is.
-    since : s of the monotonic clock, when the work began, if a phase before did a part of it.
+    what : its name, '' for a phase that only carries facts.
+    whole : it estimates the time of all nested work, so the estimates of nested phases do not count.
+    once : its result is kept for later runs, as for compiled code.
+    since : s of the monotonic clock, start of the work if an earlier phase did part of it.
     """
 
     def __init__(
@@ -58,11 +58,11 @@ class Phase:
         self.begin = self.opened if since is None else since
         self.share: float | None = None
         self.facts: dict[str, Any] = {}
-        self._left: tuple[float, float] | None = None  # s left, and when that was noted
-        self.idle = 0.0  # s of phases inside that are done once, which say nothing of its pace
+        self._left: tuple[float, float] | None = None  # s left, and when this was recorded
+        self.idle = 0.0  # s of nested phases of the kind `once`, which do not count for the pace
 
     def note(self, *, share: float | None = None, left: float | None = None, **facts: Any) -> None:
-        """Note the share of the work that is done, or the time (s) left, and facts for programs."""
+        """Record the finished share of the work or the time (s) left, and facts for programs."""
         self.share = self.share if share is None else share
         self._left = self._left if left is None else (left, time.monotonic())
         if facts:
@@ -70,13 +70,13 @@ class Phase:
         _changed()
 
     def what(self) -> str:
-        """Return its name as it is now, with the share of the work that is done."""
+        """Return its present name, with the finished share of the work."""
         if not isinstance(self._what, str):
             return self._what()
         return self._what if self.share is None else f"{self._what}, {100.0 * self.share:.0f} %"
 
     def left(self, now: float) -> float | None:
-        """Return the time (s) left, None where too little is known."""
+        """Return the time (s) left, or None if unknown."""
         if self._left is not None:
             left, noted = self._left
             return max(left - (now - noted), 0.0) or None
@@ -90,12 +90,12 @@ class Phase:
 
 class _Listener(Protocol):
     def changed(self) -> None:
-        """Take note of a change of the open phases."""
+        """React to a change of the open phases."""
 
 
 _open: list[Phase] = []  # the outermost first
 _listeners: list[_Listener] = []
-_once = [0.0]  # s that phases of the kind `once` took
+_once = [0.0]  # s of finished phases of the kind `once`
 
 
 def _changed() -> None:
@@ -132,14 +132,14 @@ def end(opened: Phase) -> None:
 
 
 def once_seconds() -> float:
-    """Return the time (s) that this process has spent on work that later runs need not repeat."""
+    """Return the time (s) that this process has spent on work that later runs do not repeat."""
     return _once[0]
 
 
 def progress(first: int = 0) -> Progress | None:
-    """Return the progress of the open phases from the place `first` on, None where none is open.
+    """Return the progress of the open phases from index `first` on, or None if none is open.
 
-    The time left is that of the outermost phase that is `whole`, else of the innermost one that knows it.
+    The time left is that of the outermost `whole` phase, or else of the innermost phase with an estimate.
     """
     phases, now = list(_open)[first:], time.monotonic()
     if not phases:
@@ -156,17 +156,17 @@ def progress(first: int = 0) -> Progress | None:
 
 
 def innermost() -> Phase | None:
-    """Return the open phase that was opened last."""
+    """Return the innermost open phase."""
     return next(reversed(list(_open)), None)
 
 
 def innermost_once() -> bool:
-    """Return whether the phase that was opened last does what later runs need not repeat."""
+    """Return whether the innermost phase does work that later runs do not repeat."""
     return bool(_open) and _open[-1].once
 
 
 def outermost(first: int = 0) -> Phase | None:
-    """Return the open phase that was opened first, from the place `first` on."""
+    """Return the outermost open phase from index `first` on."""
     return next(iter(list(_open)[first:]), None)
 
 
@@ -179,9 +179,9 @@ class Display:
     def __init__(self) -> None:
         self.lock = threading.RLock()
         self.terminal = sys.stderr is not None and sys.stderr.isatty()
-        self.bar: Any = None  # of tqdm, on a terminal
+        self.bar: Any = None  # progress bar on a terminal
         self.latest, self.interval = time.monotonic(), FIRST
-        self.work: Phase | None = None  # that was spoken of last
+        self.work: Phase | None = None  # phase printed last
 
     def look(self) -> None:
         """Print what is due."""
@@ -208,7 +208,7 @@ class Display:
                 print(printable(sentence), file=sys.stderr, flush=True)
 
     def close(self) -> None:
-        """Remove a line that would be redrawn from the terminal."""
+        """Remove the redrawn line from the terminal."""
         with self.lock:
             self._clear()
 
@@ -233,7 +233,7 @@ _display: list[Display] = []  # the one in use
 
 @contextlib.contextmanager
 def shown(wanted: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT002 - read as `shown(progress)`
-    """Print the progress of what is done within on stderr, unless it is printed already."""
+    """Print the progress of the work in this context on stderr, unless it is printed already."""
     if not wanted or _display or sys.stderr is None:
         yield
         return
@@ -241,7 +241,7 @@ def shown(wanted: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT002 - read
 
     def watch() -> None:
         while not ended.wait(LOOK):
-            with contextlib.suppress(Exception):  # stderr may be closed; a fault in one line must not end the rest
+            with contextlib.suppress(Exception):  # stderr may be closed; an error in one line must not end the others
                 display.look()
 
     _display.append(display)
@@ -269,12 +269,12 @@ class Written:
     """Keeps the progress of the open phases where another process reads it; a phase within SETTLED s leaves nothing."""
 
     def __init__(self, put: Callable[[bytes | None], None]):
-        """Take what puts a content in the place of the one before; None: there is none any more."""
+        """Prepare to replace the stored content by `put`; put(None) removes it."""
         self.put, self.due, self.there, self.first = put, 0.0, False, len(_open)
-        self.once = False  # whether that was written last is done once
+        self.once = False  # whether the last written phase is of the kind `once`
 
     def changed(self) -> None:
-        """Write the progress if that is due."""
+        """Write the progress if it is due."""
         work, now = outermost(self.first), time.monotonic()
         if work is None or now - work.begin < SETTLED:
             self.discard()
@@ -283,7 +283,7 @@ class Written:
             self.put(json.dumps(latest._asdict() | {"facts": dict(latest.facts), "time": time.time()}).encode())
 
     def discard(self) -> None:
-        """Remove what was written."""
+        """Remove the stored progress."""
         if self.there:
             self.there = False
             self.put(None)
@@ -291,7 +291,7 @@ class Written:
 
 @contextlib.contextmanager
 def written(put: Callable[[bytes | None], None]) -> Iterator[None]:
-    """Write the progress of what is done within by `put`, see Written; `read` takes it."""
+    """Write the progress of the work in this context by `put`, see Written; `read` reads it."""
     listener = Written(put)
     _listeners.append(listener)
     try:
@@ -302,7 +302,7 @@ def written(put: Callable[[bytes | None], None]) -> Iterator[None]:
 
 
 def read(content: bytes) -> Progress | None:
-    """Return the progress that `written` put there, as it is now; None where the content is not whole."""
+    """Return the present progress from stored content, or None if the content is incomplete."""
     try:
         written = json.loads(content)
         age = max(time.time() - written.pop("time"), 0.0)
@@ -314,23 +314,23 @@ def read(content: bytes) -> Progress | None:
 
 
 class Latest:
-    """Keeps the estimate of the time (s) that the work takes in all, as it was noted last; None: there is none."""
+    """Keeps the latest estimate of the total time (s) of the work, or None."""
 
     def __init__(self) -> None:
         self.begin, self.first = time.monotonic(), len(_open)
         self.total: float | None = None
 
     def changed(self) -> None:
-        """Take the latest estimate."""
+        """Store the latest estimate."""
         if any(opened.once for opened in _open):
-            return  # it is of that alone
+            return  # the estimate of this phase only
         if (latest := progress(self.first)) and latest.left is not None:
             self.total = time.monotonic() - self.begin + latest.left
 
 
 @contextlib.contextmanager
 def estimated() -> Iterator[Latest]:
-    """Yield a Latest, which keeps the latest estimate of the time of the work within."""
+    """Yield a Latest, which keeps the latest estimate of the time of the work in this context."""
     listener = Latest()
     _listeners.append(listener)
     try:

@@ -1,7 +1,7 @@
-"""Reads what a user writes for a physical quantity, `0.5 mm` or `0.0005`, as a float in SI; the only reader of units.
+"""Converts a physical quantity as users write it, `0.5 mm` or `0.0005`, to a float in SI; the only reader of units.
 
-The unit table is this program's own: `Hz` counts turns (3 Hz of a shaft is 3 turns a second, not 3 rad/s), an angle is
-a dimension (1/s is not a shaft speed), and no letter represents a chemist's unit.  Arithmetic is exact until the last
+The unit table differs from pint's: `Hz` counts turns (3 Hz of a shaft is 3 turns a second, not 3 rad/s), an angle is
+a dimension (1/s is not a shaft speed), and chemical units are left out.  Arithmetic is exact until the last
 rounding, so that `0.5 mm`, `500 um` and `5e-4` give the same bits, and with them the same case.
 """
 
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from .errors import InputError, nearest, shown
 
 if TYPE_CHECKING:
-    import pint  # loaded only where a unit is read
+    import pint  # imported only when a unit is read
 
 _UNITS = """
 nano- = 1e-9 = n-
@@ -86,17 +86,17 @@ _POWER = r"(?:\^|\*\*)\s*\(?\s*[+-]?\d{1,2}(?:\.\d+)?(?:/\d{1,2})?\s*\)?"
 _UNIT = re.compile(rf"(?:[^\W\d_]+|°|[*/·()\s]|1(?=\s*/)|[²³]|{_POWER})*")
 _PART = re.compile(rf"(?P<power>{_POWER}|[²³])|(?P<name>[^\W\d_]+|°)|(?P<bracket>[()])|(?P<sign>[*/·1])")
 _PER_MINUTE = r"(1\s*)?/\s*min|min\s*(\^|\*\*)\s*\(?\s*-1\s*\)?"
-_CELSIUS, _FREEZING = ("degC", "°C"), Fraction("273.15")  # K; a temperature is measured from another zero, too
+_CELSIUS, _FREEZING = ("degC", "°C"), Fraction("273.15")  # K; temperatures may have another zero
 _UNREADABLE = (tokenize.TokenError, SyntaxError, AssertionError, ArithmeticError, ValueError)  # pint's parser
-_LONGEST = 200  # characters; a quantity has no use for more
+_LONGEST = 200  # characters of a quantity
 
 
 def read(value: Any, unit: str) -> float:
     """Return `value`, text such as `0.5 mm` or a bare number in SI, as a float in the SI `unit` ('1' for none).
 
-    Raises InputError, which says what was found and what is expected, for anything else.  Zero has no sign.
+    Raises InputError with what was found and expected for anything else.  Zero has no sign.
     """
-    if isinstance(value, float) and value - value == 0.0:  # a finite number in SI already: long axes are made of these
+    if isinstance(value, float) and value - value == 0.0:  # a finite number in SI already, as in long axes
         return float(value) + 0.0
     number = exact(value, unit)
     try:
@@ -127,7 +127,7 @@ def has_unit(value: Any) -> bool:
 
 
 class WrittenUnit(NamedTuple):
-    """A unit as somebody wrote it: a number before it, times `factor` and plus `offset`, is the value in SI."""
+    """A unit as the user wrote it: its number times `factor` plus `offset` is the value in SI."""
 
     unit: str
     factor: float
@@ -135,7 +135,7 @@ class WrittenUnit(NamedTuple):
 
 
 def written_unit(value: Any, unit: str) -> WrittenUnit | None:
-    """Return the unit that a quantity of the SI `unit` is written in; None for a bare number or what is no quantity."""
+    """Return the unit of a written quantity of the SI `unit`, or None for a number without a unit or no quantity."""
     match = _QUANTITY.fullmatch(value) if isinstance(value, str) and len(value) <= _LONGEST else None
     if match is None or not match[2]:
         return None
@@ -152,7 +152,7 @@ def is_unit(name: str) -> bool:
 
 
 def is_bare(value: Any) -> bool:
-    """Return whether a quantity is a number without a unit, but not 0, which is the same in every unit."""
+    """Return whether a quantity is a number without a unit; 0 is the same in every unit and does not count."""
     if isinstance(value, str):
         match = _QUANTITY.fullmatch(value) if len(value) <= _LONGEST else None
         return match is not None and not match[2] and float(match[1]) != 0.0
@@ -160,40 +160,40 @@ def is_bare(value: Any) -> bool:
 
 
 def said(value: Any, unit: str) -> str:
-    """Return a quantity as it was written, the SI `unit` it is in behind it where it has none."""
+    """Return a quantity as it was written, followed by the SI `unit` if it has none."""
     text = f"{value:.15g}" if isinstance(value, float) else str(value)
     return text if has_unit(value) or unit in ("1", "") else f"{text} {unit}"
 
 
 def expected(unit: str) -> str:
-    """Return what to write for a quantity of this SI unit, with examples: the second half of a message."""
+    """Return what to write for a quantity of this SI unit, with examples, as the second half of a message."""
     if unit == "1":
         return f"expected a number without unit, such as {_EXAMPLES[unit]}"
     return f"expected a quantity in {unit}, such as {_EXAMPLES.get(unit, f'1e9 {unit} or 1e9')}"
 
 
 def example(unit: str) -> str:
-    """Return a quantity of this SI unit as it may be written."""
+    """Return an example of a quantity of this SI unit."""
     first, *_ = re.split(r", | or ", _EXAMPLES.get(unit, f"1e9 {unit}"))
     return first
 
 
 def exponent_of(unit: str, exponent: float) -> str:
-    """Return the unit whose power is written as the word `exponent`, with the number in its place: `N/m^1.5`."""
+    """Return a unit with the word `exponent` replaced by the number: `N/m^1.5`."""
     return unit.replace("^exponent", "" if exponent == 1 else f"^{exponent:.15g}")
 
 
 def dimension_of(unit: str) -> tuple[tuple[str, Fraction], ...]:
     """Return the dimension of an SI unit, as pairs of a base quantity and its power, in order.
 
-    A column in another unit, such as hours, takes bare numbers of them: it has none.
+    The unit of a column in another unit, such as hours, has no dimension: it accepts plain numbers.
     """
     size, dimension = _unit(unit, unit) if unit else (Fraction(1), ())
     return dimension if size == 1 else ()
 
 
 def unit_of(dimension: tuple[tuple[str, Fraction], ...]) -> str:
-    """Return the SI unit of a dimension: one of its own name where there is one, else made of base units."""
+    """Return the SI unit of a dimension: a derived unit such as N if there is one, else base units."""
     for unit in _EXAMPLES:
         if dimension_of(unit) == dimension:
             return unit
@@ -233,24 +233,24 @@ def _from_text(text: str, unit: str) -> Fraction:
         scale, offset = Fraction(1), _FREEZING
     elif written == "%" and unit == "1":
         scale = Fraction(1, 100)
-    elif unit == "rad/s" and re.fullmatch(_PER_MINUTE, written):  # of a shaft these are turns, as on a rating plate
+    elif unit == "rad/s" and re.fullmatch(_PER_MINUTE, written):  # for a shaft these are turns, as on a rating plate
         scale, _ = _unit("rpm", text)
     else:
         scale, dimension = _unit(written, text)
         size, wanted = _unit(unit, unit)
-        scale /= size  # 1, but of a column that is in hours
+        scale /= size  # 1, or the unit of a column in hours
         if dimension != wanted:
             raise InputError(f"found {shown(text)}, whose unit {written} has another dimension; {expected(unit)}")
-    rough = float(digits)  # is for 0 and infinity, whose exact digits (1e-999999999) could fill the memory
+    rough = float(digits)  # 0 and infinity would need too much memory as exact digits (1e-999999999)
     if rough - rough != 0.0:
         raise InputError(_infinite(text, unit))
     return (Fraction(digits) * scale if rough else Fraction(0)) + offset
 
 
 def _has_power_of_power(written: str) -> bool:
-    """Return whether powers are one upon another in a unit: the sizes of such towers have no bound."""
+    """Return whether a unit contains nested powers, whose size has no bound."""
     before: str | None = ""
-    closed, groups = False, [False]  # whether there is a power in the last bracket, and in each that is open
+    closed, groups = False, [False]  # whether the last closed bracket, and each open one, contains a power
     for part in _PART.finditer(written):
         if part["power"]:
             if before == "power" or (before == ")" and closed):
@@ -266,15 +266,15 @@ def _has_power_of_power(written: str) -> bool:
 
 
 def _infinite(value: Any, unit: str) -> str:
-    """Return the message for a number that no float can hold."""
+    """Return the message for a number beyond the range of floats."""
     return f"found {shown(value)}, which is not a finite number; {expected(unit)}"
 
 
 @contextlib.contextmanager
 def _absent(*names: str) -> Iterator[None]:
-    """Let packages count as not installed inside.
+    """Make packages count as not installed in this context.
 
-    pint takes whatever has the name of a package that it can use, also a folder of the working directory.
+    pint imports anything with the name of an optional package, even a folder in the working directory.
     """
     absent = [name for name in names if name not in sys.modules]
     sys.modules.update(dict.fromkeys(absent))  # type: ignore[arg-type] # None: Python's own word for "cannot be imported"
@@ -287,7 +287,7 @@ def _absent(*names: str) -> Iterator[None]:
 
 @cache
 def _table() -> "pint.UnitRegistry":
-    """Return the unit table; building it imports pint, which takes 0.2 s and is not needed for bare numbers."""
+    """Return the unit table; building it imports pint, which takes 0.2 s and is unnecessary for plain numbers."""
     with _absent("babel", "dask", "uncertainties"):
         import pint
 
@@ -295,7 +295,7 @@ def _table() -> "pint.UnitRegistry":
 
 
 def _unit(written: str, text: str) -> tuple[Fraction, tuple]:
-    """Return the exact size of a unit in SI and its dimension; `text` is the quantity it is in."""
+    """Return the exact size of a unit in SI and its dimension; `text` is the whole quantity."""
     measure = _measure(written)
     if isinstance(measure, str):
         raise InputError(f"found {shown(text)}; {measure}")
@@ -304,7 +304,7 @@ def _unit(written: str, text: str) -> tuple[Fraction, tuple]:
 
 @cache
 def _measure(written: str) -> tuple[Fraction, tuple] | str:
-    """Return size and dimension of a unit, or the sentence that says why it cannot be read."""
+    """Return size and dimension of a unit, or the reason why it cannot be read."""
     if written == "1":
         return Fraction(1), ()
     if written == "%":
@@ -315,7 +315,7 @@ def _measure(written: str) -> tuple[Fraction, tuple] | str:
     if _has_power_of_power(written):
         return f"'{written}' has a power of a power; write m^6 for (m^2)^3"
     table = _table()
-    import pint  # after the table is there, which is what imports it
+    import pint  # after building the table, which imports it
 
     try:
         for name in re.findall(r"[^\W\d_]+|°", written):

@@ -1,4 +1,4 @@
-"""Quantities and names as people read them: SI prefixes, revolutions per minute, three digits, plain words."""
+"""Formats quantities and names for people: SI prefixes, revolutions per minute, three digits, plain words."""
 
 import contextlib
 import math
@@ -8,12 +8,12 @@ from contextvars import ContextVar
 from typing import Any, NamedTuple
 
 _SUPERSCRIPTS = str.maketrans("-0123456789.", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹·")
-BLANK = "\u00a0"  # number and unit stay on one line
+BLANK = "\u00a0"  # keeps number and unit on one line
 DASH, TIMES, MINUS = "\u2013", "\u00d7", "\u2212"
-SHORT_ID = 8  # characters of a case_id: of 10,000 cases two have the same in one run of a hundred
+SHORT_ID = 8  # characters of a case_id: 10,000 cases collide in one run of a hundred
 _TURNS = 2.0 * math.pi / 60.0  # rad/s in one revolution per minute
 
-#: Per SI unit: (smallest magnitude that takes it, factor, unit shown), the largest first.
+#: SI unit -> (smallest magnitude, factor, unit shown), largest first.
 _LADDERS = {
     "m": ((1.0, 1.0, "m"), (1e-4, 1e-3, "mm"), (1e-7, 1e-6, "µm"), (1e-10, 1e-9, "nm"), (0.0, 1e-12, "pm")),
     "N": ((1e6, 1e6, "MN"), (1e3, 1e3, "kN"), (0.1, 1.0, "N"), (1e-4, 1e-3, "mN"), (0.0, 1e-6, "µN")),
@@ -62,7 +62,7 @@ _SYSTEM: ContextVar[str] = ContextVar("system of units", default="metric")
 
 @contextlib.contextmanager
 def units(system: str) -> Iterator[None]:
-    """Show quantities in a system of units (one of SYSTEMS) for a while."""
+    """Format quantities in a system of units (one of SYSTEMS) in this context."""
     token = _SYSTEM.set(system)
     try:
         yield
@@ -71,18 +71,18 @@ def units(system: str) -> Iterator[None]:
 
 
 class Scale(NamedTuple):
-    """A unit for people: a value in SI is the number before `unit` times `factor` plus `offset`."""
+    """A display unit: its number times `factor` plus `offset` is the value in SI."""
 
     factor: float
     unit: str  # '' for none
-    offset: float = 0.0  # SI; of a temperature with another zero
+    offset: float = 0.0  # SI; for temperatures with another zero
 
     def of(self, values: Any) -> Any:
-        """Return SI values, a number or an array, as the numbers before the unit."""
+        """Return SI values, a number or an array, in this unit."""
         return (values - self.offset) / self.factor
 
     def number(self, value: float | None, digits: int = 3) -> str:
-        """Return an SI value as the number that is before the unit; a dash where there is none."""
+        """Return an SI value as a formatted number without unit; a dash for a missing value."""
         return DASH if value is None or missing(value) else plain(self.of(float(value)), digits)
 
     def text(self, value: float | None, digits: int = 3) -> str:
@@ -90,15 +90,15 @@ class Scale(NamedTuple):
         return self.joined(self.number(value, digits))
 
     def given(self, value: float | None, digits: int = 6) -> str:
-        """Return an SI value that somebody chose as number and unit, with no more digits than it needs."""
+        """Return a user-chosen SI value as number and unit, with no more digits than necessary."""
         return self.joined(self.given_number(value, digits))
 
     def given_number(self, value: float | None, digits: int = 6) -> str:
-        """Return the number of an SI value that somebody chose, with no more digits than it needs."""
+        """Return the number of a user-chosen SI value, with no more digits than necessary."""
         return DASH if value is None or missing(value) else short(self.of(float(value)), digits)
 
     def joined(self, number: str) -> str:
-        """Return a number, or several in a list, with the unit behind."""
+        """Return a number, or a list of numbers, followed by the unit."""
         if number == DASH or not self.unit:
             return number
         joint = f"{BLANK}{TIMES}{BLANK}" if self.unit.startswith("10") else "" if self.unit == "°" else BLANK
@@ -106,7 +106,7 @@ class Scale(NamedTuple):
 
 
 def scale(unit: str, values: Iterable[float | None] | float, *, speed: bool = False) -> Scale:
-    """Return the scale that suits the largest of `values` (SI, of `unit`); a shaft `speed` is given in rpm."""
+    """Return the scale that suits the largest of `values` (SI `unit`); a shaft `speed` is in rpm."""
     if speed and unit == "rad/s":
         return Scale(_TURNS, "rpm")
     largest = _largest(values)
@@ -123,9 +123,9 @@ def scale(unit: str, values: Iterable[float | None] | float, *, speed: bool = Fa
 
 
 def written_scale(written: Mapping[str, Any] | None, unit: str) -> Scale | None:
-    """Return the scale of a value of the grid (SI `unit`) that follows from the unit in which it is `written`.
+    """Return the scale of a grid value (SI `unit`) in the unit in which it is `written`.
 
-    None: a unit is chosen by its size, as no unit is written or the imperial system has one for it.
+    None if no unit is written, or if the imperial system has its own: the scale then follows from the values.
     """
     if _SYSTEM.get() == "imperial":
         if unit == "K":
@@ -136,20 +136,20 @@ def written_scale(written: Mapping[str, Any] | None, unit: str) -> Scale | None:
 
 
 def as_written(written: Mapping[str, Any]) -> Scale:
-    """Return the scale of a unit that somebody wrote, from what a run notes of it: `unit`, `factor`, `offset`."""
+    """Return the scale of a written unit from its record in a run: `unit`, `factor`, `offset`."""
     name = {"degC": "°C", "deg": "°", "um": "µm", "us": "µs"}.get(written["unit"], written["unit"])
     return Scale(written["factor"], pretty(name.replace("**", "^")), written["offset"])
 
 
 def text(value: float | None, unit: str, digits: int = 3) -> str:
-    """Return one SI value as number and unit, in the prefix that suits it."""
+    """Return an SI value as number and unit, with a suitable prefix."""
     return DASH if value is None or missing(value) else scale(unit, value).text(value, digits)
 
 
 def alike(values: Iterable[float | None], unit: str) -> list[str]:
-    """Return SI values of one quantity, each as number and unit, in the prefix that suits the largest of them.
+    """Return SI values of one quantity, each as number and unit, with the prefix that suits the largest.
 
-    What is in one sentence is compared, and 18.8 kN next to 2,720 N is read wrong.
+    Values in one sentence are compared, and 18.8 kN next to 2,720 N is easily misread.
     """
     values = list(values)
     chosen = scale(unit, values)
@@ -162,7 +162,7 @@ def missing(value: object) -> bool:
 
 
 def pretty(unit: str | None) -> str:
-    """Return an SI unit as it is printed; '' for a pure number."""
+    """Return an SI unit in printed form; '' for a pure number."""
     raised = re.sub(r"\^(-?[0-9.]+)", lambda power: power[1].translate(_SUPERSCRIPTS), unit or "1")
     return "" if raised == "1" else raised.replace("*", BLANK)
 
@@ -179,7 +179,7 @@ def plain(number: float, digits: int = 3) -> str:
 
 
 def short(number: float, digits: int = 6) -> str:
-    """Return a number with at most `digits` significant digits, zeros at its end left out."""
+    """Return a number with at most `digits` significant digits, without trailing zeros."""
     mantissa, cross, power = plain(number, digits).partition(f"{BLANK}{TIMES}")
     mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
     return mantissa + cross + power
@@ -222,7 +222,7 @@ def sentence_list(words: list[str]) -> str:
 
 
 def axis_name(path: str, joints: int = 1) -> str:
-    """Return a dotted path in words; the joint is named only where there are several."""
+    """Return a dotted path in words; the joint is named only if there are several."""
     parts = path.split(".")
     if path == "drive.speed":
         return "crank speed"
@@ -237,7 +237,7 @@ def axis_name(path: str, joints: int = 1) -> str:
 
 
 def short_id(case_id: str) -> str:
-    """Return the first characters of a case_id, which distinguish the cases of a run and which commands accept."""
+    """Return the first characters of a case_id, which identify a case of a run and which commands accept."""
     return case_id[:SHORT_ID]
 
 

@@ -45,7 +45,7 @@ _KEYS = {
 
 
 def text(name: str | None = None) -> str:
-    """Return what there is to say of the laws called `name`, '' where there are none; or one line of each law."""
+    """Return what there is to say of the laws called `name`, or '' if there are none; or one line of each law."""
     if name is None:
         return _list()
     return "\n\n".join(_described(law) for law in _everything() if law.name == name)

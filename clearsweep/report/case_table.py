@@ -5,8 +5,9 @@ from typing import overload
 
 import numpy as np
 
+from .axis import Axis
 from .rows import Rows
-from .study import Axis, Study
+from .study import Study
 from .table import Column, Table
 
 AT_ONCE = 4096  # rows in memory

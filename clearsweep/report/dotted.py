@@ -5,7 +5,7 @@ from typing import Any
 
 
 def dig(tree: Mapping, path: str) -> Any:
-    """Return the value at a dotted path of a nested mapping, None where there is none."""
+    """Return the value at a dotted path of a nested mapping, or None."""
     value: Any = tree
     for key in path.split("."):
         if not isinstance(value, Mapping) or key not in value:
@@ -23,7 +23,7 @@ def leaves(tree: Mapping, start: str = "") -> list[tuple[str, object]]:
 
 
 def seek_text(record: Mapping) -> str:
-    """Return the first path whose largest or smallest value a run searches for, '' where none was."""
+    """Return the first path whose largest or smallest value a run searches for, or '' if none was."""
     return next(iter(all_sought(record)), "")
 
 

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .study import Axis, Joint, Study, grouped, window
+from .axis import Axis
+from .study import Joint, Study, grouped, window
 
 SHORT = 10.0  # degrees of the crank: a contact that is over sooner is an impact
 CONTACTS = ("continuous contact", "contact and flight", "impacts", "free flight")

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .study import Axis, Study, grouped
+from .axis import Axis
+from .study import Study, grouped
 
 CLEAR_FACTOR = 1.05  # largest over smallest median below which an axis is said to have no clear effect
 CLEAR_CONTRAST = 4.0  # F ratio below which it is

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from .study import Axis, Study
+from .axis import Axis
+from .study import Study
 
 
 class Matched(NamedTuple):

@@ -19,7 +19,7 @@ WIDTH, HIGHEST = 6.4, 4.2  # inches
 
 
 def picture(case: Case) -> Picture | None:
-    """Return the picture of the mechanism of a case; None where it is none of bodies in a plane."""
+    """Return the picture of the mechanism of a case, or None if it is none of bodies in a plane."""
     sketch = simulation.sketch(case)
     if sketch is None:
         return None

@@ -23,6 +23,7 @@ from .study import Joint, Study, resolved
 
 TURN = 2.0 * np.pi
 FLAT, SQUARE = (4.2, 3.3), (4.2, 3.05)  # inches; a square next to a colour bar is as wide as it is high, and fits
+ORBIT = ("x", "y", "force_normal")  # channels of a joint that its orbit is drawn of
 LEVELS = (("force_p99", "p99"), ("force_peak_ideal", "ideal peak"))  # drawn across the force of a joint
 
 
@@ -31,7 +32,7 @@ class History(NamedTuple):
 
     channels: Mapping  # name -> values in SI
     time: np.ndarray  # s
-    angle: np.ndarray | None  # rad, of the drive, from 0 to 2 pi at first; None where nothing turns
+    angle: np.ndarray | None  # rad, of the drive, from 0 to 2 pi at first, or None if nothing turns
     first: float = 0.0  # rad, whole turns before that
 
     def values(self, name: str) -> np.ndarray:
@@ -58,13 +59,13 @@ class JointHistory(NamedTuple):
 
 
 def history(run: StoredRun, case_id: str) -> Mapping | None:
-    """Return the saved channels of a case by name, None where no history was saved."""
+    """Return the saved channels of a case by name, or None if no history was saved."""
     path = run.orbit(case_id)
     return path if len(path) > 1 else None
 
 
 def turned(study: Study, case_id: str, path: Mapping) -> np.ndarray | None:
-    """Return the angle (rad) of the drive at every sample of a case, None where nothing turns."""
+    """Return the angle (rad) of the drive at every sample of a case, or None if nothing turns."""
     if "crank_angle" in path:
         return np.asarray(path["crank_angle"], float)
     speed = study.value(case_id, "drive.speed")
@@ -82,6 +83,8 @@ def courses(study: Study, case_id: str, saved: History) -> list[JointHistory]:
     """Return histories of joint forces, output acceleration and torque, each with that of the ideal mechanism."""
     ideal, courses = _ideal(study, case_id, saved), []
     for joint in study.joints:
+        if f"joints/{joint.name}/force_normal" not in saved.channels:
+            continue
         reaction = ideal.reactions.get(joint.title) if ideal else None
         without = None if reaction is None else np.hypot(reaction[..., 0], reaction[..., 1])
         force = saved.values(f"joints/{joint.name}/force_normal")
@@ -211,12 +214,14 @@ def _portrait(place: Column, rate: Column, saved: History) -> Picture:
 
 def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
     """Return the orbit of the journal, where it has a plane and its clearance is known, and the normal force."""
-    x, y, force = (saved.values(f"joints/{joint.name}/{name}") for name in ("x", "y", "force_normal"))
+    if not all(f"joints/{joint.name}/{name}" in saved.channels for name in ORBIT):
+        return _force(study, case_id, joint, saved)
+    x, y, force = (saved.values(f"joints/{joint.name}/{name}") for name in ORBIT)
     where = study.where(joint, ", joint {}")
     clearance = study.value(case_id, f"joints.{joint.title}.clearance")
-    reach = float(np.hypot(x, y).max())
     drawn = []
     if clearance is not None and not _straight(study, joint):
+        reach = float(np.hypot(x, y).max())
         farthest, free = wording.alike((reach, float(clearance)), "m")
         drawn.append(
             Picture(
@@ -230,13 +235,21 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
         )
         if joint == study.hardest_joint():
             drawn.append(_unrolled(where, (x, y, force), float(clearance)))
-    drawn += _in_space(study, case_id, joint, saved)
+    return [*drawn, *_in_space(study, case_id, joint, saved), *_force(study, case_id, joint, saved)]
+
+
+def _force(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
+    """Return the picture of the normal force of a joint; [] where it is not stored."""
+    channel = f"joints/{joint.name}/force_normal"
+    if channel not in saved.channels:
+        return []
+    force, where = saved.values(channel), study.where(joint, ", joint {}")
     angle, levels = saved.angle, _levels(study, case_id, joint)
     over, paint = "time", saved.painter(force, "N", "normal force")
     if angle is not None:
         over, paint = "crank angle", partial(motion.force, angle=angle, normal=force, levels=levels)
     alt = f"Normal force over {over}, at most {_most(force, 'N')} among the samples."
-    return [*drawn, Picture(f"Normal force{where}", "", alt, paint, FLAT, played=True)]
+    return [Picture(f"Normal force{where}", "", alt, paint, FLAT, played=True)]
 
 
 def _unrolled(where: str, curve: tuple[np.ndarray, ...], clearance: float) -> Picture:
@@ -255,8 +268,9 @@ def _unrolled(where: str, curve: tuple[np.ndarray, ...], clearance: float) -> Pi
 
 
 def _in_space(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
-    """Return the pictures of a spatial joint: the axis of its journal, its tilt."""
-    if saved.angle is None or not spatial.has(saved.channels, joint.name):
+    """Return the pictures of a spatial joint: the axis of its journal, its tilt; [] unless all channels are stored."""
+    whole = all(channel.name in saved.channels for channel in study.run.layout.channels)
+    if saved.angle is None or not whole or not spatial.has(saved.channels, joint.name):
         return []
     try:
         case = resolved(study, [case_id])[0]
@@ -285,7 +299,7 @@ def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]
 
 
 def _ideal(study: Study, case_id: str, saved: History) -> simulation.IdealMotion | None:
-    """Return the mechanism without clearance at the samples of a case; None where it has no ideal, or is not known."""
+    """Return the mechanism without clearance at the samples of a case, or None if it has no ideal, or is not known."""
     if saved.angle is None:
         return None
     try:

@@ -32,7 +32,7 @@ class Laid(NamedTuple):
 
 def lay(study: Study, file: str | PathLike) -> list[Laid]:
     """Return the signals of a file with those of the nearest case; InputError where they cannot be compared."""
-    units = {channel.name: channel.unit for channel in study.run.layout.channels if channel.unit}
+    units = {channel.name: channel.unit for channel in study.run.layout.stored if channel.unit}
     units.pop("t", None)
     names = {name: name for name in units} | _short(units)
     signals = measured.read(file, {name: units[channel] for name, channel in names.items()})

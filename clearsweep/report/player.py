@@ -9,7 +9,7 @@ from ..contracts.machine import GROUND
 from ..language import wording
 from ..language.errors import InputError
 from .interactive import packed
-from .motion import History, courses, saved_of
+from .motion import ORBIT, History, courses, saved_of
 from .section import Interactive
 from .study import Study, resolved
 
@@ -20,7 +20,9 @@ WITHOUT = "The motion needs scripts; clearsweep show DIR CASE draws it without."
 
 
 def of(study: Study, case_id: str, path: Mapping) -> Interactive | None:
-    """Return a case's motion for the player; None where nothing turns, or no picture of the mechanism is known."""
+    """Return a case's motion for the player, or None if nothing turns, no picture is known or channels are missing."""
+    if not all(f"joints/{joint.name}/{name}" in path for joint in study.joints for name in ORBIT):
+        return None
     saved, sketch = saved_of(study, case_id, path), _sketch(study, case_id)
     bodies = _bodies(sketch, path) if sketch else []
     if saved.angle is None or sketch is None or not bodies:
@@ -46,7 +48,7 @@ def _part(study: Study, path: Mapping) -> slice:
 
 
 def _sketch(study: Study, case_id: str) -> simulation.Sketch | None:
-    """Return the mechanism of a case as it starts; None where it has no picture, or is of another version."""
+    """Return the mechanism of a case as it starts, or None if it has no picture, or is of another version."""
     try:
         return simulation.sketch(resolved(study, [case_id])[0])
     except InputError:

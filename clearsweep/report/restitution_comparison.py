@@ -8,13 +8,14 @@ import pandas as pd
 from .. import simulation
 from ..language import wording
 from ..language.errors import InputError
+from .axis import Axis
 from .dotted import dig
 from .draw import comparison
 from .elastic_comparison import UNKNOWN
 from .matching import axis_key
 from .picture import Picture
 from .section import Part
-from .study import Axis, Joint, Study, joint_of, resolved
+from .study import Joint, Study, joint_of, resolved
 from .table import Column, Quantity, Table
 
 MOST = 5  # values of the restitution that are shown at most, evenly from the least to the largest

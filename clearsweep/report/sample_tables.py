@@ -8,10 +8,11 @@ import numpy as np
 from ..judging.verdict import Limit
 from ..language import wording
 from . import sensitivity
+from .axis import Axis
 from .case_table import axis_columns
 from .sensitivity import Chance, Effect, Estimate, Setting
 from .shown import shown
-from .study import Axis, Study
+from .study import Study
 from .table import Column, Quantity, Table, counted
 
 

@@ -37,7 +37,7 @@ class Estimate(NamedTuple):
 class Setting(NamedTuple):
     """The cases of one sample: those that share the values of all axes that were not drawn."""
 
-    point: dict  # dotted path -> value of the other axes, SI; {} where there are none
+    point: dict  # dotted path -> value of the other axes, SI, or {} if there are none
     case_ids: tuple[str, ...]  # one for each row of the design, in its order
     figures: Mapping[str, np.ndarray]  # column of the summary -> (rows,) SI; NaN where a case failed
     failed: tuple[str, ...]  # ids of failed cases, each once

@@ -89,7 +89,7 @@ def _tilted(vector: tuple[float, ...]) -> np.ndarray:
 
 
 def _limit(joint: CaseJoint) -> float | None:
-    """Return the tilt (rad) at which a journal jams, None where nothing stops it."""
+    """Return the tilt (rad) at which a journal jams, or None if nothing stops it."""
     limit = simulation.jam_angle(joint)
     return limit if np.isfinite(limit) else None
 

@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from .study import WAYS, Axis, Joint, Study, window
+from .axis import Axis
+from .study import WAYS, Joint, Study, window
 
 MOST = 120  # cases along an axis: more are no denser on paper
 LEAST = 3  # points of a case that make a picture

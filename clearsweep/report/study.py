@@ -2,7 +2,6 @@
 
 import functools
 from collections.abc import Callable, Iterable, Mapping
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -11,10 +10,11 @@ import pandas as pd
 from .. import grid, simulation
 from ..contracts.case import Case
 from ..contracts.case import Joint as CaseJoint
-from ..grid import Fit
+from ..judging import law_check, order
 from ..judging.verdict import EXCEEDED, Limit, limits_of
 from ..language import wording
 from ..store import BlockedRun, SampledRun, StoredRun
+from .axis import Axis, axes_of, position
 from .dotted import all_tried, dig
 from .leading import Lead, led_by
 from .rows import Rows, followed
@@ -23,62 +23,6 @@ BASE = ("define", "mechanism", "drive", "loads", "life", "joints", "simulate", "
 WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
 #: Figures of a joint computed here: force p99 over the ideal peak, depth (m) worn in 1000 hours, in a million strokes.
 RATIO, PER_HOURS, PER_STROKES = "p99_over_ideal", "wear_depth_1000_hours", "wear_depth_million_strokes"
-
-AT_ONCE = 65_536  # values whose places are looked for
-DIGITS = 4  # of a swept value, where these distinguish its values
-FEW_NUMBERS, FEW_NAMES = 6, 16  # values of an axis that a sentence names one by one
-MANY = 30  # different values of an axis in step above which they are scattered, not levels to compare
-
-
-class Axis(NamedTuple):
-    """One swept path and its values, in the order of the grid."""
-
-    path: str
-    name: str  # in words
-    scale: wording.Scale
-    values: tuple  # SI floats or strings
-    digits: int  # that keep its values apart, at least DIGITS
-    scattered: bool = False  # drawn or listed case by case: hardly two cases share a value; `values` in order of size
-    written: bool = False  # its scale is the unit that the grid has it in
-    names: Mapping[float, str] = MappingProxyType({})  # value -> what the grid calls it: a fit of ISO 286
-
-    @property
-    def numeric(self) -> bool:
-        """Return whether the values are numbers, not names."""
-        return not any(isinstance(value, str) for value in self.values)
-
-    def number(self, value: float | str) -> str:
-        """Return a value without its unit."""
-        return value if isinstance(value, str) else self.scale.given_number(value, self.digits) + self._named(value)
-
-    def text(self, value: float | str) -> str:
-        """Return a value with its unit."""
-        return value if isinstance(value, str) else self.scale.given(value, self.digits) + self._named(value)
-
-    def short(self, value: float | str) -> str:
-        """Return the name of a value, or its number to a few digits: for the edge of a figure."""
-        if isinstance(value, str):
-            return value
-        return self.names.get(value) or wording.short(self.scale.of(value), 3)
-
-    def _named(self, value: float) -> str:
-        return f" ({self.names[value]})" if value in self.names else ""
-
-    def listed(self) -> str:
-        """Return the values in a sentence: a few one by one, the unit once; of many the number and the ends."""
-        if self.scattered or len(self.values) > (FEW_NUMBERS if self.numeric else FEW_NAMES):
-            return f"in {self.span()}"
-        if self.names:
-            return ", ".join(map(self.text, self.values))
-        return self.scale.joined(", ".join(self.number(value) for value in self.values))
-
-    def span(self) -> str:
-        """Return how many values there are and between which ends."""
-        return f"{len(self.values)} values, {self.text(self.values[0])} to {self.text(self.values[-1])}"
-
-    def label(self) -> str:
-        """Return name and unit, for the edge of a figure."""
-        return f"{self.name} [{self.scale.unit}]" if self.scale.unit else self.name
 
 
 class Joint(NamedTuple):
@@ -109,6 +53,7 @@ class Study(NamedTuple):
     base: dict
     typical: bool = False  # maps show the median over the axes that they leave out, not the worst
     defined: grid.Definitions = grid.NOTHING  # numbers that follow from swept names
+    law_checks: tuple[law_check.Row, ...] = ()  # the deciding case under other laws, which `cases` has not
 
     @property
     def lead(self) -> Lead:
@@ -128,7 +73,7 @@ class Study(NamedTuple):
     @property
     def limits(self) -> tuple[Limit, ...]:
         """Return the limits of the grid."""
-        return limits_of(self.run.grid.get("limits") or {}, self.run.layout.columns)
+        return _limits(self.run)
 
     def swept(self) -> tuple[Axis, ...]:
         """Return the axes that have more than one value."""
@@ -144,7 +89,7 @@ class Study(NamedTuple):
         return ", ".join(f"{axis.name} {axis.text(value)}" for axis, value in values if not pd.isna(value))
 
     def value(self, case_id: str, path: str) -> float | str | None:
-        """Return the SI value a case has at a dotted path, swept or not; None where there is none."""
+        """Return the SI value a case has at a dotted path, swept or not, or None."""
         if any(axis.path == path for axis in self.axes):
             value = self._at(case_id, path)
             return None if pd.isna(value) else value
@@ -171,11 +116,11 @@ class Study(NamedTuple):
         return str(values.idxmin() if self.lead.smallest else values.idxmax())
 
     def where(self, joint: Joint, form: str) -> str:
-        """Return `form`, such as ' in joint {}', with a joint's name in it; '' where there is but one joint."""
+        """Return `form`, such as ' in joint {}', with a joint's name in it, or '' if there is but one joint."""
         return form.format(joint.title) if len(self.joints) > 1 else ""
 
     def column(self, figure: str) -> str:
-        """Return the summary column of a figure of the mechanism, '' where its cases have none."""
+        """Return the summary column of a figure of the mechanism, or '' if its cases have none."""
         columns = (column.name for column in self.run.layout.columns if column.figure == figure and not column.joint)
         return next(columns, "")
 
@@ -216,9 +161,10 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     units = grid.key_units(record, simulation.catalogue()) | run.units
     base = {key: record[key] for key in BASE if key in record}
     tried = {path: tuple(sorted(set(run.column(path).dropna()))) for path in all_tried(record)}
-    axes = _axes(record, tried, units, len(layout.joints))
+    axes = axes_of(record, tried, units, len(layout.joints))
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
     finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
+    own = _of_grid(run)
     texts = {"status", "message", EXCEEDED, *(axis.path for axis in axes if not axis.numeric)}
     derived = {
         joint.column(figure): (unit, functools.partial(make, joint))
@@ -231,9 +177,30 @@ def prepare(run: StoredRun, *, typical: bool = False) -> Study:
     defined = grid.defined_by(record)
     derived |= {path: (units.get(path, "1"), functools.partial(followed, defined, path)) for path in defined.follow}
     making = {column: functools.partial(make, base=base) for column, (_, make) in derived.items()}
-    cases = Rows(run, run.column("case_id"), finished, texts, making)
-    failed = Rows(run, run.column("case_id"), ~finished, texts)
-    return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, typical, defined)
+    cases = Rows(run, run.column("case_id"), finished & own, texts, making)
+    failed = Rows(run, run.column("case_id"), ~finished & own, texts)
+    checks = _law_checks(run, finished & ~own) if not own.all() else ()
+    return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, typical, defined, checks)
+
+
+def _of_grid(run: StoredRun | SampledRun) -> np.ndarray:
+    """Return which cases are those of the grid, not those that check laws."""
+    own = np.ones(len(run.column("case_id")), bool)
+    for path, law in grid.base_laws(run.grid).items():
+        values = run.column(path)
+        own &= (values.isna() | (values == law)).to_numpy(bool)
+    return own
+
+
+def _law_checks(run: StoredRun | SampledRun, chosen: np.ndarray) -> tuple[law_check.Row, ...]:
+    """Return what the finished cases came to that check laws."""
+    base, lead = grid.base_laws(run.grid), order.lead_of(run.layout, _limits(run), run.grid)
+    block = {name: run.column(name).to_numpy()[chosen] for name in ("case_id", *base, *lead.columns)}
+    return tuple(law_check.rows_of(block, base, lead))
+
+
+def _limits(run: StoredRun | SampledRun) -> tuple[Limit, ...]:
+    return limits_of(run.grid.get("limits") or {}, run.layout.columns)
 
 
 def _over_ideal(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
@@ -285,21 +252,6 @@ def resolved(study: Study, case_ids: Iterable[str]) -> list[Case]:
     return [loaded.case_at({axis.path: study.value(case_id, axis.path) for axis in study.axes}) for case_id in case_ids]
 
 
-def position(axis: Axis, values: pd.Series) -> np.ndarray:
-    """Return the place of each value on its axis (0, 1, ...), -1 where it is not on it."""
-    if not axis.numeric:
-        return values.map({value: place for place, value in enumerate(axis.values)}).fillna(-1).to_numpy(np.int32)
-    known, given = np.asarray(axis.values, float), values.to_numpy(float)
-    order, places = np.argsort(known), np.empty(len(given), np.int32)
-    for start in range(0, len(given), AT_ONCE):
-        here = given[start : start + AT_ONCE]
-        above = np.searchsorted(known[order], here).clip(1, max(len(known) - 1, 1))
-        neighbours = order[np.stack([above - 1, above.clip(max=len(known) - 1)])]
-        nearest = neighbours[np.abs(known[neighbours] - here).argmin(axis=0), np.arange(len(here))]
-        places[start : start + AT_ONCE] = np.where(np.isclose(known[nearest], here, rtol=1e-9, atol=0.0), nearest, -1)
-    return places
-
-
 def grouped(places: np.ndarray, count: int) -> list[np.ndarray]:
     """Return for each of `count` places the indices of the cases that are there, ascending."""
     order = np.argsort(places, kind="stable")
@@ -346,55 +298,3 @@ def median(values: np.ndarray) -> float:
 
 #: What a place of a figure shows of its cases, in words.
 CALLED: dict[Callable[[np.ndarray], float], str] = {largest: "Largest", smallest: "Smallest", median: "Median"}
-
-
-def _axes(record: Mapping, tried: dict, units: Mapping[str, str], joints: int) -> tuple[Axis, ...]:
-    """Return the axes of a run: swept, in step, drawn, and `tried` by a search; not what `refine` put between."""
-    swept, step = record.get("sweep") or {}, (record.get("zip") or {}) | (record.get("cases") or {}) | tried
-    drawn = (record.get("sample") or {}).get("drawn", {})
-    axes = [_axis(path, tuple(values), units.get(path, "1"), joints) for path, values in swept.items()]
-    for path, values in (step | drawn).items():
-        different = tuple(dict.fromkeys(values))
-        if path in drawn or path in tried or len(different) > MANY:
-            ordered = tuple(sorted(different))
-            ends = _axis(path, ordered[:: max(len(ordered) - 1, 1)], units.get(path, "1"), joints)
-            axes.append(ends._replace(values=ordered, digits=DIGITS, scattered=True))
-        else:
-            axes.append(_axis(path, different, units.get(path, "1"), joints))
-    axes, fits = _alike(axes, units), grid.noted_fits(record)
-    noted = record.get("written_units", {})
-    own = {axis.path: wording.written_scale(noted.get(axis.path), units.get(axis.path, "1")) for axis in axes}
-    axes = [axis._replace(scale=scale, written=True) if (scale := own[axis.path]) else axis for axis in axes]
-    return tuple(_with_fits(axis, fits.get(axis.path, ()), drawn=axis.path in drawn) for axis in axes)
-
-
-def _alike(axes: list[Axis], units: Mapping[str, str]) -> list[Axis]:
-    """Return axes of which those of one kind, such as the clearances of several joints, have one unit."""
-    kinds: dict[tuple[str, str], list[float]] = {}
-    for axis in axes:
-        if axis.numeric:
-            kinds.setdefault(_kind(axis, units), []).extend(axis.values)
-    scales = {kind: wording.scale(kind[1], values, speed=kind[0] == "speed") for kind, values in kinds.items()}
-    return [axis._replace(scale=scales[_kind(axis, units)]) if axis.numeric else axis for axis in axes]
-
-
-def _kind(axis: Axis, units: Mapping[str, str]) -> tuple[str, str]:
-    return axis.path.rsplit(".", 1)[-1], units.get(axis.path, "1")
-
-
-def _with_fits(axis: Axis, fits: Iterable[Fit], *, drawn: bool) -> Axis:
-    """Return an axis that names the fits of which its clearances are the means, or from which they are `drawn`."""
-    names = {known.mean: known.name for known in fits}
-    radial = axis.name.replace("clearance", "radial clearance", 1) if names else axis.name
-    if drawn and names:
-        return axis._replace(name=f"{radial} ({wording.sentence_list(list(names.values()))})")
-    return axis._replace(name=radial, names=names)
-
-
-def _axis(path: str, values: tuple, unit: str, joints: int) -> Axis:
-    numbers = [value for value in values if not isinstance(value, str)]
-    scale = wording.scale(unit, numbers, speed=path.endswith("speed")) if numbers else wording.Scale(1.0, "")
-    digits = DIGITS
-    while digits < 16 and len({scale.given_number(value, digits) for value in numbers}) < len(set(numbers)):
-        digits += 1
-    return Axis(path, wording.axis_name(path, joints), scale, values, digits)

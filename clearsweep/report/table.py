@@ -11,7 +11,7 @@ import pandas as pd
 
 from ..language import wording
 from ..store import durable
-from .study import Axis
+from .axis import Axis
 
 SHOWN = 50  # rows of a table on the page and in Markdown; the CSV has all
 EXACT = 15  # digits of a value in another unit than SI
@@ -83,12 +83,16 @@ class Table(NamedTuple):
         return files
 
     def csv(self) -> str:
-        """Return the table with all its rows as CSV, in SI, axes in the unit of the grid; the unit is in the head."""
+        """Return the table with all its rows as CSV, in SI, axes in the unit of the grid; the unit is in the head.
+
+        Behind the values of an axis with labels is a column of these.
+        """
         text = io.StringIO(newline="")
         writer = csv.writer(text)
-        writer.writerow([_head(column) for column in self.columns])
+        writer.writerow([head for column in self.columns for head in _heads(column)])
         writer.writerows(
-            [_plain(value, column) for value, column in zip(row, self.columns, strict=True)] for row in self.rows
+            [cell for value, column in zip(row, self.columns, strict=True) for cell in _cells(value, column)]
+            for row in self.rows
         )
         return text.getvalue()
 
@@ -113,6 +117,16 @@ def in_markdown(text: str) -> str:
 def counted(number: int) -> Quantity:
     """Return the cell of a count."""
     return Quantity(number, str(number))
+
+
+def _heads(column: Column) -> list[str]:
+    labels = [_inert(f"{column.name} label")] if column.axis is not None and column.axis.labels else []
+    return [_head(column), *labels]
+
+
+def _cells(value: Any, column: Column) -> list[object]:
+    labels = column.axis.labels if column.axis is not None else {}
+    return [_plain(value, column), *([_inert(labels.get(_bare(value), ""))] if labels else [])]
 
 
 def _head(column: Column) -> str:
@@ -152,7 +166,7 @@ def _inert(text: str) -> str:
     return f"'{text}" if text.startswith(_FORMULA) else text
 
 
-def _bare(value: object) -> object:
+def _bare(value: Any) -> Any:
     return value.value if isinstance(value, Quantity) else value
 
 

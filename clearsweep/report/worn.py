@@ -81,7 +81,7 @@ def round_it(depth: np.ndarray) -> np.ndarray:
 
 
 def chosen(study: Study, joint: Joint) -> Interactive | None:
-    """Return the wear of the joint's deepest worn cases, to choose from; None where there are no two."""
+    """Return the wear of the joint's deepest worn cases, to choose from, or None if there are no two."""
     column = joint.column("wear_depth_max")
     places = study.cases.ordered(column)[: min(int((study.cases[column] > 0.0).sum()), MOST // len(study.joints))]
     if len(places) < 2:

@@ -12,7 +12,7 @@ def question(study: Study) -> order.Lead:
 
 
 def worst_case(study: Study) -> tuple[str, order.Candidate] | None:
-    """Return the worst case and the columns to show of it; None where all are null."""
+    """Return the worst case and the columns to show of it, or None if all are null."""
     lead, cases = question(study), study.cases
     if cases.empty or not lead.candidates or any(name not in cases for name in lead.columns):
         return None

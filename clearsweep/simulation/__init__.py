@@ -1,6 +1,6 @@
-"""One case: from its values to its motion and its figures.
+"""Simulates one case: from its values to its motion and its figures.
 
-What sweeps and reports ask of mechanics is here, function by function.
+Sweeps and reports reach the mechanics through these functions only.
 """
 
 from ..contracts.case import Case
@@ -8,18 +8,20 @@ from ..contracts.results import Trajectory
 from ..mechanics.joint.registry import elastic_choices, elastic_forces, jam_angle, penetration_limit, restitution
 from ..mechanics.joint.wear.contract import FINEST
 from ..mechanics.mechanism.contract import IdealMotion
-from .advice import advice_text, laws_text
+from .advice import HOLDS, laws_text
 from .ensemble import solve_each
 from .ideal import ideal_motion, ideal_peaks, mechanism_of
 from .life_block import Log
 from .links import ElasticLink, elastic_links
 from .peak_revolution import peak_revolution
+from .recommending import advice_text, alternatives, elastic_words, recommendations, recommendations_for
 from .scene import build, catalogue, derived, load_case, signature, warnings
 from .sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
 from .trajectory import compile_for, compile_loop, simulate
 
 __all__ = [
     "FINEST",
+    "HOLDS",
     "ElasticLink",
     "IdealMotion",
     "Sketch",
@@ -27,6 +29,7 @@ __all__ = [
     "SketchedJoint",
     "SketchedLoad",
     "advice_text",
+    "alternatives",
     "build",
     "catalogue",
     "compile_for",
@@ -35,6 +38,7 @@ __all__ = [
     "elastic_choices",
     "elastic_forces",
     "elastic_links",
+    "elastic_words",
     "ideal_motion",
     "ideal_peaks",
     "jam_angle",
@@ -44,6 +48,8 @@ __all__ = [
     "mechanism_of",
     "peak_revolution",
     "penetration_limit",
+    "recommendations",
+    "recommendations_for",
     "restitution",
     "signature",
     "simulate",
@@ -55,9 +61,9 @@ __all__ = [
 
 
 def load() -> None:
-    """Do nothing: what cases need is loaded with this module, so a process that calls this is ready for them."""
+    """Do nothing: importing this module has loaded everything that cases need."""
 
 
 def solve(case: Case, log: Log | None = None) -> Trajectory:
-    """Return the result of a resolved case; a life goes on from its `log`."""
+    """Return the result of a resolved case; a life resumes from its `log`."""
     return simulate(build(case), log=log)

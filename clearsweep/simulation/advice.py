@@ -1,19 +1,16 @@
-"""Which laws suit the joints of a case: by what each says of itself, in its own block, of where it is valid."""
+"""Which laws suit the joints of a case, from the valid ranges that each law declares."""
 
 import math
 import textwrap
-from collections.abc import Iterable, Iterator
-from os import PathLike
+from collections.abc import Iterator
 from typing import NamedTuple
-
-import numpy as np
 
 from .. import grid
 from ..contracts.case import Case, Joint
-from ..contracts.catalogue import Law
+from ..contracts.catalogue import Law, Merit
 from ..grid import library
 from ..language import wording
-from ..language.errors import InputError, likely, nearest
+from ..language.errors import InputError, likely
 from ..mechanics import describe
 from ..mechanics.describe import WIDTH
 from ..mechanics.joint import registry
@@ -22,7 +19,7 @@ from ..mechanics.joint.material import plane_strain_modulus, relative_radius
 from .ideal import ideal_peaks
 from .scene import catalogue
 
-WORDS = HOLDS, DOUBTFUL, OUT = "holds", "doubtful", "not here"  # the better the earlier
+WORDS = HOLDS, DOUBTFUL, OUT = "holds", "doubtful", "not here"  # best first
 KEYS = {
     "elastic": "contact.elastic",
     "roughness": "roughness.law",
@@ -31,40 +28,38 @@ KEYS = {
     "pressure": "wear.pressure",
 }
 NOTHING = "nothing speaks against it"
-NEAR = 0.05  # of the restitution asked for: as near a law that suits gives it back
-MOST_CASES = 25  # of a grid that are looked at
-_CAVEAT = (
-    "The load is the largest reaction without clearance; impacts are harder. clearsweep list NAME says what a law is."
-)
+NEAR = 0.05  # relative error of the restitution that a suitable law reproduces
+WRITTEN = Merit(0, "its stiffness is written in the grid")
 
 
 class Verdict(NamedTuple):
-    """What is to be said of a law for a joint."""
+    """The verdict on a law for a joint."""
 
     family: str
     law: str
     word: str  # HOLDS, DOUBTFUL or OUT
     reason: str
+    merit: Merit | None = None  # what speaks for it
 
 
 class Advice(NamedTuple):
     """The laws for one joint of a case."""
 
     joint: str
-    setting: str  # what decides, in words
+    setting: str  # the deciding quantities, in words
     verdicts: tuple[Verdict, ...]
 
 
 def advice(case: Case) -> list[Advice]:
-    """Return for each joint of a case which laws suit it."""
+    """Return, for each joint of a case, the laws that suit it."""
     peaks = ideal_peaks(case)
-    return [_of_joint(joint, peaks.get(joint.name)) for joint in case.joints]
+    return [of_joint(joint, peaks.get(joint.name)) for joint in case.joints]
 
 
 def laws_text(name: str | None = None) -> str:
-    """Return what there is to say of a law, a library, an entry of one or a key of grids; or a line of each law.
+    """Return the description of a law, a library, a library entry or a grid key; without a name, a line for each law.
 
-    Raises InputError, which suggests what is near.
+    Raises InputError with the nearest name.
     """
     if name is None:
         lines = [f"  {kind:10}{', '.join(entries)}" for kind, entries in library.LIBRARIES.items()]
@@ -83,56 +78,15 @@ def laws_text(name: str | None = None) -> str:
     )
 
 
-def advice_text(source: str | PathLike, name: str | None = None) -> str:
-    """Return what suits the joints of a grid, law by law, or what is to be said there of the law `name`.
-
-    Of many cases some are looked at, and a law is called by the worst that is to be said of it.  Raises InputError.
-    """
-    cases = grid.load(source, catalogue())
-    places = np.unique(np.linspace(0, len(cases) - 1, MOST_CASES).round().astype(int)).tolist()
-    looked = [advice(cases.case(place)) for place in places]
-    blocks = []
-    for joint in zip(*looked, strict=True):
-        settings = dict.fromkeys((joint[0].setting, joint[-1].setting))
-        lines = [f"{joint[0].joint}: {' ... '.join(settings)}"]
-        worst = [_worst(verdicts) for verdicts in _by_law(joint).values()]
-        chosen = [verdict for verdict in worst if name in (None, verdict.law)]
-        if not chosen:
-            known = dict.fromkeys(verdict.law for verdict in worst)
-            raise InputError(f"list: nothing is known of '{name}' there{nearest(name or '', known)}")
-        chosen.sort(key=lambda verdict: (list(KEYS).index(verdict.family), WORDS.index(verdict.word)))
-        wide = max(len(verdict.law) for verdict in chosen)
-        for family in dict.fromkeys(verdict.family for verdict in chosen):
-            lines += ["", KEYS[family]]
-            lines += [f"  {x.law:{wide}}  {x.word:8}  {x.reason}" for x in chosen if x.family == family]
-        blocks.append("\n".join(lines))
-    return "\n\n".join([*blocks, _CAVEAT])
-
-
-def _by_law(advices: Iterable[Advice]) -> dict[tuple[str, str], list[Verdict]]:
-    """Return what is to be said of each law in some cases."""
-    verdicts: dict[tuple[str, str], list[Verdict]] = {}
-    for verdict in (verdict for each in advices for verdict in each.verdicts):
-        verdicts.setdefault((verdict.family, verdict.law), []).append(verdict)
-    return verdicts
-
-
-def _worst(verdicts: list[Verdict]) -> Verdict:
-    """Return the worst of what is to be said of a law, and in how many cases it is."""
-    worst = max(verdicts, key=lambda verdict: WORDS.index(verdict.word))
-    count = sum(verdict.word == worst.word for verdict in verdicts)
-    share = f" ({count} of {len(verdicts)} cases)" if count < len(verdicts) else ""
-    return worst._replace(reason=f"{worst.reason}{share}")
-
-
-def _of_joint(joint: Joint, load: float | None) -> Advice:
+def of_joint(joint: Joint, load: float | None) -> Advice:
+    """Return which laws suit a joint under a load (N), None where that is not known."""
     dry = (*_elastic(joint, load), *_roughness(joint, load), *_losses(joint)) if joint.is_dry else ()
     verdicts = (*dry, *_films(joint, load), *_pressures(joint, load))
     return Advice(joint.name, _setting(joint, load), verdicts)
 
 
 def _setting(joint: Joint, load: float | None) -> str:
-    """Return clearance, sizes, material and load of a joint in words."""
+    """Return clearance, dimensions, material and load of a joint in words."""
     clearance, across = (wording.text(factor * joint.clearance, "m", 4) for factor in (1.0, 2.0))
     words = [f"clearance {clearance}"]
     if joint.bearing_radius is not None:
@@ -149,7 +103,7 @@ def _setting(joint: Joint, load: float | None) -> str:
 
 
 def _arc(joint: Joint, load: float | None) -> float | None:
-    """Return half the arc (rad) over which a bearing is touched under `load` (N), by Hertz's line contact."""
+    """Return half the contact arc (rad) of a bearing under `load` (N), by Hertz's line contact."""
     if load is None or not joint.contact.material or not joint.bearing_radius or not joint.length:
         return None
     area = 4.0 * load / joint.length * relative_radius(joint) / (math.pi * plane_strain_modulus(joint.contact.material))
@@ -157,7 +111,7 @@ def _arc(joint: Joint, load: float | None) -> float | None:
 
 
 def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
-    """Return where a law is used outside of what it is trusted for."""
+    """Return where a law is used outside its trusted ranges."""
     slenderness = joint.length / (2.0 * joint.bearing_radius) if joint.length and joint.bearing_radius else None
     measured = {"arc": _arc(joint, load), "length": joint.length, "length / diameter": slenderness}
     known = [(limit, measured[limit.path]) for limit in law.trusted]
@@ -168,7 +122,7 @@ def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
 
 
 def _elastic(joint: Joint, load: float | None) -> Iterator[Verdict]:
-    """Yield what is to be said of the elastic laws."""
+    """Yield the verdicts on the elastic laws."""
     laws = {law.name: law for law in registry.described() if law.family == "elastic"}
     for name, (chosen, lack) in registry.elastic_candidates(joint).items():
         if lack:
@@ -178,13 +132,13 @@ def _elastic(joint: Joint, load: float | None) -> Iterator[Verdict]:
         doubts = [] if measured else _doubts(laws[name], joint, load)
         reason, too_deep = _depth(chosen, load)
         reason = reason or ("its stiffness is written" if measured else NOTHING)
-        yield Verdict(
-            "elastic", name, DOUBTFUL if doubts or too_deep else HOLDS, "; ".join(too_deep + doubts) or reason
-        )
+        word = DOUBTFUL if doubts or too_deep else HOLDS
+        merit = WRITTEN if measured else laws[name].merit
+        yield Verdict("elastic", name, word, "; ".join(too_deep + doubts) or reason, merit)
 
 
 def _depth(joint: Joint, load: float | None) -> tuple[str, list[str]]:
-    """Return how deep a joint is under its load, '' without, and what is to be said where that is too deep."""
+    """Return the penetration under a joint's load in words, '' without load, and the objection if it is too deep."""
     if load is None:
         return "", []
     limit, depth = registry.penetration_limit(joint), static_penetration(registry.contact_terms(joint)[1], load)
@@ -193,7 +147,7 @@ def _depth(joint: Joint, load: float | None) -> tuple[str, list[str]]:
 
 
 def _roughness(joint: Joint, load: float | None) -> Iterator[Verdict]:
-    """Yield what is to be said of the laws of rough surfaces, where the joint has them."""
+    """Yield the verdicts on the roughness laws if the joint has rough surfaces."""
     rough = joint.roughness
     if rough is None or not rough.values:
         return
@@ -203,7 +157,7 @@ def _roughness(joint: Joint, load: float | None) -> Iterator[Verdict]:
 
 
 def _films(joint: Joint, load: float | None) -> Iterator[Verdict]:
-    """Yield what is to be said of the laws of the film, where the joint has one."""
+    """Yield the verdicts on the film laws if the joint has a film."""
     for law in (law for law in registry.described() if law.family == "film" and joint.film):
         assert joint.length is not None  # a film needs both
         assert joint.bearing_radius is not None
@@ -216,12 +170,14 @@ def _films(joint: Joint, load: float | None) -> Iterator[Verdict]:
 
 
 def _losses(joint: Joint) -> Iterator[Verdict]:
-    """Yield what is to be said of the laws of the normal force, by the restitution that the joint asks for."""
+    """Yield the verdicts on the laws of the normal force, by the restitution of the joint."""
     wanted = joint.contact.values.get("restitution")
     for law in (law for law in registry.described() if law.family == "law"):
         returned = registry.RECIPES["law", law.name].returned
         field = next((field for field in law.fields if field.name == "restitution"), None)
-        if "hertz" in law.needs and joint.contact.elastic != "power":
+        if lacking := _lacking(law, joint):
+            yield Verdict("law", law.name, OUT, f"needs {' and '.join(lacking)}")
+        elif "hertz" in law.needs and joint.contact.elastic != "power":
             yield Verdict("law", law.name, OUT, "needs elastic: power with the exponent 1.5")
         elif returned is None:
             yield Verdict("law", law.name, DOUBTFUL, "what an impact gives back follows from its keys, mass and speed")
@@ -232,11 +188,19 @@ def _losses(joint: Joint) -> Iterator[Verdict]:
         else:
             given = float(returned(wanted))
             word = HOLDS if abs(given - wanted) <= NEAR * wanted else DOUBTFUL
-            yield Verdict("law", law.name, word, f"gives back {given:.3g} where {wanted:.3g} is asked for")
+            reason = f"gives back {given:.3g} where {wanted:.3g} is asked for"
+            yield Verdict("law", law.name, word, reason, law.merit)
+
+
+def _lacking(law: Law, joint: Joint) -> list[str]:
+    """Return the keys of a law of the normal force that a joint has not, besides the restitution."""
+    there = {"restitution", *joint.contact.values, *(("stiffness",) if joint.contact.material else ())}
+    needed = (field for field in law.fields if field.default is None and not field.optional)
+    return [field.name for field in needed if field.name not in there]
 
 
 def _pressures(joint: Joint, load: float | None) -> Iterator[Verdict]:
-    """Yield what is to be said of the pressures that wear acts by, where the joint wears."""
+    """Yield the verdicts on the pressure laws of wear if the joint wears."""
     for law in (law for law in registry.described() if law.family == "pressure" and joint.wear):
         modulus = joint.contact.material or (joint.wear and joint.wear.values.get("pressure_modulus"))
         if "modulus" in law.needs and not modulus:

@@ -1,7 +1,7 @@
 """95 % intervals of figures from blocks of revolutions (batch means).
 
-A figure is computed for blocks of equally many revolutions, from the growth of its sums in each. Its interval is
-Student's interval of the mean of the blocks. As a run grows, blocks are merged in pairs whenever there are more than
+A figure is computed for blocks of equal numbers of revolutions, from the growth of its sums in each. Its interval is
+Student's interval for the mean of the blocks. As a run grows, blocks are merged in pairs whenever there are more than
 MOST, which reduces their dependence. A correlation that remains between neighbours (lag 1, r if positive) widens the
 interval by sqrt((1 + r) / (1 - r)), as for a first-order autoregressive process.
 """
@@ -17,18 +17,18 @@ from ..mechanics.solver.event import Work
 from .figures import column_of
 from .window import by_joint
 
-LEAST, MOST = 8, 32  # blocks: with fewer the interval itself is a guess; with more they need be no shorter
+LEAST, MOST = 8, 32  # blocks: fewer make the interval unreliable, more do not improve it
 
 
 class Interval(NamedTuple):
-    """A figure over the blocks, and its interval."""
+    """Mean of a figure over the blocks, and its interval."""
 
     value: float
-    half_width: float  # of the 95 % interval, in the unit of the figure; inf from fewer than two blocks
+    half_width: float  # half-width of the 95 % interval, in the unit of the figure; inf for fewer than two blocks
     blocks: int
 
     def within(self, relative: float) -> bool:
-        """Return whether the half-width is at most this share of the value; False for too few blocks."""
+        """Return whether the half-width is at most `relative` times the value; False for too few blocks."""
         return self.blocks >= LEAST and self.half_width <= relative * abs(self.value)
 
 
@@ -40,7 +40,7 @@ class Blocks:
         self.figures = {name: column_of(layout, name) for name in figures}
         # time (s) and figure -> its sums, at the start of the first block and the end of every one
         self.ends: list[tuple[float, dict[str, Any]]] = []
-        self.turns, self.stride = 0, 1  # revolutions noted, and those of a block
+        self.turns, self.stride = 0, 1  # revolutions recorded, and revolutions in a block
 
     def note(self, work: Work) -> bool:
         """Record the sums at the end of a revolution of a run (event.Work); return whether a block ends here."""
@@ -57,7 +57,7 @@ class Blocks:
         return ends
 
     def interval(self, name: str) -> Interval:
-        """Return a figure over all blocks, and its interval."""
+        """Return the mean of a figure over all blocks, and its interval."""
         if len(self.ends) < 2:
             return Interval(math.nan, math.inf, 0)
         times = np.array([time for time, _ in self.ends])

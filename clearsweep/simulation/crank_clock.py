@@ -8,13 +8,13 @@ import numpy as np
 from ..contracts.machine import Machine, Motor, Schedule
 from ..mechanics.mechanism import planar
 
-PATIENCE = 100.0  # turns at the nominal speed during which a crank that is free may hardly move
+PATIENCE = 100.0  # turns at nominal speed after which a free crank that hardly moves counts as stalled
 
 
 class Steady(NamedTuple):
-    """Clock of a crank at constant speed, or of a machine without a crank: time."""
+    """Clock of a crank at constant speed, or of a machine without a crank; it shows time."""
 
-    turn: float  # s, that it takes for a revolution
+    turn: float  # s, of a revolution
 
     @property
     def free(self) -> bool:
@@ -22,12 +22,12 @@ class Steady(NamedTuple):
         return False
 
     def at(self, revolutions: float) -> float:
-        """Return the time (s) after so many revolutions."""
+        """Return the time (s) after a number of revolutions."""
         return revolutions * self.turn
 
 
 class Followed(NamedTuple):
-    """Clock of a crank whose speed follows a table: time."""
+    """Clock of a crank whose speed follows a table; it shows time."""
 
     times: np.ndarray  # (rows,) s, first row at 0 or before
     speeds: np.ndarray  # (rows,) rad/s
@@ -39,7 +39,7 @@ class Followed(NamedTuple):
         return False
 
     def at(self, revolutions: float) -> float:
-        """Return the time (s) after so many revolutions, inf if it comes to rest before."""
+        """Return the time (s) after a number of revolutions, inf if the crank comes to rest before."""
         angle = 2.0 * math.pi * revolutions
         row = int(np.searchsorted(self.angles, angle, side="right")) - 1
         row = min(max(row, 0), len(self.times) - 1)
@@ -54,7 +54,7 @@ class Followed(NamedTuple):
 
 
 class Free(NamedTuple):
-    """Clock of a free crank: its angle."""
+    """Clock of a free crank; it shows the crank angle."""
 
     start: float  # rad
 
@@ -64,7 +64,7 @@ class Free(NamedTuple):
         return True
 
     def at(self, revolutions: float) -> float:
-        """Return the angle (rad) after so many revolutions."""
+        """Return the angle (rad) after a number of revolutions."""
         return self.start + 2.0 * math.pi * revolutions
 
 

@@ -1,4 +1,4 @@
-"""Many cases one after the other: what Python does around their integration is done for many at a time."""
+"""Simulates many cases one after the other; Python's work around the integration is done for many at a time."""
 
 import time
 from collections.abc import Iterable, Iterator
@@ -13,23 +13,23 @@ from .run import integrate, run_at, use_no_more, wants_events
 from .scene import Scene, build
 from .trajectory import extent_of, simulate, timed, with_limits
 
-OFTEN = 0.05  # s of processor time after which the cases that have ended meanwhile are reported, all at once
+OFTEN = 0.05  # s of processor time after which finished cases are reported together
 
 Ended = tuple[int, Trajectory | Exception]
 
 
 class Integrated(NamedTuple):
-    """A case that was integrated and is not reported yet."""
+    """A case that is integrated but not reported yet."""
 
-    place: int  # among the cases
-    seconds: float  # that making it ready took
+    place: int  # index among the cases
+    seconds: float  # s, time to build the scene
     outcome: Outcome
 
 
 def solve_each(cases: Iterable[Case]) -> Iterator[Ended]:
-    """Yield the place of each case and its result, or what went wrong; each is that of the case alone.
+    """Yield the index of each case and its result or error, the same as from a run of that case alone.
 
-    The figures of plain cases are made for many at a time, which takes half as long as after each.
+    Figures of plain cases are computed for many cases at a time, which halves the time.
     """
     waiting: list[Integrated] = []
     reported = time.process_time()
@@ -51,14 +51,14 @@ def solve_each(cases: Iterable[Case]) -> Iterator[Ended]:
 
 
 def is_plain(scene: Scene) -> bool:
-    """Return whether a scene comes to what a single integration of known length does."""
+    """Return whether a single integration of known length gives the result of a scene."""
     layout, turns = scene.layout, scene.mechanism.turns and not scene.crank_clock.free
     single = not (layout.until or layout.horizon or layout.error_check or has_balance(scene.case) or scene.case.life)
     return turns and single
 
 
 def _integrated(place: int, scene: Scene, begin: float) -> Integrated:
-    """Return a plain scene, which is made ready since `begin`, integrated."""
+    """Return a plain scene with its integration; building it began at `begin` (s)."""
     scene = timed(scene)
     extent = extent_of(scene)
     run = run_at(scene, extent.times, turned=False, marks=extent.marks)
@@ -70,10 +70,10 @@ def _integrated(place: int, scene: Scene, begin: float) -> Integrated:
 
 
 def _results(waiting: list[Integrated]) -> Iterator[Ended]:
-    """Yield what cases came to."""
+    """Yield the results of cases."""
     try:
         periods = iter(periods_of([case.outcome for case in waiting]))
-    except Exception:  # of one of them, which is reported by itself
+    except Exception:  # one of them has failed: each is reported by itself
         periods = None
     for case in waiting:
         begin = time.perf_counter()

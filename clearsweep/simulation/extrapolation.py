@@ -2,11 +2,11 @@
 
 The worn state is a vector x. A block gives its rates r(x) per revolution, and dx/dn = r(x) is integrated by a predictor
 and a corrector. The next block is run at the predicted x* = x + M r(x) and gives r(x*). Between the two, rates are
-taken as linear in the judged quantity. The trapezoidal rule then arrives at x + M (r(x) + r') / 2, with r' = r + alpha
-(r* - r) and alpha = 1 / (1 - (q* - q) / 2 q). Here q is the rate of the judged quantity; alpha is 1 if only the sliding
-distance acts. The next jump starts with r', so each jump costs one block.
+taken as linear in the limited quantity. The trapezoidal rule then gives x + M (r(x) + r') / 2, with r' = r + alpha
+(r* - r) and alpha = 1 / (1 - (q* - q) / 2 q). Here q is the rate of the limited quantity; alpha is 1 if only the
+sliding distance acts. The next jump starts with r', so each jump costs one block.
 
-The length M follows from the share of the wear in a jump that the rates before and after it put in different places,
+The length M follows from the share of a jump's wear that the rates before and after it distribute differently,
 sum |r* - r| / sum (r* + r). Beyond the tolerance the jump is repeated at half the length. Differences that the 95 %
 intervals of the rates explain do not count. (Jumps of adaptive length: Mukras, Kim, Sawyer, Jackson & Bergquist 2009,
 Wear 266:822; predictor and corrector: Heun's method, of order two.)
@@ -19,20 +19,20 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-SAFETY = 0.9  # of the jump whose error would be the tolerance
-GROWTH, SHRINKAGE = 2.0, 0.5  # of a jump over the last one, at most and at least
-LEAST_GROWTH = 0.1  # of the mean rate of what is judged: shares of slower ones are of this
-BEYOND = 1.1  # of the way to the limit: the last jump is to pass it
-FURTHEST_BEND = 0.5  # of half the change of a rate over itself that is corrected for
-FURTHEST = 2.0**60  # times the first guess at the way to the limit: beyond, it is never reached
+SAFETY = 0.9  # safety factor on the jump whose error would equal the tolerance
+GROWTH, SHRINKAGE = 2.0, 0.5  # largest and smallest ratio of successive jumps
+LEAST_GROWTH = 0.1  # of the mean rate of the limited quantity: slower rates are compared with this
+BEYOND = 1.1  # of the distance to the limit: the last jump must pass it
+FURTHEST_BEND = 0.5  # largest correction of half the relative change of a rate
+FURTHEST = 2.0**60  # times the first guess of the life: beyond it, the limit counts as never reached
 
 
 class Block(Protocol):
-    """Wear rates that a block of revolutions gives."""
+    """Wear rates from a block of revolutions."""
 
     rate: np.ndarray  # (n,) per revolution
-    width: np.ndarray  # (n,) half of its 95 % interval, inf where it is not known
-    turns: float  # revolutions whose mean the rates are
+    width: np.ndarray  # (n,) half-width of their 95 % interval, inf where unknown
+    turns: float  # revolutions over which the rates are averaged
 
 
 class Judge(Protocol):
@@ -51,46 +51,44 @@ class Plan(NamedTuple):
     limit: float
     tolerance: float
     blocks: int  # at most
-    least: float  # revolutions, of a jump: those of a block
+    least: float  # revolutions, shortest jump: one block
     longest: float
-    first: np.ndarray  # (n,) what each element may grow by in the first jump, inf: that does not matter
-    groups: tuple[slice, ...]  # of the vector; in each of them shares in different places are distinguished
-    constant: bool  # no rate depends on what has worn
-    alike: bool  # all blocks are of one motion, so that their rates err alike
-    drifting: bool = False  # rates change during a block, so that they are those of its middle
+    first: np.ndarray  # (n,) largest growth of each element in the first jump; inf: no bound
+    groups: tuple[slice, ...]  # groups of elements whose distribution of wear is compared separately
+    constant: bool  # no rate depends on wear
+    alike: bool  # all blocks have the same motion, so the errors of their rates are equal
+    drifting: bool = False  # rates drift during a block, so they apply to its middle
 
 
 class Node(NamedTuple):
-    """Worn state after a number of revolutions, and the rates from there."""
+    """Worn state after a number of revolutions, and the rates there."""
 
     revolutions: float
     state: np.ndarray
     rate: np.ndarray  # (n,) per revolution
-    block: Any  # the Block that gives so
+    block: Any  # the Block that gave the rates
 
 
 class Life(NamedTuple):
-    """Course of a life, and the revolutions to its limit."""
+    """History of a life, and the revolutions to its limit."""
 
-    nodes: tuple[Node, ...]  # from 0 to the limit, or as far as the blocks reached
+    nodes: tuple[Node, ...]  # from 0 to the limit, or to the last block
     reached: bool
-    low: float  # revolutions, ends of the 95 % interval; nan: not known
+    low: float  # revolutions, lower end of the 95 % interval; nan: unknown
     high: float  # inf: unbounded
-    jump_error: (
-        float  # change of the revolutions, over themselves, where every other block is left out; nan: not reached
-    )
-    blocks: int  # that were run
+    jump_error: float  # relative change of the life without every other block; nan: limit not reached
+    blocks: int  # number of blocks run
 
     @property
     def revolutions(self) -> float:
-        """Return the revolutions to the limit, or those that were run."""
+        """Return the revolutions to the limit, or to the last node if it was not reached."""
         return self.nodes[-1].revolutions
 
 
 def lived(measure: Callable[[np.ndarray], Any], criterion: Judge, settings: Plan, start: np.ndarray) -> Life | None:
-    """Return the life from the worn state `start`, (n,), to its limit; None where a block failed.
+    """Return the life from the worn state `start`, (n,), to its limit, or None if a block failed.
 
-    measure : worn state -> the Block that is run in it, None where it failed
+    measure : worn state -> Block run in this state, or None if it failed
     """
     first = measure(start)
     if first is None:
@@ -119,7 +117,7 @@ def lived(measure: Callable[[np.ndarray], Any], criterion: Judge, settings: Plan
         if off > settings.tolerance and jump > settings.least:
             jump *= SHRINKAGE
             continue
-        # where the motion stays, only the way slid acts, which the prediction has right
+        # the motion is unchanged: only the sliding distance acts, and its prediction is exact
         rate = there.rate if settings.alike else _corrected(here.rate, there.rate, criterion.slope(predicted))
         end = Node(here.revolutions + jump, here.state + 0.5 * jump * (here.rate + rate), rate, there)
         if criterion.value(end.state) >= settings.limit:
@@ -132,9 +130,9 @@ def lived(measure: Callable[[np.ndarray], Any], criterion: Judge, settings: Plan
 
 
 def _corrected(before: np.ndarray, after: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """Return the rates where the trapezoidal rule arrives, of those `before` and `after` the predicted jump.
+    """Return the rates at the corrected end of a jump, from those `before` and `after` the predicted jump.
 
-    slope : of what is judged
+    slope : (n,) derivatives of the limited quantity
     """
     first, last = float(slope @ before), float(slope @ after)
     bend = min(max(0.5 * (last - first) / first, -FURTHEST_BEND), FURTHEST_BEND) if first > 0.0 else 0.0
@@ -150,13 +148,13 @@ def _within(here: Node, end: Node, part: float) -> Node:
 
 
 def _cut(limit: float, criterion: Judge, here: Node, end: Node) -> Node:
-    """Return where between two nodes the limit is reached."""
+    """Return the node at which the limit is reached, between two nodes."""
     jump = end.revolutions - here.revolutions
     return _within(here, end, _root(lambda part: criterion.value(_within(here, end, part).state) - limit, jump))
 
 
 def misplaced(here: Node, there: Block, groups: tuple[slice, ...]) -> float:
-    """Return the share of the wear that the rates before and after put in different places, in the worst group."""
+    """Return the share of the wear that two rates distribute differently, in the worst group."""
     allowed = np.hypot(*(np.where(np.isfinite(block.width), block.width, 0.0) for block in (here.block, there)))
     off = np.maximum(np.abs(there.rate - here.rate) - allowed, 0.0)
     shares = [0.0]
@@ -167,10 +165,7 @@ def misplaced(here: Node, there: Block, groups: tuple[slice, ...]) -> float:
 
 
 def revolutions_to(limit: float, criterion: Judge, here: Node, fastest: float) -> float:
-    """Return in how many revolutions at constant rates, of which `fastest` is the largest, the limit is reached.
-
-    inf: never.
-    """
+    """Return the revolutions to the limit at constant rates, `fastest` being the largest; inf if never."""
 
     def value(part: float) -> float:
         return criterion.value(here.state + part * here.rate)
@@ -184,25 +179,25 @@ def revolutions_to(limit: float, criterion: Judge, here: Node, fastest: float) -
 
 
 def _root(function: Callable[[float], float], last: float) -> float:
-    """Return the zero of a function that is below zero at 0 and not at `last`."""
+    """Return the zero of a function that is negative at 0 but not at `last`."""
     from scipy.optimize import brentq
 
     return float(brentq(function, 0.0, last, xtol=1e-14 * last, rtol=1e-14))
 
 
 def _interval(nodes: list[Node], blocks: int, criterion: Judge, settings: Plan, jump: float | None = None) -> Life:
-    """Return a life that has come to its limit, in a `jump` that was made longer, with its interval.
+    """Return a life that reached its limit, in a `jump` that was extended, with its interval.
 
-    With q the rate of what is judged, revolutions are the integral of dq / q: where a rate is off by a share of itself,
-    the revolutions for which it is are off by the same share.  Shares that the intervals of the rates allow are
-    independent from block to block unless the blocks are alike; the error of the jumps is what leaving out every other
-    block changes, of one jump the rate after it.  Where rates drift during a block, its bias is added on top.
+    With q the rate of the limited quantity, the life is the integral of dq / q.  A relative error of a rate is
+    the same relative error of the revolutions to which it applies.  Relative errors within the intervals of rates are
+    independent from block to block unless the blocks are alike.  The error of the jumps is the change without every
+    other block; with one jump, that by the rate after it.  If rates drift during a block, its bias is added.
     """
     total = nodes[-1].revolutions
-    slopes = [criterion.slope(node.state) for node in (*nodes[1:], nodes[-1])]  # of what each jump comes to
+    slopes = [criterion.slope(node.state) for node in (*nodes[1:], nodes[-1])]  # growth in each jump
     floor = LEAST_GROWTH * settings.limit / total
     growth = [max(float(slope @ node.rate), floor) for slope, node in zip(slopes, nodes, strict=True)]
-    weights: dict[int, float] = {}  # of each block: revolutions for which its rate is, times its share
+    weights: dict[int, float] = {}  # per block: revolutions to which its rate applies, times its relative error
     for k, offsets in enumerate(_standing(nodes, jump)):
         block = nodes[k].block
         weights[id(block)] = weights.get(id(block), 0.0) + offsets * _width(slopes[k], block) / growth[k]
@@ -217,12 +212,12 @@ def _interval(nodes: list[Node], blocks: int, criterion: Judge, settings: Plan, 
 
 
 def _lag(nodes: list[Node], growth: list[float]) -> float:
-    """Return by how many revolutions a life may be off as rates of a block's middle count for its beginning.
+    """Return the error (revolutions) of a life because mid-block rates are used at the start of a block.
 
     With rates r(n + h) in place of r(n), h half a block, the limit q is reached where q(n + h) - q(h) = limit: to first
     order in h the life changes by h (r(0) / r(n) - 1), r / r(n) being summed over its changes from node to node here.
 
-    growth : how fast what is judged grows at each node
+    growth : rate of the limited quantity at each node
     """
     changes = [
         0.5 * max(here.block.turns, there.block.turns) * abs(after - before)
@@ -232,7 +227,7 @@ def _lag(nodes: list[Node], growth: list[float]) -> float:
 
 
 def _standing(nodes: list[Node], jump: float | None) -> list[float]:
-    """Return the revolutions for which the block of each node is; the last jump may have been longer."""
+    """Return the revolutions to which each node's block applies; the last jump may have been longer."""
     offsets = [0.0] * len(nodes)
     for k in range(len(nodes) - 1):
         part = nodes[k + 1].revolutions - nodes[k].revolutions
@@ -243,15 +238,15 @@ def _standing(nodes: list[Node], jump: float | None) -> list[float]:
 
 
 def _width(slope: np.ndarray, block: Block) -> float:
-    """Return half of the 95 % interval of the rate of what is judged; bins that take part err together."""
+    """Return the half-width of the 95 % interval of the limited quantity's rate; bin errors are fully correlated."""
     counts = slope != 0.0
     return float(np.abs(slope[counts]) @ block.width[counts])
 
 
 def _coarser(nodes: list[Node], slopes: list[np.ndarray], growth: list[float]) -> float:
-    """Return by how many revolutions a life differs where every other node is left out; of one jump, the rate after it.
+    """Return the change (revolutions) of a life without every other node; for one jump, with the rate after it.
 
-    slopes, growth : of what is judged, where the jump from each node ends, and how fast it grows at each node
+    slopes, growth : derivatives of the limited quantity at the end of each jump, and its rate at each node
     """
     last = len(nodes) - 1
     kept = sorted({0, *range(last, -1, -2)})

@@ -1,6 +1,6 @@
-"""The figures of merit: one block each, with name, unit, text and formula over the sums of the motion.
+"""The figures of merit: a block for each, with name, unit, description and formula over the sums of the motion.
 
-A new figure needs its block alone: columns, units, `until`, `limits`, the JSON Schema and all tables follow.  The order
+A new figure needs only its block: columns, units, `until`, `limits`, the JSON Schema and all tables follow.  The order
 is that of the columns.
 """
 
@@ -20,7 +20,7 @@ from .window import Window
 
 
 def largest(column: int, of: str = "joint") -> Callable[[Window, int], float]:
-    """Return the formula of a figure that is kept as it is in Totals.joint or Totals.whole."""
+    """Return the formula of a figure that is itself a column of Totals.joint or Totals.whole."""
     if of == "joint":
         return lambda window, place: window.totals.joint[place, column]
     return lambda window, _: window.totals.whole[column]
@@ -32,13 +32,13 @@ def depth(window: Window, place: int) -> float:
 
 
 def restitution(window: Window, place: int) -> float | None:
-    """Return the mean of rebound over approach speed, None where nothing rebounded."""
+    """Return the mean ratio of rebound to approach speed, or None without rebounds."""
     joint = window.totals.joint[place]
     return joint[total_columns.RESTITUTION] / joint[total_columns.REBOUNDS] if joint[total_columns.REBOUNDS] else None
 
 
 def crank_speed(name: str, text: str, column: int) -> Figure:
-    """Return the figure of a speed of a free crank: `text` of it."""
+    """Return the figure `name` of a free crank's speed; `text`: which speed."""
     value, shown = largest(column, "case"), (Shown("output", f"crank speed {name}", 5),)
     return Figure(f"crank_speed_{name}", "rad/s", f"{text} of a free crank", "case", ("free",), value, shown=shown)
 
@@ -259,7 +259,7 @@ MECHANISM = (
         shown=(Shown("output", "crank torque peak", 4), Shown("sample", "crank torque peak", 22)),
     ),
 )
-#: What only a run that is watched shows, under these names: see `lyapunov` and `until`.
+#: Figures of observed runs only, under these names: see `lyapunov` and `until`.
 WATCHED = (
     Figure(
         "lyapunov_exponent",
@@ -312,7 +312,7 @@ RESIDUAL = Figure(
     ),
     differs=False,
 )
-#: What a case took, also one that failed; runs besides it are added.
+#: Work counts of a case, even if it failed; further runs are included.
 COST = (
     Figure(
         "steps", "1", "accepted steps", value=lambda window, _: window.counts[events.STEPS], kind="int", differs=False
@@ -335,13 +335,13 @@ COST = (
     ),
     Figure("run_time", "s", "time spent integrating", value=lambda window, _: window.seconds, differs=False),
 )
-#: Known when all else is; who solves a case puts it in.
+#: Known last; the caller that solves a case sets it.
 SETUP = Figure("setup_time", "s", "time besides run_time: the mechanism without clearance, figures", differs=False)
 FIGURES = (*JOINT, *MECHANISM, *RETURNS, *WATCHED, RESIDUAL, *COST, SETUP)
 
 
 def column_of(layout: Layout, name: str) -> tuple[Figure, int | None]:
-    """Return the figure of a column of the summary and the index of its joint; None: of no joint."""
+    """Return the figure of a column of the summary and the index of its joint, or None."""
     column = next(column for column in layout.columns if column.name == name)
     figure = next(figure for figure in FIGURES if figure.name == column.figure)
     return of_joint(figure, layout, column.joint), _places(layout).get(column.joint)
@@ -353,7 +353,7 @@ def _places(layout: Layout) -> dict[str, int]:
 
 
 def figures_of(window: Window, *, failed: bool = False) -> dict:
-    """Return all columns with the figures that follow from sums, else None; of a run that `failed`, what it took."""
+    """Return all columns: figures that follow from sums, else None; of a `failed` run only the work counts."""
     shared = shared_by(window.layout)
     values = shared.blank.copy()
     for name, formula, place, kind in shared.cost if failed else shared.formulas:
@@ -362,7 +362,7 @@ def figures_of(window: Window, *, failed: bool = False) -> dict:
     return values
 
 
-_Formula = tuple[str, Callable, int | None, type]  # column, formula of its figure, place of its joint, kind of number
+_Formula = tuple[str, Callable, int | None, type]  # (column, formula of its figure, index of its joint, kind of number)
 
 
 class Shared(NamedTuple):
@@ -373,14 +373,14 @@ class Shared(NamedTuple):
     blank: dict[str, None]  # its columns
     units: dict[str, str]  # of columns and channels
     formulas: list[_Formula]
-    cost: list[_Formula]  # those of what a case took
+    cost: list[_Formula]  # columns of work counts
 
 
-_LATEST = [Shared(None, (), {}, {}, [], [])]  # what was asked for last
+_LATEST = [Shared(None, (), {}, {}, [], [])]  # result of the last call
 
 
 def shared_by(layout: Layout) -> Shared:
-    """Return what the cases of a layout share, made once for those that follow each other."""
+    """Return the values that all cases of a layout share, created once for successive cases."""
     if _LATEST[0].layout is not layout or _LATEST[0].figures is not FIGURES:
         blank = dict.fromkeys(column.name for column in layout.columns)
         formulas, cost = _formulas(layout, FIGURES), _formulas(layout, COST)
@@ -389,7 +389,7 @@ def shared_by(layout: Layout) -> Shared:
 
 
 def _formulas(layout: Layout, figures: tuple[Figure, ...]) -> list[_Formula]:
-    """Return how the columns of a layout follow from sums, those of some figures."""
+    """Return the formulas of the columns of some figures in a layout."""
     known, places = {figure.name: figure for figure in figures}, _places(layout)
     formulas: list[_Formula] = []
     for column in layout.columns:

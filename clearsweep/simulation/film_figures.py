@@ -1,4 +1,4 @@
-"""The figures of merit of films, in the order of the columns, before those of wear; see `figures`."""
+"""Figures of merit of films, in column order, before those of wear; see `figures`."""
 
 import math
 from typing import Any
@@ -11,20 +11,20 @@ from .window import Window
 
 
 def thickness(window: Window, place: int) -> float:
-    """Return the least thickness (m) of the film in a joint, 0 where its surfaces touch."""
+    """Return the least film thickness (m) in a joint, 0 if its surfaces touch."""
     return float(max(-window.totals.joint[place, total_columns.DEPTH_MAX], 0.0))
 
 
 def pressure(window: Window, place: int) -> float | None:
-    """Return the largest pressure (Pa) in the film of a joint, None where its law gives none."""
-    joint: Any = window.joints[place]  # mypy takes it for a dry one
+    """Return the largest film pressure (Pa) in a joint, or None if its law has none."""
+    joint: Any = window.joints[place]  # mypy takes it for a dry joint
     law = joint.film
     return window.totals.joint[place, total_columns.PRESSURE_MAX] if type(law) in film_pressure.members else None
 
 
 def taylor(window: Window, place: int) -> float:
     """Return the largest Taylor number of the flow in the film of a joint: rho U c / mu times sqrt(c / R)."""
-    joint: Any = window.case.joints[place]  # one with a film, so with a radius
+    joint: Any = window.case.joints[place]  # a joint with a film has a radius
     film = joint.film
     flow = film.density * window.totals.joint[place, total_columns.SPEED_MOST] * joint.clearance / film.viscosity
     return float(flow * math.sqrt(joint.clearance / joint.bearing_radius))

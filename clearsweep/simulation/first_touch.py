@@ -1,4 +1,4 @@
-"""Largest eccentricity of the journal in a worn joint: where its surfaces touch first, in any direction."""
+"""Largest eccentricity of the journal in a worn joint before its surfaces touch, over all directions."""
 
 from typing import NamedTuple
 
@@ -8,28 +8,28 @@ import numpy as np
 class Touch(NamedTuple):
     """The largest eccentricity of a journal before its surfaces touch."""
 
-    growth: float  # m, of the eccentricity over the clearance of the unworn joint
-    bearing: int  # bins that touch there
+    growth: float  # m, eccentricity minus the clearance of the unworn joint
+    bearing: int  # bins in contact there
     journal: int
-    slant: float  # eccentricity that a depth worn off them is worth: 1 / cos of the angle between both directions
+    slant: float  # growth of the eccentricity per depth worn there: 1 / cos of the angle between both directions
 
 
 def first_touch(clearance: float, bearing: np.ndarray, journal: np.ndarray, turned: np.ndarray) -> Touch:
     """Return the largest eccentricity of a journal before its surfaces touch.
 
-    With the gap clearance + h_bearing + h_journal - e cos(phi - gamma), a journal that goes in the direction gamma
-    touches at e = min over phi of (clearance + h_bearing + h_journal) / cos(phi - gamma), to first order in what is
-    small against the radius; the largest e over all gamma and over how the bodies are placed to each other counts.
+    With the gap clearance + h_bearing + h_journal - e cos(phi - gamma), a journal that moves in the direction gamma
+    touches at e = min over phi of (clearance + h_bearing + h_journal) / cos(phi - gamma), to first order in depths
+    over the radius.  The result is the largest e over all gamma and relative angles of the bodies.
 
     bearing, journal : (bins,) m, depth of each bin in the frame of its body; turned : (n,) rad, the angles of the
-    journal's body less those of the bearing's.
+    body of the journal minus those of the body of the bearing.
     """
     bins = len(bearing)
     steps = np.unique(np.round(np.asarray(turned) * bins / (2.0 * np.pi)).astype(int) % bins)
     places = np.arange(bins)
-    on_journal = (places - steps[:, None]) % bins  # (turns, bins) the bin of the journal that faces each of the bearing
+    on_journal = (places - steps[:, None]) % bins  # (turns, bins) bin of the journal that faces each bin of the bearing
     gap = clearance + bearing + journal[on_journal]
-    reach = int(np.arccos(clearance / gap.max()) * bins / (2.0 * np.pi)) + 1  # beyond, nothing can touch first
+    reach = int(np.arccos(clearance / gap.max()) * bins / (2.0 * np.pi)) + 1  # no first touch beyond this angle
     offsets = [k for k in range(-reach, reach + 1) if 4 * abs(k) < bins]
     nearest, at_step = gap.copy(), np.zeros(gap.shape, int)
     for k in offsets:
@@ -41,3 +41,12 @@ def first_touch(clearance: float, bearing: np.ndarray, journal: np.ndarray, turn
     touched = int((direction + offset) % bins)
     slant = float(1.0 / np.cos(2.0 * np.pi * offset / bins))
     return Touch(float(nearest[turn, direction]) - clearance, touched, int(on_journal[turn, touched]), slant)
+
+
+def first_touch_in_slot(bearing: np.ndarray, journal: np.ndarray) -> Touch:
+    """Return the same of a pin in a slot: where the deepest bins of wall and pin face each other, an upper bound.
+
+    bearing, journal : (bins,) m, depth of each bin, of the wall by the way along it.
+    """
+    on_bearing, on_journal = int(np.argmax(bearing)), int(np.argmax(journal))
+    return Touch(float(bearing[on_bearing] + journal[on_journal]), on_bearing, on_journal, 1.0)

@@ -1,9 +1,9 @@
-"""Temperature of a joint in equilibrium of its losses and the heat that is led away.
+"""Equilibrium temperature of a joint: friction loss equals conducted heat.
 
 The warmer the oil of a joint, the thinner it is; the warmer a dry joint, the wider or narrower its clearance. The
 temperature is that of equilibrium, T = ambient + mean loss / conductance of every joint with a heat balance; the hours
-of warming up are left out. The case is run at a temperature, and its loss gives the next one by the secant method,
-until the two differ by no more than CLOSE or NEAR of the rise above ambient. After PATIENT runs a difference within the
+of warming up are left out. The case is run at a temperature, and its loss gives the next one by the secant method
+until both agree within CLOSE or NEAR of the rise above ambient. After PATIENT runs a difference within the
 scatter of the revolutions is accepted, too, up to UNSURE of the rise. The first guess, the ambient temperature, is
 never accepted.
 """
@@ -27,26 +27,26 @@ from .window import by_joint
 CLOSE = 0.02  # K
 NEAR = 0.01  # of the rise
 PATIENT = 8  # runs
-UNSURE = 0.1  # of the rise: a temperature that is known less closely is remarked on
+UNSURE = 0.1  # of the rise: a less accurate temperature gets a remark
 MOST = 30  # runs
-CAUTIOUS = 0.5  # of the way to where the loss points, in the first step of a film, which thins as it warms up
-CLOSEST, EARLY = 1e-7, 5  # of the rise, as closely as a dry joint is known if it takes fewer runs than that
-TIGHTEST = 0.01  # of the cold clearance: a joint that is warmer than where this is left has seized
+CAUTIOUS = 0.5  # damping of a film's first step: oil thins as it warms up
+CLOSEST, EARLY = 1e-7, 5  # of the rise: accuracy for a dry joint while there are fewer runs than PATIENT
+TIGHTEST = 0.01  # of the cold clearance: a joint with less has seized
 
 
 class Balance(NamedTuple):
-    """Temperatures of the joints of a case, and where their heat balances point."""
+    """Temperatures of the joints of a case, and those that their losses imply."""
 
     temperature: dict[str, float]  # K, by column name
-    width: dict[str, float]  # K, half of the 95 % interval; inf: too few revolutions to give one
+    width: dict[str, float]  # K, half-width of the 95 % interval; inf: too few revolutions
     rise: dict[str, float]  # K, above ambient
     converged: bool
-    cold: tuple[Joint, ...]  # all joints as they are given
-    found: dict[str, float]  # K, where the last loss points
-    seized: tuple[str, ...]  # dry joints, by column name, whose clearance closes before their heat balances
+    cold: tuple[Joint, ...]  # no joint has a heat balance
+    found: dict[str, float]  # K, implied by the last loss
+    seized: tuple[str, ...]  # column names of dry joints whose clearance closes before equilibrium
 
     def unsure(self) -> dict[str, tuple[float, float, float]]:
-        """Return temperature, half-width and rise (K) of every joint whose temperature is known less than UNSURE."""
+        """Return temperature, half-width and rise (K) of every joint whose temperature is less accurate than UNSURE."""
         return {
             joint: (self.temperature[joint], width, self.rise[joint])
             for joint, width in self.width.items()
@@ -55,18 +55,18 @@ class Balance(NamedTuple):
 
 
 class _Blocks:
-    """Notes the heat of every joint that is looked at, at the end of each revolution."""
+    """Records the heat of the observed joints at the end of each revolution."""
 
     parts = 1
 
     def __init__(self, layout: Layout, rows: list[int], columns: list[int]):
-        """Take the joints to look at, and the column of each in which its heat settles."""
+        """Prepare for joints, with the column in which the heat of each accumulates."""
         self.layout, self.rows, self.columns = layout, rows, columns
         self.times: list[float] = []
         self.sums: list[np.ndarray] = []
 
     def see(self, work: Work) -> bool:
-        """Note the time (s) and what has been summed up (J); the run goes on."""
+        """Record the time (s) and the accumulated energies (J); the run continues."""
         self.times.append(float(work.y[work.time]))
         totals: Any = work.totals  # mypy takes it for a tuple of anything
         self.sums.append(by_joint(totals, self.layout).joint[self.rows, self.columns].copy())
@@ -74,14 +74,14 @@ class _Blocks:
 
 
 def has_balance(case: Case) -> bool:
-    """Return whether the temperature of a joint is to be found."""
+    """Return whether a joint of the case has a heat balance."""
     return any(joint.balance for joint in case.joints)
 
 
 def balanced(scene: Scene) -> tuple[Scene, Balance]:
-    """Return the scene of a case with its joints at the temperatures at which they are, and these.
+    """Return the scene with its joints at equilibrium temperature, and the temperatures.
 
-    Where a run on the way fails, that is the scene that fails.
+    If a run fails, its scene is returned.
     """
     joints = [joint for joint in scene.case.joints if joint.balance]
     names, cold = [joint.column for joint in joints], scene
@@ -122,7 +122,7 @@ def balanced(scene: Scene) -> tuple[Scene, Balance]:
 
 
 def _hottest(joint: Joint) -> float:
-    """Return the temperature (K) at which TIGHTEST is left of the clearance of a joint; inf where it never closes."""
+    """Return the temperature (K) at which TIGHTEST of a joint's clearance is left; inf if it never closes."""
     if not joint.thermal:
         return math.inf
     narrower = (joint.thermal.journal - joint.thermal.bearing) * (joint.bearing_radius or 0.0)
@@ -146,13 +146,13 @@ def at_temperatures(scene: Scene, temperatures: dict[str, float]) -> Scene:
 def _warm(joint: Joint, temperature: float) -> Joint:
     if joint.film is None:
         return joint._replace(clearance=joint.warm_clearance(temperature), temperature=temperature)
-    assert joint.film.oil is not None  # asked of films whose oil is known
+    assert joint.film.oil is not None  # only films of a known oil
     viscosity = joint.film.oil.viscosity(temperature)
     return joint._replace(film=joint.film._replace(temperature=temperature, viscosity=viscosity))
 
 
 def _losses(scene: Scene, names: list[str]) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the mean loss (W) in some joints over the window, and half of its 95 % interval; None: the run failed."""
+    """Return the mean loss (W) of joints over the window and half of its 95 % interval, or None if the run failed."""
     looked = [(row, joint) for row, joint in enumerate(scene.layout.joints) if joint.name in names]
     rows, columns = [row for row, _ in looked], [HEAT if joint.film else FRICTION_ENERGY for _, joint in looked]
     settings, blocks = scene.case.simulate, _Blocks(scene.layout, rows, columns)

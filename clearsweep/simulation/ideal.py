@@ -14,11 +14,11 @@ from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import IdealMotion
 from .largest import largest
 
-STEPS = 720  # of a turn, to begin with
+STEPS = 720  # initial samples of a turn
 
 
 def mechanism_of(case: Case) -> Mechanism:
-    """Return the mechanism of a case, with all that its grid names."""
+    """Return the mechanism of a case, with the user-defined parts of its grid."""
     mechanism: Mechanism = MECHANISMS[case.mechanism.type]
     return _outlined(mechanism.outlined, case.outline) if mechanism.outlined else mechanism
 
@@ -29,13 +29,13 @@ def _outlined(outlined: Callable[[Outline], Mechanism], outline: Outline) -> Mec
 
 
 def ideal_motion(case: Case, angles: np.ndarray) -> IdealMotion | None:
-    """Return a case's mechanism without clearance at angles (rad) of its drive; None where it has no ideal."""
+    """Return the ideal mechanism of a case at drive angles (rad), or None if it has none."""
     mechanism = mechanism_of(case)
     return planar.ideal(mechanism.machine(case), angles) if mechanism.machine else None
 
 
 def ideal_peaks(case: Case) -> Mapping[str, float]:
-    """Return the largest reaction (N) of each joint of a case without clearance; none where it has no ideal."""
+    """Return the largest reaction (N) of each joint without clearance; empty if the mechanism has no ideal motion."""
     mechanism = mechanism_of(case)
     if not mechanism.machine:
         return {}
@@ -44,7 +44,7 @@ def ideal_peaks(case: Case) -> Mapping[str, float]:
 
 
 def _stretch(case: Case) -> tuple[float, float]:
-    """Return the revolutions within which a case without clearance is looked at: all that repeats, else the window."""
+    """Return the revolutions over which the ideal mechanism is evaluated: one period, or else the window."""
     tables = [load.table for load in case.loads if load.table]
     is_free = case.outline.free or (case.drive is not None and case.drive.table is not None)
     repeats = not is_free and not any("time" in table for table in tables)
@@ -55,8 +55,8 @@ def _stretch(case: Case) -> tuple[float, float]:
 
 
 def _knots(case: Case, stretch: tuple[float, float]) -> tuple[float, ...]:
-    """Return the crank angles (rad, from the start) at which tables of loads have a row, where the drive gives them."""
-    assert case.drive is not None  # a machine has one
+    """Return the crank angles (rad from the start) of rows in load tables."""
+    assert case.drive is not None  # a machine has an ideal motion
     begin, end = (2.0 * math.pi * turns for turns in stretch)
     knots: list[float] = []
     for table in [load.table for load in case.loads if load.table]:
@@ -84,9 +84,9 @@ def _peaks(
 def peaks(
     motion: Callable[[np.ndarray], IdealMotion], stretch: tuple[float, float], knots: tuple[float, ...] = ()
 ) -> Mapping[str, float]:
-    """Return the largest reaction (N) of each joint over a stretch of revolutions, both ends included.
+    """Return the largest reaction (N) of each joint over a range of revolutions, both ends included.
 
-    motion : the mechanism without clearance at angles (n,) rad from the start; knots : further angles to look at.
+    motion : (n,) rad from the start -> ideal mechanism; knots : (k,) rad, further angles to evaluate.
     """
     names: list[str] = []
 

@@ -1,26 +1,26 @@
-"""The largest values of functions that can be evaluated anywhere, have ends and may jump."""
+"""Global maxima of functions on an interval that can be evaluated anywhere and may jump."""
 
 import functools
 from collections.abc import Callable
 
 import numpy as np
 
-ACCURATE = 1e-9  # of the largest value: how much two neighbouring samples about it may differ
-CLOSEST = 1e-12  # of the whole: of two places that are closer one is left out
-STEEP = 8.0  # times the median slope of its neighbours: there may be a jump in such an interval
-NEIGHBOURS = 7  # intervals of which that median is taken
-MOST = 32  # jumps, and maxima of a function, that are looked into
-INSIDE = 8  # further samples on either side of a maximum in each round
-BESIDE = 1e-3  # of its interval: two more samples are so far from where a parabola has its maximum
+ACCURATE = 1e-9  # of the largest value: allowed difference of neighbouring samples at a maximum
+CLOSEST = 1e-12  # of the interval: of two closer places one is dropped
+STEEP = 8.0  # times the median slope of neighbours: a steeper interval may contain a jump
+NEIGHBOURS = 7  # intervals in this median
+MOST = 32  # jumps, and maxima of a function, that are refined
+INSIDE = 8  # further samples on each side of a maximum per round
+BESIDE = 1e-3  # of its interval: distance of two more samples from the vertex of the parabola
 ROUNDS = 60
 
 Functions = Callable[[np.ndarray], np.ndarray]  # (n,) -> (m, n): m functions at n places
 
 
 def largest(functions: Functions, places: np.ndarray) -> np.ndarray:
-    """Return the largest value of each function between the ends of `places`: (m,); nan where it is undefined.
+    """Return the largest value of each function between the ends of `places`, (m,); nan if undefined.
 
-    places : (n,) in order, at which to begin; a rise and fall between two of them is missed.
+    places : (n,) increasing, initial samples; a peak that lies between two of them can be missed.
     """
     places = places[np.append(True, np.diff(places) > CLOSEST * np.ptp(places))]
     values = functions(places)
@@ -37,14 +37,14 @@ def largest(functions: Functions, places: np.ndarray) -> np.ndarray:
 
 
 def _merged(samples: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return samples, places (n,) and values (m, n), in one row and in order."""
+    """Return samples, places (n,) and values (m, n), merged in increasing order."""
     places, values = (np.concatenate(parts, axis=-1) for parts in zip(*samples, strict=True))
     order = np.argsort(places, kind="stable")
     return places[order], values[:, order]
 
 
 def _jumps(functions: Functions, places: np.ndarray, values: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return samples ever closer to every jump, on both its sides, by halving the intervals that may hold one."""
+    """Return samples that enclose every jump ever more closely, by bisection of the intervals that may contain one."""
     scale = np.maximum(np.abs(values).max(axis=1, keepdims=True), np.finfo(float).tiny)
     change, half = np.abs(np.diff(values)) / scale, NEIGHBOURS // 2
     slope = change / np.diff(places)
@@ -74,7 +74,7 @@ def _jumps(functions: Functions, places: np.ndarray, values: np.ndarray) -> list
 
 
 def _maxima(functions: Functions, places: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the largest value of each function, sampling ever closer about every maximum that may hold it."""
+    """Return the largest value of each function, refining around every maximum that may be the largest."""
     most: np.ndarray = values.max(axis=1)
     of, x, y = _brackets(places, values)
     share = np.arange(1, INSIDE + 1) / (INSIDE + 1.0)
@@ -99,27 +99,27 @@ def _maxima(functions: Functions, places: np.ndarray, values: np.ndarray) -> np.
 
 
 def _vertex(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return where the parabolas through three samples each, places and values (b, 3), have their maxima: (b,)."""
+    """Return the vertices (b,) of the parabolas through three samples each, places and values (b, 3)."""
     before, after = x[:, 1] - x[:, 0], x[:, 2] - x[:, 1]
     rise, fall = _slope(y[:, 1] - y[:, 0], before), _slope(y[:, 1] - y[:, 2], after)
-    bend = rise + fall  # above 0: the middle one is the largest
+    bend = rise + fall  # above 0: the middle value is the largest
     vertex: np.ndarray = x[:, 1] + _slope(rise * after - fall * before, 2.0 * bend)
     return vertex
 
 
 def _slope(rise: np.ndarray, run: np.ndarray) -> np.ndarray:
-    """Return `rise` over `run`, 0 where that is 0: a maximum at an end has nothing on its other side."""
+    """Return `rise` over `run`, or 0 if `run` is 0: a maximum at an end has no neighbour on one side."""
     slope: np.ndarray = np.divide(rise, run, out=np.zeros_like(rise), where=run > 0.0)
     return slope
 
 
 def _brackets(places: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the maxima that may hold the largest value: their function (b,), places and values (b, 3) about each."""
+    """Return the candidates for the largest value: function index (b,), places and values (b, 3) around each."""
     step = np.diff(values)
     rises, falls = np.pad(step, ((0, 0), (1, 0))), np.pad(step, ((0, 0), (0, 1)))  # before and behind each sample
     reach = values + np.maximum(rises, -falls)
     of, at = np.nonzero((rises >= 0.0) & (falls <= 0.0) & (reach >= values.max(axis=1, keepdims=True)))
-    order = np.lexsort((-values[of, at], of))  # of each function the largest first
+    order = np.lexsort((-values[of, at], of))  # largest first for each function
     order = order[np.arange(len(of)) - np.searchsorted(of, of) < MOST]
     of, at = of[order], at[order]
     near = _neighbours(at, len(places))
@@ -127,5 +127,5 @@ def _brackets(places: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def _neighbours(at: np.ndarray, count: int) -> np.ndarray:
-    """Return places in a row of `count` with those next to them: (b, 3) from (b,)."""
+    """Return indices below `count` with their neighbours: (b, 3) from (b,)."""
     return np.stack([np.maximum(at - 1, 0), at, np.minimum(at + 1, count - 1)], axis=-1)

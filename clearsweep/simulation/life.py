@@ -18,16 +18,16 @@ from ..language.wording import count
 from ..mechanics.joint import registry
 from ..mechanics.joint.wear.contract import Worn
 from .extrapolation import Life, Node, Plan
-from .first_touch import Touch, first_touch
+from .first_touch import Touch, first_touch, first_touch_in_slot
 from .life_block import BlockRecord, Log, Part, parts_of, read, written
 from .progress import Life as LifePhase
 from .progress import LifeLimits
 from .scene import Scene, build
 from .window import finer
 
-FIRST = 0.02  # of the smallest clearance that may wear off in the first jump
-FURTHER = 2  # lives besides a case's own where wear coefficients are uncertain
-FRESH = 0.1  # of the distance of a running-in that may be slid in the first jump
+FIRST = 0.02  # of the smallest clearance: most wear in the first jump
+FURTHER = 2  # further lives of a case with uncertain wear coefficients
+FRESH = 0.1  # of the running-in distance: most sliding in the first jump
 HOUR = 3600.0  # s
 
 
@@ -35,30 +35,30 @@ class Ageing:
     """Wear of a case: the worn state, a vector; the blocks that give its rates; the figures of its life."""
 
     def __init__(self, scene: Scene, log: Log | None, number: int = 0, name: str = ""):
-        """Take the unworn scene and the log for the results of blocks.
+        """Prepare for the unworn scene; `log` stores the results of blocks.
 
-        number : of the life among those of its case, 0 is the case's own.  They share a log and are run one by one.
-        name : of a further life, in the words of its progress.
+        number : index among the lives of the case, 0 for its own.  They share a log and are run one by one.
+        name : of a further life, for progress messages.
         """
-        assert scene.case.life is not None  # asked of cases that have one
+        assert scene.case.life is not None  # only for cases with a life
         self.scene, self.log, self.life, self.parts = scene, log, scene.case.life, parts_of(scene.case)
         self.size = self.parts[-1].slid + 2
         self.number, self.lives, self.failure = number, number, ""  # status of a block that failed
         kept = read(log.read() if log else None, self.size)
         self.before = [records for records in kept if records.life < number]
         self.records = [records for records in kept if records.life == number]
-        self.recalled = 0  # of them that were asked for in this process
-        self.spent = float(kept[-1].seconds[1]) if kept else 0.0  # s, process time before this process
+        self.recalled = 0  # blocks requested in this process
+        self.spent = float(kept[-1].seconds[1]) if kept else 0.0  # s, processor time of earlier processes
         self.start = np.zeros(self.size)
         self.target = next(part for part in self.parts if part.name == self.life.joint)
         first = FIRST * min(joint.clearance for joint in scene.case.joints)
         limits = LifeLimits(self.life.limit, first, self.life.blocks, scene.case.simulate.revolutions, self.constant)
-        if scene.case.uncertain and not self.constant:  # where nothing changes, one block gives further lives, too
+        if scene.case.uncertain and not self.constant:  # if rates are constant, one block also gives the further lives
             limits = limits._replace(further=FURTHER - number)
         self.progress = LifePhase(limits, len(self.records), name)
 
     def further(self, case: Case, name: str) -> "Ageing":
-        """Return the Ageing of another case, one life further, with the processor time and the log of this one."""
+        """Return the Ageing of another case as the next life, with the processor time and log of this one."""
         self.lives += 1
         scene = dataclasses.replace(build(case), deadline=self.scene.deadline, verdict=self.scene.verdict)
         other = Ageing(scene, self.log, self.lives, name)
@@ -67,12 +67,12 @@ class Ageing:
 
     @property
     def alike(self) -> bool:
-        """Return whether the motion does not depend on the wear."""
+        """Return whether the motion is independent of wear."""
         return not any(joint.wear.evolve for joint in self.scene.case.joints if joint.wear)
 
     @property
     def constant(self) -> bool:
-        """Return whether the wear rates do not depend on the wear."""
+        """Return whether the wear rates are independent of wear."""
         return self.alike and not any(joint.wear.running_in for joint in self.scene.case.joints if joint.wear)
 
     def settings(self) -> Plan:
@@ -107,7 +107,7 @@ class Ageing:
         return Worn(state[part.bearing], state[part.journal], state[part.slid])
 
     def recall(self, state: np.ndarray) -> BlockRecord | None:
-        """Return the result of the next block from an earlier process; None: it has not run yet."""
+        """Return the result of the next block from an earlier process, or None if it has not been run."""
         if self.recalled == len(self.records):
             return None
         self.recalled += 1
@@ -115,7 +115,7 @@ class Ageing:
         return self.records[self.recalled - 1]
 
     def keep(self, records: BlockRecord, state: np.ndarray) -> None:
-        """Append the result of a block that was run in a worn state to the log."""
+        """Append the result of a block, run in the worn state `state`, to the log."""
         self.records.append(records._replace(life=self.number))
         self.progress.reached(self.value(state))
         self.recalled += 1
@@ -125,7 +125,7 @@ class Ageing:
     def measured(
         self, run: Callable[["Ageing", np.ndarray], BlockRecord | None]
     ) -> Callable[[np.ndarray], BlockRecord | None]:
-        """Return a function that runs the next block by `run` and logs it, or recalls it from an earlier process."""
+        """Return a function that runs the next block by `run` and logs it, or reads it from the log."""
 
         def measure(state: np.ndarray) -> BlockRecord | None:
             if (known := self.recall(state)) is not None:
@@ -139,9 +139,10 @@ class Ageing:
 
     def touch(self, part: Part, state: np.ndarray) -> Touch:
         """Return the largest eccentricity of a joint before its surfaces touch."""
-        turned = self.records[0].turned[:, part.place]
-        clearance = self.scene.case.joints[part.place].clearance
-        return first_touch(clearance, state[part.bearing], state[part.journal], turned)
+        joint, turned = self.scene.case.joints[part.place], self.records[0].turned[:, part.place]
+        if joint.slot_length is not None:
+            return first_touch_in_slot(state[part.bearing], state[part.journal])
+        return first_touch(joint.clearance, state[part.bearing], state[part.journal], turned)
 
     def value(self, state: np.ndarray) -> float:
         """Return the limited quantity (m) of a worn state."""
@@ -160,12 +161,12 @@ class Ageing:
         return slope
 
     def ended(self, life: Life, records: BlockRecord) -> Life:
-        """Return a life whose last node has the block that was run in its worn state."""
+        """Return a life with the block of its last node's worn state."""
         end = life.nodes[-1]._replace(rate=records.rate, block=records)
         return life._replace(nodes=(*life.nodes[:-1], end), blocks=life.blocks + 1)
 
     def figures(self, life: Life) -> dict[str, float | int | None]:
-        """Return the figures of a life as columns of the summary."""
+        """Return the figures of a life, by column of the summary."""
         end, target = life.nodes[-1], self.target.column
         numbers = {
             f"{target}_life_revolutions": life.revolutions if life.reached else math.nan,
@@ -185,17 +186,17 @@ class Ageing:
         return figures | {f"{target}_life_blocks": life.blocks}
 
     def smoothing(self, state: np.ndarray) -> list[float | None]:
-        """Return how widely (rad) the worn shapes of each joint that wears are smoothed, None where they do not act."""
+        """Return the smoothing width (rad) of each joint's worn shape, or None if shapes do not affect contact."""
         joints = self.scene.case.joints
         return [registry.smoothing(joints[part.place], self._worn(part, state)) for part in self.parts]
 
     def remarks(self, life: Life) -> tuple[str, ...]:
-        """Return why a life did not reach its limit, and where its shapes were smoothed widely; '' for neither."""
+        """Return why a life did not reach its limit, and which shapes were smoothed widely; '' for neither."""
         widths = zip([part.name for part in self.parts], self.smoothing(life.nodes[-1].state), strict=True)
         return self._unreached(life), smoothed(widths)
 
     def _unreached(self, life: Life) -> str:
-        """Return why a life did not reach its limit; '' if it did."""
+        """Return why a life did not reach its limit, or '' if it did."""
         if life.reached:
             return ""
         if life.blocks < self.life.blocks:
@@ -206,7 +207,7 @@ class Ageing:
         )
 
     def history(self, life: Life) -> dict[str, np.ndarray]:
-        """Return the course of a life: dataset below `history/` -> values, node by node."""
+        """Return the history of a life: dataset below `history/` -> values by node."""
         nodes, layouts = life.nodes, self.scene.layout.joints
         columns = {"revolutions": np.array([node.revolutions for node in nodes])}
         for part in self.parts:

@@ -21,18 +21,18 @@ from .sums import half_width
 from .watch import Moment, moment_of
 from .window import by_joint
 
-PARTS = 24  # of a revolution, at which it is noted how the bodies of the joints are turned
+PARTS = 24  # phases of a revolution at which relative body angles are recorded
 
 
 class Part(NamedTuple):
-    """A joint that wears, and its elements of the worn state."""
+    """A joint with wear, and its elements of the worn state."""
 
-    place: int  # of the joint among all
+    place: int  # index of the joint
     name: str
     column: str
     bins: int  # of each body
-    first: int  # bin of the bearing; those of the journal follow
-    slid: int  # m, the way slid
+    first: int  # first bin of the bearing; the journal's bins follow
+    slid: int  # m, sliding distance
 
     @property
     def bearing(self) -> slice:
@@ -51,7 +51,7 @@ class Part(NamedTuple):
 
 
 def parts_of(case: Case) -> tuple[Part, ...]:
-    """Return the joints of a case that wear: first the bins of all, then the way of each, then the time."""
+    """Return the joints with wear; the worn state is the bins of all, their sliding distances, then the time."""
     wearing = [(place, joint, joint.wear) for place, joint in enumerate(case.joints) if joint.wear]
     bins = [min(wear.bins, FINEST) for *_, wear in wearing]
     firsts = [2 * sum(bins[:k]) for k in range(len(bins))]
@@ -65,17 +65,17 @@ class BlockRecord(NamedTuple):
     """Result of a block of revolutions; n elements: depths (m) of all bins, sliding distances (m), the time (s)."""
 
     rate: np.ndarray  # (n,) per revolution
-    width: np.ndarray  # (n,) half of its 95 % interval, inf where it is not known
+    width: np.ndarray  # (n,) half-width of their 95 % interval, inf where unknown
     force_peak: np.ndarray  # (joints,) N
-    turned: np.ndarray  # (PARTS, joints) rad, angle of the journal's body less that of the bearing's, over a revolution
+    turned: np.ndarray  # (PARTS, joints) rad, body angle of the journal minus that of the bearing over a revolution
     counts: np.ndarray  # see solver.event
-    seconds: np.ndarray  # (2,) s, that integrating took, and of process time, that all took until then
+    seconds: np.ndarray  # (2,) s: integration time, and total processor time so far
     turns: float  # revolutions whose mean the rates are
-    life: int = 0  # of which it is: the case's own, or a further one
+    life: int = 0  # index of the life: 0 for the case's own
 
 
 class Rates:
-    """Watches a block, which ends when the wear rate of the joint that is judged is known well enough."""
+    """Ends a block when the wear rate of the limited joint is accurate enough."""
 
     parts = PARTS
 
@@ -90,7 +90,7 @@ class Rates:
         self.mechanism, self.sides = scene.value.mechanism, [joint.side for joint in scene.value.joints]
         self.turned: list[list[float]] = []
         self.interval: Interval | None = None
-        # moments of the run, oldest first, from which what is saved can be run again
+        # snapshots, oldest first, from which the saved revolutions can be repeated
         self.starts: deque[Moment] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
 
     def see(self, work: Work) -> bool:
@@ -103,7 +103,7 @@ class Rates:
             return False
         self.starts.append(moment_of(work))
         if self.seen == 1:
-            return False  # a revolution has just begun; all other times that are seen are equally far from its end
+            return False  # a revolution has just begun; all other pauses are at the same distance from its end
         self.revolutions = self.discard + (self.seen - 1) // PARTS
         if self.blocks.note(work) or self.interval is None:
             self.interval = self.blocks.interval(self.target)
@@ -116,14 +116,14 @@ def wear_rate(joint: str) -> str:
 
 
 def longest_block(case: Case) -> float:
-    """Return the most revolutions of a block: `discard` and whole ones."""
+    """Return the largest number of revolutions of a block: `discard` plus whole ones."""
     assert case.life is not None
     discard = case.simulate.discard
     return discard + math.floor(case.life.max_revolutions - discard + 1e-9)
 
 
 def told_by(scene: Scene, run: Run, watch: Rates, process_time: float) -> BlockRecord:
-    """Return the result of a block that was run; `process_time`: s, that all took until then."""
+    """Return the result of a finished block; `process_time`: s, total processor time so far."""
     parts = parts_of(scene.case)
     turns = watch.revolutions - watch.discard
     whole: Any = run.totals  # mypy takes it for a tuple of anything
@@ -142,7 +142,7 @@ def told_by(scene: Scene, run: Run, watch: Rates, process_time: float) -> BlockR
 
 
 def _widths(blocks: Blocks, part: Part) -> np.ndarray:
-    """Return half of the 95 % intervals of how fast (m/s) the bins of a joint wear, inf from fewer than two blocks."""
+    """Return the half-widths of the 95 % intervals of bin wear rates (m/s); inf for fewer than two blocks."""
     widths = np.full(2 * part.bins, math.inf)
     if len(blocks.ends) > 2:
         figure = wear_rate(part.column)
@@ -155,10 +155,10 @@ def _widths(blocks: Blocks, part: Part) -> np.ndarray:
 
 
 class Log(Protocol):
-    """Storage for the results of the blocks of a case until it is done."""
+    """Storage for the block results of a case until it is finished."""
 
     def read(self) -> bytes | None:
-        """Return the stored content, None if there is none."""
+        """Return the stored content, or None if there is none."""
 
     def keep(self, content: bytes) -> None:
         """Replace the stored content."""
@@ -173,7 +173,7 @@ def written(records: Sequence[BlockRecord]) -> bytes:
 
 
 def read(content: bytes | None, size: int) -> list[BlockRecord]:
-    """Return the results that `written` stored, of vectors of this size; [] for any other content."""
+    """Return the results stored by `written`, for vectors of this size; [] for any other content."""
     if content is None:
         return []
     try:

@@ -1,4 +1,4 @@
-"""The figures of merit of a life; `life` computes them under these names."""
+"""Figures of merit of a life; `life` computes them under these names."""
 
 from ..contracts.catalogue import Figure, Shown
 

@@ -1,4 +1,4 @@
-"""Elastic links of a case: what follows from their stiffness, and whether the bending they leave out would matter."""
+"""Elastic links of a case: values derived from stiffness, and whether the neglected bending would matter."""
 
 import math
 from typing import NamedTuple
@@ -7,20 +7,20 @@ from ..contracts.case import Case
 from ..contracts.machine import Body, Constant, Elastic, Machine, Motor, Schedule
 from .ideal import mechanism_of
 
-STEEL = 210e9  # Pa; a link of a softer metal has a larger section, so that steel bends soonest
-#: Speed over the first bending mode from which a link bends over 4 % more than its inertia would bend it at rest.
+STEEL = 210e9  # Pa; a softer metal needs a larger section, so steel bends most
+#: Speed over first bending frequency at which dynamic bending exceeds static bending by 4 %.
 BENDS = 0.2
 
 
 class ElasticLink(NamedTuple):
-    """A link that gives along the line of its pins."""
+    """A link that is elastic along the line of its pins."""
 
     name: str
     stiffness: float  # N/m, E A / l
     segments: int
     first_mode: float  # rad/s, axial, both ends free: pi sqrt(k / m)
-    impedance: float  # N s/m, of a pin before waves return: sqrt(k m)
-    bending: float  # largest speed of the drive over the first bending mode of a round steel bar of this stiffness
+    impedance: float  # N s/m, wave impedance at a pin: sqrt(k m)
+    bending: float  # largest drive speed over the first bending frequency of a round steel bar of this stiffness
     joints: tuple[str, ...]  # at its two pins
 
 
@@ -51,18 +51,18 @@ def _link(machine: Machine, name: str, body: Body, elastic: Elastic) -> ElasticL
 
 
 def fastest(machine: Machine) -> float:
-    """Return the largest speed (rad/s) that a drive asks for; of a free crank under a constant torque its first one."""
+    """Return the largest speed (rad/s) of a drive; for a free crank under constant torque, its initial speed."""
     drive = machine.drive
     if isinstance(drive, Constant):
         return abs(drive.speed)
     if isinstance(drive, Schedule):
         return float(max(abs(drive.speeds)))
-    assert isinstance(drive, Motor)  # there is no other drive
+    assert isinstance(drive, Motor)  # the only other drive
     return max(abs(speed) for speed in (drive.initial_speed, drive.no_load_speed) if math.isfinite(speed))
 
 
 def warnings(case: Case) -> list[str]:
-    """Return a sentence for each elastic link whose bending would matter."""
+    """Return a warning for each elastic link whose bending would matter."""
     return [
         f"{'mechanism.bodies' if case.outline.bodies else 'mechanism'}.{link.name}.elastic: the drive turns at "
         f"{link.bending:.2g} of the first bending mode of a round steel bar of this stiffness; beyond "

@@ -1,4 +1,4 @@
-"""Lyapunov exponent: a second, perturbed run is brought back towards the first whenever it has departed."""
+"""Lyapunov exponent from a second, perturbed run that is rescaled whenever it departs from the first."""
 
 import math
 from collections.abc import Sequence
@@ -10,19 +10,19 @@ from ..mechanics.solver import event_actions, run_control
 from ..mechanics.solver.event import Work
 from .watch import Pausing, go_to, moment_of
 
-PARTS = 20  # of a revolution: a disturbance is brought back so often
-SIZE, OVER, MOST = 1e-6, 1e3, 1e-3  # clearances: what it is brought back to; so many tolerances if that is more
-FAINTEST = 1e-9  # of that: where a motion forgets a disturbance altogether, no logarithm of zero
-SATURATED = 0.1  # clearances: a disturbance that grows no more
+PARTS = 20  # rescalings per revolution
+SIZE, OVER, MOST = 1e-6, 1e3, 1e-3  # clearances: size after rescaling, and the least in tolerances
+FAINTEST = 1e-9  # of that: lower bound of a disturbance, to avoid the logarithm of zero
+SATURATED = 0.1  # clearances: a saturated disturbance
 SETTLED = 4  # revolutions
-HORIZON = 0.01  # clearances: where prediction ends
+HORIZON = 0.01  # clearances: size at which prediction ends
 
 
 class Perturbed:
-    """A second run, perturbed, and brought back whenever it has departed from the first: Benettin et al. 1980.
+    """A second run, perturbed and rescaled whenever it departs from the first (Benettin et al. 1980).
 
-    The distance is that of the coordinates in clearances and of their rates in clearances times crank rate, at equal
-    times. To bring the run back, all differences of the two states are scaled by the same factor. This waits while one
+    The distance is measured at equal times, with coordinates in clearances and rates in clearances times crank
+    speed. Rescaling multiplies all differences of the two states by the same factor. It waits while one
     run is in contact and the other is not. The perturbed run then continues with the step length of the first, so that
     steps and their errors hardly differ until one of the runs meets an event without the other.
     """
@@ -37,10 +37,10 @@ class Perturbed:
         tolerance: float,
         phases: Sequence[int] = (),
     ):
-        """Perturb the motion in `run`, unused so far.
+        """Perturb the initial state of `run`.
 
-        scale : (coordinates and rates,) what counts as 1; phases : places of latched numbers whose sign says by what
-        rule a force goes: where they differ, the two motions wait as if one were in contact and the other not.
+        scale : (coordinates and rates,) unit of each; phases : indices of latched numbers whose sign selects the branch
+        of a force law: while they differ, rescaling waits, as if only one run were in contact.
         """
         self.phases = list(phases)
         self.control = control._replace(keep_events=False, end=math.inf)
@@ -51,7 +51,7 @@ class Perturbed:
         self.status = run_control.OK
 
     def see(self, base: Work) -> bool:
-        """Follow `base` to where it is now."""
+        """Advance the perturbed run to the present time of `base`."""
         moment = float(base.y[base.time])
         if not self.times:
             self.times, self.growths = [moment], [0.0]
@@ -66,7 +66,7 @@ class Perturbed:
         return False
 
     def _measure(self, base: Work) -> None:
-        """Note how far the perturbed motion has departed from `base`, and bring it back."""
+        """Record the distance of the perturbed motion from `base`, and rescale it."""
         work, n = self.work, self.scale.size
         alike = bool(np.all(work.mode == base.mode))
         alike = alike and bool(np.all(np.sign(work.latched[self.phases]) == np.sign(base.latched[self.phases])))
@@ -81,7 +81,7 @@ class Perturbed:
             self._bring(base, self.scale / math.sqrt(n), 0.0)
 
     def _bring(self, base: Work, direction: np.ndarray, latched: np.ndarray | float) -> None:
-        """Put the perturbed motion next to `base`, off in (the first components of) the state and in latches."""
+        """Place the perturbed motion next to `base`, displaced along `direction` in its first components."""
         work = self.work
         go_to(moment_of(base), work)
         work.y[: len(direction)] += self.size * direction
@@ -90,9 +90,9 @@ class Perturbed:
         roots[:] = np.where(touches(work.mode), np.maximum(roots, event_actions.SEED * work.sigma), 0.0)
 
     def figures(self, turn: float) -> dict[str, float | None]:
-        """Return the exponent and the horizon; None where there is none, or where a disturbance does not grow.
+        """Return exponent and horizon, each None if undefined or if disturbances do not grow.
 
-        Of more than SETTLED revolutions the first does not count: in it the disturbance turns to where it grows most.
+        With more than SETTLED revolutions the first is left out: in it the disturbance aligns with the fastest growth.
         """
         exponent = horizon = None
         if self.status == run_control.OK and len(self.times) > 1:

@@ -1,4 +1,4 @@
-"""From a finished integration to its trajectory: figures, histories, and the status in words."""
+"""Converts a finished integration to a trajectory: figures, histories and the status in words."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -72,11 +72,11 @@ _AT_REST = (
     "the oil has stopped the bodies before the impacts that simulate.impacts asks for; ask for fewer, or take thinner "
     "oil or a higher speed",
 )
-REST = 1e-3  # of the speed at the start: bodies that are slower when no step is small enough are at rest
+REST = 1e-3  # of the initial speed: slower bodies count as at rest when no step is small enough
 
 
 def _ended(scene: Scene, run: Run) -> tuple[str, str]:
-    """Return the status of an integration and the sentence that says it."""
+    """Return the status of an integration and its message."""
     film = any(joint.film for joint in scene.layout.joints)
     if run.status == run_control.STEP_UNDERFLOW and film and not scene.mechanism.turns:
         rates = slice(len(scene.value.coordinates), 2 * len(scene.value.coordinates))
@@ -90,8 +90,8 @@ class Outcome(NamedTuple):
 
     scene: Scene
     status: str
-    message: str  # why it failed, '' where it did not
-    whole: np.ndarray  # of the Totals by joint, likewise the next four
+    message: str  # why it failed, or ''
+    whole: np.ndarray  # Totals by joint, as are the next four
     joint: np.ndarray
     wear: np.ndarray
     account: np.ndarray
@@ -101,18 +101,18 @@ class Outcome(NamedTuple):
     turns: Any  # Turns
     marks: Marks
     ends: FinalContacts
-    events: int  # met by itself
-    counts: np.ndarray  # of all that was integrated
-    seconds: float  # s, that it took
+    events: int  # events located without a search
+    counts: np.ndarray  # of the whole integration
+    seconds: float  # s, processor time
     duration: float  # s, of the window
-    figures: Mapping[str, float | None]  # those that were found on the way
+    figures: Mapping[str, float | None]  # statistics found during the run
     channels: dict[str, np.ndarray]
     log: np.ndarray  # (events, 5)
     sections: dict[str, np.ndarray]
 
 
 def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
-    """Return the results of an integration up to `end` (s; rad where the crank is free)."""
+    """Return the results of an integration up to `end` (s, or rad for a free crank)."""
     turns: Any = run.work.turns  # mypy takes it for a tuple of anything
     failed, duration = run.status != run_control.OK, _duration(scene, run, end)
     totals, rarely = by_joint(run.totals, scene.layout), RARELY * duration
@@ -146,7 +146,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
 
 
 def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:
-    """Return for how long (s) of a window of `duration` (s) the dry contact of each joint bears; totals : by joint."""
+    """Return how long (s) each joint's dry contact carries load in a window of `duration` (s); totals : by joint."""
     least = LEAST_DRY * totals.joint[:, LOAD_TIME] / duration
     return [
         time_above(least[place], totals.dry[place]) if joint.film else 0.0 for place, joint in enumerate(layout.joints)
@@ -154,12 +154,12 @@ def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:
 
 
 def periods_of(outcomes: Sequence[Outcome]) -> list[int | None]:
-    """Return the period (revolutions) of each motion, None where none was seen."""
+    """Return the period (revolutions) of each motion, or None if it is not periodic."""
     return periods_in([(outcome.scene, outcome.marks, outcome.turns) for outcome in outcomes])
 
 
 def to_trajectory(outcome: Outcome, period: int | None) -> Trajectory:
-    """Return the trajectory of an outcome whose motion has this period."""
+    """Return the trajectory of an outcome with this period."""
     scene, window = outcome.scene, window_of(outcome, period)
     units, failed = shared_by(scene.layout).units.copy(), outcome.status != "ok"
     summary = figures_of(window, failed=failed)
@@ -174,13 +174,13 @@ def to_trajectory(outcome: Outcome, period: int | None) -> Trajectory:
 
 
 def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
-    """Return the trajectory of an integration up to `end` (s; rad where the crank is free)."""
+    """Return the trajectory of an integration up to `end` (s, or rad for a free crank)."""
     outcome = outcome_of(scene, run, end)
     return to_trajectory(outcome, *periods_of([outcome]))
 
 
 def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
-    """Return the status of an integration that failed and the sentence on it."""
+    """Return the status of a failed integration and its message."""
     status, text = _ended(scene, run)
     whole = f" of {end:.6g} s" if math.isfinite(end) else ""
     if scene.crank_clock.free:
@@ -200,7 +200,7 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
 
 
 def _leaving(scene: Scene, run: Run) -> dict[str, str | float]:
-    """Return which journal left its bearing, when (s, revolutions) and how far off (mm) its middle is."""
+    """Return which journal left its bearing, when (s, revolutions) and its eccentricity (mm)."""
     work, contact = run.work, int(run.work.stepper[run_control.CONTACT])
     ends = np.cumsum([len(joint.contacts) for joint in scene.layout.joints])
     place = int(np.searchsorted(ends, contact, side="right"))
@@ -216,7 +216,7 @@ def _leaving(scene: Scene, run: Run) -> dict[str, str | float]:
 
 
 def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
-    """Return the journals' places and rates at crank angle 0 of every revolution, by channel; {} if not asked for."""
+    """Return journal positions and velocities at crank angle 0 of every revolution, by channel, or {} if not stored."""
     if not len(run.marks.sections) or not run.work.sample.code:
         return {}
     turns: Any = run.work.turns  # mypy takes it for a tuple of anything
@@ -230,10 +230,10 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
 
 
 def _histories_of(layout: Layout, record: Record) -> dict[str, np.ndarray]:
-    """Return the time histories of a run by channel, {} where none are taken."""
+    """Return the time histories of a run by channel, or {} if none are taken."""
     if not record.times.size:
         return {}
-    samples = np.array(record.samples.T, order="C")  # a copy: another case may follow in the same room
+    samples = np.array(record.samples.T, order="C")  # a copy: another case may reuse the buffers
     return dict(zip([channel.name for channel in layout.channels], samples, strict=True))
 
 
@@ -276,7 +276,7 @@ def window_of(outcome: Outcome, period: int | None) -> Window:
 
 
 def _duration(scene: Scene, run: Run, end: float) -> float:
-    """Return how long (s) the window of an integration up to `end` is."""
+    """Return the length (s) of the window of an integration up to `end`."""
     if not scene.mechanism.turns:
         return float(run.work.end[run.work.time])
     if scene.crank_clock.free:

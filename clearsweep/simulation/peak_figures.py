@@ -8,34 +8,34 @@ from ..contracts.catalogue import Figure, Shown
 from ..mechanics.solver.accumulate import totals as total_columns
 from .window import Window
 
-WITHIN = 1e-9  # of a peak: what is nearer is the same one
+WITHIN = 1e-9  # relative difference below which two peaks are the same
 
 
 def ideal_peak(window: Window, place: int) -> float | None:
-    """Return the largest reaction (N) in the mechanism without clearance."""
+    """Return the largest reaction (N) of the ideal mechanism."""
     return window.ideal.get(window.case.joints[place].name)
 
 
 def load_peak(window: Window, place: int) -> float:
-    """Return the largest resultant (N) of normal and friction force; without friction that is the normal force."""
+    """Return the largest resultant (N) of normal and friction force."""
     joint = window.totals.joint[place]
     return float(max(joint[total_columns.FORCE_MAX], math.sqrt(joint[total_columns.LOAD_MAX])))
 
 
 def peak_ratio(window: Window, place: int) -> float | None:
-    """Return the largest resultant over the largest reaction without clearance, None where there is no reaction."""
+    """Return the largest resultant over the largest reaction without clearance, or None if there is no reaction."""
     ideal = ideal_peak(window, place)
     return load_peak(window, place) / ideal if ideal else None
 
 
 def peak_turn(window: Window, place: int) -> int | None:
-    """Return the revolution of the largest normal force, None if that revolution is incomplete."""
+    """Return the revolution of the largest normal force, or None if that revolution is incomplete."""
     highest, largest = window.spreads[place].highest, window.totals.joint[place, total_columns.FORCE_MAX]
     return highest[1] if highest and highest[0] >= (1.0 - WITHIN) * largest > 0.0 else None
 
 
 def of_peaks(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
-    """Return the figures of a quantile of the force peaks of revolutions: itself, and the ends of its interval."""
+    """Return the figures of a quantile of force peaks per revolution: its value and the ends of its interval."""
 
     def value(end: str) -> Callable[[Window, int], float | None]:
         return lambda window, place: getattr(getattr(window.spreads[place], name), end)
@@ -93,7 +93,7 @@ PEAKS = (
         ),
     ),
 )
-#: What the state at the ends of revolutions gives; of a run that is watched the watch says it, see `until`.
+#: Figures from the state at the ends of revolutions; for a watched run they come from the observer, see `until`.
 RETURNS = (
     Figure(
         "period",

@@ -1,4 +1,4 @@
-"""The revolution of a case in which its largest normal force lies."""
+"""The revolution of a case with its largest normal force."""
 
 import dataclasses
 
@@ -12,21 +12,21 @@ from .revolutions import marks_of, peaks_of
 from .run import integrated
 from .scene import build
 
-FINE, MOST = 20, 1_000_000  # times the usual samples that are looked at; in all
-BESIDE = 1.5  # usual samples on either side of the largest force between which all of them are kept
+FINE, MOST = 20, 1_000_000  # times the usual number of samples
+BESIDE = 1.5  # usual samples on each side of the largest force within which all fine samples are kept
 
 
 def peak_revolution(case: Case, joint: int, revolutions: float) -> Peak:
-    """Return the revolution of the window in which a joint has its largest normal force, with its time histories.
+    """Return the revolution with the largest normal force of a joint in the window, with time histories.
 
-    The case runs twice as it ran before, to the last bit: without histories, and sampled over that revolution: at the
-    moments that `save.samples` asks for and, as an impact is short, FINE times as densely about the largest force.
+    The case is run twice, with the same bits as before: without histories, then sampled over that revolution.  Samples
+    are those of `save.samples` and, because impacts are short, FINE times as dense around the largest force.
 
     Parameters
     ----------
-    case : as it was run.
-    joint : its place among the joints with clearance.
-    revolutions : for how many it ran; those of the case, unless `simulate.until` found them.
+    case : the case as it was run.
+    joint : index among the clearance joints.
+    revolutions : length of the run; that of the case unless `simulate.until` determined it.
     """
     bare = case.simulate._replace(until=None, horizon=False, error_check=False, revolutions=revolutions)
     scene = build(case._replace(simulate=bare, save=case.save._replace(orbits="none")))

@@ -1,7 +1,7 @@
-"""Builds the machine code of the integration loop, which is the same for all cases, into the package.
+"""Compiles the integration loop, which is the same for all cases, into the package.
 
 `python -m clearsweep.simulation.prebuild [LEVEL ...]`: for these levels of processors (x86-64-v4, x86-64-v3, aarch64),
-else for that of this machine.  A wheel that is built afterwards contains it, and no user waits for it.
+or else for that of this machine.  A wheel built afterwards contains the code, so users need not wait for it.
 """
 
 import sys
@@ -12,7 +12,7 @@ from ..mechanics.trace import objects
 from . import catalogue
 from .trajectory import compile_loop
 
-PAIR = {  # any case will do
+PAIR = {  # any case is suitable
     "mechanism": {"type": "impact-pair", "masses": ["1 kg", "1 kg"], "speed": "1 m/s"},
     "joints": {
         "pair": {
@@ -26,7 +26,7 @@ PAIR = {  # any case will do
 
 
 def main(levels: list[str]) -> int:
-    """Build the loop for levels of processors and say so; return the exit code."""
+    """Compile the loop for processor levels and print each; return the exit code."""
     case = load(PAIR, catalogue()).case(0)
     for level in levels or [objects.level()]:
         known = (*objects.LEVELS, *objects.ELSEWHERE)

@@ -9,17 +9,17 @@ from .scene import Scene
 
 
 class Revolutions(phases.Phase):
-    """The phase of an integration: how many of its revolutions are done."""
+    """The phase of an integration: its share of finished revolutions."""
 
     def __init__(self, scene: Scene):
-        """Take the scene that is integrated."""
+        """Prepare for the integration of a scene."""
         super().__init__(self._words)
         self.revolutions = scene.case.simulate.revolutions if scene.mechanism.turns else None
-        self.most = " at most" if scene.layout.until or scene.case.life else ""  # it may end before
+        self.most = " at most" if scene.layout.until or scene.case.life else ""  # it may end earlier
 
     @property
     def turns(self) -> float:
-        """Return the number of revolutions that are done."""
+        """Return the number of finished revolutions."""
         return (self.share or 0.0) * (self.revolutions or 0.0)
 
     def _words(self) -> str:
@@ -29,38 +29,38 @@ class Revolutions(phases.Phase):
 
 
 class LifeLimits(NamedTuple):
-    """What decides how long a life takes."""
+    """Settings that determine the time of a life."""
 
     limit: float  # m
-    first: float  # m, that may wear off in the first jump
+    first: float  # m, most wear in the first jump
     blocks: int  # at most
     least: float  # revolutions of a block
-    constant: bool  # one block gives all
-    further: int = 0  # lives that follow this one, which take about as long
+    constant: bool  # one block is enough
+    further: int = 0  # lives after this one, which take about as long
 
 
 class Life(phases.Phase):
-    """The phase of a life: its block, the wear of the limit (m), and the time that the blocks left take."""
+    """The phase of a life: its block, the limited wear (m), and the time of the remaining blocks."""
 
     def __init__(self, limits: LifeLimits, before: int, name: str = ""):
-        """Take the number of blocks that were run `before`, in another process, and the name of a further life."""
+        """Prepare after `before` blocks in another process; `name` is that of a further life."""
         super().__init__(self._words, whole=True)
         self.limits, self.before, self.name = limits, before, name
         self.block, self.worn, self.jump = 1, 0.0, limits.first
-        self.since = self.begin  # s, of the present block
+        self.since = self.begin  # s, start of the current block
 
     def _words(self) -> str:
         life = f"{self.name}, " if self.name else ""
         return f"{life}block {self.block}, {text(self.worn, 'm')} of {text(self.limits.limit, 'm')}"
 
     def reached(self, worn: float) -> None:
-        """Note the end of a block that was run with so much (m) worn of what the limit is of."""
+        """Record the end of a block, with the wear depth (m) that the limit refers to."""
         self.block, self.jump = self.block + 1, max(worn - self.worn, 0.0) or self.jump
         self.worn, self.since, self.idle = worn, time.monotonic(), 0.0
         self.note(block=self.block, reached=worn, limit=self.limits.limit)
 
     def left(self, now: float) -> float | None:
-        """Return the time (s) left: that of as many blocks as jumps like the last one take to the limit."""
+        """Return the time (s) left, for jumps like the last one up to the limit."""
         block = self._block_seconds(now)
         if block is None:
             return None
@@ -70,7 +70,7 @@ class Life(phases.Phase):
         return own + self.limits.further * block * (self.block - 1 + blocks) or None
 
     def _block_seconds(self, now: float) -> float | None:
-        """Return the time (s) of a block: the mean of those that were run, else that of the least revolutions."""
+        """Return the time (s) of a block: the mean of finished ones, or else that of the fewest revolutions."""
         run = self.block - 1 - self.before
         if run > 0:
             return (self.since - self.begin) / run

@@ -46,13 +46,13 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
 
 
 def _rubbing(scene: Scene) -> list[str]:
-    """Return the joints without clearance that have friction, as their grid names them."""
+    """Return the names of joints without clearance that have friction."""
     names = dict.fromkeys(load.values["on"] for load in scene.case.loads if load.friction)
     return [name for name in names if column_name(name) in scene.layout.rubbing]
 
 
 def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
-    """Yield joint and onset rate (m/s) of every contact that lasts throughout the window and keeps that rate."""
+    """Yield joint and onset rate (m/s) of every contact that lasts for the whole window."""
     for j, joint in enumerate(scene.case.joints):
         rate = float(window.onset[j])
         if joint.contact.onset == "first" and not math.isnan(rate) and window.totals.joint[j, ONSETS] == 0.0:
@@ -77,7 +77,7 @@ def _lubricated(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Ite
 
 
 def passive_film(joint: Joint) -> str:
-    """Return the law of a film that never gives energy back and is allowed at the length / diameter of a joint."""
+    """Return a passive film law that is valid at the length / diameter of a joint."""
     if joint.length is None or joint.bearing_radius is None:
         return "reynolds"
     slenderness = 0.5 * joint.length / joint.bearing_radius

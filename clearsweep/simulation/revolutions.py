@@ -13,24 +13,24 @@ from .scene import Scene, unit_of
 from .spread import Spread, quantiles
 from .window import bearing_of
 
-LONGEST_PERIOD, REPEATS = 16, 3  # revolutions; times that a period has to be repeated
-RETURN = 1e-3  # clearances, and clearances times crank rate: how closely a periodic motion returns
-SAME = 1e-9  # revolutions: marks that are nearer are one
+LONGEST_PERIOD, REPEATS = 16, 3  # most revolutions of a period; how often it must be repeated
+RETURN = 1e-3  # clearances, and clearances times crank speed: tolerance of a periodic motion
+SAME = 1e-9  # revolutions: closer marks are merged
 
 
 class Marks(NamedTuple):
-    """Places along a run, in revolutions since its start, at which something is recorded."""
+    """Times of a run, in revolutions since its start, at which something is recorded."""
 
     turns: np.ndarray  # (marks,) increasing
-    window: np.ndarray  # (w,) which of them begin or end a revolution of the window
-    sections: np.ndarray  # (s,) which of them are at crank angle 0
+    window: np.ndarray  # (w,) indices of the bounds of the window's revolutions
+    sections: np.ndarray  # (s,) indices of the marks at crank angle 0
 
 
 NO_MARKS = Marks(np.empty(0), np.empty(0, int), np.empty(0, int))
 
 
 def marks_of(scene: Scene, revolutions: float) -> Marks:
-    """Return the marks of a run of so many revolutions; none where nothing turns."""
+    """Return the marks of a run of `revolutions`; none if nothing turns."""
     if not scene.mechanism.turns:
         return NO_MARKS
     phase = None if scene.case.save.orbits == "none" else -begun(scene) % 1.0
@@ -39,10 +39,10 @@ def marks_of(scene: Scene, revolutions: float) -> Marks:
 
 @functools.lru_cache(maxsize=64)  # the cases of a sweep share them
 def _marks(discard: float, revolutions: float, phase: float | None) -> Marks:
-    """Return the marks of a run whose window begins at `discard`, with sections from `phase` on; None: without."""
+    """Return the marks of a run whose window begins at `discard`; sections begin at `phase`, None for no sections."""
     window = _each(discard, revolutions)
     sections = np.empty(0) if phase is None else _each(phase, revolutions)
-    if np.array_equal(window, sections[len(sections) - len(window) :]):  # as good as always
+    if np.array_equal(window, sections[len(sections) - len(window) :]):  # almost always
         turns = sections
     else:
         turns = np.sort(np.concatenate([window, sections]))
@@ -51,7 +51,7 @@ def _marks(discard: float, revolutions: float, phase: float | None) -> Marks:
 
 
 def _each(first: float, last: float) -> np.ndarray:
-    """Return first, first + 1, ... up to `last`; of many only the last ones."""
+    """Return first, first + 1, ... up to `last`; if there are many, only the last ones."""
     count = max(math.floor(last - first + SAME) + 1, 0)
     return first + np.arange(max(count - MOST_REVOLUTIONS - 1, 0), count)
 
@@ -66,9 +66,9 @@ def _nearest(turns: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 
 def room_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., np.ndarray]) -> Turns:
-    """Return room for what is taken at `marks` of a run, `n` numbers in its state, but for what lies in a lane.
+    """Return the buffers for values at the `marks` of a run whose state has `n` numbers, except those in lanes.
 
-    `zeros` makes the arrays.
+    `zeros` creates the arrays.
     """
     count = len(marks)
     return Turns(
@@ -82,21 +82,21 @@ def room_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., np.n
 
 
 def spreads_of(scene: Scene, marks: Marks, turns: Any) -> tuple[Spread, ...]:
-    """Return how the force peaks of each joint spread over the window's revolutions."""
+    """Return the distribution of each joint's force peaks over the window's revolutions."""
     begins = marks.turns[reached(marks.window, turns)]
     return tuple([_spread(peaks, begins) for peaks in peaks_of(scene, marks, turns).T])
 
 
 def _spread(peaks: np.ndarray, begins: np.ndarray) -> Spread:
-    """Return how the peaks (N) of revolutions spread that begin so many after the start of the run."""
+    """Return the distribution of the peaks (N) of revolutions that begin at `begins`."""
     median, p95 = quantiles(peaks, (0.5, 0.95))
     return Spread(median, p95, _highest(peaks, begins))
 
 
 def _highest(peaks: np.ndarray, begins: np.ndarray) -> tuple[float, int] | None:
-    """Return the largest of the peaks (N) of revolutions, and the number of the one in which it lies; None of none.
+    """Return the largest of the peaks (N) of revolutions, and the number of its revolution; None without peaks.
 
-    begins : where they begin, in revolutions since the start of the run.
+    begins : start of each revolution, in revolutions since the start of the run.
     """
     if not len(peaks):
         return None
@@ -105,7 +105,7 @@ def _highest(peaks: np.ndarray, begins: np.ndarray) -> tuple[float, int] | None:
 
 
 def reached(places: np.ndarray, turns: Any) -> np.ndarray:
-    """Return those `places` of marks that a run has reached."""
+    """Return the `places` of marks that a run has reached."""
     passed = turns.passed.item()
     return places if passed == len(turns.marks) else places[places < passed]
 
@@ -113,8 +113,8 @@ def reached(places: np.ndarray, turns: Any) -> np.ndarray:
 def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
     """Return the largest normal force (N) of each joint in each revolution of the window: (revolutions, joints).
 
-    Of a joint with several contacts it is that of the one that bears most, as its largest force is; of a joint in space
-    that of its walls together.
+    For a joint with several contacts it is that of the most loaded contact; for a spatial joint
+    that of the sum over its walls.
     """
     window = reached(marks.window, turns)
     if len(window) < 2:
@@ -129,12 +129,12 @@ def peaks_of(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
 
 
 def periods_in(runs: Sequence[tuple[Scene, Marks, Any]]) -> list[int | None]:
-    """Return after how many revolutions the window's motion repeats itself, None where it was not seen to.
+    """Return the period of the window's motion in revolutions, or None if it is not periodic.
 
-    runs : scene, Marks and Turns of each; those of as many revolutions are looked at together, which takes much less.
+    runs : scene, Marks and Turns of each; runs of equal length are evaluated together, which is much faster.
     """
     periods: list[int | None] = [None] * len(runs)
-    alike: dict[int, list[int]] = {}  # revolutions -> places of runs
+    alike: dict[int, list[int]] = {}  # revolutions -> indices of runs
     for place, (_, marks, turns) in enumerate(runs):
         alike.setdefault(len(reached(marks.window, turns)), []).append(place)
     for places in [places for rows, places in alike.items() if rows > REPEATS]:
@@ -154,15 +154,15 @@ def _returns(scene: Scene, marks: Marks, turns: Any) -> np.ndarray:
 
 
 def period_of(returns: np.ndarray, turn: np.ndarray | None = None) -> int | None:
-    """Return after how many rows of (revolutions, columns) the last ones repeat themselves; None: they do not.
+    """Return the period of the last rows of (revolutions, columns), or None.
 
-    turn : whole multiples of it in the first columns are no difference: whether an angle has gone round.
+    turn : period of the angles in the first columns: multiples of it count as no difference.
     """
     return periods_of(returns[None], None if turn is None else turn[None, None])[0]
 
 
 def periods_of(returns: np.ndarray, turn: np.ndarray | None = None) -> list[int | None]:
-    """Return the same of each of several motions, (motions, revolutions, columns); turn : (motions, 1, angles)."""
+    """Return the periods of several motions, (motions, revolutions, columns); turn : (motions, 1, angles)."""
     periods, rows = np.zeros(len(returns), int), returns.shape[1]
     for period in range(1, min(LONGEST_PERIOD, rows // (REPEATS + 1)) + 1):
         left = np.flatnonzero(periods == 0)

@@ -45,15 +45,15 @@ from .scene import Scene, unit_of
 from .start import NOWHERE, Start, control_of, first_forms, parts_of, period, start_of
 from .watch import Observer
 
-TIME_BUDGET = -1  # a status besides those of the loop
+TIME_BUDGET = -1  # a further status besides those of the loop
 NO_EVENTS = np.empty((0, 5))
-PIECE = 16384  # bytes: what a short motion without its histograms needs
+PIECE = 16384  # bytes: need of a short motion without histograms
 
-Arrays = dict[str, np.ndarray]  # by the names of fields of a Work, its Totals and its Turns
+Arrays = dict[str, np.ndarray]  # name of a field of Work, Totals or Turns -> array
 
 
 def arrays_of(scene: Scene) -> Arrays:
-    """Return what a step of `scene` reads and fills, zeros; `begun`: all that a motion begins with, as one array."""
+    """Return the arrays that a step of `scene` uses, as zeros, and `begun`, the initial values in one array."""
     contacts, n = len(every_contact(scene.value.joints)), scene.start.size
     begun: dict[str, tuple[int, ...]] = {
         **first_forms(scene),
@@ -82,23 +82,23 @@ def arrays_of(scene: Scene) -> Arrays:
 
 
 def _aligned(shape: tuple[int, ...]) -> np.ndarray:
-    """Return zeros whose first number is where a register is loaded from."""
+    """Return zeros that are aligned for vector registers."""
     numbers = np.zeros(math.prod(shape) + WIDTH)
     first = -numbers.ctypes.data // 8 % WIDTH
     return numbers[first : first + math.prod(shape)].reshape(shape)
 
 
 def _of(form: type, arrays: Arrays) -> Arrays:
-    """Return those arrays that are fields of a NamedTuple."""
+    """Return the arrays that are fields of a NamedTuple."""
     return {name: arrays[name] for name in form.__annotations__ if name in arrays}
 
 
 class _Memory:
-    """Few large pieces, parts of which are the arrays that are zero where a motion begins: soon they are so again."""
+    """Arrays that start as zeros, cut from a few large blocks so that they are cleared quickly."""
 
     def __init__(self) -> None:
         self.pieces: list[np.ndarray] = []
-        self.used = 0  # bytes of the latest piece
+        self.used = 0  # bytes used of the latest block
 
     def zeros(self, shape: int | tuple[int, ...], dtype: Any = float) -> np.ndarray:
         """Return an array of zeros."""
@@ -111,13 +111,13 @@ class _Memory:
         return part
 
     def clear(self) -> None:
-        """Let all of them be zero."""
+        """Set all of them to zero."""
         for piece in self.pieces:
             piece.fill(0)
 
 
 def _tally_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> total_columns.Totals:
-    """Return room for what is summed up of so many contacts; `zeros` makes the arrays."""
+    """Return the accumulators of `contacts`; `zeros` creates the arrays."""
     parts = scene.layout.joints
     worn = any(part.wear_bins for part in parts)
     bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in parts)
@@ -136,26 +136,26 @@ def _tally_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> 
 
 
 class FinalContacts(NamedTuple):
-    """How the contacts of joints are where an integration does, whatever follows in its place."""
+    """State of the joints' contacts at the end of an integration, as a copy."""
 
     joints: tuple
-    places: list[Offsets]  # of the joints' numbers
+    places: list[Offsets]  # numbers of the joints
     mode: np.ndarray  # this and the next as in Work
     latched: np.ndarray
     state: np.ndarray  # (n,)
 
 
 class Run:
-    """The buffers of one integration and what it came to."""
+    """The buffers of one integration and its results."""
 
     def __init__(self, start: Start, *, turned: bool = False):
-        """Stand at a start; its times are in s or, where a free crank has `turned` as far, in rad."""
+        """Initialise at `start`; its times are in s or, for a free crank that has `turned`, in rad."""
         scene, value, contacts = start.scene, start.scene.value, every_contact(start.scene.value.joints)
         internal, self.memory = every_internal_state(value.joints), _Memory()
         n, many, zeros = scene.start.size, len(contacts), self.memory.zeros
         self.number, self.form, self.turned = form_number(value), start.form, turned
         self.arrays = arrays = arrays_of(scene)
-        self.parameters = arrays["parameters"]  # compiled code has its address
+        self.parameters = arrays["parameters"]  # compiled code keeps its address
         moment = 2 * len(value.coordinates)
         independent = 0 if scene.crank_clock.free else moment
         self.given = start.given.copy()
@@ -199,17 +199,17 @@ class Run:
         self._begin(start)
 
     def begin(self, start: Start) -> None:
-        """Stand at the start of a scene, of the type and Form of that which this was made for: as if it were new."""
+        """Restart from another scene of the same type and BatchKey, as if this run were new."""
         self.memory.clear()
         for filled, highest in zip(
             self.totals.histogram, self.totals.bins[:, total_columns.HIGHEST_BIN].tolist(), strict=True
         ):
-            filled[: highest + 1] = 0.0  # most of it was never touched
+            filled[: highest + 1] = 0.0  # most of it was never written
         self.totals.dry.fill(0.0)
         self._begin(start)
 
     def _begin(self, start: Start) -> None:
-        """Do the same where the arrays that are the run's own are zero."""
+        """Initialise; the run's own arrays are zero already."""
         work: Any = self.work  # mypy takes its parts for tuples of anything
         arrays, scene, value, begun = self.arrays, start.scene, start.scene.value, start.first.size
         self.given[:] = start.given
@@ -223,25 +223,25 @@ class Run:
         self.work = self.kept.value
         self.value, self.deadline, self.marks = value, scene.deadline, start.marks
         self.status, self.events, self.duration = run_control.OK, NO_EVENTS, 0.0
-        self.logs: list[np.ndarray] = []  # of events, as they were taken away
-        self.counts = work.counts.copy()  # what all of it took, runs alongside this one included
+        self.logs: list[np.ndarray] = []  # blocks of events, as they were copied
+        self.counts = work.counts.copy()  # work counts, including perturbed runs
         self.figures: dict[str, float | None] = {}  # those that were found on the way
-        self.phase: phases.Phase | None = None  # that is reported how far it is
+        self.phase: phases.Phase | None = None  # progress of the run
 
     @functools.cached_property
     def places(self) -> list[Offsets]:
-        """Return where the numbers of each joint begin, which the types of its laws decide."""
+        """Return the index of each joint's first number, which depends on the types of its laws."""
         joints = self.value.joints
         return list(itertools.accumulate(joints, after_joint, initial=first_place(joints, self.work.time + 1)))
 
     def go(self, control: run_control.Control) -> tuple[int, np.ndarray]:
-        """Return the status and the events of an integration from where this one is to where `control` ends it."""
+        """Return the status and events of an integration from the present state to the end in `control`."""
         self.heed(control)
         self.go_on()
         return self.status, self.log()
 
     def go_on(self) -> None:
-        """Integrate, alone, to where this one ends."""
+        """Integrate to the end in one call."""
         waits = True
         while waits:
             began = time.perf_counter()
@@ -250,13 +250,13 @@ class Run:
             waits = not self.ended(int(self.work.stepper[run_control.STATUS]))
 
     def heed(self, control: run_control.Control) -> None:
-        """Let the integration go by `control` from here on."""
+        """Use `control` from the present state on."""
         self.work.control[:], self.work.stepper[run_control.BEGUN], self.logs = control, 0.0, []
 
     def ended(self, status: int) -> bool:
-        """Return whether the integration, at which something is to be looked at, has ended; if not, make it go on.
+        """Return whether the paused integration has ended; if not, prepare to resume it.
 
-        What only a stiff motion needs is compiled when the motion turns out to be one.
+        Code for stiff motion is compiled only when it is needed.
         """
         work = self.work
         if logged := int(work.stepper[run_control.LOGGED]):
@@ -273,30 +273,30 @@ class Run:
         return status != run_control.PAUSED or bool(work.y[work.independent] >= work.control[run_control.PAUSE])
 
     def log(self) -> np.ndarray:
-        """Return the events, (events, 5), since it began to go by what it goes by."""
+        """Return the events, (events, 5), since `control` was set."""
         return np.concatenate(self.logs) if self.logs else NO_EVENTS
 
     def ends(self) -> FinalContacts:
-        """Return how the contacts are where this one does."""
+        """Return the state of the contacts at the end of this run."""
         work = self.work
         return FinalContacts(self.value.joints, self.places, work.mode.copy(), work.latched.copy(), work.end.copy())
 
     def conclude(self, log: np.ndarray) -> None:
-        """Note all events, and what the integration took."""
+        """Record all events and the work counts of the integration."""
         self.events = log
         self.counts += self.work.counts
 
     def spent(self, other: "Run") -> None:
-        """Add what a run besides this one took."""
+        """Add the work counts of another run."""
         self.counts += other.counts
         self.duration += other.duration
 
 
-_spare: list[Run] = []  # the latest that is used no more: making one takes four times as long as beginning anew
+_spare: list[Run] = []  # the last released run: creating one takes four times as long as restarting one
 
 
 def run_at(scene: Scene, times: np.ndarray, *, turned: bool, marks: Marks) -> Run:
-    """Return a run at the start of a scene, see Run: the one that is spare, if it is of the same form."""
+    """Return a run at the start of a scene: the released run if it has the same type and BatchKey."""
     try:
         run = _spare.pop()
     except IndexError:
@@ -309,13 +309,13 @@ def run_at(scene: Scene, times: np.ndarray, *, turned: bool, marks: Marks) -> Ru
 
 
 def use_no_more(run: Run) -> None:
-    """Leave a run, of which all that is wanted was taken, to the next; not one with time histories, which are large."""
+    """Release a run for reuse, except one with time histories, which are large."""
     if not run.record.times.size:
         _spare[:] = [run]
 
 
 def onset_rates(ends: FinalContacts) -> list[float]:
-    """Return the onset rate (m/s) that the law of each joint goes by at the end of an integration, nan where none."""
+    """Return the onset rate (m/s) that each joint's law uses at the end of an integration, nan without one."""
     rates, contact = [math.nan] * len(ends.joints), 0
     for j, joint in enumerate(ends.joints):
         if touches(ends.mode.item(contact)) and keeps_onset(_law_at(ends, j)):
@@ -325,13 +325,13 @@ def onset_rates(ends: FinalContacts) -> list[float]:
 
 
 def _law_at(ends: FinalContacts, place: int) -> Any:
-    """Return the law of a joint with the internal state that it has at the end of an integration."""
+    """Return the law of a joint with its internal state at the end of an integration."""
     law: Any = ends.joints[place].law  # mypy takes it for a tuple of anything
     return with_current_state(law, ends.state, ends.latched, ends.places[place]) if law._field_defaults else law
 
 
 def _phases(scene: Scene) -> list[int]:
-    """Return where those of the latched numbers are that say by what rule of its own a law goes."""
+    """Return the indices of the latched numbers that select a branch of a law."""
     joints = scene.value.joints
     listed = enumerate(every_latched(joints), start=len(every_contact(joints)))
     return [place for place, (law, _) in listed if type(law) in awaits_mass.members]
@@ -346,19 +346,19 @@ def integrated(
     turned: bool = False,
     marks: Marks = NO_MARKS,
 ) -> Run:
-    """Return the integration of a scene up to `end` (s; rad where the crank is free), reported at `times` as Run is."""
+    """Return the integration of a scene up to `end` (s, or rad for a free crank), reported at `times`."""
     run = run_at(scene, times, turned=turned, marks=marks)
     integrate(scene, run, end, keep_events=wants_events(scene, times), watchers=watchers)
     return run
 
 
 def wants_events(scene: Scene, times: np.ndarray) -> bool:
-    """Return whether the events of a run that is reported at `times` are kept."""
+    """Return whether the events of a run are kept if it is reported at `times`."""
     return scene.case.save.orbits != "none" or times.size > 0
 
 
 def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers: Sequence[Observer] = ()) -> None:
-    """Integrate a scene up to `end` (s; rad where the crank is free), in the eyes of `watchers`, see `watch`."""
+    """Integrate a scene up to `end` (s, or rad for a free crank), observed by `watchers`, see `watch`."""
     control = control_of(scene, end, keep_events=keep_events)
     if not scene.layout.horizon:
         call(run, control, scene, watchers)
@@ -372,14 +372,14 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers
 
 
 def start(run: Run, control: run_control.Control) -> None:
-    """Let a run go by `control`, by the method that this asks for from the beginning."""
+    """Start a run with `control` and its initial method."""
     if control.method == events.IMPLICIT and run.work.stepper[run_control.NEXT] == 0.0:
         run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)
     run.heed(control)
 
 
 def call(run: Run, control: run_control.Control, scene: Scene, watchers: Sequence[Observer] = ()) -> None:
-    """Integrate, at one go unless somebody watches."""
+    """Integrate in one call, or with pauses if there are observers."""
     start(run, control)
     with phases.phase(Revolutions(scene)) as run.phase:
         if watchers:

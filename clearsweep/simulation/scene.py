@@ -1,4 +1,4 @@
-"""From a case, names and numbers, to a scene, types and numbers: the only place where names become types."""
+"""Builds a scene (types and numbers) from a case (names and numbers): only here do names become types."""
 
 import math
 import time
@@ -30,9 +30,9 @@ from ..mechanics.mechanism.spatial import seats
 from . import crank_clock, figures, links
 from .ideal import ideal_motion, mechanism_of
 
-_LAYOUTS: dict[Parts, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with what they were made of
-SEATINGS = 3  # on worn shapes: how bodies are turned depends a little on where they are seated
-_LARGEST_WEAR = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, it is beyond DOUBTFUL_WEAR_NUMBER
+_LAYOUTS: dict[Parts, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with their sources
+SEATINGS = 3  # iterations on worn shapes: body angles depend slightly on the seats
+_LARGEST_WEAR = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, this exceeds DOUBTFUL_WEAR_NUMBER
 
 
 @dataclass(frozen=True)
@@ -45,24 +45,24 @@ class Scene:
     value: rates.Scene
     layout: Layout
     start: np.ndarray  # (n,) initial state, see mechanics.rates
-    in_contact: bool  # all joints begin in contact
-    machine: Machine | None  # it is built of; None: the mechanism has its own equations
+    in_contact: bool  # all joints start in contact
+    machine: Machine | None  # planar machine; None: the mechanism has its own equations
     crank_clock: crank_clock.Steady | crank_clock.Followed | crank_clock.Free
-    worn: Mapping[str, Worn] = field(default_factory=dict)  # before the run, by joint; a joint that is not there is new
-    deadline: float = math.inf  # s of this process's time, at which the case is given up
-    verdict: Verdict = NO_VERDICT  # figures of the grid's own and limits, of which the case itself knows nothing
-    build_time: float = 0.0  # s, that making it ready took
+    worn: Mapping[str, Worn] = field(default_factory=dict)  # earlier wear by joint; a missing joint is unworn
+    deadline: float = math.inf  # s, processor time at which the case is abandoned
+    verdict: Verdict = NO_VERDICT  # user-defined figures and limits, which are not part of the case
+    build_time: float = 0.0  # s, time to build it
 
 
 def catalogue() -> Catalogue:
-    """Return all that a grid can name, and all that its cases can give."""
+    """Return everything that a grid can name and that its cases can report."""
     return Catalogue(registry.described(), tuple(MECHANISMS.values()), figures.FIGURES, *rates.CHANNELS)
 
 
 def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | None = None) -> Scene:
-    """Return the scene of a grid without `sweep`: a path or a dict of the same shape.
+    """Return the scene of a grid without `sweep`, given as a path or a dict.
 
-    `overrides` maps dotted paths to values that replace those written.  Raises InputError.
+    `overrides` maps dotted paths to replacement values.  Raises InputError.
     """
     loaded = grid.load(source, catalogue(), overrides)
     if len(loaded) != 1:
@@ -74,7 +74,7 @@ def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | N
 
 
 def layout_of(case: Case) -> Layout:
-    """Return the layout of a case, the same object for all cases with the same parts: to make it takes 70 us."""
+    """Return the layout of a case; cases with the same parts share one, since creating it takes 70 us."""
     parts, origin = parts_of(case), (figures.FIGURES, MECHANISMS[case.mechanism.type])
     known = _LAYOUTS.get(parts)
     if known is None or any(old is not new for old, new in zip(known[0], origin, strict=True)):
@@ -83,9 +83,9 @@ def layout_of(case: Case) -> Layout:
 
 
 def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
-    """Return the scene of a resolved case.  Raises InputError where it cannot start as asked.
+    """Return the scene of a resolved case.  Raises InputError if its initial state is impossible.
 
-    `worn`, by name of the joint, is what its bodies have lost before; the wear of a run comes on top.
+    `worn` maps names of joints to their earlier wear; the run adds to it.
     """
     begin, worn = time.perf_counter(), dict(worn or {})
     mechanism = mechanism_of(case)
@@ -98,7 +98,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     offsets, roots, pressed = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(every_contact(terms))), False
     if case.simulate.start == "seated":
         ideal = ideal_motion(case, np.array(case.drive.start_angle if case.drive else 0.0))
-        assert ideal is not None  # the grid knows `start` for mechanisms that have one
+        assert ideal is not None  # grids accept `start` only for mechanisms that have one
         offsets, roots = _seated(ideal.reactions, joints)
         pressed = bool(roots.any())
     built, seated = _built(case, mechanism, machine, joints, offsets), offsets
@@ -124,19 +124,19 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
 
 
 def unit_of(scene: Scene) -> np.ndarray:
-    """Return a clearance as change of each coordinate, and a clearance times crank rate of each rate."""
+    """Return the change of each coordinate for one clearance, and of each rate for clearance times crank speed."""
     unit = min(joint.clearance for joint in scene.value.joints) / scene.built.lengths
     return np.concatenate([unit, unit * scene.value.reference_rate])
 
 
 def _built(case: Case, mechanism: Mechanism, machine: Machine | None, joints: dict, offsets: dict) -> Built:
-    """Return the mechanism of a case with its clearances; raise InputError where it cannot be put together."""
+    """Return the mechanism of a case with its clearances; raise InputError if it cannot be assembled."""
     built: Built
     try:
         if machine is not None:
             built = planar.build(machine, joints, offsets)
         else:
-            assert mechanism.build is not None  # what is built of no machine has equations of its own
+            assert mechanism.build is not None  # without a machine the mechanism has its own equations
             speed = case.drive.speed if case.drive else None
             built = mechanism.build(case.mechanism.values, speed, joints, offsets)
     except planar.ClosureError as error:
@@ -151,7 +151,7 @@ def _built(case: Case, mechanism: Mechanism, machine: Machine | None, joints: di
 
 
 def _check_apart(built: Built, joints: Mapping[str, Any]) -> None:
-    """Raise InputError where a journal in space penetrates its bearing, or is outside it, at the start."""
+    """Raise InputError if a spatial journal starts outside its bearing or penetrates it."""
     for name, spot in seats(built, joints).items():
         if spot.overlap <= 0.0:
             raise InputError(
@@ -166,7 +166,7 @@ def _check_apart(built: Built, joints: Mapping[str, Any]) -> None:
 
 
 def _check_inside(built: Built, joints: Mapping[str, Any]) -> None:
-    """Raise InputError where the bodies of a planar joint penetrate each other at the start."""
+    """Raise InputError if the bodies of a planar joint penetrate at the start."""
     relative = gaps(built.value, place(built.value, built.start))
     for (name, joint), gap in zip(joints.items(), relative, strict=True):
         if isinstance(joint, GuideTerm):
@@ -181,9 +181,9 @@ def _check_inside(built: Built, joints: Mapping[str, Any]) -> None:
 
 
 def _seated(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any]) -> tuple[dict, np.ndarray]:
-    """Return where the distal pin of each joint starts relative to the proximal one, and the penetrations' roots.
+    """Return the initial offset (m) of each joint's distal pin and the roots of the penetrations.
 
-    It is displaced along the load (N) of the ideal mechanism to static penetration.
+    The pin is displaced along the load (N) of the ideal mechanism to static penetration.
     """
     offsets, roots = {}, np.zeros(len(joints))
     for index, (name, joint) in enumerate(joints.items()):
@@ -214,7 +214,7 @@ def signature(case: Case) -> tuple:
 
 
 def _types(term: tuple) -> str:
-    """Return the name of a compiled form's type, with those of the types it contains: 'Archard(Mean)'."""
+    """Return the name of a compiled type with those of the types in it: 'Archard(Mean)'."""
     inner = ", ".join(_types(part) for part in term if isinstance(part, tuple))
     return f"{type(term).__name__}({inner})" if inner else type(term).__name__
 
@@ -227,7 +227,7 @@ def derived(case: Case) -> dict[str, tuple[float, str]]:
 
 
 def warnings(case: Case) -> list[str]:
-    """Return sentences about values of a case that may not be what was meant."""
+    """Return warnings about values of a case that may be unintended."""
     sentences = links.warnings(case)
     for joint in case.joints:
         if registry.pulls(joint):
@@ -235,7 +235,7 @@ def warnings(case: Case) -> list[str]:
                 f"joints.{joint.name}.contact.law: {joint.contact.law} pulls before the surfaces part, as published; "
                 "its normal force can be negative and is not clipped"
             )
-        if joint.contact.law and registry.beyond_hertz(joint):  # a film may have nothing behind it
+        if joint.contact.law and registry.beyond_hertz(joint):  # a film may have no dry contact
             sentences.append(
                 f"joints.{joint.name}.contact.law: {joint.contact.law} is made for Hertz's force; with rough surfaces "
                 "in series a free impact gives back something else than is asked for"
@@ -257,8 +257,8 @@ def warnings(case: Case) -> list[str]:
 
 
 def _unchecked_wear(joint: Joint) -> list[str]:
-    """Return a sentence where a joint's wear coefficient, not checked by a hardness, is larger than any of metals."""
-    assert joint.wear is not None  # asked of joints that wear
+    """Return a warning if a joint's wear coefficient, unchecked by a hardness, exceeds those of all metals."""
+    assert joint.wear is not None  # only joints with wear
     largest = max(map(max, joint.wear.coefficients().values()))
     if largest <= _LARGEST_WEAR:
         return []

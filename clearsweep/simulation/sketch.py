@@ -1,4 +1,4 @@
-"""Bodies, joints and loads of a mechanism at its start, as drawings need them."""
+"""Bodies, joints and loads of a mechanism in its initial position, for drawings."""
 
 import math
 from collections.abc import Callable
@@ -15,17 +15,17 @@ from .ideal import mechanism_of
 
 
 class SketchedBody(NamedTuple):
-    """A body; places in m, in the fixed frame."""
+    """A body; positions in m, in the fixed frame."""
 
     name: str
-    points: np.ndarray  # (n, 2) where joints hold on to it
-    center: np.ndarray  # (2,) its centre of mass; of the ground its first point
+    points: np.ndarray  # (n, 2) positions of its joints
+    center: np.ndarray  # (2,) centre of mass; for the ground, its first point
     angle: float  # rad, of its frame
-    gives: np.ndarray | None = None  # (2, 2) the pins between which it is elastic; None: it is rigid
+    gives: np.ndarray | None = None  # (2, 2) ends of the elastic link; None: rigid
 
 
 class SketchedJoint(NamedTuple):
-    """A joint; its place in m, in the fixed frame."""
+    """A joint; position in m, in the fixed frame."""
 
     name: str
     place: np.ndarray  # (2,)
@@ -33,20 +33,20 @@ class SketchedJoint(NamedTuple):
     open: bool  # it has clearance
     driven: bool
     grounded: bool  # one of its bodies is the ground
-    slides: str = ""  # the body that a guide leads
+    slides: str = ""  # the body in a guide
 
 
 class SketchedLoad(NamedTuple):
-    """A load; places in m, in the fixed frame."""
+    """A load; positions in m, in the fixed frame."""
 
     name: str
     place: np.ndarray  # (2,)
-    direction: np.ndarray | None  # (2,) unit vector of a force; None: it has no direction, or one that changes
+    direction: np.ndarray | None  # (2,) unit vector of a force; None: no fixed direction
     anchor: np.ndarray | None = None  # (2,) the other end of a spring
 
 
 class Sketch(NamedTuple):
-    """A mechanism at its start, without clearance."""
+    """A mechanism in its initial position, without clearance."""
 
     bodies: tuple[SketchedBody, ...]
     joints: tuple[SketchedJoint, ...]
@@ -55,7 +55,7 @@ class Sketch(NamedTuple):
 
 
 def sketch(case: Case) -> Sketch | None:
-    """Return a case's mechanism as it starts; None where it is no machine.  Raises InputError where it cannot close."""
+    """Return the initial position of a case's machine, or None without one.  Raises InputError if it cannot close."""
     mechanism = mechanism_of(case)
     if mechanism.machine is None:
         return None

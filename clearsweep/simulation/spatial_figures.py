@@ -1,4 +1,4 @@
-"""The figures of joints in space: tilt, what it does to the load, and what happens at the flanges."""
+"""Figures of spatial joints: tilt, edge loading and flange contacts."""
 
 import math
 
@@ -10,13 +10,13 @@ from .window import AXIAL_FORCE_MAX, AXIAL_ONSETS, TILT_MAX, UNEVEN_TIME, Window
 
 
 def tilt_limit(window: Window, place: int) -> float | None:
-    """Return the tilt (rad) at which the journal jams between the walls, None where nothing stops it."""
+    """Return the tilt (rad) at which the journal jams between the walls, or None if it cannot."""
     angle = jam_angle(window.joints[place])
     return angle if math.isfinite(angle) else None
 
 
 def edge_load_share(window: Window, place: int) -> float:
-    """Return how unevenly the walls bear: the difference of their normal forces over their sum, both over time."""
+    """Return the imbalance of wall loads: difference of normal forces over their sum, both averaged over time."""
     joint = window.totals.joint[place]
     return float(joint[UNEVEN_TIME] / joint[FORCE_TIME]) if joint[FORCE_TIME] else 0.0
 

@@ -1,4 +1,4 @@
-"""Initial state and inputs of an integration as arrays, made for many cases before the first of them is run."""
+"""Initial state and inputs of an integration, as arrays prepared for many cases before the first is run."""
 
 import math
 from itertools import accumulate, chain, pairwise
@@ -24,27 +24,27 @@ from .crank_clock import PATIENCE, knots_of
 from .revolutions import NO_MARKS, Marks
 from .scene import Scene
 
-#: Error that one step may make, per tolerance: of the coordinates in clearances, of their rates in clearances times
-#: crank rate, of the root of penetration in roots of the clearance.  Errors of the coordinates turn the contact force a
-#: little; those of the root of penetration are errors of its size, so they count most.  Chosen on the one-joint
+#: Allowed error of one step, per tolerance: of coordinates in clearances, of rates in clearances times
+#: crank speed, of roots of penetration in roots of the clearance.  Errors of coordinates rotate the contact force a
+#: little; those of a root of penetration change its magnitude, so they count most.  Chosen on the one-joint
 #: reference trajectories: 15 to 20 % fewer evaluations at equal error than with 1, 1, 1 or a relative tolerance.
 PLACE_WEIGHT, RATE_WEIGHT, ROOT_WEIGHT = 30.0, 3.0, 0.1
-OILED = 0.1  # of RATE_WEIGHT where there is a film: a small error of a rate is a large one of its damping force
-LONGEST = 0.02  # turns of the crank a step may span: keeps located maxima and histograms of slow motions sharp
-ROUNDING = 1e-15  # of the mechanism's size and speed: no tolerance below it
+OILED = 0.1  # of RATE_WEIGHT with a film: a small error of a rate is a large one of the damping force
+LONGEST = 0.02  # crank turns per step at most: keeps maxima and histograms of slow motions accurate
+ROUNDING = 1e-15  # of the mechanism's size and speed: least tolerance
 NOWHERE = np.empty(0)  # to report
-MOST = 2**62  # steps or events that may be counted
+MOST = 2**62  # largest count of steps or events
 
 _METHODS = {"auto": run_control.AUTO, "explicit": events.EXPLICIT, "implicit": events.IMPLICIT}
 
 
 def period(scene: Scene) -> float:
-    """Return how long (s) the crank takes for a turn."""
+    """Return the time (s) of a crank turn."""
     return 2.0 * math.pi / scene.value.reference_rate
 
 
 class BatchKey(NamedTuple):
-    """What has to be equal of scenes of one type that one Run can integrate one after the other."""
+    """Properties that scenes of one type must share to reuse one Run."""
 
     layout: Layout
     samples: int
@@ -53,7 +53,7 @@ class BatchKey(NamedTuple):
 
 
 class RunInputs(NamedTuple):
-    """Arrays of a scene that the loop reads, under their names in Work, Record and Turns."""
+    """Input arrays of the loop, under their names in Work, Record and Turns."""
 
     times: np.ndarray
     marks: np.ndarray
@@ -64,15 +64,15 @@ class RunInputs(NamedTuple):
 
 
 def parts_of(given: np.ndarray, form: BatchKey, contacts: int, internal: int) -> RunInputs:
-    """Return the inputs in one array of a scene with this number of contacts and of `internal` states."""
+    """Return views of the inputs in one array, for a number of contacts and `internal` states."""
     sizes = form.samples, form.marks, form.knots, internal, contacts, contacts
     return RunInputs._make(given[first:end] for first, end in pairwise(accumulate(sizes, initial=0)))
 
 
 class InitialState(NamedTuple):
-    """The first arrays of a lane: the initial state of a motion."""
+    """Arrays of the initial state of a motion."""
 
-    parameters: Any  # of the compiled scene, see `family.flatten`; this and all that follows as in Work
+    parameters: Any  # numbers of the compiled scene, see `family.flatten`; names as in Work
     y: Any
     weight: Any
     latched: Any
@@ -86,11 +86,11 @@ class Start(NamedTuple):
     scene: Scene
     form: BatchKey
     marks: Marks
-    given: np.ndarray  # a RunInputs, its arrays concatenated
-    first: np.ndarray  # an InitialState, likewise
+    given: np.ndarray  # the arrays of a RunInputs, concatenated
+    first: np.ndarray  # the arrays of an InitialState, concatenated
     rubs: list[bool]  # by contact
-    slid: list[float]  # m, by contact, of what is worn before; [] where nothing is
-    longest: float  # s, a step spans no more
+    slid: list[float]  # m, earlier wear by contact, or []
+    longest: float  # s, longest step
 
     @property
     def times(self) -> np.ndarray:
@@ -99,7 +99,7 @@ class Start(NamedTuple):
 
 
 def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
-    """Return the Start of a scene whose results are reported at `times` and which has `marks`."""
+    """Return the Start of a scene with results at `times` and these `marks`."""
     pairs = zip(scene.value.joints, scene.case.joints, strict=True)
     contacts = [pair for pair in pairs for _ in contact_modes(pair[0])]
     internal, latched = _states(scene)
@@ -139,13 +139,13 @@ def first_forms(scene: Scene) -> dict[str, tuple[int, ...]]:
 
 
 def _states(scene: Scene) -> tuple[list, list]:
-    """Return the internal state of the laws of a scene: what is integrated of it, and what is latched."""
+    """Return the internal state of a scene's laws: the integrated part and the latched part."""
     joints, there = scene.value.joints, states_of(scene.value)
     return every_internal_state(joints) if there.integrated else [], every_latched(joints) if there.latched else []
 
 
 def _scale(scene: Scene, contacts: int, internal: list[float]) -> list[float]:
-    """Return the error (n,) that one step may make in each component of the state; `internal`: scales of its laws."""
+    """Return the allowed error (n,) of one step in each component of the state; `internal`: scales of its laws."""
     value, tolerance = scene.value, scene.case.simulate.tolerance
     clearance, size = min([joint.clearance for joint in value.joints]), scene.built.size
     lengths = scene.built.lengths.tolist()
@@ -160,7 +160,7 @@ def _scale(scene: Scene, contacts: int, internal: list[float]) -> list[float]:
 
 
 def control_of(scene: Scene, end: float, *, keep_events: bool) -> run_control.Control:
-    """Return how to integrate a scene up to `end` (s; rad where the crank is free)."""
+    """Return the control of an integration up to `end` (s, or rad for a free crank)."""
     settings = scene.case.simulate
     has_crank, free = scene.mechanism.turns, scene.crank_clock.free
     window = scene.crank_clock.at(settings.discard) if has_crank else 0.0

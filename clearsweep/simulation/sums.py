@@ -1,9 +1,9 @@
-"""How figures follow from sums along the motion: over the whole window, and over its blocks, with an interval.
+"""Computes figures from sums over the motion: over the whole window, and over its blocks with an interval.
 
-Each kind has three functions.  `take(totals, place)` returns what has been summed so far, of a joint or, where `place`
+Each kind has three functions.  `take(totals, place)` returns the present sums of a joint or, if `place`
 is None, of the mechanism; `value(window, place)` the figure over the window; `over_blocks(times, sums, revolutions)`
-the figure over all blocks and the half-width of its 95 % interval, from the times (s) at the ends of the blocks, what
-was taken there, and the revolutions of a block.
+the figure over all blocks and the half-width of its 95 % interval, from the times (s) at the ends of the blocks, the
+sums there, and the revolutions of a block.
 """
 
 import math
@@ -80,7 +80,7 @@ class FrictionMean(NamedTuple):
 
 
 def of_joint(figure: Figure, layout: Layout, joint: str) -> Figure:
-    """Return a figure for a joint: without clearance the friction power follows from the work of loads."""
+    """Return a figure for a joint; without clearance its friction power is that of the loads."""
     return figure._replace(sums=FrictionMean()) if joint in layout.rubbing else figure
 
 
@@ -88,14 +88,14 @@ class Share(NamedTuple):
     """The ratio of two integrals over time."""
 
     part: int  # column of Totals.joint or Totals.whole
-    whole: int  # the same, of what it is a share of
+    whole: int  # column of the denominator
 
     def take(self, totals: Totals | Summed, place: int | None) -> Any:
         """Return both integrals."""
         return np.array([_sum(totals, place, self.part), _sum(totals, place, self.whole)])
 
     def value(self, window: Window, place: int | None) -> Any:
-        """Return the ratio over the window, 0 where both are."""
+        """Return the ratio over the window, 0 if both are 0."""
         part, whole = self.take(window.totals, place)
         return part / whole if whole else 0.0
 
@@ -147,7 +147,7 @@ class PerRevolution(NamedTuple):
 
 
 class DepthRate(NamedTuple):
-    """How fast the deepest wear bin of a joint, of either body, wears (m/s)."""
+    """Wear rate (m/s) of the deepest bin of a joint, of either body."""
 
     def take(self, totals: Totals | Summed, place: int | None) -> Any:
         """Return the depths (m) of all bins of both bodies."""
@@ -158,13 +158,13 @@ class DepthRate(NamedTuple):
         return self.take(window.totals, place).max() / window.duration
 
     def over_blocks(self, times: np.ndarray, depths: Sequence[Any], revolutions: int) -> tuple[float, float]:
-        """Return the rate of the bin that is deepest in the end, and its half-width."""
+        """Return the rate of the finally deepest bin, and its half-width."""
         deepest = int(np.argmax(depths[-1] - depths[0]))
         return _mean(times, [depth[deepest] for depth in depths])
 
 
 class ForceExceeded(NamedTuple):
-    """The normal force (N) of a joint that is exceeded during RARELY of the time."""
+    """Normal force (N) of a joint that is exceeded for the share RARELY of the time."""
 
     def take(self, totals: Totals, place: int | None) -> Any:
         """Return the joint's histogram of the force over time."""
@@ -177,7 +177,7 @@ class ForceExceeded(NamedTuple):
     def over_blocks(self, times: np.ndarray, histograms: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the force and its half-width.
 
-        Its interval is that of the share of time above it, block by block, read as forces (Woodruff 1952).
+        The interval is that of the time share above the force, by block, converted to forces (Woodruff 1952).
         """
         whole, duration = histograms[-1] - histograms[0], times[-1] - times[0]
 
@@ -191,9 +191,9 @@ class ForceExceeded(NamedTuple):
 
 
 class DryTime(NamedTuple):
-    """The share of time in which the dry force is above LEAST_DRY of the mean load, or that in which it is not."""
+    """Share of time with a dry force above, or not above, LEAST_DRY of the mean load."""
 
-    bears: bool  # above
+    bears: bool  # True: above
 
     def take(self, totals: Totals, place: int | None) -> Any:
         """Return the joint's histogram of the dry force over time, and the integral of its load (N s)."""

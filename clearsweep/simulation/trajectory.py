@@ -1,4 +1,4 @@
-"""From a scene to its trajectory: one integration or more, for as long as is asked for."""
+"""Computes the trajectory of a scene: one or more integrations of the required length."""
 
 import dataclasses
 import math
@@ -48,14 +48,14 @@ def simulate(
 
     Parameters
     ----------
-    scene : what `load_case` or `scene.build` returned.
-    times : (n,) s, increasing, within the run: where to report.  None: the case's own sampling.
-    watchers : what looks at the run on its way, see `watch.drive`.
-    progress : whether to say on stderr now and then what a long run does, and how long it takes still; no bit of the
+    scene : result of `load_case` or `scene.build`.
+    times : (n,) s, increasing, within the run: times of the samples.  None: the sampling of the case.
+    watchers : observers of the run, see `watch.drive`.
+    progress : whether to print the progress of a long run on stderr; no bit of the
         result depends on it.
-    log : where a life keeps what its blocks found until it is done, and goes on from.
+    log : storage of a life's block results, from which it resumes.
 
-    A failed integration is a Trajectory too: its `status` names the reason, `message` says it in a sentence.  Raises
+    A failed integration is also a Trajectory: `status` names the reason, `message` explains it.  Raises
     InputError for times outside the run.
     """
     if not isinstance(scene, Scene):
@@ -72,7 +72,7 @@ def simulate(
 
 
 def _simulated(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], log: Log | None) -> Trajectory:
-    """Return the trajectory of a scene, by all the integrations that its case asks for."""
+    """Return the trajectory of a scene, with all integrations that its case requires."""
     balance = None
     if has_balance(scene.case):
         with phases.phase("temperature of the joints", whole=True):
@@ -92,13 +92,13 @@ def _simulated(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observe
 
 
 def with_limits(scene: Scene, trajectory: Trajectory) -> Trajectory:
-    """Return a trajectory with the verdict on its figures in its summary."""
+    """Return a trajectory with the verdict on its figures in the summary."""
     trajectory.summary.update(scene.verdict.of_case(trajectory.summary, failed=trajectory.status != "ok"))
     return trajectory
 
 
 def _seized(scene: Scene, balance: Balance) -> Trajectory:
-    """Return the failed trajectory of a case in which a joint closes as it warms up."""
+    """Return the failed trajectory of a case with a joint that closes as it warms up."""
     trajectory = _simulate(scene, NOWHERE)
     spent = {figure.name: trajectory.summary[figure.name] for figure in COST}
     block_record = [
@@ -115,7 +115,7 @@ def _seized(scene: Scene, balance: Balance) -> Trajectory:
 
 
 def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Trajectory:
-    """Return a trajectory that gives how far the temperatures of its joints are known."""
+    """Return a trajectory with the accuracy of its joint temperatures."""
     kinds = {joint.column: "film_temperature" if joint.film else "temperature" for joint in scene.case.joints}
     for joint, width in balance.width.items():
         trajectory.summary[f"{joint}_{kinds[joint]}_ci"] = width if math.isfinite(width) else None
@@ -128,12 +128,12 @@ def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Tra
 
 
 def timed(scene: Scene) -> Scene:
-    """Return a scene that is given up when its time budget is spent, counted from now."""
+    """Return a scene with a deadline: its time budget from now."""
     return dataclasses.replace(scene, deadline=time.process_time() + scene.case.simulate.time_budget)
 
 
 def end_of(scene: Scene) -> float:
-    """Return when (s) a scene has made its revolutions, inf without a crank; raise InputError where it never has."""
+    """Return the time (s) of a scene's last revolution, inf without a crank; raise InputError if there is none."""
     if not scene.mechanism.turns:
         return math.inf
     end = scene.crank_clock.at(scene.case.simulate.revolutions)
@@ -146,22 +146,22 @@ def end_of(scene: Scene) -> float:
 
 
 class Horizon(NamedTuple):
-    """How far an integration of known length goes, and what is taken on its way."""
+    """End and sampling of an integration of known length."""
 
     end: float  # s; rad where the crank is free
-    times: np.ndarray  # where to report
+    times: np.ndarray  # times of the samples
     turned: bool  # `times` are angles (rad) of a free crank
     marks: Marks
 
 
 def extent_of(scene: Scene, times: ArrayLike | None = None) -> Horizon:
-    """Return how far a scene goes, which is reported at `times` (s) or where its case has it."""
+    """Return the horizon of a scene, reported at `times` (s) or at the samples of its case."""
     end, free = end_of(scene), scene.crank_clock.free
     if times is not None:
         reported = checked_times(times, math.inf if free else end)
     elif scene.case.save.orbits == "none":
         reported = NOWHERE
-    elif not scene.mechanism.turns:  # its duration is known afterwards
+    elif not scene.mechanism.turns:  # its duration is unknown before the run
         last = integrated(scene, NOWHERE, end)
         reported = np.linspace(0.0, last.work.end[last.work.time], scene.case.save.samples + 1)
     else:
@@ -171,7 +171,7 @@ def extent_of(scene: Scene, times: ArrayLike | None = None) -> Horizon:
 
 
 def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer] = ()) -> Trajectory:
-    """Return the trajectory of a scene whose length is given."""
+    """Return the trajectory of a scene of given length."""
     end, reported, turned, marked = extent_of(scene, times)
     run = integrated(scene, reported, end, watchers, turned=turned, marks=marked)
     if scene.crank_clock.free and times is not None and run.status == run_control.OK:
@@ -182,7 +182,7 @@ def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer
 
 
 def finish_samples(scene: Scene, run: Run) -> None:
-    """Report the end of a free crank's run at the times that are asked for there, which was not known before.
+    """Fill in the samples at the end of a free crank's run, whose time was unknown before.
 
     Raises InputError for times beyond it.
     """
@@ -197,9 +197,9 @@ def finish_samples(scene: Scene, run: Run) -> None:
 
 
 def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer]) -> Trajectory:
-    """Return the trajectory of a scene that is to run until a figure has settled.
+    """Return the trajectory of a scene that runs until a figure has converged.
 
-    What is reported comes from a second run over that stretch, the same to the last bit, as its times were not known.
+    The samples come from a second, bit-identical run over the saved revolutions, as their times were unknown.
     """
     settings, at, orbits = scene.case.simulate, scene.crank_clock.at, scene.case.save.orbits
     whole = _changed(scene, revolutions=longest(settings))
@@ -217,7 +217,7 @@ def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer])
 
 
 def _settled(scene: Scene, run: Run, watch: Until | Rates, times: ArrayLike | None) -> Trajectory:
-    """Return the trajectory of a run that has found its length."""
+    """Return the trajectory of a run that has determined its length."""
     at, orbits = scene.crank_clock.at, scene.case.save.orbits
     settled = _changed(scene, revolutions=watch.revolutions)
     end = at(watch.revolutions)
@@ -231,7 +231,7 @@ def _settled(scene: Scene, run: Run, watch: Until | Rates, times: ArrayLike | No
 
 
 def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], ageing: Ageing) -> Trajectory:
-    """Return the trajectory of the last block of a case that wears until its limit, with the history of its life."""
+    """Return the trajectory of a life: its last block, with the history up to the limit."""
     begin = time.process_time()
     ageing.scene = scene = dataclasses.replace(scene, deadline=scene.deadline - ageing.spent)
     last: list[tuple[Scene, Run, Rates]] = []
@@ -249,7 +249,7 @@ def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], a
         if life and not ageing.constant:
             ended = run_block(ageing, life.nodes[-1].state)
             life = ageing.ended(life, ended) if ended else None
-        elif life and not last and not run_block(ageing, ageing.start):  # its one block was run before a kill
+        elif life and not last and not run_block(ageing, ageing.start):  # its only block is in the log
             life = None
     aged, run, watch = last[0]
     if life is None:
@@ -270,13 +270,13 @@ def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], a
 
 
 def _failed_block(scene: Scene, run: Run) -> Trajectory:
-    """Return what a block of a life came to that failed."""
+    """Return the trajectory of a failed block."""
     whole = _changed(scene, revolutions=longest_block(scene.case))
     return trajectory_of(whole, run, scene.crank_clock.at(whole.case.simulate.revolutions))
 
 
 def _block(scene: Scene, watchers: Sequence[Observer]) -> tuple[Scene, Run, Rates]:
-    """Return a scene, a block of revolutions of it that was run, and what watched it."""
+    """Return a scene, the run of a block of revolutions, and its observer."""
     most = longest_block(scene.case)
     whole = _changed(scene, revolutions=most)
     run, watch = Run(start_of(whole, NOWHERE, marks_of(whole, most))), Rates(scene)
@@ -286,7 +286,7 @@ def _block(scene: Scene, watchers: Sequence[Observer]) -> tuple[Scene, Run, Rate
 
 
 def _retrace(scene: Scene, run: Run, again: Run, end: float, starts: Iterable[Moment]) -> None:
-    """Record the motion of a run in `again`, from the last of its `starts` before or from the beginning."""
+    """Record the motion of a run in `again`, from the last suitable snapshot in `starts` or from the beginning."""
     times, independent = again.record.times, again.record.independent
     before = [start for start in starts if times.size and start["y"][independent] <= times[0]]
     if before:
@@ -299,13 +299,13 @@ def _retrace(scene: Scene, run: Run, again: Run, end: float, starts: Iterable[Mo
 
 
 def _changed(scene: Scene, **settings: Any) -> Scene:
-    """Return a scene with other values in `simulate`."""
+    """Return a scene with changed values in `simulate`."""
     simulate = scene.case.simulate._replace(**settings)
     return dataclasses.replace(scene, case=scene.case._replace(simulate=simulate))
 
 
 def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
-    """Return a trajectory with the difference of every figure from a run at a tenth of the tolerance in its summary."""
+    """Return a trajectory with the change of every figure at a tenth of the tolerance in its summary."""
     if trajectory.status != "ok":
         return trajectory
     tighter = {"tolerance": 0.1 * scene.case.simulate.tolerance}
@@ -320,7 +320,7 @@ def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
 
 
 def _differ(summary: dict, tighter: dict) -> None:
-    """Enter into a summary how far its figures are from those at a tighter tolerance, and add what the latter cost."""
+    """Add to a summary the differences of its figures from a tighter tolerance, and the work of that run."""
     for name in [name for name in summary if name.endswith(DIFFERENCE)]:
         values = (summary[name.removesuffix(DIFFERENCE)], tighter[name.removesuffix(DIFFERENCE)])
         summary[name] = None if None in values else abs(values[0] - values[1])
@@ -329,7 +329,7 @@ def _differ(summary: dict, tighter: dict) -> None:
 
 
 def compile_for(case: Case) -> None:
-    """Compile the code of a case's own scene, or load it from the cache; stiff motion may take more."""
+    """Compile the code of a case's scene, or load it from the cache; stiff motion may need further code."""
     scene = build(case)
     bare = case.save.orbits == "none" and not scene.layout.until
     Run(start_of(scene, NOWHERE if bare else np.array([0.0])))
@@ -344,7 +344,7 @@ def compile_loop(case: Case) -> None:
 
 
 def checked_times(times: ArrayLike, end: float) -> np.ndarray:
-    """Return times (s) that a user asks for, as an array; raise InputError unless they lie within a run up to `end`."""
+    """Return the requested times (s) as an array; raise InputError unless they lie within a run up to `end`."""
     array: np.ndarray = np.ascontiguousarray(times, dtype=float)
     if array.ndim != 1 or not np.all(np.isfinite(array)) or np.any(np.diff(array) < 0.0):
         raise InputError("times: expected a one-dimensional array of increasing, finite times in s")
@@ -355,7 +355,7 @@ def checked_times(times: ArrayLike, end: float) -> np.ndarray:
 
 
 def sampling_times(case: Case, at: Callable[[float], float]) -> np.ndarray:
-    """Return where a case is sampled: at k / samples of a revolution, both ends of the stretch included."""
+    """Return the samples of a case: at k / samples of a revolution, both ends of the range included."""
     save, revolutions = case.save, case.simulate.revolutions
     first = 0 if save.orbits == "all" else round((revolutions - save.revolutions) * save.samples)
     count = np.arange(first, math.floor(revolutions * save.samples + 1e-9) + 1)
@@ -363,7 +363,7 @@ def sampling_times(case: Case, at: Callable[[float], float]) -> np.ndarray:
 
 
 def work_counts(scene: Scene) -> dict[str, int]:
-    """Return what integrating a slider-crank takes: steps, rejected ones, evaluations, those that locate events."""
+    """Return the work counts of a slider-crank: steps, rejected steps, evaluations, evaluations for events."""
     counts = integrated(scene, NOWHERE, scene.crank_clock.at(scene.case.simulate.revolutions)).work.counts
     places = {
         "steps": events.STEPS,

@@ -17,10 +17,10 @@ LOW, HIGH = "low", "high"
 
 
 class Further(NamedTuple):
-    """A life at an end of the intervals of its wear coefficients."""
+    """A life with all wear coefficients at one end of their intervals."""
 
     life: Life | None  # None: a block of it failed
-    records: tuple[BlockRecord, ...]  # the blocks that were run for it
+    records: tuple[BlockRecord, ...]  # blocks run for it
     failure: str = ""  # status of the block that failed
 
 
@@ -29,7 +29,7 @@ def at_end(case: Case, end: str) -> Case:
     joints = {joint.name: joint for joint in case.joints}
     for each in case.uncertain:
         joint, number = joints[each.joint], getattr(each, end)
-        assert joint.wear is not None  # the grid has uncertain coefficients of joints that wear alone
+        assert joint.wear is not None  # grids accept uncertain coefficients only for joints with wear
         values = {key: joint.wear.values[key] * number if each.relative else number for key in each.keys}
         joints[each.joint] = joint._replace(wear=joint.wear._replace(values={**joint.wear.values, **values}))
     return case._replace(joints=tuple(joints.values()))
@@ -38,13 +38,13 @@ def at_end(case: Case, end: str) -> Case:
 def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], BlockRecord | None]) -> dict[str, Further]:
     """Return the lives with the coefficients at their LOW and HIGH ends.
 
-    If the wear rates do not depend on the wear, every rate is proportional to the coefficient of its body, so
-    that the one block gives both lives; else each is run block by block.
+    If wear rates are independent of wear, every rate is proportional to the coefficient of its body, so
+    that one block gives both lives; otherwise each is run block by block.
 
     Parameters
     ----------
-    ageing : that of the case itself, whose life is known.
-    run : Ageing, (n,) what has worn -> the block, None where it failed.
+    ageing : of the case itself, whose life is known.
+    run : (Ageing, (n,) worn state) -> block, or None if it failed.
     """
     lives = {}
     for end in (LOW, HIGH):
@@ -60,7 +60,7 @@ def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], BlockRecor
 
 
 def _always(records: BlockRecord) -> Callable[[np.ndarray], BlockRecord]:
-    """Return a function that gives the result of one block again and again, for motion that wear does not change."""
+    """Return a function that repeats the result of one block, for motion that is independent of wear."""
     return lambda state: records
 
 
@@ -75,20 +75,20 @@ def _scaled(ageing: Ageing, case: Case) -> BlockRecord:
 
 
 def _ratio(case: Case, other: Case, part: Part, body: str) -> float:
-    """Return the wear coefficient of a body in another case over that in a case; 1 where it does not wear."""
+    """Return the ratio of a body's wear coefficients in two cases; 1 if it does not wear."""
     before, after = (_coefficient(each, part, body) for each in (case, other))
     return after / before if before else 1.0
 
 
 def _coefficient(case: Case, part: Part, body: str) -> float:
-    """Return the wear coefficient of a body of a joint that wears, in the unit of the grid."""
+    """Return the wear coefficient of a body, in the unit of the grid."""
     wear = case.joints[part.place].wear
     assert wear is not None  # asked of joints that wear
     return wear.values[f"{body}_coefficient"]
 
 
 def failures(lives: dict[str, Further]) -> tuple[str, ...]:
-    """Return a remark for each life of which a block failed, so that its column is null."""
+    """Return a remark for each life with a failed block, whose column is null."""
     return tuple(
         f"{LIFE_FAILED}the life with the wear coefficients at their {end} ends is not known: its block "
         f"{len(each.records) + 1} has the status {each.failure}"
@@ -98,7 +98,7 @@ def failures(lives: dict[str, Further]) -> tuple[str, ...]:
 
 
 def figures(column: str, lives: dict[str, Further]) -> dict[str, float | None]:
-    """Return the ends of the life of a joint in columns, None where it is not known: the more wears, the shorter."""
+    """Return both ends of a joint's life by column, None if unknown; more wear means a shorter life."""
     ends = {"low": lives[HIGH].life, "high": lives[LOW].life}
     turns = {end: life.revolutions if life and life.reached else math.nan for end, life in ends.items()}
     return {f"{column}_life_{end}_uncertain": turn if math.isfinite(turn) else None for end, turn in turns.items()}

@@ -1,4 +1,4 @@
-"""Whether a run is long enough: its figure has settled, or its motion repeats itself."""
+"""Decides whether a run is long enough: its figure has converged, or its motion is periodic."""
 
 import math
 from collections import deque
@@ -16,24 +16,24 @@ from .watch import Moment, mark, moment_of
 
 
 def marks(settings: Simulate, at: Callable[[float], float]) -> np.ndarray:
-    """Return where to pause once a revolution, always at the same crank angle, within the longest run."""
+    """Return the pauses: one per revolution, at a fixed crank angle, up to the longest run."""
     count = math.ceil(longest(settings) - settings.discard - 1e-9)
     return np.array([mark(k, settings.discard, at) for k in range(1, count + 1)])
 
 
 class Until:
-    """Ends a run when its figure has settled or its motion repeats itself."""
+    """Ends a run when its figure has converged or its motion is periodic."""
 
     parts = 1
 
     def __init__(self, scene: Scene, samples: np.ndarray):
-        """Prepare for a run of `scene` that puts its time histories at the `marks` into `samples`."""
+        """Prepare for a run of `scene` that stores its time histories at the `marks` in `samples`."""
         settings, save, until = scene.case.simulate, scene.case.save, until_of(scene.case.simulate)
         self.figure, self.relative = until.figure, until.relative_ci
         self.blocks = Blocks(scene.layout, (self.figure,))
         self.discard, self.least = settings.discard, settings.revolutions
         self.samples, self.places, self.units = samples, *_journals(scene)
-        # moments of the run, oldest first, from which what is saved can be run again
+        # snapshots, oldest first, from which the saved revolutions can be repeated
         self.starts: deque[Moment] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
         self.revolutions, self.settled = 0.0, False
         self.period: int | None = None  # revolutions
@@ -62,7 +62,7 @@ class Until:
 
 
 def _journals(scene: Scene) -> tuple[list[int], np.ndarray]:
-    """Return the channels that give where the journals are and how fast, and what counts as 1 in each."""
+    """Return the channels of journal positions and velocities, and the unit of each."""
     names = [channel.name for channel in scene.layout.channels]
     places: list[int] = []
     units: list[float] = []
@@ -73,12 +73,12 @@ def _journals(scene: Scene) -> tuple[list[int], np.ndarray]:
 
 
 def longest(settings: Simulate) -> float:
-    """Return the most revolutions that an `until` allows: `discard` and whole ones."""
+    """Return the largest number of revolutions that `until` allows: `discard` plus whole ones."""
     discard = settings.discard
     return discard + math.floor(until_of(settings).max_revolutions - discard + 1e-9)
 
 
 def until_of(settings: Simulate) -> case.Until:
-    """Return when a run has settled; only for cases that say so."""
+    """Return the criterion `until` of a case that has one."""
     assert settings.until is not None
     return settings.until

@@ -1,6 +1,6 @@
-"""Runs with observers, which measure how fast a perturbation grows, or decide whether the run is long enough.
+"""Runs with observers, which measure the growth of a perturbation or decide whether the run is long enough.
 
-A watched run pauses between two steps and goes on as if it had not: its motion and figures are, to the last bit, those
+An observed run pauses between two steps and resumes without a trace: its motion and figures are, to the last bit, those
 of a plain run of the same length.
 """
 
@@ -13,27 +13,27 @@ import numpy as np
 from ..mechanics.solver import run_control
 from ..mechanics.solver.event import Work
 
-#: Turns before the end of a revolution at which a run pauses: more than a step spans, so that it can still end there.
+#: Turns before the end of a revolution at which a run pauses: longer than a step, so that it can still end there.
 LEAD = 0.025
 
 
-_OWN = "control", "counts", "log", "slopes", "step"  # of a run, whatever its motion
-Moment = dict[str, np.ndarray]  # copies of all arrays that a motion goes on from, by name
+_OWN = "control", "counts", "log", "slopes", "step"  # of a run, not of its motion
+Moment = dict[str, np.ndarray]  # copies by name of all arrays that determine the further motion
 
 
 class Pausing(Protocol):
-    """An integration that can pause and go on: a `run.Run`."""
+    """An integration that can pause and resume: a `run.Run`."""
 
     work: Work
 
     def go(self, control: run_control.Control) -> tuple[int, np.ndarray]:
-        """Return the status and the events from where it is to where `control` ends or pauses it."""
+        """Return status and events from the present state to the end or pause in `control`."""
 
 
 class Observer(Protocol):
     """An observer of a run."""
 
-    parts: int  # of a revolution, at the end of each of which it looks
+    parts: int  # observations per revolution
 
     def see(self, work: Work) -> bool:
         """Observe the run; return whether it may end with this revolution."""
@@ -48,7 +48,7 @@ def drive(
 ) -> tuple[int, np.ndarray]:
     """Return the status and the events of an integration that `watchers` observe.
 
-    discard : revolutions after which they begin; at : revolutions -> where they end, see `crank_clock`.
+    discard : revolutions before the first observation; at : revolutions -> clock, see `crank_clock`.
     """
     work, logs, parts = run.work, [], max(watcher.parts for watcher in watchers)
     for k in itertools.count():
@@ -68,17 +68,17 @@ def drive(
 
 
 def mark(turns: float, discard: float, at: Callable[[float], float]) -> float:
-    """Return where to pause so many turns after the first `discard` ones: LEAD before, save at the start."""
+    """Return the pause for `turns` after the first `discard`: LEAD earlier, except at the start."""
     return at(discard + turns - LEAD if turns else discard)
 
 
 def moment_of(work: Work) -> Moment:
-    """Return copies of all arrays of `work` (event.Work) that the motion goes on from."""
+    """Return copies of all arrays of `work` (event.Work) that determine the further motion."""
     return {name: array.copy() for name, array in _arrays(work).items() if name not in _OWN}
 
 
 def go_to(moment: Moment, work: Work) -> None:
-    """Let `work` go on from what `moment_of` returned of another run of the same scene."""
+    """Restore `work` from the result of `moment_of`, of this or another run of the same scene."""
     arrays = _arrays(work)
     for name, array in moment.items():
         arrays[name][...] = array
@@ -86,6 +86,6 @@ def go_to(moment: Moment, work: Work) -> None:
 
 def _arrays(work: Work) -> dict[str, np.ndarray]:
     """Return the arrays of `work` (event.Work) by name, those of the implicit method among them."""
-    implicit: Any = work.implicit  # what mypy takes for a tuple of anything
+    implicit: Any = work.implicit  # mypy takes it for a tuple of anything
     fields: dict[str, Any] = work._asdict() | implicit._asdict()
     return {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}

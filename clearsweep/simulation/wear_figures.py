@@ -1,4 +1,4 @@
-"""The figures of merit of joints that wear."""
+"""Figures of merit of joints with wear."""
 
 import math
 from typing import Any
@@ -23,7 +23,7 @@ from ..mechanics.solver.accumulate.totals import CONTACT_TIME, FORCE_TIME
 from .sums import DepthRate
 from .window import Window
 
-RESOLVED = 0.95  # of the worn volume, that is to come from arcs wide enough for the bins
+RESOLVED = 0.95  # of the worn volume: share that must come from arcs wide enough for the bins
 
 
 def worn(window: Window, place: int) -> tuple[np.ndarray, np.ndarray]:
@@ -41,7 +41,7 @@ def volume(window: Window, place: int) -> float:
 
 
 def _cells(joint: Any) -> tuple[float, float]:
-    """Return the lengths of a bin on bearing and journal over that of the bearing."""
+    """Return the arc lengths of a bin on bearing and journal, relative to the bearing."""
     if type(joint) in SPATIAL:
         return 1.0 / joint.wear_rows, joint.half_journal / (joint.half_length * joint.wear_rows)
     return 1.0, 1.0
@@ -54,7 +54,7 @@ def narrow_arcs(window: Window, place: int) -> float:
 
 
 def bins_enough(window: Window, place: int) -> int:
-    """Return how many bins make all but 5 % of the worn volume that of arcs of five bins or more, 0 without wear."""
+    """Return how many bins resolve 95 % of the worn volume by arcs of at least five bins; 0 without wear."""
     by_width = window.totals.account[place, FIRST_CLASS:]
     narrowest = int(np.searchsorted(np.cumsum(by_width), RESOLVED * by_width.sum()))
     return int(np.ceil(WIDE * 2.0 * math.pi / class_width(narrowest))) if by_width.any() else 0
@@ -71,13 +71,13 @@ def pv_mean(window: Window, place: int) -> float:
     case = window.case.joints[place]
     force = window.totals.joint[place, FORCE_TIME] / window.duration
     speed = (window.totals.account[place, SLID] - window.slid[place]) / window.duration
-    assert case.length is not None  # joints that wear have both
+    assert case.length is not None  # joints with wear have both
     assert case.bearing_radius is not None
     return float(force / (2.0 * case.bearing_radius * case.length) * speed)
 
 
 def pv_beyond(window: Window, place: int) -> float | None:
-    """Return the share of the window's time beyond the limit of pressure times speed, None where there is none."""
+    """Return the share of the window's time beyond the limit of pressure times speed, or None."""
     law: Any = window.joints[place].wear
     return None if math.isinf(law.pv_limit) else float(window.totals.account[place, PV_BEYOND] / window.duration)
 

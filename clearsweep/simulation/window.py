@@ -1,4 +1,4 @@
-"""The window of a run: all that the formulas of figures are functions of."""
+"""The window of a run: the argument of all formulas for figures."""
 
 import math
 from collections.abc import Mapping
@@ -32,54 +32,54 @@ from ..mechanics.solver.accumulate.totals import (
 from .spread import Spread
 
 LARGEST = (CONTACT_TIME, BEYOND_TIME, FORCE_MAX, LOAD_MAX, DEPTH_MAX, ONSET_MAX, PEAK, APPROACH)  # of Totals.joint
-#: Columns after those of Totals.joint, of a joint in space: largest force (N) at a flange, onsets there; N s, of the
+#: Columns after those of Totals.joint, for a spatial joint: largest force (N) at a flange, onsets there; N s, of the
 #: difference between the walls; rad.
 AXIAL_FORCE_MAX, AXIAL_ONSETS, UNEVEN_TIME, TILT_MAX, WIDTH = range(JOINT, JOINT + 5)
 RARELY = 0.01  # of the window's time
-LEAST_DRY = 1e-3  # of a joint's mean load: a dry force that is smaller bears nothing
-FEW = 4  # bins taken from beyond the seam, where a turn begins anew
+LEAST_DRY = 1e-3  # of a joint's mean load: a smaller dry force does not count
+FEW = 4  # bins repeated beyond the seam of the circle
 
 
 class Summed(NamedTuple):
-    """Sums and maxima of one integration, joint by joint: a Totals without its histograms and what a step needs."""
+    """Sums and maxima of one integration by joint: a Totals without histograms and scratch arrays."""
 
     whole: np.ndarray
-    joint: np.ndarray  # (joints, JOINT or, of joints in space, WIDTH)
+    joint: np.ndarray  # (joints, JOINT, or WIDTH for spatial joints)
     wear: np.ndarray
     account: np.ndarray
     friction: np.ndarray  # (joints without clearance that have friction,) J
 
 
 class Window(NamedTuple):
-    """Results of a run after `discard`; formulas of figures are functions of a Window and a joint's index."""
+    """Results of a run after `discard`; figures are functions of a Window and a joint's index."""
 
     case: Case
     mechanism: Mechanism
     layout: Layout
     joints: tuple[dry.Joint, ...]
     totals: Summed
-    exceeded: list[float]  # N, by joint: the normal force that is exceeded during RARELY of its time
-    dry: list[float]  # s, by joint with a film, else 0: at a dry force above LEAST_DRY of its mean load
+    exceeded: list[float]  # N, by joint: normal force exceeded for the share RARELY of the time
+    dry: list[float]  # s, by joint: time with a dry force above LEAST_DRY of its mean load; 0 without a film
     ideal: Mapping[str, float]  # N, largest reaction of each joint without clearance
     wear: dict[str, tuple[np.ndarray, np.ndarray]]  # m, see `wear_of`
-    counts: np.ndarray  # see solver.event, of all that was integrated
+    counts: np.ndarray  # see solver.event, for the whole integration
     events: int  # of the motion itself
-    seconds: float  # s, that integrating took
+    seconds: float  # s, integration time
     duration: float  # s
     turns: float  # revolutions; 1 where nothing turns
     spreads: tuple[Spread, ...]  # of each joint's force peaks over the revolutions
-    period: int | None  # revolutions after which the motion repeats itself; None: it was not seen to
-    slid: list[float]  # (joints,) m, way slid before the run
-    onset: list[float]  # (joints,) m/s, onset rate that its law goes by at the end; nan: none
+    period: int | None  # period in revolutions, or None
+    slid: list[float]  # (joints,) m, sliding distance before the run
+    onset: list[float]  # (joints,) m/s, onset rate in the law at the end; nan: none
 
 
 def by_joint(totals: Totals, layout: Layout) -> Totals:
-    """Return the sums of joints from those of contacts: the sums of a guide combine those of its corners.
+    """Return the sums by joint from those by contact: a guide combines its corners.
 
     The work of a preload counts as friction of its joint and as heat; `friction` is by joint without clearance.
 
-    Counts, squares and histograms are added; of what is largest, and of times in contact, the largest counts.  Of a
-    joint in space these are its walls, but forces are those of the sum of the walls.
+    Counts, squares and histograms are added; of maxima and of times in contact, the largest counts.  For a
+    spatial joint the contacts are its walls, but forces are those of the sum of the walls.
     """
     if layout.frictions:
         totals = _with_friction(totals, layout)
@@ -96,7 +96,7 @@ def by_joint(totals: Totals, layout: Layout) -> Totals:
 
 
 def _with_friction(totals: Totals, layout: Layout) -> Totals:
-    """Return what was summed up with the work of loads that are friction where it belongs."""
+    """Return the sums with the work of friction loads assigned to their joints."""
     joint, work = totals.joint.copy(), dict.fromkeys(layout.rubbing, 0.0)
     opened = {part.name: (row, part) for row, part in zip(rows_of(layout), layout.joints, strict=True)}
     for name, taken in zip(layout.frictions, totals.friction, strict=True):
@@ -115,7 +115,7 @@ def rows_of(layout: Layout) -> list[slice]:
 
 
 def bearing_of(layout: Layout) -> list[slice]:
-    """Return those of them whose normal forces are those of the joint: of one in space the sum of its walls."""
+    """Return the contacts whose normal forces are those of the joint; for a spatial joint, the sum of its walls."""
     pairs = zip(rows_of(layout), layout.joints, strict=True)
     return [slice(row.start + joint.corners, row.stop - 1) if joint.telling else row for row, joint in pairs]
 
@@ -139,10 +139,10 @@ def _together(contacts: np.ndarray, joint: JointLayout) -> np.ndarray:
 
 
 def worn_together(accounts: np.ndarray, contacts: np.ndarray) -> np.ndarray:
-    """Return the account of a joint's wear, (ACCOUNT,), from those of its contacts, (contacts, ACCOUNT).
+    """Return the wear account of a joint, (ACCOUNT,), from those of its contacts, (contacts, ACCOUNT).
 
-    What is largest is that of one contact, and so is time beyond the limit; the mean pressure is that over the times
-    for which each is in contact.  contacts : their rows of Totals.joint.
+    Maxima and the time beyond the limit are those of one contact; the mean pressure is over the times
+    in contact of each.  contacts : their rows of Totals.joint.
     """
     together: np.ndarray = accounts.sum(axis=0)
     for column in (PRESSURE_MAX, PV_MAX, PV_BEYOND, SLID):
@@ -154,12 +154,12 @@ def worn_together(accounts: np.ndarray, contacts: np.ndarray) -> np.ndarray:
 
 
 def finer(depths: np.ndarray, bins: int) -> np.ndarray:
-    """Return the means over `bins` bins that follow from those over fewer, which they keep: (bins,) m from (n,) m.
+    """Return means over `bins` bins that preserve given means over fewer bins: (bins,) m from (n,) m.
 
-    Depths may have a further dimension, which stays: (bins, rows) m from (n, rows) m.
+    Depths may have a further dimension, which is kept: (bins, rows) m from (n, rows) m.
 
-    What is worn up to an angle is interpolated between the edges of the n bins by a monotone cubic (Fritsch & Butland
-    1984, SIAM J. Sci. Stat. Comput. 5:300), so that no bin is negative.
+    Cumulative wear over the angle is interpolated between bin edges by a monotone cubic (Fritsch & Butland
+    1984, SIAM J. Sci. Stat. Comput. 5:300), so no bin is negative.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -171,9 +171,9 @@ def finer(depths: np.ndarray, bins: int) -> np.ndarray:
 
 
 def wear_of(layout: Layout, totals: Totals | Summed) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the wear depths (m) of bearing and journal by bin, of every joint where there is wear; totals : by joint.
+    """Return the wear depths (m) of bearing and journal by bin, for every joint with wear; totals : by joint.
 
-    Those of a joint in space are over angle and length, (bins, rows).
+    For a spatial joint they are over angle and length, (bins, rows).
     """
     wear: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     if not any(joint.wear_bins for joint in layout.joints):

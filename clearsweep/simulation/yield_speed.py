@@ -15,9 +15,9 @@ DIRECTIONS = tuple(math.radians(angle) for angle in (0.0, 45.0, 90.0))  # see `l
 
 
 def yield_speeds(scene: Scene) -> dict[str, float | None]:
-    """Return the approach speed (m/s) at which each joint of known strength first yields, by column; None: not judged.
+    """Return the approach speed (m/s) at first yield of each joint of known strength, by column; None if undefined.
 
-    It is sqrt(2 W / m): W the elastic energy at first yield, m the largest mass of all directions at the start.
+    It is sqrt(2 W / m), with W the elastic energy at first yield and m the largest effective mass at the start.
     """
     elastic_joints = [
         (number, case)
@@ -29,7 +29,7 @@ def yield_speeds(scene: Scene) -> dict[str, float | None]:
 
 
 def _speed(joint: Joint, mass: float | None) -> float | None:
-    """Return the approach speed (m/s) at which a joint first yields under a mass (kg), None where that is not known."""
+    """Return the approach speed (m/s) at which a joint first yields under a mass (kg), or None if unknown."""
     if mass is None:
         return None
     energy = yield_energy(joint, registry.contact_terms(joint)[1])
@@ -37,7 +37,7 @@ def _speed(joint: Joint, mass: float | None) -> float | None:
 
 
 def _masses(scene: Scene) -> list[float | None]:
-    """Return the largest mass (kg) of every joint over all directions at the start, None where it is not known."""
+    """Return the largest effective mass (kg) of each joint over all directions at the start, or None if unknown."""
     mechanism, start = scene.value.mechanism, scene.start
     pose = place(mechanism, start)
     by_direction = [

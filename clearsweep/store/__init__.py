@@ -7,7 +7,7 @@ import pyarrow
 from . import blocks
 from .assemble import merge
 from .batch import Axis, ResultSchema, Row, id_text, open_table
-from .blocks import Block, Cut, digest_of, discard_from, numbers_of_blocks, read_mark
+from .blocks import Block, Cut, digest_of, discard_from, numbers_of_blocks, read_mark, summed
 from .case_results import (
     OPTIMISE_FILE,
     SEEK_FILE,
@@ -83,6 +83,7 @@ __all__ = [
     "read_results",
     "status",
     "status_text",
+    "summed",
     "use_one_thread",
     "verify",
     "write_answers",

@@ -39,7 +39,7 @@ from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 from .record import read_record
 from .worst import Again, worst_cases, write_worst
 
-HELD_ROWS = 32768  # rows of the summary kept in memory at a time, all of whole batches
+HELD_ROWS = 131072  # rows of the summary kept in memory at a time, all of whole batches: those of a block
 CHUNK_VALUES = 16384  # values in one compressed piece of a dataset: 128 kB of float64
 CHUNKS_AT_ONCE = 32  # pieces compressed side by side before they are written
 OPEN_FILES = 128  # of batches, open at a time
@@ -122,7 +122,7 @@ def write_summary(
     whole = pa.schema([*schema, *verdict_fields], {"clearsweep": mark})
     with (
         os.fdopen(durable.create(path), "wb") as file,
-        pq.ParquetWriter(file, whole, write_page_checksum=True) as writer,
+        pq.ParquetWriter(file, whole, write_page_checksum=True, use_dictionary=repetitive(whole)) as writer,
     ):
         for number, group in enumerate(summary_groups(run, schema, rows)):
             table = with_verdict(form.verdict, group)
@@ -130,22 +130,35 @@ def write_summary(
             writer.write_table(table.replace_schema_metadata(whole.metadata))
 
 
+def repetitive(schema: pa.Schema) -> list[str]:
+    """Return the columns in which few values are different: to look for them in others takes most of the writing."""
+    return [field.name for field in schema if field.type == pa.string() and field.name != "case_id"]
+
+
 def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> Iterator[pa.Table]:
     """Yield the given rows of the summary, GROUP_ROWS at a time; every batch is read once.
 
-    The rows of some batches at a time go, sorted, to a file without a name; each group is then picked from these files.
-    They are streams, not files of Arrow, as those are read in advance by threads of its own (see `batch.open_table`).
+    Up to HELD_ROWS they are kept in memory.  Of more, the rows of some batches at a time go, sorted, to a file without
+    a name; each group is then picked from these files.  They are streams, not files of Arrow, as those are read in
+    advance by threads of its own (see `batch.open_table`).
     """
+    pieces = _split((np.cumsum(np.bincount(rows["batch"]))[rows["batch"]] - 1) // HELD_ROWS)
+    if len(pieces) < 2:
+        yield from _groups(*_rows_of_batches(run, schema, rows))
+        return
     cuts = np.arange(0, len(rows) + GROUP_ROWS, GROUP_ROWS)
     with contextlib.ExitStack() as files:
         sorted_rows = []
-        for places in _split(np.cumsum(np.bincount(rows["batch"]))[rows["batch"]] // HELD_ROWS):
+        for places in pieces:
             file = files.enter_context(tempfile.TemporaryFile(dir=run.scratch if run.scratch.is_dir() else None))
             bounds = np.searchsorted(places, cuts)
-            (batch,) = _rows_of_batches(run, schema, rows[places]).to_batches()
+            table, order = _rows_of_batches(run, schema, rows[places])
             with pa.ipc.new_stream(file, schema) as writer:
                 for first, last in itertools.pairwise(bounds.tolist()):
-                    writer.write_batch(batch.slice(first, last - first))
+                    columns = table.take(_indices(order[first:last])).columns
+                    writer.write_batch(
+                        pa.RecordBatch.from_arrays([column.combine_chunks() for column in columns], schema=schema)
+                    )
             file.seek(0)
             sorted_rows.append((places, bounds, pa.ipc.open_stream(file)))
         for k in range(len(cuts) - 1):
@@ -154,20 +167,34 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
             yield group.take(_indices(order)).combine_chunks()
 
 
+def _groups(table: pa.Table, order: np.ndarray) -> Iterator[pa.Table]:
+    """Yield the rows of a table in an order, GROUP_ROWS at a time."""
+    places = _indices(order)
+    # column by column: one of them fits into the processor's cache, all of them do not
+    ordered = pa.Table.from_arrays([column.take(places) for column in table.columns], schema=table.schema)
+    for first in range(0, len(order), GROUP_ROWS):
+        yield ordered.slice(first, GROUP_ROWS)
+
+
 def _split(numbers: np.ndarray) -> list[np.ndarray]:
-    """Return the places, ascending, of the values that are equal, for each of them."""
-    order = np.argsort(numbers, kind="stable")
-    return np.split(order, np.flatnonzero(np.diff(numbers[order])) + 1) if len(order) else []
+    """Return the places, ascending, of the values that are equal, for each of them; the values are small."""
+    if not len(numbers):
+        return []
+    narrow = np.ascontiguousarray(numbers, "u2" if numbers.max() < 2**16 else "u4")  # of two bytes: sorted by counting
+    order = np.argsort(narrow, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(narrow[order])) + 1)
 
 
-def _rows_of_batches(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> pa.Table:
-    """Return the given rows of the summary, read from the batches that hold them."""
-    tables, places = [], _split(rows["batch"])
-    for here in places:
-        table = read_summary(run.batches[rows["batch"][here[0]]].summary, schema.names)
-        tables.append(table.select(schema.names).take(_indices(rows["row"][here])).cast(schema))
-    order = np.argsort(np.concatenate(places))
-    return pa.concat_tables(tables).take(_indices(order)).combine_chunks()
+def _rows_of_batches(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> tuple[pa.Table, np.ndarray]:
+    """Return the batches with the given rows of the summary as one table, and where each row is in it."""
+    tables, starts, count = [schema.empty_table()], np.zeros(len(run.batches), int), 0
+    for number in np.flatnonzero(np.bincount(rows["batch"])).tolist():
+        batch = run.batches[number]
+        table = read_summary(batch.summary, schema.names) if batch.table is None else batch.table
+        columns = table.select(schema.names)
+        tables.append(columns if columns.schema.equals(schema) else columns.cast(schema))
+        starts[number], count = count, count + len(table)
+    return pa.concat_tables(tables).combine_chunks(), starts[rows["batch"]] + rows["row"]
 
 
 def _indices(values: np.ndarray) -> pa.Array:
@@ -213,7 +240,7 @@ class OrbitFiles:
         return first * width, count * width
 
     def _file(self, number: int) -> _OrbitFile | None:
-        """Return what is known of a batch, None where it has no orbits."""
+        """Return what is known of a batch, or None if it has no orbits."""
         path = self.paths[number]
         if number not in self.files and path:
             self.files[number] = _OrbitFile(path, self.form)

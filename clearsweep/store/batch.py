@@ -23,7 +23,7 @@ from . import durable
 from .datasets import CASE, EVENT, NODE, SAMPLE, SECTION, Dataset, event_datasets, life_datasets, section_datasets
 
 ID_LENGTH = 16  # hexadecimal characters of a case_id
-GROUP_ROWS = 4096  # rows of a group of the summary
+GROUP_ROWS = 16384  # rows of a group of the summary, and of what is worked at in one go
 ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names are older than what they are called
 HASH_LENGTH = 16  # hexadecimal characters of a checksum in a name
 _NAME = re.compile(r"[0-9a-f]{16}-([0-9a-f]{16})\.(h5|parquet)")
@@ -35,6 +35,7 @@ class Axis(NamedTuple):
     path: str
     unit: str
     text: bool
+    labels: str = ""  # JSON of label -> value, SI; '' for none
 
 
 class ResultSchema(NamedTuple):
@@ -51,7 +52,7 @@ class ResultSchema(NamedTuple):
     def of(cls, grid: Grid) -> "ResultSchema":
         """Return the form of the results of `grid`."""
         axes = tuple(
-            Axis(path, grid.unit(path), all(isinstance(value, str) for value in values))
+            Axis(path, grid.unit(path), all(isinstance(value, str) for value in values), _labels(grid, path))
             for path, values in grid.axes.items()
         )
         frame = grid.frame()
@@ -70,14 +71,27 @@ class Row(NamedTuple):
 
 
 def summary_schema(form: ResultSchema) -> pa.Schema:
-    """Return the schema of the summary of a batch; every field's metadata hold `unit` and `description`."""
+    """Return the schema of the summary of a batch; every field's metadata hold `unit` and `description`.
+
+    Those of an axis with labels also hold `labels`: JSON of label -> value, SI.
+    """
     columns = [Column("case_id", "", "identity of the case: hash of all that decides its numbers", "text")]
     columns += [Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float") for axis in form.axes]
     columns += [
         Column("status", "", "'ok', or the word for how the case failed", "text"),
         Column("message", "", "the failure in a sentence; of an ok case, what to know of it", "text"),
     ]
-    return pa.schema([field_of(column) for column in (*columns, *form.layout.columns)])
+    fields = [field_of(column) for column in (*columns, *form.layout.columns)]
+    labels = {axis.path: axis.labels for axis in form.axes if axis.labels}
+    return pa.schema([_with_labels(field, labels[field.name]) if field.name in labels else field for field in fields])
+
+
+def _labels(grid: Grid, path: str) -> str:
+    return json.dumps(grid.labels[path], default=lambda value: value.item()) if path in grid.labels else ""
+
+
+def _with_labels(field: pa.Field, labels: str) -> pa.Field:
+    return field.with_metadata({**field.metadata, "labels": labels})
 
 
 def field_of(column: Column) -> pa.Field:
@@ -113,7 +127,7 @@ def summary_table(form: ResultSchema, rows: list[Row]) -> pa.Table:
 
 
 def _by_column(names: list[str], rows: list[dict]) -> dict[str, list]:
-    """Return the values of some names in dicts, name by name; None where there is none."""
+    """Return the values of some names in dicts, name by name, or None."""
     return dict(zip(names, map(list, zip(*(map(row.get, names) for row in rows), strict=True)), strict=True))
 
 
@@ -140,12 +154,30 @@ def values_of(column: pa.Array) -> np.ndarray:
     """Return a column as an array: numbers as float64, NaN for null, texts as objects; to_numpy would load pandas."""
     if column.type == pa.string():
         return np.array(column.to_pylist(), object)
-    valid, content = column.buffers()
     here = slice(column.offset, column.offset + len(column))
-    values = np.frombuffer(content, column.type.to_pandas_dtype())[here].astype(float)
-    if valid is not None:
-        values[np.unpackbits(np.frombuffer(valid, "u1"), bitorder="little")[here] == 0] = np.nan
+    values = np.frombuffer(column.buffers()[1], column.type.to_pandas_dtype())[here].astype(float)
+    values[_nulls(column)] = np.nan
     return values
+
+
+def words_of(column: pa.Array) -> np.ndarray:
+    """Return what `values_of` does of a column of texts, faster where many of them are equal."""
+    if not len(column):
+        return np.empty(0, object)
+    encoded = column.dictionary_encode()
+    codes = np.frombuffer(encoded.indices.buffers()[1], "i4")[: len(column)].copy()
+    codes[_nulls(encoded.indices)] = len(encoded.dictionary)
+    words = np.array([*encoded.dictionary.to_pylist(), None], object)
+    values: np.ndarray = words[codes]
+    return values
+
+
+def _nulls(column: pa.Array) -> np.ndarray:
+    """Return the places of the nulls of a column."""
+    if not column.null_count:
+        return np.empty(0, int)
+    bits = np.unpackbits(np.frombuffer(column.buffers()[0], "u1"), bitorder="little")
+    return np.flatnonzero(bits[column.offset : column.offset + len(column)] == 0)
 
 
 def datasets(form: ResultSchema) -> tuple[Dataset, ...]:
@@ -154,7 +186,7 @@ def datasets(form: ResultSchema) -> tuple[Dataset, ...]:
     if form.histories:
         datasets += [
             Dataset(column.name, np.dtype("f8"), column.unit, column.description, SAMPLE)
-            for column in form.layout.channels
+            for column in form.layout.stored
         ]
         datasets += event_datasets(form.layout)
         datasets += section_datasets(form.layout)
@@ -263,7 +295,9 @@ def summary_bytes(form: ResultSchema, rows: list[Row], facts: dict) -> bytes:
     table = table.replace_schema_metadata({"clearsweep": json.dumps(facts)})
     sink = io.BytesIO()
     # it is read as a whole, and only once: dictionaries and statistics would take half of the time of writing it
-    pq.write_table(table, sink, write_page_checksum=True, use_dictionary=False, write_statistics=False)
+    pq.write_table(
+        table, sink, write_page_checksum=True, use_dictionary=False, write_statistics=False, compression="lz4"
+    )
     return sink.getvalue()
 
 
@@ -271,10 +305,11 @@ class BatchFiles(NamedTuple):
     """The two files of a committed batch."""
 
     summary: Path  # Parquet; it is written last: with it the batch is committed
-    orbits: Path | None  # HDF5; None where nothing is kept
+    orbits: Path | None  # HDF5, or None if nothing is kept
     sha256: str  # of `orbits`
     written: int  # ns since 1970
     frame: str  # `ResultSchema.frame` of its cases
+    table: pa.Table | None = None  # its rows, where they are kept in memory
 
     @property
     def name(self) -> str:
@@ -293,11 +328,16 @@ def named_hash(path: Path) -> str | None:
     return match and match.group(1)
 
 
-def batch_files(path: Path, content: bytes) -> BatchFiles:
-    """Return the files of the batch whose summary, at `path`, has this content."""
-    facts = json.loads(pq.read_metadata(pa.BufferReader(content)).metadata[b"clearsweep"])
+def batch_files(path: Path, content: bytes, *, keep_rows: bool = False) -> BatchFiles:
+    """Return the files of the batch whose summary, at `path`, has this content; its rows, too, if they are to be kept.
+
+    The content is known to be what was committed.
+    """
+    with pq.ParquetFile(pa.BufferReader(content), pre_buffer=False) as file:
+        facts = json.loads(file.metadata.metadata[b"clearsweep"])
+        table = file.read(use_threads=False) if keep_rows else None
     orbits = None if facts["shard"] is None else path.parent.parent / ORBITS / facts["shard"]
-    return BatchFiles(path, orbits, facts["sha256"], facts["written"], facts.get("frame", ""))
+    return BatchFiles(path, orbits, facts["sha256"], facts["written"], facts.get("frame", ""), table)
 
 
 def read_summary(path: Path, columns: list[str]) -> pa.Table:
@@ -311,10 +351,14 @@ def read_summary(path: Path, columns: list[str]) -> pa.Table:
 
 def read_done(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Return the identities (uint64) of the cases in the summary of a batch, and which of them failed."""
-    table = read_summary(path, ["case_id", "status"])
+    return done_of(read_summary(path, ["case_id", "status"]))
+
+
+def done_of(table: pa.Table) -> tuple[np.ndarray, np.ndarray]:
+    """Return what `read_done` does of rows of a batch."""
     ids = [numbers_of(chunk.buffers()[2].to_pybytes()[: ID_LENGTH * len(chunk)]) for chunk in table["case_id"].chunks]
-    failed = np.array([status != "ok" for status in table["status"].to_pylist()], bool)
-    return np.concatenate([np.empty(0, "u8"), *ids]), failed
+    failed = [words_of(chunk) != "ok" for chunk in table["status"].chunks]
+    return np.concatenate([np.empty(0, "u8"), *ids]), np.concatenate([np.empty(0, bool), *failed])
 
 
 def id_text(value: int) -> str:

@@ -9,7 +9,8 @@ import json
 import os
 import re
 from bisect import bisect_left
-from collections.abc import Callable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -29,7 +30,7 @@ LEAST_SAMPLED = 16  # of them from each block
 LARGEST = 10**12  # number of cases that a mark may have
 _NAME = re.compile(r"\d{5}")
 _COUNTS = ("cases", "ok", "failed", "missing", "others", "drawn")  # of a mark
-_COUNTED = ("statuses", "remarks", "limits", "exceeded", "unknown")  # below its `counts`
+_COUNTED = ("statuses", "remarks", "limits", "exceeded", "unknown", "fails", "unjudged")  # below its `counts`
 
 
 class Block(NamedTuple):
@@ -82,11 +83,11 @@ class Cut:
 
     @classmethod
     def of(cls, grid: Grid, shard: str = "") -> "Cut | None":
-        """Return how the cases of a grid, or of one shard, are cut; None where they are not.
+        """Return how the cases of a grid, or of one shard, are cut, or None if they are not.
 
         Cases that a run adds follow from those before, so that a grid that is searched is not cut.
         """
-        if len(grid) <= BLOCK or grid.seek or grid.refine or grid.optimise or grid.identify:
+        if len(grid) <= BLOCK or grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws:
             return None
         digest = hashlib.sha256(repr((BLOCK, shard, ResultSchema.of(grid))).encode())
         for path, values in grid.axes.items():
@@ -109,7 +110,7 @@ class Cut:
 
 
 def read_mark(block: Block, form: str | None = None) -> dict[str, Any] | None:
-    """Return the mark of a block whose final files are there with the sizes it says; None where it is to be finished.
+    """Return the mark of a block whose final files are there with the sizes it says, or None if it is to be finished.
 
     form : of `Cut`; another one does not count.
     """
@@ -122,6 +123,14 @@ def read_mark(block: Block, form: str | None = None) -> dict[str, Any] | None:
     except (FileNotFoundError, ValueError, KeyError, TypeError, AttributeError):
         return None
     return dict(mark) if same and mark["block"] == block.number and _is_whole(mark) else None
+
+
+def summed(counts: Sequence[Mapping[str, Any]], part: str) -> Counter[str]:
+    """Return the sums of a part of the `counts` of marks over all blocks."""
+    total: Counter[str] = Counter()
+    for each in counts:
+        total.update(each[part])
+    return total
 
 
 def _is_whole(mark: dict[str, Any]) -> bool:
@@ -214,10 +223,13 @@ class Sampler:
             self.taken += len(self.drawn[-1])
         ids = columns["case_id"].tolist()
         for name, values in columns.items():
-            if values.dtype == object or not np.isfinite(values).any():
+            if values.dtype == object:
                 continue
-            finite = np.where(np.isfinite(values), values, np.nan)
-            low, high = int(np.nanargmin(finite)), int(np.nanargmax(finite))
+            finite = np.isfinite(values)
+            if not finite.any():
+                continue
+            low = int(np.argmin(values if finite.all() else np.where(finite, values, np.inf)))
+            high = int(np.argmax(values if finite.all() else np.where(finite, values, -np.inf)))
             ends = self.ranges.setdefault(name, [np.inf, -np.inf, "", ""])
             if values[low] < ends[0]:
                 ends[0], ends[2] = float(values[low]), ids[low]

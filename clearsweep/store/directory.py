@@ -26,6 +26,7 @@ from .batch import (
     Row,
     batch_files,
     datasets,
+    done_of,
     file_name,
     id_text,
     named_hash,
@@ -187,7 +188,7 @@ class RunDirectory:
         lock.write(f"process {os.getpid()} on {platform.node()} since {now()}".encode())
 
     def holder(self) -> str | None:
-        """Return who works in the directory, None where nobody does."""
+        """Return who works in the directory, or None if nobody does."""
         with contextlib.suppress(FileNotFoundError), durable.opened(self.path / LOCK) as lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
@@ -229,18 +230,20 @@ class RunDirectory:
                 durable.discard(kept[case_id])
         return notes
 
-    def look(self, *, histories: bool = True) -> dict[Path, str]:
+    def look(self, *, histories: bool = True, rows_kept: int = 0) -> dict[Path, str]:
         """Take in every committed batch whose checksums hold; return summaries of those that are damaged, and how.
 
-        Without `histories` their files are not read.
+        Without `histories` their files are not read.  `rows_kept` : so many rows of summaries stay in memory, since
+        they are going to be asked for.
         """
-        self.batches, self.others, damage = [], [], {}
+        self.batches, self.others, damage, kept = [], [], {}, 0
         for path in files_of_batches(self.summaries):
             content = durable.read(path)
             if hashlib.sha256(content).hexdigest()[:HASH_LENGTH] != named_hash(path):
                 damage[path] = f"{path.relative_to(self.path)}: damaged (its checksum differs)"
                 continue
-            batch = batch_files(path, content)
+            batch = batch_files(path, content, keep_rows=kept < rows_kept)
+            kept += 0 if batch.table is None else len(batch.table)
             if self.frame not in (None, batch.frame):
                 self.others.append(batch)
             elif histories and (problem := self._flaw(batch)):
@@ -295,7 +298,7 @@ class RunDirectory:
         return {path.name.partition("-")[0] for path in files_of_batches(self.summaries)}
 
     def committed_as(self, batch: str) -> str | None:
-        """Return the name of the summary that `batch` committed, None where it committed nothing."""
+        """Return the name of the summary that `batch` committed, or None if it committed nothing."""
         return next((path.name for path in self.summaries.glob(f"{batch}-*.parquet")), None)
 
     def done_in(self, name: str) -> np.ndarray:
@@ -310,27 +313,30 @@ class RunDirectory:
 
     def rows(self) -> np.ndarray:
         """Return where each committed case is (ROWS, ascending by id): its newest result, an 'ok' one first."""
-        tables = []
-        for number, batch in enumerate(self.batches):
-            ids, failed = self._done(batch.summary)
-            rows = np.empty(len(ids), ROWS)
-            rows["id"], rows["failed"] = ids, failed
-            rows["batch"], rows["row"] = number, np.arange(len(ids))
-            tables.append(rows)
-        rows = np.concatenate([np.empty(0, ROWS), *tables])
-        del tables  # of a million cases each array here counts
-        newest_first = np.argsort([-batch.written for batch in self.batches], kind="stable")
-        age = np.empty(len(newest_first), "i4")
-        age[newest_first] = np.arange(len(age))
-        rows = rows[np.lexsort((age[rows["batch"]], rows["failed"], rows["id"]))]
-        again = rows["id"][1:] == rows["id"][:-1]
-        return rows[np.concatenate([[True], ~again])] if again.any() else rows
+        done = [self._done(batch) for batch in self.batches]
+        ids = np.concatenate([np.empty(0, "u8"), *(each for each, _ in done)])
+        failed = np.concatenate([np.empty(0, bool), *(each for _, each in done)])
+        sizes = [len(each) for _, each in done]
+        batch = np.repeat(np.arange(len(done), dtype="i4"), sizes)
+        order = np.argsort(ids)
+        again = np.concatenate([[False], np.diff(ids[order]) == 0])[: len(ids)]
+        if again.any():
+            newest_first = np.argsort([-each.written for each in self.batches], kind="stable")
+            age = np.empty(len(newest_first), "i4")
+            age[newest_first] = np.arange(len(age))
+            order = np.lexsort((age[batch], failed, ids))[~again]
+        rows = np.empty(len(order), ROWS)
+        rows["id"], rows["failed"], rows["batch"] = ids[order], failed[order], batch[order]
+        rows["row"] = np.concatenate([np.empty(0, "i4"), *(np.arange(size) for size in sizes)])[order]
+        return rows
 
-    def _done(self, summary: Path) -> tuple[np.ndarray, np.ndarray]:
+    def _done(self, batch: BatchFiles) -> tuple[np.ndarray, np.ndarray]:
         """Return what `read_done` does; rounds of cases ask again and again, so that of small batches it is kept."""
-        done = self.small.get(summary) or read_done(summary)
+        if batch.table is not None:
+            return done_of(batch.table)
+        done = self.small.get(batch.summary) or read_done(batch.summary)
         if len(done[0]) <= SMALL:
-            self.small[summary] = done
+            self.small[batch.summary] = done
         return done
 
 

@@ -118,7 +118,7 @@ def kept_in(folder: Path) -> dict[str, Path]:
 
 
 def work_of(name: str) -> str | None:
-    """Return the name of the batch whose progress the file called `name` keeps, None where it is another file."""
+    """Return the name of the batch whose progress the file called `name` keeps, or None if it is another file."""
     match = re.fullmatch(r"\.clearsweep-([0-9a-f]{16})\.work", name)
     return match and match.group(1)
 

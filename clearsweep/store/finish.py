@@ -7,11 +7,12 @@ from typing import Any, Protocol
 
 import h5py
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 from . import durable
-from .assemble import FORMAT, mark_of, summary_groups, write_orbits, write_summary
-from .batch import ResultSchema, values_of
+from .assemble import FORMAT, HELD_ROWS, mark_of, repetitive, summary_groups, write_orbits, write_summary
+from .batch import ResultSchema, values_of, words_of
 from .blocks import IDS_FILE, SAMPLE_FILE, Block, Cut, Sampler, read_mark, write_mark
 from .directory import DATASET, LOCK, ORBITS_FILE, SUMMARY_FILE
 from .worst import Again, worst_cases, write_worst
@@ -58,11 +59,12 @@ def _finish(
     """Write what `finish_block` does, with the lock of the block taken."""
     wanted, facts, again, say = how
     run = block.directory(form.frame)
-    for sentence in run.look().values():
+    for sentence in run.look(rows_kept=HELD_ROWS).values():
         say(f"{block.path}: {sentence}; its cases run again")
     rows = run.rows()
     stored = len(rows)
-    rows = rows[np.isin(rows["id"], wanted, assume_unique=True)]
+    if not np.array_equal(rows["id"], wanted):
+        rows = rows[np.isin(rows["id"], wanted, assume_unique=True)]
     mark = mark_of(run, form, rows)
     present = read_mark(block, cut.form)
     if present and present["mark"] == mark:
@@ -93,9 +95,7 @@ def _finish(
                 form,
                 rows,
                 mark,
-                lambda table, _: sampler.add(
-                    table, {name: values_of(table[name].combine_chunks()) for name in table.column_names}
-                ),
+                lambda table, _: sampler.add(table, _columns(table)),
             )
             places[IDS_FILE].write_bytes(np.ascontiguousarray(rows["id"]).astype("<u8").tobytes())
             schema = pq.read_schema(places[SUMMARY_FILE])
@@ -122,3 +122,11 @@ def _finish(
         },
         run.scratch,
     )
+
+
+def _columns(table: pa.Table) -> dict[str, np.ndarray]:
+    """Return the columns of some rows of a summary as `values_of` does."""
+    words = {*repetitive(table.schema)}
+    return {
+        name: (words_of if name in words else values_of)(table[name].combine_chunks()) for name in table.column_names
+    }

@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from .batch import GROUP_ROWS, ID_LENGTH, values_of
+from .batch import ID_LENGTH, values_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -87,7 +87,8 @@ class Filter:
         if ids is None:
             return list(groups)
         places = [between(int(each, 16), int(each, 16)).tolist() for each in ids]
-        return sorted({first // GROUP_ROWS for first, last in places if last > first})
+        ends = np.cumsum([file.metadata.row_group(each).num_rows for each in groups])
+        return sorted({int(np.searchsorted(ends, first, "right")) for first, last in places if last > first})
 
     def mask(self, table: pa.Table) -> np.ndarray:
         """Return which rows of a table meet them; null meets none."""

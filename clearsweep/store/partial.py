@@ -11,6 +11,7 @@ import clearsweep
 
 from ..grid import Grid
 from ..grid.identified import IDENTIFY
+from ..grid.law_check import CHECK
 from ..grid.optimised import OPTIMISE
 from ..grid.refine import REFINE
 from ..grid.seek import SEEK
@@ -21,7 +22,7 @@ from .batch import ResultSchema, open_table
 from .directory import RunDirectory
 from .record import now, read_record
 
-SEARCHES = {SEEK, REFINE, OPTIMISE, IDENTIFY}  # sections that add cases on the way
+SEARCHES = {SEEK, REFINE, OPTIMISE, IDENTIFY, CHECK}  # sections that add cases on the way
 
 
 def is_unfinished(directory: Path) -> bool:

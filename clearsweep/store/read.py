@@ -199,7 +199,7 @@ class StoredRun:
     def blocks(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
         """Yield these columns of the summary, name -> values, for a few thousand rows at a time.
 
-        Numbers are float64, NaN where there is none; texts are objects, None where there is none.
+        Numbers are float64, NaN where there is none; texts are objects, or None.
         """
         with self._table() as file:
             for batch in file.iter_batches(batch_size=GROUP_ROWS, columns=columns, use_threads=False):
@@ -210,7 +210,7 @@ class StoredRun:
 
         It is empty for a failed case and where `save.orbits` is none.
         """
-        channels = self.layout.channels
+        channels = self.layout.stored
         frame = self._frame(case_id, SAMPLE, [channel.name for channel in channels])
         frame.attrs["units"] = {channel.name: channel.unit for channel in channels}
         return frame
@@ -243,7 +243,7 @@ class StoredRun:
 
     @property
     def optimise(self) -> "pd.DataFrame | None":
-        """Return the best cases as a DataFrame, `attrs["units"]` by column; None where nothing was optimised."""
+        """Return the best cases as a DataFrame, `attrs["units"]` by column, or None if nothing was optimised."""
         return self._answers(OPTIMISE_FILE)
 
     @property
@@ -318,7 +318,7 @@ class StoredRun:
             }
 
     def history(self, case_id: str) -> dict[str, np.ndarray]:
-        """Return the history of the life of one case, as Trajectory.history; {} where there is no `life`.
+        """Return the history of the life of one case, as Trajectory.history, or {} if there is no `life`.
 
         Of a failed case the arrays are empty.
         """

@@ -32,6 +32,7 @@ def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
             "model_version": clearsweep.MODEL_VERSION,
             "units": {path: grid.unit(path) for path in grid.axes},
             "fits": {path: [known._asdict() for known in fits] for path, fits in grid.fits.items()},
+            "labels": grid.labels,
             "written_units": {path: known._asdict() for path, known in grid.written_units.items()},
             "seeds": {"sample": written["sample"]["seed"]} if "seed" in written.get("sample", {}) else {},
             "versions": _versions(),

@@ -198,6 +198,7 @@ _LAYOUT = {
     "until": _NAME_OR_NONE,
     "life": _NAME_OR_NONE,
     "frictions": _list(_NAME),
+    "listed": _list(_CHANNEL),
     **dict.fromkeys(_some("turns", "horizon", "error_check"), _FLAG),
 }
 _SPAN = _sections({"unit": _UNIT, "min": _NUMBER, "max": _NUMBER}, {})
@@ -252,6 +253,7 @@ _OPTIONAL: dict[str, Check] = {
     "joints": _by(_WORD, _sections({}, dict.fromkeys(("contact", "friction", "wear", "film", "roughness"), _PART))),
     **dict.fromkeys(_some("sweep", "zip", "cases"), _LISTED),
     "sample": _sections({"method": _WORD, "drawn": _LISTED}, {"seed": _COUNT}),
+    "check_laws": _either(_FLAG, _SECTION),
     "limits": _by(_COLUMN, _BOUND),
     "figures": _by(_COLUMN, _TEXT),
     "seek": _sections({}, {**dict.fromkeys(_some("largest", "smallest"), _either(_PATH, _list(_PATH))), "for": _WORD}),
@@ -264,6 +266,7 @@ _OPTIONAL: dict[str, Check] = {
     "define": _by(_NAME, _TEXT),
     "source": _either(_TEXT, _NOTHING),
     "fits": _by(_PATH, _list(_FIT)),
+    "labels": _by(_PATH, _by(_TEXT, _NUMBER)),
     "written_units": _by(_PATH, _sections({"unit": _TEXT, "factor": _NUMBER, "offset": _NUMBER}, {})),
     "seeds": _SECTION,
     "versions": _by(_WORD, _TEXT),

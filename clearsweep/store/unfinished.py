@@ -16,7 +16,7 @@ class Unfinished:
         self.path = durable.kept(self.scratch, case_id)
 
     def read(self) -> bytes | None:
-        """Return the last content; None if there is none, or if it is damaged."""
+        """Return the last content, or None if there is none, or if it is damaged."""
         try:
             content = durable.read(self.path)
         except FileNotFoundError:

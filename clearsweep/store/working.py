@@ -26,7 +26,7 @@ class Working:
                 durable.overwrite(self.path, content)
 
     def read(self) -> phases.Progress | None:
-        """Return the progress as it is now, None where none is kept."""
+        """Return the progress as it is now, or None if none is kept."""
         try:
             return phases.read(durable.read(self.path))
         except OSError:

@@ -28,7 +28,7 @@ class Worst(NamedTuple):
 
 #: Reads columns of the summary, some rows at a time.
 Groups = Callable[[pa.Schema], Iterator[pa.Table]]
-#: Computes the revolution of the largest peak of some cases again; None where that failed.
+#: Computes the revolution of the largest peak of some cases again, or None if that failed.
 Again = Callable[[Sequence[Worst]], Sequence[Peak | None]]
 
 

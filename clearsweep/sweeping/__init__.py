@@ -1,1 +1,1 @@
-"""Many cases: batches, worker processes, shards, resuming, and what a run reports in the end."""
+"""Runs many cases: batches, worker processes, shards, resuming, and the summary of a run."""

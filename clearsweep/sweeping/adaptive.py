@@ -1,6 +1,6 @@
-"""Adds cases to a running sweep, round by round: what a round gave decides which cases come next.
+"""Adds cases to a running sweep, round by round: the results of a round decide which cases come next.
 
-Added cases are cases like any others, so what was stored before is not run again, and the same results lead to the same
+Added cases are ordinary cases.  So stored ones are not run again, and the same results lead to the same
 cases however often the run was interrupted.
 """
 
@@ -11,7 +11,7 @@ from .. import store
 from ..grid import Grid
 
 Point = dict[str, Any]  # dotted path -> value
-#: Runs what is missing of a grid and judges its cases from an index on; None where it was stopped.
+#: Runs the missing cases of a grid and returns results from an index on, or None if it was stopped.
 Look = Callable[[Grid, int], store.CaseResults | None]
 
 
@@ -19,14 +19,14 @@ class Search(Protocol):
     """A search that chooses the next cases."""
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Record how the cases of a grid, from the index `first` on, compare to its limits."""
+        """Record how the cases of a grid, from the index `first` on, compare with its limits."""
 
     def wanted(self) -> Sequence[Point]:
         """Return the points of the next cases; none if no more are needed."""
 
 
 def run(grid: Grid, search: Search, look: Look) -> tuple[Grid, bool]:
-    """Run a grid and the cases that a search adds, by `look`; return the grid with them, and whether it completed."""
+    """Run a grid and the cases that a search adds, with `look`; return the extended grid, and whether it completed."""
     grid, first = grid.without_added(), 0
     while results := look(grid, first):
         search.learn(grid, first, results)

@@ -1,4 +1,4 @@
-"""All cases that a directory contains as one run to read, also those that the grid last run has not."""
+"""All cases in a directory as one run to read, including those of earlier grids."""
 
 import contextlib
 import tempfile
@@ -16,14 +16,14 @@ from .worker_pool import Options, WorkerPool
 
 @contextlib.contextmanager
 def complete_run(directory: str | Path, simulator: Simulator = SIMULATION) -> Iterator[store.StoredRun]:
-    """Yield the run that would have left every case that is committed in `directory`.
+    """Yield a run that contains every committed case in `directory`.
 
-    It is put together in a passing directory, which takes as much room as those cases; `directory` stays as it is.
-    Raises DirectoryError where there is no run.
+    It is assembled in a temporary directory, which needs as much space as the cases; `directory` is not changed.
+    Raises DirectoryError if there is no run.
     """
     record = store.read_record(Path(directory))
     store.check_form(Path(directory), record)
-    if "blocks" in record:  # all of its blocks are of the grid last run there
+    if "blocks" in record:  # all of its blocks belong to the last grid
         yield store.open(directory)
         return
     source = store.RunDirectory(directory)

@@ -1,16 +1,16 @@
-"""Finds the last good place of a row in which good places come first: the places to try next, and the answer.
+"""Finds the border in a sequence of places that begins with good ones: the places to try next, and the answer.
 
-Near the border the motion is chaotic, so good and bad places may alternate.  Hence the border is bracketed from a scan
-and by halving, then its neighbours on both sides are looked at until REPEATS of them in a row agree, further away each
-time they do not.  What lies beyond the first bad place of the scan is not relied upon.
+Near the border the motion is chaotic, so good and bad places may alternate.  Hence a scan and bisection enclose it;
+then neighbours on both sides are examined until REPEATS of them in a row agree, further away each
+time they do not.  Good places beyond the first bad place of the scan do not count.
 """
 
 import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-SCAN = 4  # equal stretches whose ends are looked at first
-REPEATS = 2  # neighbours that have to agree with the border, on either side
+SCAN = 4  # equal intervals whose ends are examined first
+REPEATS = 2  # neighbours on each side that must agree with the border
 
 Known = Mapping[int, bool]  # place -> whether it is good
 
@@ -18,29 +18,29 @@ Known = Mapping[int, bool]  # place -> whether it is good
 class Border(NamedTuple):
     """The end of the good places."""
 
-    good: int | None  # last place up to which all that was looked at is good; None: not even the first ones are
-    bad: int | None  # first place from which on all that was looked at is bad; None: the last place is good
+    good: int | None  # last place up to which all examined places are good; None: none is
+    bad: int | None  # first place from which on all examined places are bad; None: the last place is good
 
 
 class Search(NamedTuple):
-    """State of a search: either the next places to try, or the answer."""
+    """State of a search: the next places to try, or the answer."""
 
     wanted: tuple[int, ...] = ()
     border: Border | None = None
 
 
 def scan(last: int) -> tuple[int, ...]:
-    """Return the places, of 0 to `last`, that are looked at first; `last` is a power of 2."""
+    """Return the first places to examine, of 0 to `last`; `last` is a power of 2."""
     return tuple(range(0, last + 1, max(last // SCAN, 1)))
 
 
 def usual_probes(last: int) -> int:
-    """Return how many places of 0 to `last` are looked at where the border is sharp."""
+    """Return how many places of 0 to `last` are examined if the border is sharp."""
     return len(scan(last)) + int(math.log2(last / SCAN)) + 2 * REPEATS
 
 
 def search(known: Known, last: int) -> Search:
-    """Return the next places of 0 to `last` to look at, or the border; the same for the same knowledge."""
+    """Return the next places of 0 to `last` to examine, or the border; it depends only on `known`."""
     first = scan(last)
     if wanted := _unknown(first, known):
         return Search(wanted)
@@ -66,9 +66,9 @@ class _Side(NamedTuple):
 
 
 def _settled(known: Known, place: int | None, step: int, end: int) -> _Side:
-    """Return the first place from `place` towards `end` with which its next REPEATS neighbours there agree.
+    """Return the first place from `place` towards `end` whose next REPEATS neighbours agree with it.
 
-    Places below the border (`step` -1) have to be good, those above it bad; None where the row ends before.
+    Below the border (`step` -1) places must be good, above it bad.  None if the sequence ends earlier.
     """
     stride = 1
     while place is not None and (end - place) * step >= 0:

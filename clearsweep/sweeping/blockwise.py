@@ -1,4 +1,4 @@
-"""Runs a grid that is cut, block after block, by the workers of one pool."""
+"""Runs a grid that is divided into blocks, one block after another, with the workers of one pool."""
 
 import json
 import time
@@ -24,7 +24,7 @@ from .worker_pool import Options, Pending, WorkerPool, missing, most, within
 
 
 class BlockJob(NamedTuple):
-    """What all blocks of a run share, wherever they run."""
+    """Data that all blocks of a run share."""
 
     directory: Path  # of the run
     grid: Grid
@@ -32,10 +32,10 @@ class BlockJob(NamedTuple):
     options: Options
     cut: store.Cut
     shard: Shard | None
-    doubles: np.ndarray  # indices of the cases that an index before them has, too, ascending
+    doubles: np.ndarray  # indices of cases that repeat an earlier one, ascending
 
     def cases(self, number: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the indices of the cases that a block is to have, and their identities, uint64."""
+        """Return the indices of a block's cases and their identities, uint64."""
         part = self.cut.part(number)
         ids = np.fromiter(self.grid.identities(part), "u8", len(part))
         own = np.ones(len(part), bool)
@@ -48,7 +48,7 @@ class BlockJob(NamedTuple):
 
 
 def doubles_of(grid: Grid) -> np.ndarray:
-    """Return the indices of the cases that are the same as one before, ascending: the block of the first has it."""
+    """Return the indices of cases that repeat an earlier one, ascending; they belong to the block of the first."""
     if not grid.may_repeat:
         return np.empty(0, "i8")
     ids = np.fromiter(grid.identities(), "u8", len(grid))
@@ -58,9 +58,9 @@ def doubles_of(grid: Grid) -> np.ndarray:
 
 
 def finish(job: Job, block: store.Block, cut: store.Cut, wanted: np.ndarray) -> dict[str, Any]:
-    """Write the final files of a block and return its mark; a worker does it.
+    """Write the final files of a block and return its mark; runs in a worker.
 
-    wanted : identities of the cases that the block has to have, ascending.
+    wanted : identities of the cases in the block, ascending.
     """
     store.use_one_thread()
     form, layout = job.form, job.grid.layout
@@ -86,16 +86,16 @@ def finish(job: Job, block: store.Block, cut: store.Cut, wanted: np.ndarray) -> 
 
 
 class Outcome(NamedTuple):
-    """What became of the blocks of a run."""
+    """Outcome of the blocks of a run."""
 
-    marks: dict[int, dict[str, Any]]  # of finished blocks, by number
+    marks: dict[int, dict[str, Any]]  # marks of finished blocks, by number
     ran: int
     case_seconds: float
-    complete: bool  # False: too many cases failed, and the rest was left
+    complete: bool  # False: stopped because too many cases failed
 
 
 def settled(job: BlockJob, number: int) -> dict[str, Any] | None:
-    """Return the mark of a block of which nothing is to be done, None where there is something."""
+    """Return the mark of a finished block, or None if work is left."""
     mark = store.read_mark(store.Block(job.directory, number), job.cut.form)
     if mark is None or mark["missing"] or (mark["failed"] and job.options.retry_failed):
         return None
@@ -103,13 +103,13 @@ def settled(job: BlockJob, number: int) -> dict[str, Any] | None:
 
 
 def unfinished(job: BlockJob) -> tuple[list[int], dict[int, dict[str, Any]]]:
-    """Return the numbers of the blocks of which something is to be done, and the marks of the others, by number."""
+    """Return the numbers of unfinished blocks, and the marks of the others, by number."""
     marks = {number: mark for number in range(job.cut.count) if (mark := settled(job, number))}
     return [number for number in range(job.cut.count) if number not in marks], marks
 
 
 def committed(job: BlockJob, number: int) -> int:
-    """Return how many cases of a block that is not finished are committed."""
+    """Return how many cases of an unfinished block are committed."""
     directory = store.RunDirectory(store.Block(job.directory, number).path)
     directory.frame = store.ResultSchema.of(job.grid).frame
     directory.look()
@@ -119,10 +119,10 @@ def committed(job: BlockJob, number: int) -> int:
 
 
 class BlockRunner:
-    """Runs blocks by the workers of a pool; while one of them finishes a block, the others begin the next."""
+    """Runs blocks with the workers of a pool; while one worker finishes a block, the others begin the next."""
 
     def __init__(self, job: BlockJob, worker_pool: WorkerPool, *, earlier: store.RunDirectory | None = None):
-        """Take the pool, and the directory whose batches the cases of blocks may be in already."""
+        """Prepare with a pool, and a directory that may already contain batches of the blocks' cases."""
         self.job, self.pool, self.earlier = job, worker_pool, earlier
         self.finishing: dict[int, tuple[Future, Callable[[], Future]]] = {}
         self.marks: dict[int, dict[str, Any]] = {}
@@ -130,9 +130,9 @@ class BlockRunner:
         self._earlier_ids = earlier.rows() if earlier and earlier.batches else None
 
     def run(self, number: int, drop: Callable[[], np.ndarray] | None = None) -> bool:
-        """Run what is missing of a block and let a worker finish it; return False where too many cases failed.
+        """Run the missing cases of a block and let a worker finish it; return False if too many cases failed.
 
-        drop : of `Pending`, where others may work at the block, too; nothing of theirs is then cleared away.
+        drop : as in `Pending`, if others may work at the block, too; their files are then kept.
         """
         job = self.job
         block = store.Block(job.directory, number)
@@ -153,7 +153,7 @@ class BlockRunner:
         if len(pending):
             title = f"block {number + 1:,} of {job.cut.count:,}: "
             left = None if self.most_failures is None else max(self.most_failures - self.pool.failed, 0)
-            done = self.pool.run_cases(job.grid, Pending(indices[pending], ids[pending], title, drop), left)
+            done = self.pool.run_cases(job.grid, Pending(indices[pending], ids[pending], title, drop, alike=True), left)
         if self.pool.workers is None:  # the driver has ended them
             self.pool.hire(1)
         self._submit(number, block, wanted)
@@ -161,7 +161,7 @@ class BlockRunner:
         return done
 
     def join(self, number: int, sources: Sequence[store.RunDirectory]) -> None:
-        """Take over the batches of other directories of a block, and finish it."""
+        """Take over the batches of a block from other directories, and finish it."""
         block = store.Block(self.job.directory, number)
         directory = block.directory(store.ResultSchema.of(self.job.grid).frame)
         for sentence in directory.recover():
@@ -174,7 +174,7 @@ class BlockRunner:
         self.collect()
 
     def _take_earlier(self, directory: store.RunDirectory, ids: np.ndarray) -> None:
-        """Take over the batches with cases of this block that the run had while it was not cut."""
+        """Take over batches with cases of this block from before the run was divided."""
         if self.earlier is None or self._earlier_ids is None:
             return
         numbers = np.unique(self._earlier_ids["batch"][within(self._earlier_ids["id"], np.sort(ids))])
@@ -192,7 +192,7 @@ class BlockRunner:
         self.finishing[number] = submit(), submit
 
     def collect(self, *, wait: bool = True) -> None:
-        """Take in the marks of blocks that are finished; `wait` for all of them."""
+        """Collect the marks of finished blocks; `wait` for all of them."""
         for number, (future, submit) in list(self.finishing.items()):
             if not wait and not future.done():
                 continue
@@ -202,7 +202,7 @@ class BlockRunner:
             durable.clear(scratch, remove=True)
 
     def _awaited(self, future: Future, submit: Callable[[], Future]) -> dict[str, Any]:
-        """Return the mark that a worker gives back; one that dies is replaced."""
+        """Return the mark from a worker; a dead worker is replaced."""
         for tried in range(MOST_RESTARTS + 1):
             try:
                 while not future.done():
@@ -225,11 +225,11 @@ class BlockRunner:
                     future = submit()
             else:
                 return mark
-        raise AssertionError  # the last round returns or raises
+        raise AssertionError  # the last attempt returns or raises
 
 
 def run_blocks(job: BlockJob, worker_pool: WorkerPool, directory: store.RunDirectory) -> Outcome:
-    """Run all blocks of a grid by the workers of a pool."""
+    """Run all blocks of a grid with the workers of a pool."""
     left, marks = unfinished(job)
     runner = BlockRunner(job, worker_pool, earlier=directory)
     runner.most_failures = most_failures(job, left)
@@ -245,7 +245,7 @@ def run_blocks(job: BlockJob, worker_pool: WorkerPool, directory: store.RunDirec
 
 
 def most_failures(job: BlockJob, left: list[int]) -> int | None:
-    """Return how many of the cases of some blocks may fail."""
+    """Return how many cases of some blocks may fail."""
     cases = sum(len(job.cut.part(number)) for number in left)
     return most(job.options.max_failures, cases)
 
@@ -253,9 +253,9 @@ def most_failures(job: BlockJob, left: list[int]) -> int | None:
 def conclude(
     directory: store.RunDirectory, job: BlockJob, outcome: Outcome, counts_of_run: tuple[int, int], **known: Any
 ) -> dict[str, Any]:
-    """Write run.json of a run that is cut; return the counts.
+    """Write run.json of a run in blocks; return the counts.
 
-    counts_of_run : numbers of cases that ran, and that are wanted.
+    counts_of_run : numbers of cases run and wanted.
     """
     ran, wanted = counts_of_run
     store.discard_from(directory.path, job.cut.count)

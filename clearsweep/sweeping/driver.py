@@ -1,4 +1,4 @@
-"""The driver of a sweep: it cuts pending cases into batches, keeps the workers supplied, and survives their deaths."""
+"""The driver of a sweep: divides pending cases into batches, supplies the workers, and replaces dead ones."""
 
 import contextlib
 import os
@@ -18,23 +18,24 @@ from ..store import durable
 from . import signals
 from .executors import Executor
 from .progress import Cases
-from .worker import Batch, Job, Manifest, Task, failure, read_note, run_batch
+from .tasks import Batch, Tasks
+from .worker import Job, Manifest, failure, read_note, run_batch
 
-TARGET = 2.0  # s of work in a batch: commits cost about 20 ms, and this is what a killed worker loses
-LEAST = 0.25  # s of work in a batch near the end, when the rest is dealt out evenly
-MOST_CASES = 2000  # in a batch: its rows are kept in memory
-MOST_BYTES = 32e6  # of histories in a batch
-FADING = 0.25  # by which a batch counts less in the mean time of a case with every batch after it
-GROWTH = 8  # times the largest batch so far: the first cases may not be typical
-WINDOW = 2  # batches per worker under way: one in hand, one waiting
-TICK = 0.25  # s between two looks at signals and workers
-GRACE = 4.0  # s that workers have to finish their cases after a signal
-PATIENCE = 2.0  # s the pool has to notice a dead worker by itself
-MOST_RESTARTS = 3  # of the pool without a batch finished in between
+TARGET = 2.0  # s of work in a batch: a commit takes about 20 ms, and a killed worker loses this much
+LEAST = 0.25  # s of work in a batch near the end, when the rest is distributed evenly
+MOST_CASES = 4096  # cases in a batch, whose rows are kept in memory, 3 kB each
+MOST_BYTES = 32e6  # bytes of histories in a batch
+FADING = 0.25  # weight of a batch in the mean time of a case, per later batch
+GROWTH = 8  # largest growth of the batch size: the first cases may not be typical
+WINDOW = 2  # batches per worker: one running, one waiting
+TICK = 0.25  # s between checks of signals and workers
+GRACE = 4.0  # s for workers to finish their cases after a signal
+PATIENCE = 2.0  # s for the pool to notice a dead worker itself
+MOST_RESTARTS = 3  # restarts of the pool without a finished batch in between
 
 
 class Batches:
-    """Pending cases, cut into batches of about TARGET seconds; lost ones come first."""
+    """Pending cases, divided into batches of about TARGET seconds; lost cases come first."""
 
     def __init__(
         self,
@@ -44,9 +45,9 @@ class Batches:
         bytes_per_case: float,
         drop: Callable[[], np.ndarray] | None = None,
     ):
-        """Take the indices of the `pending` cases and their identities, uint64, both (cases,).
+        """Prepare for the indices of the `pending` cases and their identities, uint64, both (cases,).
 
-        drop : returns identities, ascending, of cases that others have done meanwhile; it is asked now and then.
+        drop : called now and then; returns identities, ascending, of cases that others have finished.
         """
         self.pending, self.ids, self.jobs, self.drop = pending, ids, jobs, drop
         self.most = max(1, min(MOST_CASES, int(MOST_BYTES / max(bytes_per_case, 1.0))))
@@ -55,15 +56,19 @@ class Batches:
         self.again: deque[Batch] = deque()
         self.dropped = time.monotonic()
 
+    def follow(self, earlier: "Batches") -> None:
+        """Expect these cases to take as long as those of earlier batches."""
+        self.done, self.seconds, self.largest = earlier.done, earlier.seconds, earlier.largest
+
     def learn(self, manifest: Manifest) -> None:
-        """Take the time of a finished batch into account; the first of a worker load its code, so older ones fade."""
+        """Include the time of a finished batch; first batches load code, so old ones lose weight."""
         if manifest.seconds:
             self.done = FADING * self.done + manifest.done
             self.seconds = FADING * self.seconds + manifest.seconds
             self.largest = max(self.largest, manifest.done)
 
     def next(self) -> Batch | None:
-        """Return the next batch, None where all is handed out."""
+        """Return the next batch, or None if none is left."""
         if self.again:
             return self.again.popleft()
         if self.drop and time.monotonic() - self.dropped > TARGET:
@@ -73,15 +78,10 @@ class Batches:
             return None
         here = slice(self.taken, self.taken + size)
         self.taken += size
-        return fresh(
-            tuple(
-                Task(f"{each:016x}", index)
-                for each, index in zip(self.ids[here].tolist(), self.pending[here].tolist(), strict=True)
-            )
-        )
+        return fresh(Tasks(self.pending[here], self.ids[here]))
 
     def _drop(self, done: np.ndarray) -> None:
-        """Leave out the cases that are done of those not handed out yet."""
+        """Drop finished cases from those not handed out yet."""
         left = ~np.isin(self.ids[self.taken :], done)
         self.pending, self.ids, self.taken = self.pending[self.taken :][left], self.ids[self.taken :][left], 0
         self.dropped = time.monotonic()
@@ -94,13 +94,13 @@ class Batches:
         return max(1, min(int(max(min(TARGET / mean, share), LEAST / mean)), GROWTH * self.largest, self.most))
 
 
-def fresh(cases: tuple[Task, ...], tried: int = 0) -> Batch:
-    """Return a batch with a name of its own."""
+def fresh(cases: Tasks, tried: int = 0) -> Batch:
+    """Return a batch with a unique name."""
     return Batch(secrets.token_hex(8), cases, tried)
 
 
 class Driver:
-    """Hands batches to an executor until none is left, a signal comes, or too many cases failed."""
+    """Hands batches to an executor until none is left, a signal arrives, or too many cases failed."""
 
     def __init__(
         self,
@@ -116,10 +116,10 @@ class Driver:
         progress.look = self._at_work
         self.window: dict[Future, Batch] = {}  # under way
         self.ran, self.failed, self.case_seconds, self.restarts = 0, 0, 0.0, 0
-        self.doubtful: dict[Future, float] = {}  # time at which its worker was first seen dead, s
+        self.doubtful: dict[Future, float] = {}  # s, time at which its worker was found dead
 
     def run(self) -> bool:
-        """Run everything; return False where too many cases failed and the rest was left."""
+        """Run all batches; return False if stopped because too many cases failed."""
         with signals.patience():
             while not signals.requested():
                 if self._too_many():
@@ -142,21 +142,21 @@ class Driver:
         return self.most_failures is not None and self.failed > self.most_failures
 
     def _hand_out(self) -> None:
-        jobs = self.batches.jobs = self.progress.jobs = self.executor.jobs  # workers of a cluster come and go
+        jobs = self.batches.jobs = self.progress.jobs = self.executor.jobs  # the number of a cluster's workers varies
         while len(self.window) < WINDOW * jobs and not signals.requested():
             batch = self.batches.next()
             if batch is None:
                 return
             try:
                 self.window[self.executor.submit(run_batch, self.job, batch)] = batch
-            except RuntimeError:  # the pool broke a moment ago
+            except RuntimeError:  # the pool has just broken
                 self.batches.again.appendleft(batch)
                 self._restart()
 
     def _settle(self, future: Future) -> None:
         """Record the end of one batch."""
         if future not in self.window:
-            return  # lost in a restart that another of these caused
+            return  # lost in a restart that another batch caused
         batch = self.window.pop(future)
         if self.doubtful.pop(future, None) and not future.done():
             future.cancel()
@@ -186,11 +186,11 @@ class Driver:
         self.failed += manifest.failed
         self.case_seconds += manifest.seconds
         self.progress.advance(manifest.done, self.failed)
-        if left := batch.cases[manifest.done :]:
+        if left := batch.cases.part(manifest.done):
             self.batches.again.append(fresh(left))  # its worker was asked to stop
 
     def _was_committed(self, batch: Batch) -> bool:
-        """Return whether a worker committed this batch before it died; if so, take the batch in."""
+        """Return whether a worker committed this batch before it died; if so, record it."""
         committed = self.directory.committed_as(batch.name)
         if committed is None:
             return False
@@ -198,7 +198,7 @@ class Driver:
         return True
 
     def _lost(self, batch: Batch, exitcode: int | None) -> None:
-        """Deal with a batch whose worker died: the case it was at is tried once more alone, the others go on."""
+        """Handle a batch whose worker died: its current case is tried once more alone, the others are requeued."""
         note = read_note(self.job, batch)
         self._discard(batch)
         if self._was_committed(batch):
@@ -210,28 +210,26 @@ class Driver:
             raise ClearsweepError(
                 f"workers die before their first case ({_cause(exitcode)}); try --executor serial to see why"
             )
-        culprit, others = (
-            batch.cases[note.batch_index],
-            batch.cases[: note.batch_index] + batch.cases[note.batch_index + 1 :],
-        )
+        place = note.batch_index
+        culprit, others = batch.cases.part(place, place + 1), batch.cases.without(place)
         if others:
             self.batches.again.append(fresh(others, 1))  # one by one
         if note.late:
             self._give_up(culprit, "timeout", f"did not end within the {self.job.case_timeout:g} s of --case-timeout")
         elif others or not batch.tried:
-            self.batches.again.append(fresh((culprit,), 1))
+            self.batches.again.append(fresh(culprit, 1))
         else:
             self._give_up(culprit, "crashed", f"its worker died twice ({_cause(exitcode)})")
 
-    def _give_up(self, case: Task, status: str, message: str) -> None:
-        """Commit a case that cannot be computed as a failed row."""
-        batch = fresh((case,))
+    def _give_up(self, culprit: Tasks, status: str, message: str) -> None:
+        """Commit a failed row for a case that cannot be computed."""
+        batch, (case,) = fresh(culprit), culprit.listed()
         row = store.Row(case.case_id, self.job.grid.point(case.grid_index), failure(status, message))
         committed = store.commit(self.job.directory, self.job.form, batch.name, [row])
         self._take(batch, Manifest(committed, 1, 1, 0.0))
 
     def _restart(self) -> None:
-        """Start a new pool in place of a broken one; what was under way is handed out again unless it was committed."""
+        """Replace a broken pool; running batches are handed out again unless they were committed."""
         self.restarts += 1
         if self.restarts > MOST_RESTARTS:
             raise ClearsweepError("the workers cannot be started or die at once; try --executor serial to see why")
@@ -242,9 +240,9 @@ class Driver:
                 self.batches.again.append(fresh(batch.cases, batch.tried))
 
     def _orphans(self) -> list[Future]:
-        """Return futures that will not end: their worker has been dead for a while without the pool saying so.
+        """Return futures that will not end: their worker died some time ago, unnoticed by the pool.
 
-        A worker on another machine cannot be looked at; what it committed can, where its answer died with it.
+        A worker on another machine cannot be checked, but its commits can.
         """
         now, elsewhere = time.monotonic(), self.executor.elsewhere
         committed = self.directory.committed() if elsewhere else set()
@@ -255,14 +253,14 @@ class Driver:
         return [future for future, since in list(self.doubtful.items()) if now - since > PATIENCE]
 
     def _discard(self, batch: Batch) -> None:
-        """Remove what a worker noted of a batch."""
+        """Remove a worker's note on a batch."""
         durable.discard(self.job.note(batch))
         self.job.working(batch).put(None)
 
     def _at_work(self) -> tuple[int, list[Progress]]:
-        """Return how many cases of the batches under way are done, and which cases workers are at."""
+        """Return how many cases of the running batches are finished, and the current cases of the workers."""
         done, cases = 0, []
-        for batch in list(self.window.values()):  # another thread changes it
+        for batch in list(self.window.values()):  # another thread may change it
             note = read_note(self.job, batch)
             if note is None:
                 continue
@@ -274,8 +272,8 @@ class Driver:
         return done, sorted(cases, key=lambda each: -each.seconds)
 
     def _drain(self) -> None:
-        """Let the workers finish the case they are at, end them, and take in what they have committed."""
-        with contextlib.suppress(OSError):  # a full disk: they are ended without a warning
+        """Let the workers finish their current case, end them, and record their commits."""
+        with contextlib.suppress(OSError):  # a full disk: end them without a warning
             os.close(durable.create(self.job.stop))
         for future in wait(self.window, timeout=GRACE).done:
             with contextlib.suppress(Exception):

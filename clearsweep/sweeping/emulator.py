@@ -1,8 +1,8 @@
-"""What cases that were not run would give: Gaussian processes of the features of those that were, and what fits them.
+"""Emulator of case features: Gaussian processes trained on finished cases, and a posterior from measured features.
 
-Features are first turned into a few directions in which they vary together, each of which has a process of its own
-(Higdon et al. 2008, J. Am. Stat. Assoc. 103, 570, sections 2.1 and 2.2).  What the processes cannot show is part of
-the covariance by which the measured features are judged; so is the scatter of a motion that does not repeat.
+Features are first projected on a few principal directions, each with its own process
+(Higdon et al. 2008, J. Am. Stat. Assoc. 103, 570, sections 2.1 and 2.2).  The residual of the projection is part of
+the covariance of the measured features, as is the scatter of non-periodic motion.
 """
 
 from collections.abc import Callable
@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
-    from sklearn.gaussian_process import kernels  # an extra dependency, loaded where a process is fitted
+    from sklearn.gaussian_process import kernels  # an optional dependency, imported when a process is fitted
 
 MOST_DIRECTIONS = 14
-SHARE = 0.995  # of the variance of the features that the directions have at least
-LENGTHS = (0.05, 30.0)  # of the processes, in parts of the ranges
-NOISE = (1e-4, 2.0)  # share of the variance of a direction that no input explains
-JITTER = 1e-8  # variance that keeps a covariance positive definite
-STEPS = 25  # of the search for the lengths of a process
-CENTRES = 512  # of the distribution that points are drawn from
-EVEN = 0.1  # share of the points that are spread over all ranges
-WIDTH = 0.5  # of a centre over the spread of all
-EFFECTIVE = 200.0  # points that the weights of a draw are worth at least: flattened, till they are
+SHARE = 0.995  # least share of the features' variance in the directions
+LENGTHS = (0.05, 30.0)  # correlation lengths of the processes, in parts of the ranges
+NOISE = (1e-4, 2.0)  # share of a direction's variance that no input explains
+JITTER = 1e-8  # variance added to keep a covariance positive definite
+STEPS = 25  # iterations of the search for the lengths of a process
+CENTRES = 512  # degrees of freedom of the proposal distribution
+EVEN = 0.1  # share of the points spread over all ranges
+WIDTH = 0.5  # standard deviation at a centre over that of all points
+EFFECTIVE = 200.0  # least effective number of points of a draw; weights are flattened until it is reached
 
 
 class Emulator(NamedTuple):
@@ -30,13 +30,13 @@ class Emulator(NamedTuple):
 
     mean: np.ndarray  # (features,)
     scale: np.ndarray  # (features,)
-    basis: np.ndarray  # (directions, features), of features less their mean over their scale
+    basis: np.ndarray  # (directions, features), of (features - mean) / scale
     processes: tuple[Any, ...]  # one for each direction
     spread: np.ndarray  # (directions,) standard deviation of each
-    rest: np.ndarray  # (features, features) covariance, over their scales, of what the directions leave out
+    rest: np.ndarray  # (features, features) scaled covariance of the residual
 
     def predict(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return means (n, features) of the features at points, and variances (n, directions) over their scales."""
+        """Return means (n, features) of the features at points, and variances (n, directions) in scaled units."""
         each = [prediction(process, points) for process in self.processes]
         places = np.array([mean for mean, _ in each]).T * self.spread
         variances = np.array([deviation for _, deviation in each]).T ** 2 * self.spread**2
@@ -44,14 +44,14 @@ class Emulator(NamedTuple):
 
     @property
     def kernels(self) -> "list[kernels.Kernel]":
-        """Return what the processes have learnt about lengths and noise."""
+        """Return the trained kernels: lengths and noise of the processes."""
         return [process.kernel_ for process in self.processes]
 
 
 def fit(points: np.ndarray, values: np.ndarray, before: "list[kernels.Kernel] | None" = None) -> Emulator:
     """Return an emulator of features (n, features) over points (n, inputs).
 
-    before : of an emulator of fewer points, whose lengths are kept
+    before : kernels of an emulator of fewer points, which are kept
     """
     mean, scale = values.mean(axis=0), np.maximum(values.std(axis=0), 1e-9)
     about = (values - mean) / scale
@@ -68,7 +68,7 @@ def fit(points: np.ndarray, values: np.ndarray, before: "list[kernels.Kernel] | 
 
 
 def _process(points: np.ndarray, values: np.ndarray, kernel: "kernels.Kernel | None") -> Any:
-    """Return a Gaussian process of values (n,), with a kernel that is kept or looked for."""
+    """Return a Gaussian process of values (n,), with a given or a fitted kernel."""
     from scipy.optimize import minimize
     from sklearn.gaussian_process import GaussianProcessRegressor
     from sklearn.gaussian_process.kernels import Matern, WhiteKernel
@@ -88,7 +88,7 @@ def _process(points: np.ndarray, values: np.ndarray, kernel: "kernels.Kernel | N
 def prediction(process: Any, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return means and standard deviations (n,) of a process at points (n, inputs).
 
-    The same to the bit as `predict` of scikit-learn, which adds arrays of zeros and of one value: in 0.8 of its time.
+    Bit-identical to `predict` of scikit-learn, in 0.8 of its time.
     """
     from scipy.linalg import solve_triangular
     from scipy.spatial.distance import cdist
@@ -104,9 +104,9 @@ def prediction(process: Any, points: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 class Evidence(NamedTuple):
-    """The likelihood of values by the logarithms of a kernel's size, lengths and noise: Matern 5/2 and white noise.
+    """Likelihood of values by the logarithms of a kernel's size, lengths and noise: Matern 5/2 plus white noise.
 
-    It is that of scikit-learn, which forms an array (n, n, inputs) of derivatives each time: five times as slow.
+    Same as scikit-learn's, which is five times slower because it forms an array (n, n, inputs) of derivatives.
     Rasmussen and Williams 2006, Gaussian Processes for Machine Learning, equations 2.30, 4.17 and 5.9.
     """
 
@@ -115,12 +115,12 @@ class Evidence(NamedTuple):
 
     @classmethod
     def of(cls, points: np.ndarray, values: np.ndarray) -> "Evidence":
-        """Return it for values (n,) at points (n, inputs)."""
+        """Return the evidence of values (n,) at points (n, inputs)."""
         squares = [np.subtract.outer(column, column).ravel() ** 2 for column in points.T]
         return cls(np.array(squares), values)
 
     def negative(self, logarithms: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return the logarithm of the likelihood and its derivatives, each with the sign changed."""
+        """Return the negative logarithm of the likelihood and its derivatives."""
         from scipy.linalg import lapack
 
         size, noise = np.exp(logarithms[0]), np.exp(logarithms[-1])
@@ -141,17 +141,17 @@ class Evidence(NamedTuple):
 
 
 class LikelihoodModel(NamedTuple):
-    """Judges points of an emulator by what was measured."""
+    """Likelihood of the measured features at points of an emulator."""
 
     emulator: Emulator
     measured: np.ndarray  # (features,)
-    covariance: np.ndarray  # (features, features), of all but the emulator
-    inflation: float = 1.0  # of all variances
+    covariance: np.ndarray  # (features, features), without the emulator's part
+    inflation: float = 1.0  # factor on all variances
 
     def distance(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return squares of distances of points (n,) from what was measured, and logarithms of their volumes.
+        """Return squared distances (n,) of points from the measurement, and logarithms of the covariance volumes.
 
-        The covariance is that of the processes, of few directions, and another one that all points share: Woodbury.
+        The covariance is a low-rank part from the processes plus a common part (Woodbury identity).
         """
         means, variances = self.emulator.predict(points)
         scale, basis = self.emulator.scale, self.emulator.basis
@@ -167,12 +167,12 @@ class LikelihoodModel(NamedTuple):
         return squares, volumes + np.linalg.slogdet(inner)[1]
 
     def log_likelihood(self, squares: np.ndarray, volumes: np.ndarray) -> np.ndarray:
-        """Return the logarithms of the likelihoods of points by their `distance`, up to one constant."""
+        """Return the log-likelihoods of points from the results of `distance`, up to a constant."""
         likelihood: np.ndarray = -0.5 * (squares / self.inflation + volumes)
         return likelihood
 
     def deviations(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return by how much each measured feature is above that at a point (inputs,), and standard deviations."""
+        """Return the excess of each measured feature over that at a point (inputs,), and the standard deviations."""
         means, variances = self.emulator.predict(point[None])
         scale, basis = self.emulator.scale, self.emulator.basis
         own = ((variances[0][:, None] * basis**2).sum(axis=0) + np.diag(self.emulator.rest)) * scale**2
@@ -184,26 +184,26 @@ class Posterior(NamedTuple):
 
     points: np.ndarray  # (n, inputs)
     weights: np.ndarray  # (n,), 1 in all
-    squares: np.ndarray  # (n,) of distances from what was measured, in standard deviations that are not inflated
+    squares: np.ndarray  # (n,) squared distances from the measurement, in standard deviations that are not inflated
     volumes: np.ndarray  # (n,) logarithms
 
     @property
     def effective(self) -> float:
-        """Return of how many points with equal weights it counts as much."""
+        """Return the effective number of points."""
         return float(1.0 / (self.weights**2).sum())
 
     def quantiles(self, column: int, shares: tuple[float, ...]) -> list[float]:
-        """Return quantiles of one input."""
+        """Return quantiles of an input."""
         order = np.argsort(self.points[:, column], kind="stable")
         cumulated = np.cumsum(self.weights[order]) - 0.5 * self.weights[order]
         return [float(each) for each in np.interp(shares, cumulated, self.points[order, column])]
 
 
 def sample(likelihood: LikelihoodModel, inputs: int, chance: np.random.Generator, size: int, moves: int) -> Posterior:
-    """Return a weighted sample of points of the unit cube that are even before they are judged.
+    """Return a weighted sample of the posterior on the unit cube, with a uniform prior.
 
-    In each round they are drawn from about those of the round before that are likely (adaptive importance sampling,
-    Cappe et al. 2004, J. Comput. Graph. Stat. 13, 907), and their weights are what likelihood and density say.
+    Each round draws near the likely points of the previous round (adaptive importance sampling,
+    Cappe et al. 2004, J. Comput. Graph. Stat. 13, 907); weights are likelihood over proposal density.
     """
     from scipy.spatial.distance import cdist
     from scipy.stats import qmc
@@ -228,7 +228,7 @@ def sample(likelihood: LikelihoodModel, inputs: int, chance: np.random.Generator
 
 
 def _drawn(centres: np.ndarray, root: np.ndarray, chance: np.random.Generator, size: int) -> np.ndarray:
-    """Return points of the unit cube: some even, the others about the centres; those outside are drawn again."""
+    """Return points of the unit cube: some uniform, the others around the centres; points outside are drawn again."""
     points = np.empty((0, centres.shape[1]))
     while len(points) < size:
         about = centres[chance.integers(len(centres), size=size)] + chance.standard_normal((size, len(root))) @ root.T
@@ -239,7 +239,7 @@ def _drawn(centres: np.ndarray, root: np.ndarray, chance: np.random.Generator, s
 
 
 def _flattened(logs: np.ndarray) -> np.ndarray:
-    """Return weights that are flattened, by halving their logarithms, until no few of them have nearly all."""
+    """Return weights, flattened by halving their logarithms until no few points dominate."""
     power = 1.0
     while True:
         weights: np.ndarray = np.exp(power * (logs - logs.max()))
@@ -250,6 +250,6 @@ def _flattened(logs: np.ndarray) -> np.ndarray:
 
 
 def flattened(posterior: Posterior) -> np.ndarray:
-    """Return weights (n,) that are flatter than those of a posterior: their square roots, at least."""
+    """Return flattened weights (n,) of a posterior: at least their square roots."""
     with np.errstate(divide="ignore"):
         return _flattened(0.5 * np.log(posterior.weights))

@@ -1,4 +1,4 @@
-"""Estimates the cost of a sweep: a few of its cases are timed, nothing is stored."""
+"""Estimates the cost of a sweep by timing a few of its cases; nothing is stored."""
 
 import itertools
 import math
@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import store
 from ..contracts.case import Case
-from ..grid import Grid, check_memory, key_units, largest_history, leaves, usual_history
+from ..grid import Grid, check_memory, key_units, leaves, recorded_history, usual_history
 from ..language import phases
 from ..language.wording import count
 from . import blockwise, executors, signals, sweep, worker_pool
@@ -21,32 +21,33 @@ from .shard import Shard, each_once
 from .simulator import SIMULATION
 from .worker import Simulator, Timed, time_case
 
-PILOT_CASES, PILOT_TIME = 64, 10.0  # timed: at most so many cases, and no further one after so many seconds
-PILOT_SHARE = 0.5  # of PILOT_TIME that one case gets; a longer one is extrapolated
-COMPILED = 0.5  # s of compiling, from which a case that took all its time is timed again
-PILOT_PATIENCE = 60.0  # s waited for one case next to what it compiles
-START_UP = 1.0  # s until the workers are ready
-EACH = 1e-3  # s a case takes besides its motion: to make it, commit it and merge it
-EVENT_BYTES = 26  # of one event in orbits.h5
+PILOT_CASES, PILOT_TIME = 64, 10.0  # largest number of timed cases, and s after which no further one is started
+PILOT_SHARE = 0.5  # of PILOT_TIME for one case; a longer one is extrapolated
+COMPILED = 0.5  # s of compiling above which an unfinished case is timed again
+PILOT_PATIENCE = 60.0  # s to wait for one case, without compiling
+START_UP = 1.0  # s to start the workers
+EACH = 1e-3  # s per case besides its motion: creating, committing and merging it
+EVENT_BYTES = 26  # bytes of one event in orbits.h5
 
 
 class Estimate(NamedTuple):
     """Estimated work and cost of a run of a grid."""
 
     cases: int  # of the grid, or of its shard
-    pending: int  # cases that the directory does not hold yet
+    pending: int  # cases missing in the directory
     derived: dict[str, dict[str, Any]]  # name -> {"unit", "min", "max"}
     warnings: list[str]
     timed: int  # cases timed
-    extrapolated: int  # of them that took too long, whose time is extrapolated from their first revolutions or blocks
-    case_seconds: float | None  # s a case on average; None where the beginning of a case does not determine
-    longest: float | None  # s, of the cases timed
-    seconds: float | None  # s of the whole run, compiled code in the cache
-    give_or_take: float | None  # s, twice the standard error of `seconds`, as the cases that were timed differ
-    bytes: int  # in the directory: batches and merged files
-    assumed: dict[str, dict[str, Any]]  # path written without a unit -> {"unit", "values"}: SI, the first and the last
-    defined: dict[str, dict[str, Any]]  # name under `define` -> its value, its unit and its expression, '' for none
-    case: dict[str, Any]  # the first case: its identity, its values by dotted path, their units
+    extrapolated: int  # timed cases that were extrapolated from their first revolutions or blocks
+    case_seconds: float | None  # s, mean time of a case; None: the beginning of a case does not determine it
+    longest: float | None  # s, largest of the timed cases
+    seconds: float | None  # s of the whole run with compiled code in the cache
+    give_or_take: float | None  # s, twice the standard error of `seconds` from the scatter of the timed cases
+    bytes: int  # bytes in the directory: batches and merged files
+    assumed: dict[str, dict[str, Any]]  # path written without a unit -> {"unit", "values"}: first and last value, SI
+    defined: dict[str, dict[str, Any]]  # name under `define` -> value, unit, and expression or ''
+    case: dict[str, Any]  # first case: identity, values by dotted path, units
+    recommended: list[str]  # a sentence on each law that is recommended for a joint of the first case
 
 
 def estimate(
@@ -57,11 +58,11 @@ def estimate(
     shard: str | None = None,
     simulator: Simulator = SIMULATION,
 ) -> Estimate:
-    """Return what running the pending cases of a grid would cost; nothing is written, `out` is only looked at."""
+    """Return the cost of running the pending cases of a grid; nothing is written, `out` is only read."""
     part = None if shard is None else Shard.read(shard)
     with phases.phase("reading the grid"):
         grid = sweep.load(source, simulator)
-        check_memory(largest_history(grid))
+        check_memory(recorded_history(grid))
         derived, warnings = sweep.facts(grid, simulator)
     if grid.seek and not grid.seek.fits:
         times_more = usual_probes(grid.seek.last) / len(grid.seek.first())
@@ -113,20 +114,21 @@ def estimate(
             for name, text in grid.defined.texts.items()
         },
         _first(grid, units | {path: grid.unit(path) for path in grid.axes}),
+        simulator.recommended(grid.case(0)),
     )
 
 
 class _Left(NamedTuple):
-    """What a directory has not yet of a grid."""
+    """The cases of a grid that a directory lacks."""
 
-    wanted: int  # cases that it is to have
-    pending: int  # of them, those that it has not
-    timed: np.ndarray  # indices of a few of these, spread over all
-    kinds: list[Case]  # one of them for each kind of scene
+    wanted: int  # cases that it should contain
+    pending: int  # number of missing cases
+    timed: np.ndarray  # indices of a few missing cases, spread over all
+    kinds: list[Case]  # one case for each kind of scene
 
 
 def _left(grid: Grid, directory: store.RunDirectory, part: Shard | None, simulator: Simulator) -> _Left:
-    """Return what a directory has not yet; where the grid is cut, all cases of the blocks that are not finished."""
+    """Return the missing cases of a directory; for a grid in blocks, all cases of unfinished blocks."""
     if cut := store.Cut.of(grid, str(part or "")):
         doubles, place = blockwise.doubles_of(grid), directory.path.absolute()
         job = blockwise.BlockJob(place, grid, simulator, worker_pool.Options(), cut, part, doubles)
@@ -149,7 +151,7 @@ def _left(grid: Grid, directory: store.RunDirectory, part: Shard | None, simulat
 
 
 def _ends(grid: Grid, path: str) -> list[Any]:
-    """Return the value of a path, or the first and the last that it takes; [] where the first case does not use it."""
+    """Return the value of a path, or its first and last value; [] if the first case does not use it."""
     axis = grid.axes.get(path)
     if axis is None:
         return [value for key, value in leaves(grid.written_case(0)) if key == path]
@@ -157,7 +159,7 @@ def _ends(grid: Grid, path: str) -> list[Any]:
 
 
 def _first(grid: Grid, units: dict[str, str]) -> dict[str, Any]:
-    """Return the first case: its identity, and value and unit of every key, defaults filled in."""
+    """Return the first case: identity, and value and unit of every key with defaults filled in."""
     values = dict(leaves(grid.written_case(0)))
     return {
         "case_id": grid.case_id(0),
@@ -168,16 +170,16 @@ def _first(grid: Grid, units: dict[str, str]) -> dict[str, Any]:
 
 
 def _give_or_take(times: list[float], pending: int) -> float:
-    """Return twice the standard error (s) of the time that all pending cases take; 0 where all were timed."""
+    """Return twice the standard error (s) of the total time of pending cases; 0 if all were timed."""
     if not 1 < len(times) < pending:
         return 0.0
     return 2.0 * pending * float(np.std(times, ddof=1)) * math.sqrt((1.0 - len(times) / pending) / len(times))
 
 
 def chosen(count: int) -> list[int]:
-    """Return which of `count` cases are timed: one at random of each of equal stretches, in random order.
+    """Return which of `count` cases to time: a random one from each of equal intervals, in random order.
 
-    Equal steps would meet the same values of the last axes again and again; any first few are a fair sample, too.
+    Equal steps would repeat the same values of the last axes.  Any first few are also a fair sample.
     """
     chance = np.random.default_rng(count)
     edges = np.linspace(0, count, min(count, PILOT_CASES) + 1).astype(int)
@@ -186,7 +188,7 @@ def chosen(count: int) -> list[int]:
 
 
 def _pilot(grid: Grid, left: _Left, simulator: Simulator) -> list[Timed]:
-    """Return the times of a few cases spread over the grid; [] where the first of them does not answer."""
+    """Return the times of a few cases spread over the grid, or [] if the first does not answer."""
     with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         directory = Path(folder)
         (directory / store.SCRATCH).mkdir()
@@ -224,7 +226,7 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
             try:
                 timed = one(case)
                 if timed.extrapolated and (timed.seconds is None or timed.once > COMPILED):
-                    timed = _joined(timed, one(case))  # what took the case's time is kept by now
+                    timed = _joined(timed, one(case))  # the compiled code is in the cache now
             except Late:
                 break
             results.append(timed)
@@ -236,14 +238,14 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
 
 
 def _joined(first: Timed, second: Timed) -> Timed:
-    """Return the time of a case from a first attempt that did not finish its set-up and from a second attempt."""
+    """Return the time of a case from a first attempt that did not finish compiling and a second attempt."""
     setup = first.spent if first.seconds is None and first.once <= COMPILED else 0.0
     seconds = None if second.seconds is None else second.seconds + setup
     return second._replace(seconds=seconds, spent=first.spent + second.spent)
 
 
 def _case_bytes(grid: Grid, events: float) -> float:
-    """Return the bytes that one case takes in its batch and in the merged files together."""
+    """Return the bytes of one case in its batch and in the merged files together."""
     layout = grid.layout
     history = usual_history(grid)
     wear = sum(2 * 8 * joint.wear_bins * joint.wear_rows for joint in layout.joints)

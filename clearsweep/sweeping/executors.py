@@ -32,10 +32,10 @@ THREAD_VARIABLES = (
     "NUMBA_NUM_THREADS",
 )
 CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
-NODES = "nodes"  # in the place of an executor: a driver on each node of a cluster, see `nodes`
-COUNTING = 2.0  # s between two counts of the workers of a cluster
-PATIENCE = 10.0  # s in which a scheduler must answer a request, the whole of a connection included
-FILES = 24  # open files of a run at most, without those of its workers
+NODES = "nodes"  # not an executor: a driver on each node of a cluster, see `nodes`
+COUNTING = 2.0  # s between counts of a cluster's workers
+PATIENCE = 10.0  # s for a scheduler to answer a request, including the connection
+FILES = 24  # most open files of a run, without those of its workers
 FILES_OF_WORKER = {"local": 2, "serial": 0, "dask": 10, NODES: 0}
 LOUD = ("asyncio", "distributed", "tornado")  # loggers that print tracebacks of failures that are handled here
 CONSTS.channel_lock_timeout = 2.0  # s; a worker that is killed with the lock stalls the others for twice as long
@@ -69,7 +69,7 @@ class Executor(Protocol):
         """Return the number of workers."""
 
     def submit(self, function: Callable, *args: Any) -> Future:
-        """Run `function(*args)` in a worker; raise RuntimeError where the pool is broken."""
+        """Run `function(*args)` in a worker; raise RuntimeError if the pool is broken."""
 
     def restart(self) -> None:
         """Replace all workers; their unfinished batches are lost."""
@@ -79,7 +79,7 @@ class Executor(Protocol):
 
 
 class _Process(SpawnProcess):
-    """A worker process that does not import the user's script again, as that may have no `__main__` guard."""
+    """A worker process that does not re-import the user's script, which may lack a `__main__` guard."""
 
     @staticmethod
     def _Popen(process_obj: BaseProcess) -> Any:  # noqa: N802 - the name that multiprocessing calls
@@ -111,7 +111,7 @@ class Local:
         with signals.shielded():
             try:
                 pool = ProcessPool(self.jobs, 0, worker.start_worker, (os.getpid(), self._load), _Context())
-                if pool.active:  # asking starts the workers
+                if pool.active:  # this call starts the workers
                     return pool
                 reason = ""
             except (OSError, BrokenExecutor) as error:
@@ -122,7 +122,7 @@ class Local:
         )
 
     def submit(self, function: Callable, *args: Any) -> Future:
-        """Run `function(*args)` in a worker; RuntimeError where the pool is broken."""
+        """Run `function(*args)` in a worker; raise RuntimeError if the pool is broken."""
         return self._pool.schedule(function, args=args)
 
     def restart(self) -> None:
@@ -146,7 +146,7 @@ class Local:
 
 
 class Serial:
-    """This process, one batch at a time: to debug a case, not for sweeps."""
+    """This process, one batch at a time: for debugging a case, not for sweeps."""
 
     jobs, elsewhere = 1, False
     deaths: tuple[type[Exception], ...] = ()
@@ -171,7 +171,7 @@ class Serial:
 
 
 class Dask:
-    """The workers of the dask cluster at a scheduler's address; without an address, of a new one on this machine."""
+    """The workers of the dask cluster at a scheduler's address; without an address, those of a new local cluster."""
 
     elsewhere = True
 
@@ -199,11 +199,11 @@ class Dask:
         return self._jobs
 
     def submit(self, function: Callable, *args: Any) -> Future:
-        """Run `function(*args)` on some worker; RuntimeError where the connection to the scheduler is lost."""
+        """Run `function(*args)` on some worker; raise RuntimeError if the connection to the scheduler is lost."""
         content = pickle.dumps((function, args))
         try:
             future: Future = self._executor.submit(worker.run_packed, content)
-        except Exception as error:  # a client that was closed has an error of its own
+        except Exception as error:  # a closed client raises its own error
             raise BrokenExecutor(brief(error)) from None
         return future
 
@@ -272,7 +272,7 @@ def client(address: Any) -> Any:
     make = functools.partial(_distributed().Client, address, timeout=PATIENCE, set_as_default=False)
     try:
         return in_time(make)
-    except Exception as error:  # of many kinds: a wrong address, no server, or a server of another protocol
+    except Exception as error:  # many kinds: a wrong address, no server, or a server of another protocol
         raise _no_answer(address, error) from error
 
 
@@ -290,7 +290,7 @@ T = TypeVar("T")
 def in_time(function: Callable[[], T]) -> T:
     """Return `function()`, or raise TimeoutError after PATIENCE; its thread then goes on in the background.
 
-    The time limit of a client is for each message alone, and starts again as it closes.
+    The time limit of a client applies to each message separately, and restarts when it closes.
     """
     answer: Future[T] = Future()
 
@@ -312,7 +312,7 @@ def _cluster(jobs: int) -> Any:
     import dask
 
     settings = {
-        "distributed.scheduler.allowed-failures": 10,  # of batches that only waited where a worker died
+        "distributed.scheduler.allowed-failures": 10,  # for batches that were only waiting when a worker died
         "distributed.nanny.pre-spawn-environ": dict.fromkeys(THREAD_VARIABLES, "1"),
     }
     with dask.config.set(settings), signals.shielded():
@@ -327,7 +327,7 @@ def _cluster(jobs: int) -> Any:
 
 
 def _distributed() -> Any:
-    """Return the package `distributed`; raise InputError where it is not installed."""
+    """Return the package `distributed`; raise InputError if it is not installed."""
     try:
         import distributed
     except ImportError:

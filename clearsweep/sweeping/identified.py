@@ -1,4 +1,4 @@
-"""What `identify` found, as run.json contains it, and the closing lines of a run on it."""
+"""Result of `identify` in run.json and in the closing lines of a run."""
 
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from .settings import friendly, joint_count
 
 
 def of_run(identified: Identified) -> dict[str, Any]:
-    """Return what was found, ready for JSON, in SI, without the sample."""
+    """Return the result for JSON, in SI, without the sample."""
     facts = {name: value for name, value in identified._asdict().items() if name != "sample"}
     for name in ("parameters", "fits", "signals"):
         facts[name] = [each._asdict() for each in facts[name]]
@@ -24,7 +24,7 @@ def of_run(identified: Identified) -> dict[str, Any]:
 
 
 def identify_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the lines on what was identified."""
+    """Return the closing lines on the identified values."""
     identified = facts["identified"]
     if not identified:
         return []

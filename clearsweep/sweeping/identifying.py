@@ -1,7 +1,7 @@
-"""Finds what a measured machine is like, round by round: cases, an emulator of their features, a posterior.
+"""Identifies a measured machine, round by round: cases, an emulator of their features, a posterior.
 
-A run that was interrupted goes through the same rounds again: what decides them follows from stored cases, from the
-files of measured signals and from the seed alone, and is computed on one thread.
+An interrupted run repeats the same rounds: they depend only on stored cases, on the
+files of measured signals and on the seed, and are computed on one thread.
 """
 
 import contextlib
@@ -21,37 +21,40 @@ from . import emulator, observed
 from .adaptive import Point
 
 if TYPE_CHECKING:
-    from sklearn.gaussian_process import kernels  # an extra dependency, loaded where a round is asked for
+    from sklearn.gaussian_process import kernels  # an optional dependency, imported when a round is requested
 
-SPREAD = 96  # cases that are spread evenly before an emulator chooses, at most half of them
-EVEN = 3  # cases of a round that are spread evenly afterwards, too: far from what is likely nothing is to be missed
-POINTS, DRAWS = (1024, 4096), (2, 3)  # of a posterior between rounds, and of the last one
-LEAST_CASES = 12  # that have to finish
-NARROWED = 48  # cases, after which the ranges are narrowed to what is likely: near it an emulator errs less
-MARGIN = 0.15  # of the width of what is likely, that is kept on either side
-LEAST_INSIDE = 12  # cases for each input, that an emulator is made of: those nearest to the ranges
-LIKELY = (0.002, 0.998)  # quantiles of a flattened posterior between which values stay
-KEPT = 4096  # rows of the sample that are kept
+SPREAD = 96  # evenly spread cases before an emulator chooses, at most half of all
+EVEN = 3  # evenly spread cases in each later round, so that distant likely regions are not missed
+POINTS, DRAWS = (1024, 4096), (2, 3)  # sample size of a posterior between rounds, and of the last one
+LEAST_CASES = 12  # cases that must finish
+NARROWED = 48  # cases after which the ranges are narrowed to likely values, where the emulator is more accurate
+MARGIN = 0.15  # margin kept on either side, of the width of the likely range
+LEAST_INSIDE = 12  # cases per input in an emulator: those nearest to the ranges
+LIKELY = (0.002, 0.998)  # quantiles of a flattened posterior that bound the narrowed ranges
+KEPT = 4096  # stored rows of the sample
 BEST_CASES = 8
-DETERMINED, WEAKLY = 0.5, 0.8  # width of an interval over that of the prior, up to which it is (weakly) determined
-TRADED = 0.8  # correlation of two keys, from which on they trade off
-AT_END = 0.02  # of a range, within which an interval ends there
-RARE = 0.01  # probability of a misfit as large, below which the model does not explain what was measured
+DETERMINED, WEAKLY = (
+    0.5,
+    0.8,
+)  # most width of an interval over that of the prior
+TRADED = 0.8  # correlation of two keys above which they trade off
+AT_END = 0.02  # of a range: an interval this close to its end counts as ending there
+RARE = 0.01  # probability of the misfit below which the model does not explain the measurement
 
 
 class Parameter(NamedTuple):
-    """What one key is found to be; SI."""
+    """Identified value of a key, in SI."""
 
     path: str
     value: float  # median
-    low: float  # of the interval that contains it with 95 %
+    low: float  # lower end of the 95 % interval
     high: float
     determined: str  # 'well', 'weakly' or 'not'
-    ends: tuple[str, ...]  # 'lower', 'upper': ends of the range at which the interval ends
+    ends: tuple[str, ...]  # 'lower', 'upper': ends of the range that the interval reaches
 
 
 class Fitted(NamedTuple):
-    """How the best cases fit one feature; SI."""
+    """Fit of the best cases to a feature, in SI."""
 
     channel: str
     kind: str
@@ -59,30 +62,30 @@ class Fitted(NamedTuple):
     unit: str
     measured: float
     computed: float  # median of the best cases
-    deviations: float  # measured less computed at the best place, in standard deviations
+    deviations: float  # measured minus computed at the best point, in standard deviations
 
 
 class Read(NamedTuple):
-    """What one signal was taken as."""
+    """Treatment of a signal."""
 
     file: str
     channel: str
     revolutions: int
     samples: float  # of a revolution
-    orders: float  # up to which it is compared
-    angle: float  # rad, by which its crank angle is off
-    speed: float | None  # rad/s, mean, where it is over time
-    noise: tuple[float, float, float]  # rms over that of the signal: median, ends of the interval
+    orders: float  # highest order compared
+    angle: float  # rad, offset of its crank angle
+    speed: float | None  # rad/s, mean, if it is over time
+    noise: tuple[float, float, float]  # rms of noise over that of the signal: median and ends of the interval
 
 
 class Identified(NamedTuple):
-    """What an identification came to."""
+    """Result of an identification."""
 
     parameters: tuple[Parameter, ...]
     traded: tuple[tuple[str, str, float], ...]  # pairs of keys that trade off, and their correlation
     fits: tuple[Fitted, ...]
     signals: tuple[Read, ...]
-    misfit: float  # mean square of the distance in standard deviations: 1 is expected
+    misfit: float  # mean squared distance in standard deviations; 1 is expected
     explained: bool
     looked_at: int
     finished: int
@@ -94,7 +97,7 @@ class Identifying:
     """One identification, round by round."""
 
     def __init__(self, grid: Grid):
-        assert grid.identify is not None  # it is asked for
+        assert grid.identify is not None  # only for grids that have the section
         if util.find_spec("sklearn") is None:
             raise InputError(
                 "identify: needs scikit-learn, which is not installed; run `pip install clearsweep[identify]`"
@@ -103,14 +106,14 @@ class Identifying:
         self.observation: observed.Observation | None = None
         self.history: dict[str, np.ndarray] = {}  # of the first case that finished
         self.looked_at = 0
-        self.points: list[np.ndarray] = []  # of finished cases: keys and noise, in parts of their ranges
-        self.values: list[np.ndarray] = []  # their features
-        self.learnt: tuple[int, list[kernels.Kernel] | None] = (0, None)  # cases that the lengths were looked for with
-        self.box = np.array([[0.0] * len(grid.identify.over), [1.0] * len(grid.identify.over)])  # still likely parts
-        self.narrowed = 0  # cases that were looked at then
+        self.points: list[np.ndarray] = []  # inputs of finished cases: keys and noise, in parts of their ranges
+        self.values: list[np.ndarray] = []  # features of finished cases
+        self.learnt: tuple[int, list[kernels.Kernel] | None] = (0, None)  # cases of the last search for lengths
+        self.box = np.array([[0.0] * len(grid.identify.over), [1.0] * len(grid.identify.over)])  # narrowed ranges
+        self.narrowed = 0  # cases at the last narrowing
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Take in what the cases of a grid from the index `first` on gave."""
+        """Record the results of a grid's cases from the index `first` on."""
         for index, status, history in zip(range(first, len(grid)), results.status, results.histories, strict=True):
             self.looked_at += 1
             if status != "ok":
@@ -127,7 +130,7 @@ class Identifying:
                 self.values.append(features)
 
     def wanted(self) -> list[Point]:
-        """Return where the next cases are."""
+        """Return the points of the next cases."""
         count = min(ROUND, self.identify.cases - self.looked_at)
         if count <= 0:
             return []
@@ -145,7 +148,7 @@ class Identifying:
         return [self.identify.point(parts) for parts in [*likely, *even[: count - len(likely)]]]
 
     def result(self) -> Identified | None:
-        """Return what was found, at the end; None where too few cases finished."""
+        """Return the final result, or None if too few cases finished."""
         if self.too_few:
             return None
         with _repeatable():
@@ -154,7 +157,7 @@ class Identifying:
 
     @property
     def too_few(self) -> str:
-        """Return why nothing can be identified of the cases that finished; '' where it can."""
+        """Return why the finished cases are not enough, or '' if they are."""
         if len(self.points) >= LEAST_CASES:
             return ""
         return (
@@ -164,14 +167,14 @@ class Identifying:
         )
 
     def _narrow(self, posterior: emulator.Posterior) -> None:
-        """Take values that are not likely out of the ranges."""
+        """Narrow the ranges to likely values."""
         intervals = np.array([posterior.quantiles(place, LIKELY) for place in range(self.box.shape[1])]).T
         margin = MARGIN * (intervals[1] - intervals[0])
         box = np.clip([intervals[0] - margin, intervals[1] + margin], self.box[0], self.box[1])
         self.narrowed, self.box, self.learnt = self.looked_at, box, (0, None)
 
     def _inside(self, points: np.ndarray) -> np.ndarray:
-        """Return the places of the cases that the emulator is made of: those within the ranges, if there are enough."""
+        """Return the indices of the cases for the emulator: those within the ranges, if there are enough."""
         keys = points[:, : self.box.shape[1]]
         away = np.maximum(self.box[0] - keys, keys - self.box[1]).max(axis=1)
         least = LEAST_INSIDE * points.shape[1]
@@ -180,9 +183,9 @@ class Identifying:
     def _posterior(
         self, chance: np.random.Generator, *, last: bool
     ) -> tuple[emulator.LikelihoodModel, emulator.Posterior, np.ndarray]:
-        """Return what judges inputs within the narrowed ranges, a sample of those that are likely, the likeliest one.
+        """Return the likelihood on the narrowed ranges, a sample of the posterior, and its likeliest point.
 
-        The sample has parts of the whole ranges; the likeliest one, (inputs,), parts of the narrowed ones.
+        The sample is in parts of the whole ranges; the likeliest point, (inputs,), in parts of the narrowed ranges.
         """
         assert self.observation is not None  # cases finished
         inside = self._inside(np.array(self.points))
@@ -199,7 +202,7 @@ class Identifying:
         inputs, size, moves = points.shape[1], POINTS[last], DRAWS[last]
         posterior = emulator.sample(likelihood, inputs, chance, size, moves)
         least = float(posterior.squares.min()) / len(self.observation.values)
-        if least > 1.0:  # errors are larger than was assumed
+        if least > 1.0:  # errors exceed the assumed ones
             likelihood = likelihood._replace(inflation=least)
             posterior = emulator.sample(likelihood, inputs, chance, size, moves)
         best = posterior.points[np.argmax(likelihood.log_likelihood(posterior.squares, posterior.volumes))]
@@ -242,7 +245,7 @@ class Identifying:
         )
 
     def _fits(self, likelihood: emulator.LikelihoodModel, best: np.ndarray) -> Iterator[Fitted]:
-        """Yield how the best cases fit the features that say something one by one."""
+        """Yield the fit of the best cases to each meaningful feature."""
         assert self.observation is not None  # cases finished
         off, deviations = likelihood.deviations(best)
         values = np.array(self.values)
@@ -258,7 +261,7 @@ class Identifying:
                 yield Fitted(channel, label.kind, label.text, label.unit, own, computed, sigma)
 
     def _read(self, posterior: emulator.Posterior) -> Iterator[Read]:
-        """Yield what the signals were taken as."""
+        """Yield the treatment of each signal."""
         assert self.observation is not None  # cases finished
         for place, each in enumerate(self.observation.signals):
             signal, turned = each.turned.signal, each.turned
@@ -277,7 +280,7 @@ class Identifying:
             )
 
     def _sample(self, posterior: emulator.Posterior) -> dict[str, np.ndarray]:
-        """Return the sample in SI, the likeliest rows where there are too many."""
+        """Return the sample in SI, only the likeliest rows if there are too many."""
         kept = np.sort(np.argsort(-posterior.weights, kind="stable")[:KEPT])
         columns = {
             path: np.array([choice.at(part) for part in posterior.points[kept, place].tolist()])
@@ -287,14 +290,14 @@ class Identifying:
 
 
 def _noise(parts: np.ndarray) -> np.ndarray:
-    """Return shares of noise at parts, 0 to 1, of their range."""
+    """Return noise shares from parts, 0 to 1, of their range."""
     low, high = observed.NOISE
     noise: np.ndarray = low * (high / low) ** parts
     return noise
 
 
 def _speed(history: dict[str, np.ndarray]) -> float:
-    """Return the mean speed of the crank in a case, rad/s."""
+    """Return the mean crank speed of a case, rad/s."""
     angle, times = history["crank_angle"], history["t"]
     return float((angle[-1] - angle[0]) / (times[-1] - times[0]))
 
@@ -309,7 +312,7 @@ def _correlations(points: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 @contextlib.contextmanager
 def _repeatable() -> Iterator[None]:
-    """Compute on one thread, so that the last bits do not depend on their number, and without advice on kernels."""
+    """Compute on one thread, so that bits do not depend on the number of threads, and without kernel warnings."""
     from sklearn.exceptions import ConvergenceWarning
     from threadpoolctl import threadpool_limits
 

@@ -1,4 +1,4 @@
-"""The shortest and the longest life of a run, as its closing lines report it."""
+"""The shortest and the longest life of a run, for its closing lines."""
 
 import operator
 from collections.abc import Callable, Mapping
@@ -14,19 +14,19 @@ BETTER = {"shortest": operator.lt, "longest": operator.gt}
 
 
 class Lives:
-    """Keeps the ends of the lives of finished cases."""
+    """Keeps the shortest and longest life of finished cases."""
 
     def __init__(self, layout: Layout):
-        """Take the layout of a run; without a life nothing is kept."""
+        """Prepare for the layout of a run; without a life nothing is kept."""
         there = {column.name for column in layout.columns}
         names = {name: f"{layout.life}_{name}" for name in lifetime.COLUMNS} if layout.life else {}
         self.named, self.joint = {name: column for name, column in names.items() if column in there}, layout.life
         self.columns = [*self.named.values()]
         self.unreached = 0
-        self.ends: dict[str, dict[str, Any]] = {}  # of BETTER -> the case
+        self.ends: dict[str, dict[str, Any]] = {}  # key of BETTER -> the case
 
     def add(self, block: Mapping[str, np.ndarray], known: Callable[[int], dict[str, Any]]) -> None:
-        """Add finished cases; known : place in the block -> which case that is."""
+        """Add finished cases; known : index in the block -> description of the case."""
         if not self.columns:
             return
         hours = block[self.columns[0]].astype(float)
@@ -42,12 +42,12 @@ class Lives:
                     self.ends[word] = known(place) | {"hours": life.hours, "words": lifetime.interval_text(life)}
 
     def facts(self) -> dict[str, Any] | None:
-        """Return the ends and the number of cases that did not reach their limit, ready for JSON; None: no life."""
+        """Return both lives and the number of cases that did not reach their limit, for JSON; None without a life."""
         return {"joint": self.joint, **self.ends, "unreached": self.unreached} if self.columns else None
 
 
 def life_lines(life: dict[str, Any] | None, setting: Callable[[dict[str, Any]], str]) -> list[str]:
-    """Return the lines on the lives of a run; setting : swept values of a case -> in words."""
+    """Return the closing lines on lives; setting : swept values of a case -> words."""
     if not life:
         return []
     lines, listed = ["", f"Life of {wording.joint_name(life['joint'])}"], []

@@ -19,15 +19,15 @@ from .sweep import RunResult, conclude, facts
 from .worker import Simulator
 from .worker_pool import Options, WorkerPool, case_ids
 
-NAMED = 3  # cases or shards that a message lists before it stops
+NAMED = 3  # cases or shards that a message lists
 
 
 def merge(directories: Iterable[str | Path], out: str | Path, *, partial: bool = False) -> RunResult:
-    """Join runs of the same grid into `out`, which then is what one run of the grid would have left.
+    """Join runs of the same grid into `out`, with the same files as from one run of the grid.
 
     Directories of different grids, cases that disagree and, unless `partial`, missing cases are refused with a
-    DirectoryError before anything is written.  Batches are linked where the file system can, else copied; the
-    directories stay as they are.
+    DirectoryError before anything is written.  Batches are hard-linked if possible, else copied; the
+    directories are not changed.
     """
     return run_merge(directories, out, partial=partial)
 
@@ -35,7 +35,7 @@ def merge(directories: Iterable[str | Path], out: str | Path, *, partial: bool =
 def run_merge(
     directories: Iterable[str | Path], out: str | Path, *, partial: bool = False, simulator: Simulator = SIMULATION
 ) -> RunResult:
-    """Join runs as `merge` does, of cases that `simulator` knows."""
+    """Join runs as `merge` does; `simulator` reads their grid."""
     begin = time.monotonic()
     out = Path(out)
     places = list({Path(directory).resolve(): Path(directory) for directory in directories}.values())
@@ -89,7 +89,7 @@ def run_merge(
 
 
 class _Joined(NamedTuple):
-    """What is joined: the grid of all directories, their run.json, and when it began."""
+    """The runs to join: their common grid, run.json, and the start time."""
 
     grid: grids.Grid
     cut: store.Cut
@@ -99,14 +99,14 @@ class _Joined(NamedTuple):
 
 
 def _merge_blocks(places: list[Path], target: store.RunDirectory, what: _Joined, *, partial: bool) -> RunResult:
-    """Join runs that are cut, block by block, so that memory does not grow with their number."""
+    """Join runs in blocks one block at a time, so that memory does not grow with their number."""
     grid, form = what.grid, store.ResultSchema.of(what.grid)
     job = blockwise.BlockJob(
         target.path.absolute(), grid, what.simulator, Options(), what.cut, None, blockwise.doubles_of(grid)
     )
     numbers, shards = range(what.cut.count), [record.get("shard") for record in what.records]
     missing = 0
-    for number in numbers:  # everything is looked at before anything is written
+    for number in numbers:  # everything is checked before anything is written
         sources, rows = _sources(places, number, form.frame)
         ids = np.sort(job.cases(number)[1])
         if not partial:
@@ -150,7 +150,7 @@ def _merge_blocks(places: list[Path], target: store.RunDirectory, what: _Joined,
 
 
 def _sources(places: list[Path], number: int, frame: str) -> tuple[list[store.RunDirectory], list[np.ndarray]]:
-    """Return what some runs have of a block, with where each case is."""
+    """Return the batches of a block in several runs, and the location of each case."""
     sources = [store.RunDirectory(store.Block(place, number).path) for place in places]
     for source in sources:
         source.frame = frame
@@ -160,7 +160,7 @@ def _sources(places: list[Path], number: int, frame: str) -> tuple[list[store.Ru
 
 
 def _same_grid(places: list[Path]) -> list[dict[str, Any]]:
-    """Return the run.json of every directory; DirectoryError where two are not of the same grid and version."""
+    """Return the run.json of every directory; DirectoryError if grids or versions differ."""
     records = [store.read_record(place) for place in places]
     for place, record in zip(places, records, strict=True):
         if not {"frame", "keys", "start"} <= record.keys():
@@ -183,21 +183,21 @@ def _same_grid(places: list[Path]) -> list[dict[str, Any]]:
 
 
 def _decisive(record: dict[str, Any]) -> dict[str, Any]:
-    """Return dotted path -> value of all that decides which cases a run has and what they give."""
+    """Return dotted path -> value of all settings that determine the cases of a run and their results."""
     axes = {f"{way}.{path}": values for way in WAYS for path, values in (record.get(way) or {}).items()}
     frame: dict[str, Any] = record.get("frame", {})
     return frame | axes
 
 
 def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None]) -> None:
-    """Raise DirectoryError where a case is in no directory."""
+    """Raise DirectoryError if a case is in no directory."""
     present = np.concatenate([each["id"] for each in rows])
     missing = np.setdiff1d(ids, present)
     if not len(missing):
         return
     divisions = {Shard.read(text).of for text in shards if text}
     where = []
-    if len(divisions) == 1 and all(shards):  # all of one division: say which shards are to run
+    if len(divisions) == 1 and all(shards):  # all of one division: list the missing shards
         of = divisions.pop()
         left = [str(shard) for shard in (Shard(k + 1, of) for k in range(of)) if np.isin(shard.ids(ids), missing).any()]
         where = [f"run what is left of shard {_listed(left)}, or"]
@@ -211,7 +211,7 @@ def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None])
 
 
 def _agree(form: store.ResultSchema, sources: list[store.RunDirectory], rows: list[np.ndarray]) -> None:
-    """Raise DirectoryError where a case is in two directories and differs in more than its timing."""
+    """Raise DirectoryError if a case in two directories differs in more than timing."""
     ids = np.concatenate([each["id"] for each in rows])
     place = np.concatenate([np.arange(len(each)) for each in rows])
     number = np.repeat(np.arange(len(rows)), [len(each) for each in rows])

@@ -1,4 +1,4 @@
-"""How near cases come to their limits where `seek` has no answer: margins, limits that would pass, keys that help."""
+"""Facts for a `seek` without an answer: margins, limits that would pass, keys that help."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,11 +12,11 @@ from .seeking import Answer
 from .sensitivity import Effect, furthest
 from .simulator import SIMULATION
 
-DIGITS = 4  # of a limit that would pass
+DIGITS = 4  # digits of a limit that would pass
 
 
 def of_run(record: Mapping[str, Any], answers: Sequence[Answer], effects: Iterable[Effect]) -> dict[str, Any]:
-    """Return what is known of searches without an answer, as run.json contains it, in SI; `record` is run.json."""
+    """Return facts about searches without an answer for run.json, in SI; `record` is run.json."""
     limits, columns = verdict.of_record(record).limits, verdict.units_of(record)
     best = [each for answer in answers for each in answer.best]
     finite = all(each["margin"] is not None for each in best)
@@ -30,9 +30,9 @@ def of_run(record: Mapping[str, Any], answers: Sequence[Answer], effects: Iterab
 
 
 def needed(limits: Sequence[Limit], units: Mapping[str, str], margins: Sequence[Mapping[str, float]]) -> dict[str, str]:
-    """Return the limits that cases with these margins exceed, each as all of them would pass, in words.
+    """Return in words the exceeded limits for cases with these margins, each relaxed so that all cases pass.
 
-    There are none where a column has two limits: its margin does not say which of them is exceeded.
+    Columns with two limits are left out: a margin does not tell which limit is exceeded.
     """
     loosened_limits: dict[str, str] = {}
     columns = Counter(limit.column for limit in limits)
@@ -49,6 +49,6 @@ def needed(limits: Sequence[Limit], units: Mapping[str, str], margins: Sequence[
 
 
 def _rounded(value: float, rounding: str) -> float:
-    """Return a number with DIGITS digits, rounded up or down: a limit must not become one that is exceeded."""
-    exact = Decimal(f"{value:.12g}")  # without what is left of rounding in a margin
+    """Return a number with DIGITS digits, rounded up or down so that the relaxed limit still passes."""
+    exact = Decimal(f"{value:.12g}")  # removes rounding errors of a margin
     return float(exact.quantize(Decimal(1).scaleb(exact.adjusted() + 1 - DIGITS), rounding))

@@ -1,4 +1,4 @@
-"""What a node of a cluster does: a driver of its own runs whole blocks by a pool of processes on that node."""
+"""The driver on a node of a cluster: runs whole blocks with a pool of processes on that node."""
 
 import functools
 import multiprocessing
@@ -17,22 +17,22 @@ from .worker_pool import Pending, WorkerPool, missing
 
 
 class Report(NamedTuple):
-    """What became of a task on a node."""
+    """Outcome of a task on a node."""
 
-    node: str  # its address
+    node: str  # address of the node
     ran: int = 0
     failed: int = 0
     case_seconds: float = 0.0
-    complete: bool = True  # False: too many cases failed, or the run is to stop
-    refused: str = ""  # what its file system refused
+    complete: bool = True  # False: too many cases failed, or the run must stop
+    refused: str = ""  # error of its file system
 
 
 class _StoppedError(Exception):
-    """The run is to stop."""
+    """The run must stop."""
 
 
 class _Node:
-    """The driver of this node: its pool lives as long as the run does."""
+    """The driver of this node, with a pool that lasts for the whole run."""
 
     def __init__(self, token: str, job: BlockJob):
         self.token, self.job = token, job
@@ -51,11 +51,11 @@ class _Node:
             self.pool.workers = None
 
     def stopping(self) -> bool:
-        """Return whether the run is to stop."""
+        """Return whether the run must stop."""
         return stop_file(self.job, self.token).exists()
 
 
-_nodes: list[_Node] = []  # of this process, one at most
+_nodes: list[_Node] = []  # driver of this process, at most one
 
 
 def stop_file(job: BlockJob, token: str) -> Path:
@@ -70,7 +70,7 @@ def _unpacked(content: bytes) -> BlockJob:
 
 
 def _node(token: str, content: bytes) -> _Node:
-    """Return the node of a run in this process; that of an earlier one is closed."""
+    """Return this process's driver for a run; that of an earlier run is closed."""
     if not _nodes or _nodes[0].token != token:
         while _nodes:
             _nodes.pop().close()
@@ -80,7 +80,7 @@ def _node(token: str, content: bytes) -> _Node:
 
 
 class _Others:
-    """What others have committed of a block by now; a summary is read once."""
+    """Commits of other drivers in a block; each summary is read once."""
 
     def __init__(self, node: _Node, number: int):
         self.node = node
@@ -90,7 +90,7 @@ class _Others:
         self.seen: set[str] = set()
 
     def __call__(self) -> np.ndarray:
-        """Return the identities of the committed cases, ascending; raise _StoppedError where the run is to stop."""
+        """Return the identities of committed cases, ascending; raise _StoppedError if the run must stop."""
         if self.node.stopping():
             raise _StoppedError
         names = {path.name for path in self.directory.summaries.glob("*.parquet")} - self.seen
@@ -101,12 +101,12 @@ class _Others:
 
 
 def run_block(token: str, content: bytes, number: int, most_failures: int | None) -> Report:
-    """Run what is missing of a block by the workers of this node, and begin to finish it."""
+    """Run the missing cases of a block with the workers of this node, and start finishing the block."""
     return _run(token, content, number, most_failures, helping=False)
 
 
 def help_block(token: str, content: bytes, number: int) -> Report:
-    """Run cases of a block that another node is at, from its end on, until all are committed."""
+    """Run cases of another node's block, from its end, until all are committed."""
     return _run(token, content, number, None, helping=True)
 
 
@@ -143,7 +143,7 @@ def _run(token: str, content: bytes, number: int, most_failures: int | None, *, 
 
 
 def _help(node: _Node, number: int, others: _Others) -> None:
-    """Run what is not committed of a block, the last cases first: its own driver begins with the first ones."""
+    """Run uncommitted cases of a block, last cases first: its own driver begins with the first cases."""
     job, pool = node.job, node.pool
     block = store.Block(job.directory, number)
     directory = block.directory(store.ResultSchema.of(job.grid).frame)
@@ -159,7 +159,7 @@ def _help(node: _Node, number: int, others: _Others) -> None:
 
 
 def flush(token: str) -> Report:
-    """Wait until the blocks of this node are finished, and return."""
+    """Wait until the blocks of this node are finished."""
     refused = ""
     for node in _nodes:
         if node.token == token:
@@ -168,7 +168,7 @@ def flush(token: str) -> Report:
             except StorageError as error:
                 refused = str(error)
             except ClearsweepError:
-                node.runner.finishing.clear()  # they are asked for again
+                node.runner.finishing.clear()  # they are requested again
     return Report(_address(), refused=refused)
 
 
@@ -179,7 +179,7 @@ def close(token: str) -> None:
 
 
 def _address() -> str:
-    """Return the address of this node, by which its scheduler knows it."""
+    """Return the address of this node at its scheduler."""
     from distributed import get_worker
 
     return str(get_worker().address)

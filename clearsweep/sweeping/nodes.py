@@ -1,4 +1,4 @@
-"""The parent of a run on the nodes of a cluster: it gives blocks to nodes, and knows of nothing smaller."""
+"""The parent of a run on the nodes of a cluster: it distributes whole blocks to nodes."""
 
 import pickle
 import secrets
@@ -15,51 +15,51 @@ from ..store import durable
 from . import executors, node, progress, signals
 from .blockwise import BlockJob, Outcome, most_failures, settled, unfinished
 
-LOOK = 0.05  # s between two looks at the blocks under way
-COUNTING = 2.0  # s between two looks at which nodes there are
-HELP_AFTER = 4.0  # s that a block is under way before nodes without work help with it
-SILENCE = 10.0  # s that the node of a block has to finish it, once all of its cases are committed
-RECONNECTING = 120.0  # s that a lost scheduler has to come back
-ROUNDS = 5  # of all blocks: those whose node died before they were finished are asked for again
+LOOK = 0.05  # s between checks of running blocks
+COUNTING = 2.0  # s between updates of the list of nodes
+HELP_AFTER = 4.0  # s after which idle nodes help with a running block
+SILENCE = 10.0  # s for the node of a block to finish it after all cases are committed
+RECONNECTING = 120.0  # s for a lost scheduler to come back
+ROUNDS = 5  # rounds over all blocks: blocks of dead nodes are requested again
 
 
 class Cluster:
-    """The nodes that a scheduler has: each of its workers is one."""
+    """The nodes of a scheduler: each of its workers is one."""
 
     def __init__(self, address: str):
-        """Take the address of the scheduler."""
+        """Connect to the scheduler at `address`."""
         self.address = address
-        self.excluded: set[str] = set()  # nodes whose file system refused something
+        self.excluded: set[str] = set()  # nodes with file system errors
         self.silent: set[str] = set()  # nodes that did not answer in time
         self._client = executors.client(address)
         self._nodes: list[str] = []
         self._counted = -COUNTING
 
     def nodes(self) -> list[str]:
-        """Return the addresses of the nodes that may have work."""
+        """Return the addresses of usable nodes."""
         if time.monotonic() - self._counted > COUNTING:
             self._nodes = sorted(executors.in_time(self._client.nthreads))
             self._counted = time.monotonic()
         usable = [address for address in self._nodes if address not in self.excluded]
         if not self.silent.issuperset(usable):
             return [address for address in usable if address not in self.silent]
-        self.silent.clear()  # the others are gone, so they are tried again
+        self.silent.clear()  # no other node is left, so these are tried again
         return usable
 
     def submit(self, function: Callable, *args: Any, on: str | None = None) -> Any:
-        """Return the future of a function on some node, or on one of them."""
+        """Return the future of a function on any node, or on one of the nodes `on`."""
         where = [on] if on else self.nodes() if self.excluded | self.silent else None
         return self._client.submit(
             node_task, pickle.dumps((function, args)), pure=False, workers=where, allow_other_workers=False
         )
 
     def leave_out(self, future: Any) -> None:
-        """Give no more work to the node that has a task in hand."""
+        """Stop using the node that runs a task."""
         at_work = executors.in_time(self._client.processing)
         self.silent |= {address for address, keys in at_work.items() if future.key in map(str, keys)}
 
     def reconnect(self) -> None:
-        """Connect again, also where the scheduler needs a while; SchedulerLostError where it does not come back."""
+        """Reconnect, waiting for the scheduler; raise SchedulerLostError if it does not come back."""
         end, reason = time.monotonic() + RECONNECTING, "no answer"
         self.close()
         while time.monotonic() < end and not signals.requested():
@@ -79,7 +79,7 @@ class Cluster:
         )
 
     def close(self) -> None:
-        """Leave the scheduler."""
+        """Disconnect from the scheduler."""
         executors.close_peer(self._client)
 
 
@@ -98,19 +98,19 @@ class _Task:
 
 
 class NodesDriver:
-    """Gives blocks to nodes until all are finished, a signal comes, or too many cases failed."""
+    """Distributes blocks to nodes until all are finished, a signal arrives, or too many cases failed."""
 
     def __init__(self, job: BlockJob, cluster: Cluster, display: progress.Cases):
-        """Take what to run, where, and the phase that shows it."""
+        """Prepare to run a job on a cluster; `display` is the phase that shows progress."""
         self.job, self.cluster, self.display = job, cluster, display
         self.token, self.content = secrets.token_hex(8), pickle.dumps(job)
         self.tasks: list[_Task] = []
         self.ran, self.failed, self.case_seconds, self.complete = 0, 0, 0.0, True
-        self.committed: dict[int, float] = {}  # block of which all cases are -> when that was seen, s
+        self.committed: dict[int, float] = {}  # completely committed block -> s, when this was noticed
         self.refusal = ""
 
     def run(self) -> bool:
-        """Run and finish all blocks; return False where too many cases failed and the rest was left."""
+        """Run and finish all blocks; return False if stopped because too many cases failed."""
         stop = node.stop_file(self.job, self.token)
         try:
             for _ in range(ROUNDS):
@@ -149,7 +149,7 @@ class NodesDriver:
                         self._settle(task, queue)
                 except (StorageError, InputError):
                     raise
-                except Exception:  # of many kinds: the scheduler is gone
+                except Exception:  # many kinds: the scheduler is gone
                     self._lost(queue)
                     continue
                 if most is not None and self.failed > most:
@@ -171,11 +171,11 @@ class NodesDriver:
             future = self.cluster.submit(node.run_block, self.token, self.content, number, most)
             self.tasks.append(_Task(number, future, helping=False))
         if queue or self.job.grid.layout.life:
-            return  # a life is not to run on two nodes
+            return  # a life must not run on two nodes
         now = time.monotonic()
         for number, since in list(self.committed.items()):
             mine = [task for task in self.tasks if task.number == number and not task.helping]
-            if mine and now - since > SILENCE:  # its node does not answer: another one finishes it
+            if mine and now - since > SILENCE:  # its node does not answer: another node finishes it
                 for task in mine:
                     self.tasks.remove(task)
                     self.cluster.leave_out(task.future)
@@ -192,7 +192,7 @@ class NodesDriver:
                 self.tasks.append(_Task(task.number, future, helping=True))
 
     def _settle(self, task: _Task, queue: "deque[int]") -> None:
-        """Take in how a task ended."""
+        """Record the end of a task."""
         try:
             report = task.future.result(timeout=executors.PATIENCE)
         except CancelledError:
@@ -225,14 +225,14 @@ class NodesDriver:
             self.complete &= report.complete
 
     def _lost(self, queue: "deque[int]") -> None:
-        """Connect again and ask again for everything that was under way."""
+        """Reconnect and request all running blocks again."""
         progress.say(f"scheduler: {self.cluster.address} was lost; waiting for it to come back")
         queue.extend(dict.fromkeys(task.number for task in self.tasks if not task.helping))
         self.tasks.clear()
         self.cluster.reconnect()
 
     def _flush(self) -> None:
-        """Wait until the nodes have finished their blocks; those of a node that is gone are asked for again."""
+        """Wait until the nodes have finished their blocks; blocks of lost nodes are requested again."""
         try:
             tasks = [self.cluster.submit(node.flush, self.token, on=address) for address in self.cluster.nodes()]
             for task in tasks:
@@ -246,7 +246,7 @@ class NodesDriver:
             self.cluster.reconnect()
 
     def _all_marked(self, end: float) -> bool:
-        """Return whether all blocks are finished, which is looked at after a while."""
+        """Return whether all blocks are finished; checked only after a while."""
         return time.monotonic() > end and not unfinished(self.job)[0]
 
     def _close_nodes(self) -> None:
@@ -262,11 +262,11 @@ class NodesDriver:
 
 
 def run_on_nodes(job: BlockJob) -> Outcome:
-    """Run all blocks of a grid on the nodes of the cluster whose scheduler the options name."""
+    """Run all blocks of a grid on the nodes of the cluster in the options."""
     left, marks = unfinished(job)
     if not left:
         return Outcome(marks, 0, 0.0, complete=True)
-    assert job.options.scheduler  # `sweep.check` asks for it
+    assert job.options.scheduler  # `sweep.check` requires it
     for number in left:
         durable.clear(store.Block(job.directory, number).path / store.SCRATCH)
     cases = sum(len(job.cut.part(number)) for number in left)

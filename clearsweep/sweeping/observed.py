@@ -1,4 +1,4 @@
-"""Measured signals and those of cases as vectors of features, by the same code."""
+"""Feature vectors of measured signals and of cases, computed by the same code."""
 
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
@@ -9,43 +9,43 @@ from ..grid import Identify, Turned, turns_of
 from ..judging import features
 from ..language.errors import InputError
 
-GAIN = 0.05  # standard deviation of the logarithm of the gain of a sensor: 95 % within 10 %
-NOISE = (2e-3, 0.2)  # rms of the noise over that of the signal in the band that is compared: equal ratios are as likely
+GAIN = 0.05  # standard deviation of the logarithm of a sensor's gain: 95 % within 10 %
+NOISE = (2e-3, 0.2)  # range of rms noise over rms signal in the compared band, with a log-uniform prior
 MODEL = {
     "rms": 0.03,
     "peaks": 0.05,
     "spectrum": 0.05,
     "impacts": 0.05,
     "phases": 0.03,
-}  # of the model, as of logarithms of features, and of phases
-AGAIN = 200  # times revolutions are drawn, from which the scatter of the measured features follows
-FLOOR = 2e-3  # of the rms: what is less in a band is not distinguished
-ALIGNED_ORDERS = 6  # that the crank angle of a signal is found by: those of the motion without clearance
+}  # model error: standard deviations of logarithms of features, and of phases
+AGAIN = 200  # bootstrap draws of revolutions, for the scatter of measured features
+FLOOR = 2e-3  # of the rms: smaller values in a band count as equal
+ALIGNED_ORDERS = 6  # orders used to find the crank angle of a signal: those of the ideal motion
 
 
 class Label(NamedTuple):
-    """Meaning of one number of a feature vector."""
+    """Meaning of an element of a feature vector."""
 
     signal: int
     kind: str  # one of `identified.FEATURES`
     text: str
-    unit: str  # '' for a phase, which says little by itself
+    unit: str  # '' for a phase, which has little meaning alone
 
     def natural(self, value: float) -> float:
-        """Return the feature itself of its number in a vector."""
+        """Return the feature from its element of a vector."""
         return float(np.expm1(value) if self.kind == "impacts" else np.exp(value))
 
 
 class Observed(NamedTuple):
-    """One measured signal: its revolutions, and what cases are compared with."""
+    """A measured signal: its revolutions, and the statistics that cases are compared with."""
 
     turned: Turned
     turns: np.ndarray  # (turns, samples)
-    orders: float  # highest order of the crank that is compared
+    orders: float  # highest crank order compared
     rms: float
 
     def angle(self, history: Mapping[str, np.ndarray]) -> float:
-        """Return by how much (rad, -pi to pi) the measured crank angle is off of that of a case."""
+        """Return the offset (rad, -pi to pi) of the measured crank angle from that of a case."""
         own = self._computed(history)
         lag = features.shift(self.turns.mean(axis=0), own.mean(axis=0), ALIGNED_ORDERS)
         phase_shift = float(features.TURN * lag / own.shape[1] + self.turned.angle[0]) % features.TURN
@@ -54,7 +54,7 @@ class Observed(NamedTuple):
     def statistics(
         self, history: Mapping[str, np.ndarray], share: float, chance: np.random.Generator
     ) -> features.Statistics:
-        """Return what a case gives at the measured crank angle, with noise that is this share of the measured rms."""
+        """Return the statistics of a case at the measured crank angle, with noise of `share` times the measured rms."""
         own = self._computed(history)
         lag = features.shift(self.turns.mean(axis=0), own.mean(axis=0), ALIGNED_ORDERS)
         noisy = own + share * self.rms * features.noise(chance, own, self.orders)
@@ -66,16 +66,16 @@ class Observed(NamedTuple):
 
 
 class Observation(NamedTuple):
-    """All that was measured, as one vector of features."""
+    """All measured signals as one feature vector."""
 
     signals: tuple[Observed, ...]
     labels: tuple[Label, ...]
     chosen: tuple[str, ...]  # of `identified.FEATURES`
     values: np.ndarray  # (features,)
-    covariance: np.ndarray  # (features, features): scatter of what was measured, gain, what a model is not
+    covariance: np.ndarray  # (features, features): scatter of the measurement, gain error and model error
 
     def of_case(self, history: Mapping[str, np.ndarray], noise: np.ndarray, chance: np.random.Generator) -> np.ndarray:
-        """Return the vector (features,) of a case; noise : (signals,) shares of their rms."""
+        """Return the feature vector (features,) of a case; noise : (signals,) shares of the signals' rms."""
         parts = []
         for observed, share in zip(self.signals, noise.tolist(), strict=True):
             features_of_case = observed.statistics(history, share, chance).features()
@@ -84,7 +84,7 @@ class Observation(NamedTuple):
 
 
 def observe(identify: Identify, history: Mapping[str, np.ndarray]) -> Observation:
-    """Return what was measured, as it is compared with cases that are sampled as this one is."""
+    """Return the measurement, prepared for cases with the sampling of `history`."""
     span, turned = history["t"][-1] - history["t"][0], history["crank_angle"][-1] - history["crank_angle"][0]
     whole: list[Observed] = []
     for file in dict.fromkeys(signal.file for signal in identify.signals):
@@ -113,7 +113,7 @@ def observe(identify: Identify, history: Mapping[str, np.ndarray]) -> Observatio
 
 
 def vector(measured: features.Features, orders: float, chosen: tuple[str, ...]) -> np.ndarray:
-    """Return the features that are chosen as numbers that errors of a share change evenly."""
+    """Return the chosen features, transformed so that relative errors have a uniform effect."""
     parts: dict[str, list[float]] = {
         "rms": [np.log(measured.rms)],
         "peaks": [np.log(measured.peak_median), np.log(measured.peak_p95)],
@@ -150,7 +150,7 @@ def _labels(place: int, observed: Observed, chosen: tuple[str, ...]) -> Iterator
 def _scatter(
     statistics: features.Statistics, observed: Observed, identify: Identify, labels: list[Label]
 ) -> np.ndarray:
-    """Return the covariance of the features of one signal that is not of the emulator."""
+    """Return the covariance of a signal's features, without the emulator's part."""
     count = len(statistics.peak)
     chance = np.random.default_rng([identify.seed, count])
     rows = chance.integers(count, size=(AGAIN, count))

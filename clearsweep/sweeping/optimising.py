@@ -1,8 +1,8 @@
-"""Looks for the best cases, round by round: half are asked of a sampler of Optuna.
+"""Searches for the best cases, round by round: half of them come from an Optuna sampler.
 
-The other half are asked of a model of the cases near the best one; for a front they vary its cases.
-What the sampler knows is rebuilt in every round from the cases that are there, and it is seeded by the round: the same
-results lead to the same cases however often a run was interrupted, and whatever the number of workers.
+The other half come from a surrogate model near the best case, or vary the cases of a front.
+The sampler is rebuilt in every round from the finished cases and seeded by the round: the same
+results lead to the same cases, regardless of interruptions and of the number of workers.
 """
 
 import math
@@ -20,44 +20,44 @@ from . import surrogate
 from .adaptive import Point
 
 if TYPE_CHECKING:
-    import optuna  # an extra dependency, loaded where a round is asked for
+    import optuna  # an optional dependency, imported when a round is requested
 
-OWN = 0.5  # share of a round that does not come from Optuna: a model's, or variations of the cases of a front
-FEWEST = 3  # cases of a front that are varied
-STEP = 0.32  # of a variation over its range, after the first case; it falls with the square root of their number
-CHANGED = 0.6  # probability that a variation changes a key by a step of its own
-CROSSED = 0.3  # probability that it takes one of several values from another case
-ATTEMPTS = 4  # times a round is asked for, until it has a case that was not looked at
-FAILED = 1e3  # violation of the limits that a failed case counts as: beyond what a margin of a case may be
+OWN = 0.5  # share of a round from the surrogate model or from variations of the front
+FEWEST = 3  # varied cases of a front
+STEP = 0.32  # standard deviation over the range after one case; falls with the square root of cases
+CHANGED = 0.6  # probability that a variation changes a key by an own step
+CROSSED = 0.3  # probability that it takes a value of another case
+ATTEMPTS = 4  # attempts to get a round with a new case
+FAILED = 1e3  # violation assigned to a failed case: larger than any margin
 
 
 class Best(NamedTuple):
-    """One of the best cases; SI."""
+    """One of the best cases, in SI."""
 
     case_id: str
     point: Point
     values: dict[str, float]  # by objective
-    intervals: dict[str, tuple[float, float]]  # 95 %, by objective that has one
-    margin: float | None  # of the limits, None where there are none
-    limiting: str | None  # the columns whose limits it exceeds, or whose limit is nearest
+    intervals: dict[str, tuple[float, float]]  # 95 % interval, by objective, if any
+    margin: float | None  # margin to the limits, or None without limits
+    limiting: str | None  # columns with exceeded limits, or with the nearest limit
     feasible: bool
 
 
 class Optimised(NamedTuple):
-    """What an optimisation came to."""
+    """Result of an optimisation."""
 
-    best: tuple[Best, ...]  # one, or the front; where no case keeps to the limits, the one nearest to that
-    start: Best | None  # the case that the grid has written
+    best: tuple[Best, ...]  # the best case or the front; if no case meets the limits, the nearest one
+    start: Best | None  # the case written in the grid
     looked_at: int
     feasible: int
-    alike: int | None  # other feasible cases whose interval overlaps that of the best; None: it has none, or a front
+    alike: int | None  # feasible cases with an interval that overlaps that of the best, or None
 
 
 class Optimising:
     """One optimisation, round by round."""
 
     def __init__(self, grid: Grid):
-        assert grid.optimise is not None  # it is asked for
+        assert grid.optimise is not None  # only for grids that have the section
         if util.find_spec("optuna") is None:
             raise InputError("optimise: needs Optuna, which is not installed; run `pip install clearsweep[optimise]`")
         self.optimise = grid.optimise
@@ -65,7 +65,7 @@ class Optimising:
         self.seen: set[tuple[Any, ...]] = set()
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Take in what the cases of a grid from the index `first` on gave."""
+        """Record the results of a grid's cases from the index `first` on."""
         names = [column for column, _ in self.optimise.objectives]
         for index in range(first, len(grid)):
             k = index - first
@@ -84,7 +84,7 @@ class Optimising:
             self.trials.append(trial)
 
     def wanted(self) -> list[Point]:
-        """Return where the next cases are."""
+        """Return the points of the next cases."""
         left = self.optimise.cases - len(self.trials)
         points: dict[tuple[Any, ...], Point] = {}
         for attempt in range(ATTEMPTS if left > 0 else 0):
@@ -97,7 +97,7 @@ class Optimising:
         return list(points.values())
 
     def result(self) -> Optimised:
-        """Return what was found, at the end."""
+        """Return the final result."""
         feasible = [trial for trial in self.trials if trial.violation == 0.0]
         if feasible:
             best = list(_front(feasible, self.optimise.objectives))
@@ -109,7 +109,7 @@ class Optimising:
         return Optimised(tuple(trial.best() for trial in best), start, len(self.trials), len(feasible), alike)
 
     def _alike(self, best: "_Trial", feasible: "list[_Trial]") -> int | None:
-        """Return how many other feasible cases cannot be distinguished from the best; None where it has no interval."""
+        """Return how many other feasible cases are indistinguishable from the best, or None without an interval."""
         ((name, _),) = self.optimise.objectives
         low, high = best.intervals[name]
         if not feasible or not math.isfinite(low + high):
@@ -117,7 +117,7 @@ class Optimising:
         return sum(each.intervals[name][0] <= high and each.intervals[name][1] >= low for each in feasible) - 1
 
     def _asked(self, attempt: int, count: int) -> Iterator[Point]:
-        """Yield the points that a sampler asks for which knows all trials."""
+        """Yield points from a sampler that knows all trials."""
         import optuna
 
         optuna.logging.set_verbosity(optuna.logging.WARNING)
@@ -146,9 +146,9 @@ class Optimising:
         yield from points
 
     def _expected(self, count: int, chance: np.random.Generator) -> list[Point]:
-        """Return points where a model of one objective expects better cases: a sampler alone stops short of the best.
+        """Return points where a surrogate model of the objective predicts better cases; a sampler stops too early.
 
-        They have the categories of the best case, and the model is made of the cases that have them, too.
+        They have the categories of the best case; the model uses only cases with the same categories.
         """
         ((name, sign),) = self._signed()
         trials = sorted(self.trials, key=lambda trial: trial.merit(name, sign))
@@ -160,7 +160,7 @@ class Optimising:
         trials = [trial for trial in trials if fixed.items() <= trial.point.items()]
         known = np.array([[choice.part(trial.point[path]) for path, choice in choices.items()] for trial in trials])
         objective = np.array([sign * trial.values[name] for trial in trials])
-        objective[np.isnan(objective)] = np.nanmax(objective)  # of cases that failed
+        objective[np.isnan(objective)] = np.nanmax(objective)  # failed cases
         margins = np.array([[-1.0 if trial.failed else trial.margins[key] for key in best.margins] for trial in trials])
         rows = surrogate.better_points(known, objective, np.nan_to_num(margins, nan=-1.0), count, chance)
         own = [
@@ -170,9 +170,9 @@ class Optimising:
         return [{path: (fixed | point)[path] for path in self.optimise.over} for point in own]
 
     def _varied(self, count: int, chance: np.random.Generator) -> list[Point]:
-        """Return points about those of the front, [] where that has few cases: a sampler alone leaves gaps in it.
+        """Return points near the front, or [] if it has few cases; a sampler alone leaves gaps.
 
-        They are made as in differential evolution (Storn and Price 1997, J. Global Optim. 11, 341).  Cases next to wide
+        They come from differential evolution (Storn and Price 1997, J. Global Optim. 11, 341).  Cases next to wide
         gaps are varied more often, as in NSGA-II (Deb et al. 2002, IEEE Trans. Evol. Comput. 6, 182).
         """
         front = list(_front([trial for trial in self.trials if trial.violation == 0.0], self.optimise.objectives))
@@ -212,30 +212,30 @@ class _Trial(NamedTuple):
     case_id: str
     point: Point
     values: dict[str, float]
-    intervals: dict[str, tuple[float, float]]  # by objective, NaN where there is none
-    margins: dict[str, float]  # by limited column; minus infinity where it cannot be judged
+    intervals: dict[str, tuple[float, float]]  # by objective, NaN if missing
+    margins: dict[str, float]  # by limited column; minus infinity if unknown
     exceeded: str
     failed: bool
 
     @property
     def violation(self) -> float:
-        """Return by how much the limits are exceeded in all, 0 where none is."""
+        """Return the total violation of the limits, 0 if all are met."""
         if self.failed:
             return FAILED
         beyond = [FAILED if not math.isfinite(self.margins[name]) else -self.margins[name] for name in self.names]
         return sum(max(each, np.finfo(float).tiny) for each in beyond)
 
     def merit(self, name: str, sign: float) -> tuple[float, float, str]:
-        """Return what is the smaller, the better it is by its limits, then by an objective."""
+        """Return the sort key of a trial: violation of limits first, then an objective; smaller is better."""
         return self.violation, math.inf if self.failed else sign * self.values[name], self.case_id
 
     @property
     def names(self) -> list[str]:
-        """Return the columns whose limits are exceeded."""
+        """Return the columns with exceeded limits."""
         return [name for name in self.exceeded.split(",") if name]
 
     def best(self) -> Best:
-        """Return it as an answer."""
+        """Return the trial as a result."""
         finite = {name: margin for name, margin in self.margins.items() if math.isfinite(margin)}
         nearest = min(finite, key=lambda name: finite[name], default=None)
         values = {name: value for name, value in self.values.items() if math.isfinite(value)}
@@ -246,13 +246,13 @@ class _Trial(NamedTuple):
 
 
 def _interval(columns: dict[str, np.ndarray], name: str, place: int) -> tuple[float, float]:
-    """Return the 95 % interval of a column in the case at a place, NaN where it has none."""
+    """Return the 95 % interval of a column in the case at an index, NaN without one."""
     low, high = (float(columns[end][place]) if end in columns else math.nan for end in ends(name))
     return low, high
 
 
 def _front(trials: list[_Trial], objectives: tuple[tuple[str, bool], ...]) -> Iterator[_Trial]:
-    """Yield the trials that no other one dominates, in order of the first objective; of one objective the best."""
+    """Yield the non-dominated trials in order of the first objective; for one objective, the best."""
     signed = [(name, -1.0 if large else 1.0) for name, large in objectives]
     table = np.array([[sign * trial.values[name] for name, sign in signed] for trial in trials])
     order = sorted(range(len(trials)), key=lambda k: (*table[k].tolist(), trials[k].case_id))
@@ -264,13 +264,13 @@ def _front(trials: list[_Trial], objectives: tuple[tuple[str, bool], ...]) -> It
 
 
 def _within(choice: Choice, part: float) -> Any:
-    """Return the value at a part of a choice; rounding takes none beyond the ends of a range."""
+    """Return the value at a part of a choice, clipped to the ends of its range."""
     value = choice.at(part)
     return value if choice.kind == AMONG else min(max(value, choice.values[0]), choice.values[1])
 
 
 def _distribution(choice: Choice) -> "optuna.distributions.BaseDistribution":
-    """Return a choice as Optuna has it."""
+    """Return a choice as an Optuna distribution."""
     from optuna import distributions
 
     if choice.kind == AMONG:

@@ -1,4 +1,4 @@
-"""Run time of cases relative to the time of their motion, for the closing lines of a run."""
+"""Run time of cases relative to the duration of their motion, for the closing lines of a run."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -14,10 +14,10 @@ RUN, SPENT = "revolutions_run", "run_time"  # columns
 
 
 class Pace:
-    """Keeps the case with the longest integration relative to the time of its motion."""
+    """Keeps the case with the longest run time relative to the duration of its motion."""
 
     def __init__(self, record: Mapping[str, Any], layout: Layout):
-        """Take what a run's directory says of its grid; of lives and of free cranks nothing is kept."""
+        """Prepare from run.json; lives and free cranks are left out."""
         self.given = {path: _number(record, path) for path in (SPEED, REVOLUTIONS)}
         swept = [path for path in self.given if path in record.get("sweep", record["units"])]
         there = {column.name for column in layout.columns}
@@ -28,7 +28,7 @@ class Pace:
         self.slowest: dict[str, Any] | None = None
 
     def add(self, block: Mapping[str, np.ndarray], known: Callable[[int], dict[str, Any]]) -> None:
-        """Add finished cases; known : place in the block -> which case that is."""
+        """Add finished cases; known : index in the block -> description of the case."""
         if not self.columns:
             return
         spent = block[SPENT].astype(float)
@@ -47,7 +47,7 @@ class Pace:
 
 
 def pace_lines(slowest: dict[str, Any] | None) -> list[str]:
-    """Return the line on the case with the longest integration relative to the time of its motion."""
+    """Return the line on the case with the longest run time relative to the duration of its motion."""
     if not slowest:
         return []
     factor = wording.text(slowest["factor"], "1", 2)
@@ -59,7 +59,7 @@ def pace_lines(slowest: dict[str, Any] | None) -> list[str]:
 
 
 def _number(record: Mapping[str, Any], path: str) -> float | None:
-    """Return a number of a grid, None where it has none at this path."""
+    """Return a number of a grid, or None if there is none at this path."""
     section, key = path.split(".")
     value = (record.get(section) or {}).get(key)
     return float(value) if isinstance(value, (int, float)) else None

@@ -11,19 +11,19 @@ from ..language.phases import say, shown
 __all__ = ["Cases", "Compiling", "Pace", "say", "shown"]
 
 SETTLING = 1.0  # s after the first case before the time left is shown
-LISTED = 3  # cases at work that a line mentions of
-LONG = phases.FIRST  # s, from which a case at work is listed
+LISTED = 3  # most running cases in a line
+LONG = phases.FIRST  # s after which a running case is listed
 
 
 class Pace:
-    """How fast cases are done: their mean rate since the first was, which no single batch moves much."""
+    """Pace of finished cases: the mean rate since the first, which no single batch changes much."""
 
     def __init__(self) -> None:
         self.begin: float | None = None
         self.first = 0
 
     def left(self, done: int, total: int) -> float | None:
-        """Return the seconds left with so many cases done, None while too little is known."""
+        """Return the seconds left after `done` cases, or None while unknown."""
         now = time.monotonic()
         if self.begin is None:
             if done:
@@ -34,27 +34,27 @@ class Pace:
 
 
 class Cases(phases.Phase):
-    """The phase in which cases run: how many are done, how long the others take, which one takes long."""
+    """The phase in which cases run: how many are finished, how long the others take, and which take long."""
 
     def __init__(self, total: int, title: str = ""):
-        """Take the number of cases, and what to say before it."""
+        """Prepare for a number of cases, with a title."""
         super().__init__(self._words)
         self.title = title
         self.total, self.done, self.failed, self.jobs = total, 0, 0, 1
         self.pace = Pace()
-        #: Returns the number of cases that workers have done of batches under way, and the cases they are at.
+        #: Returns the number of finished cases in running batches, and the current cases of the workers.
         self.look: Callable[[], tuple[int, Sequence[phases.Progress]]] = lambda: (0, ())
         self._seen: tuple[float, tuple[int, Sequence[phases.Progress]]] = (-math.inf, (0, ()))
 
     def seen(self) -> tuple[int, Sequence[phases.Progress]]:
-        """Return what `look` returns, or what it did a moment ago: it reads files."""
+        """Return the result of `look`, or a recent one, since it reads files."""
         now = time.monotonic()
         if now - self._seen[0] >= phases.LOOK:
             self._seen = now, self.look()
         return self._seen[1]
 
     def advance(self, done: int, failed: int) -> None:
-        """Take note of `done` more cases; `failed` is the number that failed in all."""
+        """Record `done` more cases; `failed` is the total of failed cases."""
         self.done, self.failed = self.done + done, failed
         self.pace.left(self.done, self.total)
 
@@ -64,7 +64,7 @@ class Cases(phases.Phase):
         return f"{self.title}{done:,} of {self.total:,} cases, {self.failed:,} failed"
 
     def left(self, now: float) -> float | None:
-        """Return the time (s) left: at the mean pace of cases, or as the progress of those at work foretells."""
+        """Return the time (s) left: from the mean pace of cases, or from the progress of running ones."""
         in_hand, at_work = self.seen()
         known = [each for each in at_work if each.left is not None]
         paced = self.pace.left(self.done + in_hand, self.total)
@@ -80,29 +80,29 @@ class Cases(phases.Phase):
         return max(left, sum(whole) / len(whole) * (1.0 + waiting / max(self.jobs, 1)) - known[0].seconds)
 
     def further(self) -> str:
-        """Return the cases that take long, each with its progress."""
+        """Return the long cases, each with its progress."""
         long = [each for each in self.seen()[1] if each.seconds >= LONG]
         more = f"; and {len(long) - LISTED:,} more" if len(long) > LISTED else ""
         return "".join(f"; {store.case_text(each)}" for each in long[:LISTED]) + more
 
 
 class Compiling(phases.Phase):
-    """The phase in which workers compile what cases need, or load it."""
+    """The phase in which workers compile or load the code of cases."""
 
     def __init__(self, parts: int, look: Callable[[], Sequence[phases.Progress]]):
-        """Take the number of parts to compile, and what returns the progress of those that workers are at."""
+        """Prepare for a number of parts to compile; `look` returns the progress of running ones."""
         super().__init__(self._words)
         self.parts, self.look, self.done = parts, look, 0
 
     def _words(self) -> str:
         if phases.innermost() is not self:
-            return ""  # the worker is this process, and says it itself
+            return ""  # the worker is this process, which shows it itself
         what = next((each.what for each in self.look()), "loading compiled code")
         return f"{what}, part {min(self.done + 1, self.parts)} of {self.parts}"
 
     def left(self, now: float) -> float | None:
-        """Return the time (s) that the slowest of them takes still, and the others at the pace so far."""
+        """Return the time (s) left: of the slowest running part, and of the others at the present pace."""
         slowest = max((each.left for each in self.look() if each.left is not None), default=None)
         if slowest is None or not self.done:
             return slowest
-        return slowest + (now - self.begin) * max(self.parts / self.done - 2.0, 0.0)  # two at a time at least
+        return slowest + (now - self.begin) * max(self.parts / self.done - 2.0, 0.0)  # at least two at a time

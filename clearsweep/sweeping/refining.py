@@ -1,7 +1,7 @@
-"""Puts cases where the border of the limits runs between those of a grid: the boxes that it crosses are halved.
+"""Adds cases along the border between acceptable and unacceptable ones, by halving the boxes that it crosses.
 
-A box has cases at its corners.  Where some of them keep to the limits and some do not, the border crosses it, and it is
-halved along an edge whose ends differ, so that the border is enclosed ever closer; the largest boxes come first.
+A box has cases at its corners.  If some meet the limits and some do not, the border crosses the box.  It is then
+halved along an edge whose ends differ, which encloses the border ever more closely; the largest boxes come first.
 """
 
 import itertools
@@ -15,32 +15,32 @@ from .. import store
 from ..grid import Grid
 from .adaptive import Point
 
-HALVINGS = 10  # of a step of the grid along each axis at most: the border is known to a thousandth of it
-STEP = 1 << HALVINGS  # places that a step of the grid is divided into
-SEED = 0  # of the order in which boxes of one size are halved, which counts where not all of them can be
+HALVINGS = 10  # most halvings of a grid step per axis: the border is known to a thousandth of it
+STEP = 1 << HALVINGS  # divisions of a grid step
+SEED = 0  # seed of the order in which boxes of equal size are halved
 
-GridPoint = tuple[int, ...]  # along each axis, in parts of a step of the grid
+GridPoint = tuple[int, ...]  # position along each axis, in divisions of a grid step
 
 
 class Refined(NamedTuple):
     """Results of refining a grid."""
 
-    asked: int  # cases that might be added
+    asked: int  # most cases to add
     added: int
     crossed: int  # boxes of the grid that the border crosses
-    whole: bool  # all that the border crosses is as small as boxes may be
+    whole: bool  # all crossed boxes have the smallest size
 
 
 class _Axis:
-    """The values along one axis: those of the grid in order of size, and halfway between them."""
+    """The values along one axis: those of the grid in ascending order, and midpoints between them."""
 
     def __init__(self, values: Iterable[float]):
         self.values = sorted(values)
         self.geometric = _geometric(self.values)
-        self.places = {value: STEP * k for k, value in enumerate(self.values)}  # of the values that are in use
+        self.places = {value: STEP * k for k, value in enumerate(self.values)}  # indices of the values in use
 
     def value(self, place: int) -> float:
-        """Return the value at a place, reached by halving, so that it has the same bits on every machine."""
+        """Return the value at a position, computed by halving for the same bits on every machine."""
         k, rest = divmod(place, STEP)
         if not rest:
             return self.values[k]
@@ -58,7 +58,7 @@ class _Axis:
 
 
 def _geometric(values: Sequence[float]) -> bool:
-    """Return whether steps between values, ascending, are nearer to equal ratios than to equal differences."""
+    """Return whether ascending values are closer to a geometric than to an arithmetic sequence."""
     if values[0] <= 0.0:
         return False
     steps, ratios = np.diff(values), np.diff(np.log(values))
@@ -66,19 +66,19 @@ def _geometric(values: Sequence[float]) -> bool:
 
 
 class _Box(NamedTuple):
-    """Part of a step of the grid along each axis, of one combination of the other axes."""
+    """A box of the grid or a part of one, for one combination of the other axes."""
 
     other: int
     low: GridPoint
     size: GridPoint
 
     def corners(self) -> list[GridPoint]:
-        """Return the places of the corners; the last axis runs fastest."""
+        """Return the positions of the corners; the last axis varies fastest."""
         ends = ((low, low + size) for low, size in zip(self.low, self.size, strict=True))
         return list(itertools.product(*ends))
 
     def edges(self, axis: int) -> list[tuple[GridPoint, GridPoint]]:
-        """Return the places of both ends of the edges along an axis."""
+        """Return the positions of both ends of the edges along an axis."""
         first = [corner for corner in self.corners() if corner[axis] == self.low[axis]]
         return [(corner, _moved(corner, axis, self.size[axis])) for corner in first]
 
@@ -97,15 +97,15 @@ class Refining:
     """One refinement, round by round."""
 
     def __init__(self, grid: Grid):
-        assert grid.refine is not None  # it is asked for
+        assert grid.refine is not None  # only for grids that have the section
         self.refine = grid.refine
         self.axes = [_Axis(grid.axes[path]) for path in self.refine.paths]
         self.numbers: dict[tuple, int] = {}  # values of the other axes -> their number
         self.points: list[Point] = []  # these values by path, by number
-        self.of_grid = np.zeros(0, bool)  # whether the cases of the grid are good: (others, values of each axis)
-        self.between: dict[tuple[int, GridPoint], bool] = {}  # the same of added cases, by number and place
-        self.boxes: list[_Box] = []  # those that the border crosses
-        self.halved: list[tuple[_Box, int]] = []  # those whose halves are to be looked at, and along which axis
+        self.of_grid = np.zeros(0, bool)  # whether grid cases are acceptable: (others, values of each axis)
+        self.between: dict[tuple[int, GridPoint], bool] = {}  # the same for added cases, by number and position
+        self.boxes: list[_Box] = []  # boxes that the border crosses
+        self.halved: list[tuple[_Box, int]] = []  # boxes whose halves must be examined, and the axis of halving
         self.crossed, self.added, self.left = 0, 0, False
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
@@ -123,7 +123,7 @@ class Refining:
             self.crossed = len(self.boxes)
 
     def wanted(self) -> list[Point]:
-        """Return the points of the next cases: in the largest boxes that the border crosses."""
+        """Return the points of the next cases, in the largest boxes that the border crosses."""
         asked: dict[tuple[int, GridPoint], None] = {}
         while self.boxes and not asked:
             largest = max(math.prod(box.size) for box in self.boxes)
@@ -131,7 +131,7 @@ class Refining:
             self.boxes = [box for box in self.boxes if math.prod(box.size) < largest]
             for number in np.random.default_rng(SEED).permutation(len(now)).tolist():
                 self._halve(now[number], asked)
-            if not asked:  # all that halves need is known
+            if not asked:  # all corners of the halves are known
                 self._look_at_halves()
         self.added += len(asked)
         return [self._point(*key) for key in asked]
@@ -141,7 +141,7 @@ class Refining:
         return Refined(self.refine.cases, self.added, self.crossed, whole=not self.left)
 
     def _halve(self, box: _Box, asked: dict[tuple[int, GridPoint], None]) -> None:
-        """Halve a box, unless it is as small as it may be or there are too few cases left for that."""
+        """Halve a box, unless it has the smallest size or too few cases are left."""
         axes = [axis for axis, size in enumerate(box.size) if size > 1 and self._differ(box, axis)]
         if not axes:
             return
@@ -155,7 +155,7 @@ class Refining:
             self.halved.append((box, axis))
 
     def _look_at_halves(self) -> None:
-        """Keep those halves of halved boxes that the border crosses."""
+        """Keep the halves that the border crosses."""
         halves = (half for box, axis in self.halved for half in box.halves(axis))
         self.boxes += [half for half in halves if len({self._good(half.other, each) for each in half.corners()}) == 2]
         self.halved = []
@@ -174,7 +174,7 @@ class Refining:
         return any(self._good(box.other, a) is not self._good(box.other, b) for a, b in box.edges(axis))
 
     def _good(self, other: int, place: GridPoint) -> bool | None:
-        """Return whether the case at a place keeps to the limits, None where none was looked at."""
+        """Return whether the case at a position meets the limits, or None if it was not run."""
         if any(part % STEP for part in place):
             return self.between.get((other, place))
         return bool(self.of_grid[other, *(part // STEP for part in place)])

@@ -1,17 +1,17 @@
-"""What the operating system lets this process use: too little is refused at once, with the limit and the remedy."""
+"""Limits of the operating system: too low ones are refused at once, with the limit and the remedy."""
 
 import errno
 import resource
 
 from ..language.errors import InputError
 
-LEAST_SPACE = 1_000_000_000  # bytes of address space: loading what a run needs and compiling a scene
-SPARE_SPACE = 4_000_000  # kB, as `ulimit -v` counts; what is advised
-SPARE_FILES = 256  # what is advised at least
+LEAST_SPACE = 1_000_000_000  # bytes of address space for loading the modules of a run and compiling a scene
+SPARE_SPACE = 4_000_000  # kB, as for `ulimit -v`; the advised limit
+SPARE_FILES = 256  # least advised number of open files
 
 
 def check_space() -> None:
-    """Raise InputError where the address space is too small to load what every verb needs."""
+    """Raise InputError if the address space is too small to load the modules of every verb."""
     space, _ = resource.getrlimit(resource.RLIMIT_AS)
     if space != resource.RLIM_INFINITY and space < LEAST_SPACE:
         raise InputError(
@@ -21,7 +21,7 @@ def check_space() -> None:
 
 
 def allow_files(count: int) -> None:
-    """Allow this process `count` open files where it may do so itself; raise InputError where it may not."""
+    """Allow this process `count` open files; raise InputError if that is not permitted."""
     now, most = resource.getrlimit(resource.RLIMIT_NOFILE)
     if now == resource.RLIM_INFINITY or count <= now:
         return
@@ -34,7 +34,7 @@ def allow_files(count: int) -> None:
 
 
 def remedy(error: BaseException) -> str | None:
-    """Return a sentence for an error that a limit of the surroundings caused, None for any other."""
+    """Return a sentence for an error caused by a system limit, or None for any other error."""
     number = getattr(error, "errno", None)
     if isinstance(error, MemoryError) or number == errno.ENOMEM:
         return (
@@ -52,5 +52,5 @@ def remedy(error: BaseException) -> str | None:
 
 
 def too_long(name: str) -> str:
-    """Return what to say of a path that the file system does not take."""
+    """Return the message for a path that is too long for the file system."""
     return f"{name[:60]}...: File name too long for the file system ({len(name)} characters); choose a shorter one"

@@ -1,4 +1,4 @@
-"""What is counted of the cases of a run, and which of them are extreme; counts of blocks add up."""
+"""Counts of the cases of a run and its extreme cases; counts of blocks add up."""
 
 import functools
 import math
@@ -8,43 +8,49 @@ from typing import Any
 
 import numpy as np
 
+from .. import grid as grids
 from ..contracts.layout import Layout
 from ..judging import order, validity, verdict
-from ..store import StoredRun
+from ..store import StoredRun, summed
+from .law_checks import LawChecks
 from .lives import Lives
 from .pace import Pace
 from .worst_cases import WorstCases
 
-LISTED_FAILURES = 3  # of each status
+LISTED_FAILURES = 3  # number of cases with each status
 
 
 class RunFacts:
-    """What the closing table of a run says of its cases, collected some rows at a time."""
+    """Facts for the closing table of a run, collected some rows at a time."""
 
     def __init__(self, record: Mapping[str, Any], layout: Layout):
-        """Take the content of run.json and what the scene has."""
+        """Prepare from run.json and the layout."""
         joints = [joint.name for joint in layout.joints]
-        self.swept = list(record["units"])
+        checked = grids.base_laws(record)
+        self.swept = [path for path in record["units"] if path not in checked]
         self.failures: list[dict[str, Any]] = []
         self.statuses: Counter[str] = Counter()
         self.remarks, self.limits = validity.Remarks(joints), _LimitCounts(record)
         self.lives, self.pace = Lives(layout), Pace(record, layout)
         self.lead = order.lead_of(layout, self.limits.verdict.limits, record)
         self.worst = WorstCases(self.lead, joints, self.limits.verdict.limits)
-        columns = ["status", *self.swept, *self.worst.columns]
+        self.laws = LawChecks(checked, self.lead)
+        columns = ["status", *self.swept, *checked, *self.worst.columns]
         columns += validity.columns(joints, {column.name for column in layout.columns})
         self.columns = list(dict.fromkeys([*columns, *self.limits.columns, *self.lives.columns, *self.pace.columns]))
 
     def read(self, run: StoredRun) -> None:
-        """Take in a run; of one that is cut, the extreme rows of its blocks, and the sums of their counts."""
+        """Add a run; of a run in blocks, the extreme rows of its blocks and the sums of their counts."""
         for block in run.striking(self.columns):
             self.add(block)
         if marks := run.marks():
             self._take([mark["counts"] for mark in marks])
 
     def add(self, block: dict[str, np.ndarray]) -> None:
-        """Take in some cases, at least with `columns`."""
-        good = block["status"] == "ok"
+        """Add some cases, with at least the columns `columns`."""
+        good, own = block["status"] == "ok", self.laws.of_grid(block)
+        if not own.all():
+            self.laws.add({name: values[good & ~own] for name, values in block.items()})
         for place in np.flatnonzero(~good).tolist():
             status = block["status"][place]
             self.statuses[status] += 1
@@ -53,7 +59,8 @@ class RunFacts:
                 self.failures.append(known | {"status": status, "message": block["message"][place]})
         if good.any():
             self.statuses["ok"] += int(np.count_nonzero(good))
-            finished = {name: values[good] for name, values in block.items()}
+            chosen = good & own
+            finished = block if chosen.all() else {name: values[chosen] for name, values in block.items()}
             self.remarks.add(finished)
             self.limits.add(finished, self.swept)
             known_at = functools.partial(_known, finished, swept=self.swept)
@@ -62,43 +69,35 @@ class RunFacts:
             self.worst.add(finished, known_at)
 
     def case_ids(self) -> set[str]:
-        """Return the cases that are named so far."""
+        """Return the cases named so far."""
         entries = [*self.failures, *self.worst.entries, *self.lives.ends.values(), self.pace.slowest, self.limits.worst]
         named = {entry["case_id"] for entry in entries if entry}
         return named | self.remarks.case_ids()
 
     def counts(self) -> dict[str, Any]:
-        """Return what was counted, as JSON contains it."""
+        """Return the counts for JSON."""
         return {
             "statuses": dict(self.statuses),
             "remarks": {"cases": self.remarks.cases, **self.remarks.counts},
             "limits": {"cases": self.limits.cases, "any": self.limits.any, "unknown": self.limits.any_unknown},
             "exceeded": dict(self.limits.exceeded),
             "unknown": dict(self.limits.unknown),
+            "fails": dict(self.limits.fails),
+            "unjudged": dict(self.limits.unjudged),
             "unreached": self.lives.unreached,
         }
 
     def _take(self, counts: list[dict[str, Any]]) -> None:
-        """Put the sums of the counts of all blocks in the place of those of the rows that were read."""
-        remarks, limits, self.statuses = Counter[str](), Counter[str](), Counter[str]()
-        self.limits.exceeded, self.limits.unknown = Counter(), Counter()
-        for each in counts:
-            for total, part in (
-                (self.statuses, "statuses"),
-                (remarks, "remarks"),
-                (limits, "limits"),
-                (self.limits.exceeded, "exceeded"),
-                (self.limits.unknown, "unknown"),
-            ):
-                total.update(each[part])
-        self.remarks.cases = remarks.pop("cases")
-        self.remarks.counts = {name: remarks[name] for name in self.remarks.counts}
+        """Replace the counts of the rows read by the sums over all blocks."""
+        limits, self.statuses = summed(counts, "limits"), summed(counts, "statuses")
+        self.limits.exceeded, self.limits.unknown = summed(counts, "exceeded"), summed(counts, "unknown")
         self.limits.cases, self.limits.any, self.limits.any_unknown = limits["cases"], limits["any"], limits["unknown"]
+        self.remarks.replace_counts(summed(counts, "remarks"))
         self.lives.unreached = sum(each["unreached"] for each in counts)
 
 
 class _LimitCounts:
-    """How many cases keep to the limits of a grid, as `run` reports it."""
+    """How many cases meet the limits of a grid, as `run` reports it."""
 
     def __init__(self, record: Mapping[str, Any]):
         self.verdict = verdict.of_record(record)
@@ -106,13 +105,15 @@ class _LimitCounts:
         limited = {name for limit in self.verdict.limits for name in (limit.column, limit.times) if name}
         self.columns = [verdict.EXCEEDED, verdict.MARGIN, *sorted(limited)] if limited else []
         self.cases = 0
-        self.exceeded: Counter[str] = Counter()  # column -> cases
-        self.unknown: Counter[str] = Counter()  # column -> those of them that it cannot judge
+        self.exceeded: Counter[str] = Counter()  # column -> number of cases beyond its limit
+        self.unknown: Counter[str] = Counter()  # column -> number of these whose value is unknown
+        self.fails: Counter[str] = Counter()  # index of a limit -> number of cases that do not meet it
+        self.unjudged: Counter[str] = Counter()  # index of a limit -> number of these whose value is unknown
         self.any = self.any_unknown = 0
         self.worst: dict[str, Any] | None = None  # the case with the smallest margin
 
     def add(self, block: dict[str, np.ndarray], swept: list[str]) -> None:
-        """Take in some finished cases."""
+        """Add some finished cases."""
         if not self.columns:
             return
         self.cases += len(block["status"])
@@ -122,6 +123,9 @@ class _LimitCounts:
         for name in {limit.column for limit in self.verdict.limits}:
             unknown = [limit.unknown(block) for limit in self.verdict.limits if limit.column == name]
             self.unknown[name] += int(np.count_nonzero(np.any(unknown, axis=0)))
+        for place, limit in enumerate(self.verdict.limits):
+            self.fails[str(place)] += int(np.count_nonzero(limit.fails(block)))
+            self.unjudged[str(place)] += int(np.count_nonzero(limit.unknown(block)))
         margins = block[verdict.MARGIN]
         if np.isfinite(margins).any():
             place = int(np.nanargmin(margins))
@@ -131,7 +135,7 @@ class _LimitCounts:
                 self.worst = _known(block, place, swept) | {"margin": margin, "margin_words": words}
 
     def facts(self) -> dict[str, Any] | None:
-        """Return the counts, ready for JSON; None where there are no limits."""
+        """Return the counts for JSON, or None if there are no limits."""
         if not self.columns:
             return None
         bounds: dict[str, list[str]] = {limit.column: [] for limit in self.verdict.limits}
@@ -150,7 +154,7 @@ class _LimitCounts:
 
 
 def _known(block: dict[str, np.ndarray], place: int, swept: list[str]) -> dict[str, Any]:
-    """Return which case is at a place of a block of the summary, None for a value that it does not use."""
+    """Return the description of the case at an index of a block; None for values that it does not use."""
     values = {path: block[path][place : place + 1].tolist()[0] for path in swept}
     in_use = {path: None if isinstance(value, float) and math.isnan(value) else value for path, value in values.items()}
     return {"case_id": block["case_id"][place], "swept": in_use}

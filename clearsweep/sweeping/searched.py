@@ -1,4 +1,4 @@
-"""The closing lines of a run on what was searched for, optimised and refined."""
+"""The closing lines of a run on `seek`, `optimise` and `refine`."""
 
 import itertools
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ LISTED_ANSWERS, LISTED_EFFECTS = 12, 6
 
 
 def seek_facts(result: RunResult, record: Mapping[str, Any]) -> dict[str, Any] | None:
-    """Return what was searched for and found, ready for JSON, in SI; None where nothing was searched for.
+    """Return the result of `seek` for JSON, in SI, or None without the section.
 
     record : run.json
     """
@@ -27,7 +27,7 @@ def seek_facts(result: RunResult, record: Mapping[str, Any]) -> dict[str, Any] |
 
 
 def seek_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the lines on what was searched for."""
+    """Return the closing lines on the result of `seek`."""
     if not facts["seek"]:
         return []
     asked, answers = facts["seek"]["asked"], facts["seek"]["answers"]
@@ -66,7 +66,7 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
 
 
 def _effect_lines(path: str, facts: dict[str, Any]) -> list[str]:
-    """Return the lines on the keys that move the margin where no value of `path` keeps to the limits."""
+    """Return the lines on keys that change the margin if no value of `path` meets the limits."""
     effects, furthest, moving = facts["seek"]["effects"], facts["seek"]["furthest"], []
     for each in effects:
         lower, own, upper = (_margin(each[name]) for name in ("lower", "margin", "upper"))
@@ -85,7 +85,7 @@ def _margin(margin: float | None) -> str:
 
 
 def _nearest(path: str, best: dict[str, Any], facts: dict[str, Any]) -> str:
-    """Return how near one case of the other axes comes to its limits, and the limits that would pass there."""
+    """Return how near a case of the other axes comes to its limits, and the limits that would pass."""
     setting = setting_text(best["point"], facts)
     where = f"{setting}: " if setting else ""
     if best["margin"] is None:
@@ -93,7 +93,7 @@ def _nearest(path: str, best: dict[str, Any], facts: dict[str, Any]) -> str:
     margin = _margin(best["margin"])
     text = f"{where}best at {value_text(path, best['value'], facts)}, margin {margin}"
     text = f"{where}best with {best['fit']}, margin {margin}" if best["fit"] else text
-    if best["limiting"] is None:  # it is another case that exceeds them, or motion is chaotic
+    if best["limiting"] is None:  # another case exceeds them, or the motion is chaotic
         return f"{text}, within the limits there"
     text += f", limited by {best['limiting']}"
     needed = [f"{name} {words}" for name, words in best["needed"].items()]
@@ -101,7 +101,7 @@ def _nearest(path: str, best: dict[str, Any], facts: dict[str, Any]) -> str:
 
 
 def refine_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the lines on the results of `refine`."""
+    """Return the closing lines on the result of `refine`."""
     refinement = facts["refined"]
     if not refinement:
         return []
@@ -119,7 +119,7 @@ def refine_lines(facts: dict[str, Any]) -> list[str]:
 
 
 def optimised(result: RunResult, units: Mapping[str, str]) -> dict[str, Any] | None:
-    """Return what `optimise` found, ready for JSON, in SI; None where nothing was optimised. `units`: of columns."""
+    """Return the result of `optimise` for JSON, in SI, or None without one; `units`: of columns."""
     optimum = result.optimised
     if optimum is None:
         return None
@@ -138,7 +138,7 @@ def _objective(column: str, case: Mapping[str, Any], unit: str) -> str:
 
 
 def optimise_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the lines on what `optimise` found."""
+    """Return the closing lines on the result of `optimise`."""
     optimum = facts["optimised"]
     if not optimum:
         return []

@@ -1,4 +1,4 @@
-"""Finds the largest or smallest value with which cases keep to their limits: the cases to run next, the answers."""
+"""Finds the largest or smallest value at which cases meet their limits: the next cases to run, and the answers."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
@@ -12,23 +12,23 @@ from .bisection import Border, scan, search
 
 
 class Answer(NamedTuple):
-    """Answer for one case of the other axes, or for the worst of them; SI."""
+    """Answer for one case of the other axes, or for the worst of them, in SI."""
 
     point: Point
-    value: float | None  # the last one that is safe; None: none is
+    value: float | None  # last safe value; None: no value is safe
     low: float | None
     high: float | None
-    limiting: str | None  # the column whose limit is exceeded first, or the status of a case that failed
+    limiting: str | None  # column of the first exceeded limit, or the status of a failed case
     probes: int
-    fits: bool = False  # it was searched for among fits
-    fit: str | None = None  # the one at `value`
-    beyond: tuple[str, ...] = ()  # fits on the unsafe side of the border that keep to the limits all the same
-    best: tuple[dict[str, Any], ...] = ()  # where no value keeps to them: how near each case comes
+    fits: bool = False  # the search was among fits
+    fit: str | None = None  # the fit at `value`
+    beyond: tuple[str, ...] = ()  # fits beyond the border that nevertheless meet the limits
+    best: tuple[dict[str, Any], ...] = ()  # if no value meets the limits: how near each case comes
 
 
 class _Probe(NamedTuple):
     good: bool
-    margin: float  # of the limits; minus infinity of a failed case
+    margin: float  # margin to the limits; minus infinity for a failed case
     limiting: str | None
     margins: Mapping[str, float]  # by limited column
 
@@ -37,13 +37,13 @@ class Seeking:
     """One search, round by round."""
 
     def __init__(self, grid: Grid):
-        assert grid.seek is not None  # it is asked for
+        assert grid.seek is not None  # only for grids that have the section
         self.seek = grid.seek
         self.others = _others(grid, self.seek)
         self.place_of = {tuple(point.values()): j for j, point in enumerate(self.others)}
         every = range(len(self.others))
         self.subjects = [(j,) for j in every] if self.seek.each else [tuple(every)]
-        self.probes: list[dict[int, _Probe]] = [{} for _ in self.others]  # of each: place -> what it gave
+        self.probes: list[dict[int, _Probe]] = [{} for _ in self.others]  # for each: place -> probe
         self.asked = {self.seek.value(place): place for place in self._first()}  # value -> place
 
     def _first(self) -> tuple[int, ...]:
@@ -57,11 +57,11 @@ class Seeking:
             self.probes[self.place_of[tuple(point.values())]][place] = _probe(results, index - first)
 
     def wanted(self) -> list[Point]:
-        """Return the probes to look at next."""
+        """Return the points of the next cases."""
         return [self._point(*probe) for probe in dict.fromkeys(self._next())]
 
     def answers(self) -> list[Answer]:
-        """Return what was found: one for each case of the other axes, or one for all; of a search at its end."""
+        """Return the answers of a finished search: one for each case of the other axes, or one for all."""
         return [self._answer(subject) for subject in self.subjects]
 
     def _next(self) -> Iterator[tuple[int, int]]:
@@ -70,7 +70,7 @@ class Seeking:
                 yield from ((j, place) for j in subject)
 
     def _known(self, subject: tuple[int, ...]) -> dict[int, bool]:
-        """Return place -> whether all cases there keep to their limits."""
+        """Return place -> whether all cases there meet their limits."""
         return {place: all(self.probes[j][place].good for j in subject) for place in self.probes[subject[0]]}
 
     def _point(self, j: int, place: int) -> Point:
@@ -82,7 +82,7 @@ class Seeking:
         """Return the answer from the probes of some cases of the other axes."""
         known, seek = self._known(subject), self.seek
         border = every(known, seek.last) if seek.fits else search(known, seek.last).border
-        assert border is not None  # nothing is wanted any more
+        assert border is not None  # the search is finished
         at = _deciding(known, border, seek.last)
         worst = min(subject, key=lambda j: (self.probes[j][at].margin, j))
         limiting = None if known[at] else self.probes[worst][at].limiting
@@ -101,7 +101,7 @@ class Seeking:
         return answer._replace(fits=True, fit=seek.fit(border.good).name, beyond=beyond)
 
     def _best(self, j: int, place: int) -> dict[str, Any]:
-        """Return how near a case of the other axes comes to its limits at the best place, and what limits it there."""
+        """Return the best margin of a case of the other axes, and the limiting column there."""
         probe = self.probes[j][place]
         finite = np.isfinite(probe.margin)
         return {
@@ -115,14 +115,14 @@ class Seeking:
 
 
 def _deciding(known: dict[int, bool], border: Border, last: int) -> int:
-    """Return the place from which the limiting column is taken: the first bad one beyond the border."""
+    """Return the place that determines the limiting column: the first bad one beyond the border."""
     if border.good is None:
         return min((place for place, good in known.items() if not good), default=0)
     return min((place for place, good in known.items() if place > border.good and not good), default=last)
 
 
 def every(known: Mapping[int, bool], last: int) -> Border:
-    """Return the border where all places of 0 to `last` are known: good ones end at the first bad one after them."""
+    """Return the border if all places of 0 to `last` are known: it is before the first bad place."""
     start = next((place for place in range(last + 1) if known[place]), None)
     if start is None:
         return Border(None, 0)
@@ -131,14 +131,14 @@ def every(known: Mapping[int, bool], last: int) -> Border:
 
 
 def _others(grid: Grid, seek: Seek) -> list[Point]:
-    """Return the values of all axes but the one that is searched for, of every case of these."""
+    """Return the values of all axes except the searched one, for each combination."""
     points = (grid.point(index) for index in range(len(grid)))
     others = (tuple((path, value) for path, value in point.items() if path not in seek.paths) for point in points)
     return [dict(point) for point in dict.fromkeys(others)]
 
 
 def _probe(results: store.CaseResults, index: int) -> _Probe:
-    """Return the result of the case at an index of a grid."""
+    """Return the probe of the case at an index of a grid."""
     status = results.status[index]
     if status != "ok":
         return _Probe(good=False, margin=-np.inf, limiting=status, margins={})

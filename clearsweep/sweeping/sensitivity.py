@@ -1,6 +1,6 @@
-"""Finds which other keys of a grid move the margin where `seek` finds no value, from finite differences.
+"""If `seek` finds no value: which other keys of the grid change the margin, from finite differences.
 
-Their cases are a run of their own in a folder of the run's directory, so that it resumes like any other.
+The cases are a separate run in a folder of the run's directory, so it resumes like any other.
 """
 
 import hashlib
@@ -15,34 +15,34 @@ from ..language.errors import InputError
 from .seeking import Answer
 from .worker import Simulator
 
-STEP = 0.1  # of a value, up and down: beyond the scatter of chaotic motion, small enough for a slope
-FOLDER = "sensitivity"  # its name goes on with a hash of the keys
-_APART = ("sweep", "zip", "cases", "sample", "seek")  # sections of a resolved grid that choose its cases
-_OF_METHOD = ("simulate.", "save.", "uncertain.")  # keys that are no part of the machine
-_EXPONENT = ".exponent"  # a key on which units of others depend
+STEP = 0.1  # relative step: larger than the scatter of chaotic motion, small enough for a slope
+FOLDER = "sensitivity"  # prefix of its name; a hash of the keys follows
+_APART = ("sweep", "zip", "cases", "sample", "seek")  # sections of a resolved grid that choose cases
+_OF_METHOD = ("simulate.", "save.", "uncertain.")  # keys that are not properties of the machine
+_EXPONENT = ".exponent"  # the units of other keys depend on this key
 
 
 class Effect(NamedTuple):
-    """Effect of one key on the margin where no value that was tried keeps to the limits."""
+    """Effect of a key on the margin if no tried value meets the limits."""
 
     path: str
-    value: float  # SI, as the grid has it
-    margin: float  # of the limits, at this value
-    lower: float | None  # with the value lower by STEP, None where the case failed or cannot be
+    value: float  # SI, value in the grid
+    margin: float  # margin at this value
+    lower: float | None  # margin with the value lower by STEP, or None if the case failed or is impossible
     upper: float | None
 
     @property
     def size(self) -> float:
-        """Return by how much the margin moves at most."""
+        """Return the largest change of the margin."""
         return max(abs(each - self.margin) for each in (self.lower, self.upper, self.margin) if each is not None)
 
 
 def effects(
     grid: grids.Grid, answers: list[Answer], directory: Path, simulator: Simulator, run: Callable[[dict, Path], Any]
 ) -> list[Effect]:
-    """Return the effects of other keys on the margin, the largest first; [] where every search has an answer.
+    """Return the effects of other keys on the margin, the largest first, or [] if every search has an answer.
 
-    They are those at the case furthest from its limits, at its best value.  `run` runs a grid in a directory.
+    They apply to the case furthest from its limits, at its best value.  `run` runs a grid in a directory.
     """
     worst = furthest(answers)
     if grid.seek is None or worst is None:
@@ -72,13 +72,13 @@ def effects(
 
 
 def furthest(answers: Iterable[Answer]) -> dict[str, Any] | None:
-    """Return what is known of the case furthest from its limits at its best value, None where every search has one."""
+    """Return the case furthest from its limits at its best value, or None if every search has an answer."""
     finite = [each for answer in answers for each in answer.best if each["margin"] is not None]
     return min(finite, key=lambda each: each["margin"], default=None)
 
 
 def _numbers(grid: grids.Grid, point: Mapping[str, Any]) -> dict[str, float]:
-    """Return path -> value (SI) of the numbers of a case that could be others."""
+    """Return path -> value (SI) of the numbers of a case that could be changed."""
     tree = grid.case_tree(point)
     return {
         path: value
@@ -94,7 +94,7 @@ def _numbers(grid: grids.Grid, point: Mapping[str, Any]) -> dict[str, float]:
 def _moved(
     grid: grids.Grid, point: Mapping[str, Any], fixed: dict[str, Any], simulator: Simulator
 ) -> dict[str, list[float]]:
-    """Return path -> the values lower and upper by STEP, of the keys that can have them."""
+    """Return path -> values lower and higher by STEP, for keys that accept them."""
     moved = {}
     for path, value in _numbers(grid, point).items():
         possible = [
@@ -116,7 +116,7 @@ def _is_possible(source: dict[str, Any], simulator: Simulator) -> bool:
 
 
 def _margins(run: store.StoredRun, paths: list[str]) -> dict[tuple[float, ...], float]:
-    """Return the values of some keys -> the margin of the case that has them."""
+    """Return values of some keys -> margin of the case with them."""
     table = run.summary
     rows = table[[*paths, MARGIN]].dropna().to_numpy(float).tolist()
     return {tuple(values): margin for *values, margin in rows}

@@ -1,4 +1,4 @@
-"""Values of a case in words, as the closing lines of a run have them."""
+"""Values of a case in words, for the closing lines of a run."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -16,7 +16,7 @@ def friendly(value: float, unit: str, *, speed: bool = False) -> str:
 
 
 def given_text(path: str, value: float, unit: str, written: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return a value of the grid in the unit in which it is written there; `written` is run.json's `written_units`."""
+    """Return a value in the unit that the grid uses; `written` is `written_units` of run.json."""
     scale = wording.written_scale(written.get(path), unit)
     if scale is None:
         return friendly(value, unit, speed=path.endswith("speed"))
@@ -25,7 +25,7 @@ def given_text(path: str, value: float, unit: str, written: Mapping[str, Mapping
 
 
 def joint_count(paths: Iterable[str]) -> int:
-    """Return of how many joints dotted paths speak."""
+    """Return the number of joints in dotted paths."""
     return len({path.split(".")[1] for path in paths if path.startswith("joints.")})
 
 
@@ -39,8 +39,15 @@ def setting_text(swept: dict[str, Any], facts: dict[str, Any]) -> str:
 
 
 def value_text(path: str, value: Any, facts: dict[str, Any]) -> str:
-    """Return a swept value with its unit, and the fit that it is the mean of."""
+    """Return a swept value with its unit, and its fit if it is the mean of one; its label comes first."""
     if value is None or isinstance(value, str):
         return value or "-"
+    label = next((name for name, known in facts.get("labels", {}).get(path, {}).items() if known == value), "")
+    number = _number_text(path, value, facts)
+    return f"{label} ({number})" if label else number
+
+
+def _number_text(path: str, value: float, facts: dict[str, Any]) -> str:
+    """Return a swept number with its unit, and the fit that it is the mean of."""
     fit = next((f" ({fit['name']})" for fit in facts["fits"].get(path, ()) if fit["mean"] == value), "")
     return given_text(path, value, facts["units"].get(path, "1"), facts["written_units"]) + fit

@@ -1,4 +1,4 @@
-"""Shards: a grid cut into parts that run apart, with nothing between them but the grid."""
+"""Shards: parts of a grid that run independently on separate machines."""
 
 import re
 from typing import NamedTuple
@@ -16,7 +16,7 @@ class Shard(NamedTuple):
 
     @classmethod
     def read(cls, text: str) -> "Shard":
-        """Return the shard that a text such as '2/8' names; raise InputError where it names none."""
+        """Return the shard for a text such as '2/8'; raise InputError for any other text."""
         match = re.fullmatch(r"\s*(\d{1,9})\s*/\s*(\d{1,9})\s*", str(text))
         shard = cls(*map(int, match.groups())) if match else cls(0, 0)
         if not 1 <= shard.number <= shard.of:
@@ -27,16 +27,16 @@ class Shard(NamedTuple):
         return f"{self.number}/{self.of}"
 
     def ids(self, ids: np.ndarray) -> np.ndarray:
-        """Return the identities of the cases in this shard, uint64, of those of all cases.
+        """Return the identities of this shard's cases, uint64, from those of all cases.
 
-        It is every N-th of the sorted identities.  These are hashes, so that every axis is spread over all shards and
-        none of them gets the slow cases alone.
+        They are every N-th of the sorted identities.  These are hashes, so every axis is spread over all shards and
+        no shard gets all slow cases.
         """
-        return each_once(ids)[self.number - 1 :: self.of].copy()  # not a view of all
+        return each_once(ids)[self.number - 1 :: self.of].copy()  # a copy, not a view
 
 
 def each_once(ids: np.ndarray) -> np.ndarray:
-    """Return the different ones of some identities, ascending; np.unique takes five times the memory of a million."""
+    """Return the distinct identities, ascending; np.unique needs five times the memory for a million."""
     ordered = np.sort(ids)
     again = ordered[1:] == ordered[:-1]
     return ordered[np.concatenate([[True], ~again])] if again.any() else ordered

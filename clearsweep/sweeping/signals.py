@@ -1,4 +1,4 @@
-"""Ctrl-C, SIGTERM, SIGHUP: at the first, a run finishes what is under way and stops; at the second it stops at once."""
+"""Ctrl-C, SIGTERM, SIGHUP: on the first, a run finishes its current cases and stops; on the second it stops at once."""
 
 import contextlib
 import os
@@ -13,16 +13,16 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class _Request:
-    """The request to stop, as far as this process has had one."""
+    """The request to stop that this process has received, if any."""
 
-    signum = 0  # the signal that asked it to stop, 0 while none has
-    patient = False  # whether whoever runs looks at requested() between two cases
-    leaving = False  # whether it is on its way out: later signals change nothing
+    signum = 0  # the signal that requested the stop, or 0
+    patient = False  # whether the running code checks requested() between cases
+    leaving = False  # whether it is stopping: later signals have no effect
     last = False  # whether the process ends with the run
 
 
 class Stopped(KeyboardInterrupt):
-    """A run that was asked to stop; what was finished is committed."""
+    """A run that was stopped by a signal; finished cases are committed."""
 
     def __init__(self, signum: int, message: str = "stopped; run the same command again to go on"):
         _Request.leaving = True
@@ -31,18 +31,18 @@ class Stopped(KeyboardInterrupt):
 
 
 def requested() -> int:
-    """Return the signal that asked to stop, 0 where none has."""
+    """Return the signal that requested the stop, or 0."""
     return _Request.signum
 
 
 def end_with_run() -> None:
-    """Let signals that come after the one that stopped a run change nothing until this process ends."""
+    """Make signals after the one that stopped a run have no effect until this process ends."""
     _Request.last = True
 
 
 @contextlib.contextmanager
 def patience() -> Iterator[None]:
-    """Let the first signal only be noted inside: the code there looks at requested() itself."""
+    """Only record the first signal in this context, where the code checks requested() itself."""
     before, _Request.patient = _Request.patient, True
     try:
         yield
@@ -52,10 +52,10 @@ def patience() -> Iterator[None]:
 
 @contextlib.contextmanager
 def catching() -> Iterator[None]:
-    """Let a signal raise Stopped inside, or be noted first where there is patience; for the main thread.
+    """Make a signal raise Stopped in this context, or record it first under patience(); for the main thread.
 
-    The first signal decides the exit code.  Once Stopped is raised, further signals change nothing: one that broke into
-    the way out could leave a lock in a state that is none.  A SIGHUP that is ignored stays so: `nohup` asked for that.
+    The first signal decides the exit code.  Once Stopped is raised, further signals have no effect: an interrupted
+    clean-up could leave a lock in an invalid state.  An ignored SIGHUP stays ignored, as `nohup` requires.
     """
     _Request.signum, _Request.leaving = 0, False
     if threading.current_thread() is not threading.main_thread():
@@ -69,7 +69,7 @@ def catching() -> Iterator[None]:
     except ClearsweepError:
         raise
     except Exception as error:
-        if _Request.leaving:  # what Stopped broke into, as a lock that was about to be taken
+        if _Request.leaving:  # raised where Stopped interrupted, for example at a lock
             raise Stopped(_Request.signum) from error
         raise
     finally:
@@ -78,8 +78,8 @@ def catching() -> Iterator[None]:
 
 
 def in_worker() -> None:
-    """Make this process leave SIGINT and SIGHUP, which a terminal sends to all, to its parent, and finish its case on
-    SIGTERM; it goes at once where it has none."""
+    """Make this process ignore SIGINT and SIGHUP, which a terminal sends to all, and finish its case on
+    SIGTERM; without a case it ends at once."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _in_worker)
@@ -88,11 +88,11 @@ def in_worker() -> None:
 
 @contextlib.contextmanager
 def shielded() -> Iterator[None]:
-    """Block all of them for threads and processes born inside: a worker starting up is not torn by Ctrl-C."""
+    """Block all of these signals for threads and processes started in this context: Ctrl-C must not reach them."""
     from multiprocessing import resource_tracker
 
     before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
-    resource_tracker.ensure_running()  # it would start with the first worker, and unblock two of them
+    resource_tracker.ensure_running()  # otherwise it would start with the first worker, and unblock two signals
     signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
         yield
@@ -109,7 +109,7 @@ def _in_parent(signum: int, _frame: FrameType | None) -> None:
 
 
 def leave_if_asked() -> None:
-    """End this process if it is a worker that was asked to go while it was busy."""
+    """End this process if it is a worker that was asked to end while busy."""
     if _Request.signum and signal.getsignal(signal.SIGTERM) is _in_worker:
         os._exit(128 + _Request.signum)
 

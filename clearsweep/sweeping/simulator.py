@@ -1,4 +1,4 @@
-"""The functions of `clearsweep.simulation` that sweeps use, as one value that can travel to a worker process."""
+"""The functions of `clearsweep.simulation` that sweeps use, as one value that can be sent to a worker process."""
 
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import NamedTuple
@@ -8,6 +8,10 @@ from ..contracts.case import Case
 from ..contracts.catalogue import Catalogue
 from ..contracts.results import Peak, Trajectory
 from .worker import Simulator
+
+
+def _recommended(case: Case) -> list[str]:
+    return [each.sentence() for each in simulation.recommendations(case)]
 
 
 class _Functions(NamedTuple):
@@ -21,6 +25,8 @@ class _Functions(NamedTuple):
     solve_each: Callable[[Iterable[Case]], Iterator[tuple[int, Trajectory | Exception]]] | None = simulation.solve_each
     derived: Callable[[Case], dict[str, tuple[float, str]]] = simulation.derived
     warnings: Callable[[Case], list[str]] = simulation.warnings
+    recommended: Callable[[Case], list[str]] = _recommended
+    alternatives: Callable[[Case], dict[str, list[str]]] = simulation.alternatives
 
 
 SIMULATION: Simulator = _Functions()

@@ -1,4 +1,4 @@
-"""Points that a model of the known cases near the best one expects to be better.
+"""Points at which a surrogate model of the cases near the best one predicts better results.
 
 The model is a cubic radial basis function.  Points are chosen by expected value and by distance from known ones, as in
 the local stochastic method of Regis and Shoemaker (2007, INFORMS J. Comput. 19, 497).  The margin of each limit has a
@@ -7,25 +7,25 @@ model of its own (Regis 2014, Eng. Optim. 46, 218).
 
 import numpy as np
 
-NEIGHBOURS = 150  # cases that the model is made of, at most; so few that linear algebra keeps to one thread
-LEAST = (2, 2)  # cases that it is made of at least: so many, and so many for each key
-CANDIDATES = 400  # points among which each one is chosen
-#: Weight of the rank by expected value, the rest being that by distance; in turn.  The first is chosen from all ranges.
+NEIGHBOURS = 150  # most cases in the model; few enough for single-threaded linear algebra
+LEAST = (2, 2)  # fewest cases in the model: a constant, and cases per key
+CANDIDATES = 400  # candidates for each chosen point
+#: Weights of the rank by predicted value, used in turn; the rest is the rank by distance.
 WEIGHTS = (0.5, 0.8, 0.95, 1.0)
-LARGEST_STEP, HALVINGS = 0.2, 7  # standard deviations of the other candidates about good cases, in parts of the ranges
-CHANGED = 0.6  # probability that a candidate has another value of a key than the case it is about
-CLIPPED = 75.0  # percentile of the objective: what is above is of no interest, and would make the model swing
-INFEASIBLE = 10.0  # what it counts if limits are exceeded, in ranges of the objective
+LARGEST_STEP, HALVINGS = 0.2, 7  # standard deviations of candidates around good cases, in parts of the ranges
+CHANGED = 0.6  # probability that a candidate changes a key
+CLIPPED = 75.0  # percentile at which the objective is clipped; higher values would make the model oscillate
+INFEASIBLE = 10.0  # penalty for exceeded limits, in ranges of the objective
 
 
 def better_points(
     known: np.ndarray, objective: np.ndarray, margins: np.ndarray, count: int, chance: np.random.Generator
 ) -> np.ndarray:
-    """Return points (count, keys) of the unit cube, (0, keys) where too little is known.
+    """Return points (count, keys) of the unit cube, (0, keys) if there are too few cases.
 
     known : (n, keys) in order of merit
-    objective : (n,) to be small
-    margins : (n, limits) of their limits, not below 0 where these are kept
+    objective : (n,) to be minimised
+    margins : (n, limits) to their limits, negative beyond a limit
     """
     from scipy.interpolate import RBFInterpolator
     from scipy.spatial.distance import cdist
@@ -54,7 +54,7 @@ def better_points(
 
 
 def _about(known: np.ndarray, chance: np.random.Generator) -> np.ndarray:
-    """Return candidates about cases in order of merit: half of them about the first, a quarter about the next."""
+    """Return candidates around cases in order of merit: half around the first, a quarter around the next."""
     centres = known[np.minimum(chance.geometric(0.5, CANDIDATES), len(known)) - 1]
     steps = LARGEST_STEP * 0.5 ** chance.integers(HALVINGS, size=(CANDIDATES, 1))
     changed = chance.random(centres.shape) < CHANGED
@@ -64,5 +64,5 @@ def _about(known: np.ndarray, chance: np.random.Generator) -> np.ndarray:
 
 
 def _ranks(values: np.ndarray) -> np.ndarray:
-    """Return the ranks of values from 0 on, the lowest first."""
+    """Return the ranks of values from 0 on, lowest first."""
     return np.argsort(np.argsort(values, kind="stable"), kind="stable")

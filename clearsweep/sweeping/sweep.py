@@ -1,4 +1,4 @@
-"""The order of work of a sweep: check, lock, see what is missing, compile once, fan out, merge."""
+"""The order of work of a sweep: check, lock, find missing cases, compile once, distribute, merge."""
 
 import errno
 import time
@@ -17,6 +17,7 @@ from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
 from . import adaptive, blockwise, executors, identified, nearest, nodes, progress, resources, signals
 from .identifying import Identified, Identifying
+from .law_checks import LawCheck
 from .optimising import Optimised, Optimising
 from .refining import Refined, Refining
 from .seeking import Answer, Seeking
@@ -26,22 +27,20 @@ from .simulator import SIMULATION
 from .worker import Simulator
 from .worker_pool import Options, WorkerPool, case_ids, most, within
 
-SAMPLED_CASES = 200  # cases looked at for derived values and warnings
+SAMPLED_CASES = 200  # cases examined for derived values and warnings
 MOST_WARNINGS = 5
 LONGEST_FILE = f"parts/{'x' * 60}"  # no name below a run's directory is longer
 LONGEST_TIMEOUT = 1e8  # s, three years
 
-Source = (
-    str | PathLike | Mapping | grids.Changed | grids.Grid
-)  # a grid file, a dict of the same shape, or what it was read to
+Source = str | PathLike | Mapping | grids.Changed | grids.Grid  # a grid file, a dict of the same form, or a Grid
 
 
 @dataclass(frozen=True)
 class RunResult:
-    """What a run came to; the results themselves are in `directory`.
+    """Outcome of a run; the results themselves are in `directory`.
 
     Counts of cases: `cases` of the grid, `ran` this time, `reused` from before; `ok`, `failed` and `missing` of the
-    grid's cases as they are now, `others` in the directory with other values on the axes. `seconds` is the run's wall
+    grid's cases now, `others` in the directory with other values on the axes. `seconds` is the run's wall
     time, `case_seconds` the sum over the cases that ran, `start_up` the part of `seconds` before the first case could
     begin.
     """
@@ -53,23 +52,23 @@ class RunResult:
     ok: int
     failed: int
     missing: int
-    others: int  # cases of other values on the axes that stay stored
+    others: int  # stored cases with other values on the axes
     seconds: float
     case_seconds: float
     start_up: float
     derived: dict[str, dict[str, Any]]  # name -> {"unit", "min", "max"}
     warnings: tuple[str, ...]
-    joined: int = 0  # directories that were joined; 0 for a run
-    seek: grids.Seek | None = None  # what was searched for
+    joined: int = 0  # number of joined directories; 0 for a run
+    seek: grids.Seek | None = None  # answers of `seek`
     answers: tuple[Answer, ...] = ()  # what was found
-    effects: tuple[Effect, ...] = ()  # of other keys on the margin, where a search has no answer
-    optimised: Optimised | None = None  # what was found; None where nothing was optimised, or it was stopped
-    identified: Identified | None = None  # of a measured machine; None as for `optimised`, or too few cases finished
-    refined: Refined | None = None  # what `refine` came to; None where it was not asked for or was stopped
+    effects: tuple[Effect, ...] = ()  # effects of other keys on the margin, if a search has no answer
+    optimised: Optimised | None = None  # result of `optimise`, or None without the section or if stopped
+    identified: Identified | None = None  # result of `identify`; None as for `optimised`, or if too few cases finished
+    refined: Refined | None = None  # result of `refine`, or None without the section or if stopped
 
     @property
     def exit_code(self) -> int:
-        """Return 3 where cases failed or were left, else 0."""
+        """Return 3 if cases failed or are missing, else 0."""
         return 3 if self.failed or self.missing else 0
 
     def open(self) -> store.StoredRun:
@@ -77,7 +76,7 @@ class RunResult:
         return store.open(self.directory)
 
 
-def sweep(  # noqa: PLR0913 - options that a user gives by name, as on the command line
+def sweep(  # noqa: PLR0913 - keyword options, as on the command line
     source: Source,
     out: str | Path | None = None,
     *,
@@ -90,23 +89,23 @@ def sweep(  # noqa: PLR0913 - options that a user gives by name, as on the comma
     shard: str | None = None,
     show_progress: bool = True,
 ) -> RunResult:
-    """Run the cases of a grid that `out` does not hold yet, merge all of them, return the counts.
+    """Run the missing cases of a grid in `out`, merge all results, return the counts.
 
     Parameters
     ----------
-    source : path of a grid file, dict of the same shape, or Grid.
+    source : path of a grid file, dict of the same form, or Grid.
     out : directory; default results/<name of the grid>.
     jobs : number of worker processes; default the number of cores this process may use.
     executor : 'local' (processes), 'serial' (this process), 'dask' (a cluster) or 'nodes' (a driver on each node).
     scheduler : address of the cluster's scheduler; default a new cluster on this machine.
     retry_failed : run cases again that failed before.
-    case_timeout : s a case may take; a longer one gets the status 'timeout'.
+    case_timeout : s, longest time of a case; a longer case gets the status 'timeout'.
     max_failures : int, or text such as '5%' of the cases to run: stop when more than that have failed.
     shard : text such as '2/8': run only the second of eight parts of the cases; `merge` joins them.
-    show_progress : tell stderr how far it is.
+    show_progress : show progress on stderr.
 
-    Raises InputError for a grid or an option that cannot be used, DirectoryError for a directory that does not fit,
-    StorageError where writing fails, and Stopped, a KeyboardInterrupt, after a signal.
+    Raises InputError for an invalid grid or option, DirectoryError for an unsuitable directory,
+    StorageError if writing fails, and Stopped, a KeyboardInterrupt, after a signal.
     """
     options = Options(
         jobs, executor, scheduler, retry_failed, case_timeout, max_failures, shard, show_progress=show_progress
@@ -115,7 +114,7 @@ def sweep(  # noqa: PLR0913 - options that a user gives by name, as on the comma
 
 
 def run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator = SIMULATION) -> RunResult:
-    """Run a grid as `sweep` does, its cases by `simulator`."""
+    """Run a grid as `sweep` does, with the cases computed by `simulator`."""
     with phases.shown(options.show_progress):
         result = _run_sweep(source, out, options, simulator)
         if not any(answer.best for answer in result.answers):
@@ -135,25 +134,16 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
 
 
 def _run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator) -> RunResult:
-    """Run a grid; what is done is said in phases."""
+    """Run a grid; phases show the progress."""
     begin = time.monotonic()
     check(options)
     most(options.max_failures, 0)
     with phases.phase("reading the grid"):
         grid = load(source, simulator)
-    grids.check_memory(grids.largest_history(grid))
+    grids.check_memory(grids.recorded_history(grid))
     shard = None if options.shard is None else Shard.read(options.shard)
-    if shard and grid.seek:
-        raise InputError("shard: the probes of `seek` follow from one another; divide the values of the other axes")
-    if shard and grid.optimise:
-        raise InputError("shard: the cases of `optimise` follow from one another; run it without shards")
-    if shard and grid.identify:
-        raise InputError("shard: the cases of `identify` follow from one another; run it without shards")
-    if shard and grid.refine:
-        raise InputError(
-            "shard: the cases that `refine` adds follow from all others; run the shards of the grid without it, merge "
-            "them, and run the grid with it where they were merged to"
-        )
+    if shard:
+        _refuse_shard(grid)
     if cut := store.Cut.of(grid, str(shard or "")):
         return _run_cut(grid, out, options, simulator, (cut, shard, begin))
     if options.executor == executors.NODES:
@@ -166,7 +156,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         wanted = shard.ids(ids) if shard else each_once(ids)
         derived, warnings = facts(grid, simulator)
     known: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
-    search = _search(grid)
+    search = _search(grid, simulator)
     begun = {"counts": {"cases": len(wanted)}, **known}
     with signals.catching(), directory_of(grid, out, shard).open_for(grid, **begun) as directory:
         start = store.now()
@@ -180,7 +170,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
                 wanted = each_once(case_ids(grid))
             else:
                 complete = worker_pool.run(grid, ids, wanted)
-            del ids  # 8 MB of a million cases, which merging needs
+            del ids  # 8 MB for a million cases, which merging needs
             answers = search.answers() if isinstance(search, Seeking) and complete else []
             paths = grid.seek.paths if grid.seek else ()
             best = search.result() if isinstance(search, Optimising) and complete else None
@@ -213,6 +203,23 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
     )
 
 
+def _refuse_shard(grid: grids.Grid) -> None:
+    """Raise InputError for a grid whose cases follow from one another, so that no part of it can run alone."""
+    if grid.seek:
+        raise InputError("shard: the probes of `seek` follow from one another; divide the values of the other axes")
+    if grid.optimise:
+        raise InputError("shard: the cases of `optimise` follow from one another; run it without shards")
+    if grid.identify:
+        raise InputError("shard: the cases of `identify` follow from one another; run it without shards")
+    if grid.refine:
+        raise InputError(
+            "shard: the cases that `refine` adds follow from all others; run the shards of the grid without it, merge "
+            "them, and run the grid with it where they were merged to"
+        )
+    if grid.checked_laws:
+        raise InputError("shard: check_laws follows from the worst of all cases; run the shards of the grid without it")
+
+
 def _run_cut(
     grid: grids.Grid,
     out: str | Path | None,
@@ -220,7 +227,7 @@ def _run_cut(
     simulator: Simulator,
     known_of_run: tuple[store.Cut, Shard | None, float],
 ) -> RunResult:
-    """Run a grid that is cut into blocks; known_of_run : how it is cut, the shard, and when the run began."""
+    """Run a grid in blocks; known_of_run : the division, the shard, and the start time."""
     cut, shard, begin = known_of_run
     with phases.phase("looking at the cases"):
         doubles = blockwise.doubles_of(grid)
@@ -252,19 +259,21 @@ def _run_cut(
     )
 
 
-def _search(grid: grids.Grid) -> Seeking | Refining | Optimising | Identifying | None:
-    """Return what adds cases to a grid, None where nothing does."""
+def _search(grid: grids.Grid, simulator: Simulator) -> Seeking | Refining | Optimising | Identifying | LawCheck | None:
+    """Return the search that adds cases to a grid, or None."""
     if grid.seek:
         return Seeking(grid)
     if grid.refine:
         return Refining(grid)
     if grid.identify:
         return Identifying(grid)
+    if grid.checked_laws:
+        return LawCheck(grid, simulator)
     return Optimising(grid) if grid.optimise else None
 
 
 def load(source: Source, simulator: Simulator = SIMULATION) -> grids.Grid:
-    """Return the grid in `source`, which may be one already."""
+    """Return the grid in `source`, which may be a Grid already."""
     return source if isinstance(source, grids.Grid) else grids.load(source, simulator.catalogue())
 
 
@@ -281,9 +290,9 @@ def directory_of(grid: grids.Grid, out: str | Path | None = None, shard: Shard |
 
 
 def conclude(worker_pool: WorkerPool, grid: grids.Grid, wanted: np.ndarray, **known: Any) -> dict[str, int]:
-    """Merge the results of the wanted cases, write run.json with what is `known` of the run; return the counts.
+    """Merge the results of the wanted cases and write run.json; return the counts.
 
-    The pool knows where, and does what is to be computed of the finished run.
+    The pool knows the directory, and computes the final parts of the run.
     """
     directory, ran = worker_pool.directory, worker_pool.ran
     rows = directory.rows()
@@ -313,7 +322,7 @@ def conclude(worker_pool: WorkerPool, grid: grids.Grid, wanted: np.ndarray, **kn
 
 
 def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, Any]], list[str]]:
-    """Return the ranges of what is derived (name -> unit, min, max) and the warnings, over a sample of the cases."""
+    """Return ranges of derived values (name -> unit, min, max) and warnings, over a sample of the cases."""
     ranges: dict[str, dict[str, Any]] = {}
     sentences: dict[str, None] = {}
     for path, fits in grid.fits.items():
@@ -328,7 +337,7 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
     for index in np.unique(np.linspace(0, len(grid) - 1, SAMPLED_CASES).round().astype(int)).tolist():
         case = grid.case(index)
         for name, (value, unit) in simulator.derived(case).items():
-            same = ranges.get(name, {"unit": unit})["unit"] == unit  # laws give one name different dimensions
+            same = ranges.get(name, {"unit": unit})["unit"] == unit  # laws may give one name different dimensions
             key = name if same else f"{name} [{unit}]"
             before = ranges.get(key, {"min": value, "max": value})
             ranges[key] = {"unit": unit, "min": min(before["min"], value), "max": max(before["max"], value)}
@@ -337,7 +346,7 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
 
 
 def check(options: Options) -> None:
-    """Raise InputError for options that do not hold or do not go together."""
+    """Raise InputError for invalid or conflicting options."""
     executor, jobs, case_timeout, scheduler = options.executor, options.jobs, options.case_timeout, options.scheduler
     names = (*executors.EXECUTORS, executors.NODES)
     if executor not in names:

@@ -1,4 +1,4 @@
-"""Work of a worker process: it computes the cases of a batch, commits them and returns a manifest."""
+"""A worker process: computes the cases of a batch, commits them and returns a manifest."""
 
 import contextlib
 import ctypes
@@ -27,47 +27,48 @@ from ..language import phases
 from ..language.errors import ClearsweepError, DirectoryError, InputError, StorageError, brief
 from ..store import durable
 from . import resources, signals
+from .tasks import Batch, Task
 
-AT_ONCE = 64  # cases made at a time, in a third of the time of one by one
-LOOK = 0.01  # s between two looks at what asks workers to stop
-CHECK = 10.0**0.125  # times as long as the case its error check takes: a tenth of the tolerance, of order eight
-OUT_OF_TIME = "time-budget"  # status of what took longer than it may
+AT_ONCE = 64  # cases created at a time, in a third of the time of one by one
+LOOK = 0.01  # s between checks for a request to stop
+CHECK = 10.0**0.125  # run time of an error check over that of the case, at a tenth of the tolerance
+OUT_OF_TIME = "time-budget"  # status of a case that exceeded its time
 _PR_SET_PDEATHSIG = 1
-NOTE_LENGTH = 22  # bytes that say who is at which case; after them a watchdog writes where a late case was
+NOTE_LENGTH = 22  # bytes for worker and case; a watchdog writes the position of a late case after them
 
 
 class Simulator(Protocol):
     """The functions of mechanics that a sweep calls: `SIMULATION`, or a substitute in tests.
 
-    It travels to worker processes by pickle.
+    It is pickled for worker processes.
     """
 
     def catalogue(self) -> Catalogue:
-        """Return all laws there are, for reading a grid."""
+        """Return all laws, for reading a grid."""
 
     def load(self) -> None:
-        """Load what cases need."""
+        """Load the modules of cases."""
 
     def signature(self, case: Case, /) -> Hashable:
         """Return a key that cases with the same compiled code share."""
 
     def compile_for(self, case: Case, /) -> None:
-        """Compile what a case shares with cases of the same signature, or load it from the cache."""
+        """Compile the code of a case's signature, or load it from the cache."""
 
     def compile_loop(self, case: Case, /) -> None:
-        """Compile what a case shares with all others, or load it from the cache."""
+        """Compile the code of all cases, or load it from the cache."""
 
     def solve(self, case: Case, log: store.Unfinished | None = None, /) -> Trajectory:
-        """Return the result of a case; only one with a life is given a log, and goes on from it."""
+        """Return the result of a case; a life gets a `log`, from which it resumes."""
 
     def peak(self, case: Case, joint: int, revolutions: float, /) -> Peak:
-        """Return the revolution of a case, of so many, in which the largest normal force of a joint lies."""
+        """Return the revolution with the largest normal force of a joint; `revolutions`: length of the run."""
 
     @property
     def solve_each(self) -> Callable[[Iterable[Case]], Iterator[tuple[int, Trajectory | Exception]]] | None:
-        """Return what yields the place of each case and its result, or what went wrong, as they end.
+        """Return a generator of the index of each case and its result or error, in the order of completion.
 
-        None where cases are to be solved one after the other.
+        None if cases must be solved one after the other.
         """
 
     def derived(self, case: Case, /) -> dict[str, tuple[float, str]]:
@@ -76,32 +77,23 @@ class Simulator(Protocol):
     def warnings(self, case: Case, /) -> list[str]:
         """Return sentences about suspicious values."""
 
+    def recommended(self, case: Case, /) -> list[str]:
+        """Return a sentence on each law that is recommended for a joint of a case."""
 
-class Task(NamedTuple):
-    """One case on its way to a worker, which makes its values itself: the parent stays light."""
-
-    case_id: str
-    grid_index: int
-
-
-class Batch(NamedTuple):
-    """Cases that are computed and committed together."""
-
-    name: str  # of its files
-    cases: tuple[Task, ...]
-    tried: int = 0  # times it was lost with its worker
+    def alternatives(self, case: Case, /) -> dict[str, list[str]]:
+        """Return path of a law's name -> the other laws that hold in its joint."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """Data that all batches of a run share; a process that receives it again with each batch unpacks it once."""
+    """Data that all batches of a run share; a process unpacks it only once."""
 
     directory: Path
     grid: Grid
     simulator: Simulator
     case_timeout: float | None  # s
-    together: bool = False  # cases of a batch are computed together, by `solve_each`
-    driver: str = ""  # whose batches they are, where several drivers work at one block
+    together: bool = False  # whether cases of a batch are computed together, by `solve_each`
+    driver: str = ""  # owner of the batches, if several drivers work at one block
 
     def __reduce__(self) -> tuple[Callable[[bytes], "Job"], tuple[bytes]]:
         return _unpacked, (self._packed,)
@@ -112,25 +104,25 @@ class Job:
 
     @cached_property
     def form(self) -> store.ResultSchema:
-        """Return the form of the results."""
+        """Return the schema of the results."""
         return store.ResultSchema.of(self.grid)
 
     @cached_property
     def stop(self) -> Path:
-        """Return the file that asks workers to finish the case they are at and take no other."""
+        """Return the file that asks workers to stop after their current case."""
         name = f"{self.driver}.stop" if self.driver else "stop"
         return durable.scratch_file(self.directory / store.SCRATCH, name)
 
     def note(self, batch: Batch) -> Path:
-        """Return the file in which a worker says which case it is at."""
+        """Return the file in which a worker records its current case."""
         return durable.scratch_file(self.directory / store.SCRATCH, f"{batch.name}.note")
 
     def facts(self, task: Task) -> dict[str, Any]:
-        """Return which case a task is, for programs."""
+        """Return the description of a task's case, for programs."""
         return {"case_id": task.case_id, "case": task.grid_index + 1, "cases": len(self.grid)}
 
     def working(self, batch: Batch) -> store.Working:
-        """Return the file in which a worker keeps its progress at a case that takes long."""
+        """Return the file in which a worker records its progress in a long case."""
         return store.Working(self.directory, batch.name)
 
 
@@ -140,44 +132,44 @@ def _unpacked(content: bytes) -> Job:
 
 
 class AbandonedError(Exception):
-    """A batch that another worker had begun and, gone by now, did not finish."""
+    """A batch that another worker, now gone, began and did not finish."""
 
 
 class Manifest(NamedTuple):
     """Outcome of a batch; the results themselves are in the store."""
 
-    committed: str | None  # name of its summary; None where nothing was committed
+    committed: str | None  # name of its summary, or None if nothing was committed
     done: int
     failed: int
-    seconds: float  # spent on its cases
+    seconds: float  # s, time for its cases
 
 
 def start_worker(parent: int, load: Callable[[], None]) -> None:
-    """Prepare a worker process: it dies with its parent, heeds signals between cases, and has its modules loaded."""
+    """Prepare a worker process: it ends with its parent, obeys signals between cases, and has its modules loaded."""
     if sys.platform == "linux":
         ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
-        os._exit(1)  # the parent went before it could be tied to
+        os._exit(1)  # the parent ended before this call
     signals.in_worker()
     store.use_one_thread()
-    with contextlib.suppress(Exception):  # what is wrong with them comes up again in a case, where it is recorded
+    with contextlib.suppress(Exception):  # an error comes up again in a case, where it is recorded
         load()
-    gc.freeze()  # what is loaded stays, so it need not be looked through again and again
+    gc.freeze()  # loaded objects stay, so the garbage collector need not scan them
 
 
 class Timed(NamedTuple):
-    """The time that a case takes, as it was measured, or extrapolated from its beginning."""
+    """The time of a case, measured or extrapolated from its beginning."""
 
-    seconds: float | None  # what is compiled once does not count; None: the beginning does not count
+    seconds: float | None  # s, without compiling; None: the beginning does not determine it
     events: int
-    spent: float  # s, that measuring took, without what is compiled
-    once: float  # s, that compiling took on the way
+    spent: float  # s, time of the measurement without compiling
+    once: float  # s, compiling during the measurement
     extrapolated: bool = False
-    beyond: bool = False  # its time budget ends it before, and that is its time
+    beyond: bool = False  # its time budget ends it earlier, so that is its time
 
 
 def time_case(simulator: Simulator, case: Case, patience: float, working: store.Working | None = None) -> Timed:
-    """Return the time that a case takes; of one that takes more than `patience` (s) as its beginning allows."""
+    """Return the time of a case; after `patience` (s) it is extrapolated from the beginning."""
     budget = min(case.simulate.time_budget, patience)
     begin, once = time.perf_counter(), phases.once_seconds()
     with phases.written(working.put) if working else contextlib.nullcontext(), phases.estimated() as latest:
@@ -195,25 +187,25 @@ def time_case(simulator: Simulator, case: Case, patience: float, working: store.
 
 
 def prepare(working: store.Working, part: Callable[[Case], None], case: Case) -> None:
-    """Compile a part of what a case needs, or load it, and keep the progress of compiling in a file."""
+    """Compile a part of a case's code, or load it, and record the progress in a file."""
     with phases.written(working.put):
         part(case)
 
 
 def find_peak(simulator: Simulator, case: Case, joint: int, revolutions: float) -> Peak:
-    """Return the revolution of a case in which the largest normal force of a joint lies."""
+    """Return the revolution of a case with the largest normal force of a joint."""
     return simulator.peak(case, joint, revolutions)
 
 
 def run_packed(content: bytes) -> Any:
-    """Return the outcome of a pickled (function, arguments): for executors that look into arguments on the way."""
+    """Return the outcome of a pickled (function, arguments), for executors that inspect arguments."""
     store.use_one_thread()
     function, arguments = pickle.loads(content)
     return function(*arguments)
 
 
 def run_batch(job: Job, batch: Batch) -> Manifest:
-    """Compute the cases of a batch and commit them; asked to stop, commit the first ones that are done."""
+    """Compute the cases of a batch and commit them; on a request to stop, commit the finished ones."""
     signals.leave_if_asked()
     first = batch.cases[0]
     if job.grid.case_id(first.grid_index) != first.case_id:
@@ -237,9 +229,9 @@ _Solved = Iterator[tuple[Task, dict[str, Any], Trajectory]]
 
 
 def _one_by_one(job: Job, batch: Batch, note: "_Noting", logs: list[store.Unfinished]) -> _Solved:
-    """Yield the cases of a batch and their results; asked to stop, end after the case at hand.
+    """Yield the cases of a batch and their results; on a request to stop, end after the current case.
 
-    `logs` : gets those of lives, which are of no use once their results are stored.
+    `logs` : receives the logs of lives, which are obsolete once their results are stored.
     """
     stopping = _Stopping(job)
     for index, (task, point, case) in enumerate(_cases(job.grid, batch)):
@@ -255,10 +247,10 @@ def _one_by_one(job: Job, batch: Batch, note: "_Noting", logs: list[store.Unfini
 
 
 def _together(job: Job, batch: Batch, note: "_Noting", logs: list[store.Unfinished]) -> _Solved:
-    """Yield the same of cases that are computed together; asked to stop, end before the first that is not done.
+    """Yield the same for cases computed together; on a request to stop, end before the first unfinished case.
 
-    Lives, which keep logs, go one by one.  Which case a worker dies over is not known here: the first is noted, and all
-    go one by one from there on.
+    Lives, which keep logs, are run one by one.  If the worker dies, the case is unknown: the first is recorded, and all
+    are run one by one from then on.
     """
     assert job.simulator.solve_each
     stopping, listed, done = _Stopping(job), list(_cases(job.grid, batch)), dict[int, Trajectory]()
@@ -277,15 +269,15 @@ def _together(job: Job, batch: Batch, note: "_Noting", logs: list[store.Unfinish
 
 
 def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Case]]:
-    """Yield tasks, points and cases; some are made at once, which takes a third of making each after another's run."""
+    """Yield tasks, points and cases; several are created at once, in a third of the time."""
     for first in range(0, len(batch.cases), AT_ONCE):
-        tasks = batch.cases[first : first + AT_ONCE]
+        tasks = batch.cases.part(first, first + AT_ONCE).listed()
         points = [grid.point(task.grid_index) for task in tasks]
         yield from zip(tasks, points, [grid.case_at(point) for point in points], strict=True)
 
 
 class _Stopping:
-    """Whether a worker is to take no other case; at the file that says so it looks now and then: a look takes 5 us."""
+    """Whether a worker must stop before its next case; checks a file now and then, which takes 5 us."""
 
     def __init__(self, job: Job):
         self.stop, self.due = os.fspath(job.stop), 0.0
@@ -301,14 +293,14 @@ class _Stopping:
 
 
 class _Noting:
-    """The note of a batch, as its worker writes it; after what it says there is room for the watchdog."""
+    """The note of a batch, written by its worker; space for the watchdog follows the text."""
 
     def __init__(self, path: Path, handle: int):
         self.path, self.handle, self.process = path, handle, os.getpid()
         os.lseek(handle, NOTE_LENGTH, os.SEEK_SET)
 
     def say(self, index: int) -> None:
-        """Say which case of the batch is next."""
+        """Record which case of the batch is next."""
         try:
             os.pwrite(self.handle, f"{self.process:10d} {index:10d}\n".encode(), 0)
         except OSError as error:
@@ -317,7 +309,7 @@ class _Noting:
 
 @contextlib.contextmanager
 def _noting(path: Path) -> Iterator[_Noting]:
-    """Yield a new note; AbandonedError where there is one: a scheduler tries again by itself what killed a worker."""
+    """Yield a new note; AbandonedError if there is one already: a scheduler repeats what killed a worker."""
     with durable.storing(path):
         try:
             handle = durable.create(path)
@@ -334,12 +326,12 @@ class Note(NamedTuple):
 
     process: int
     batch_index: int
-    late: bool  # the case took longer than it may
-    since: float = 0.0  # s of the clock, when it was written
+    late: bool  # the case exceeded its time
+    since: float = 0.0  # s, time of writing
 
 
 def read_note(job: Job, batch: Batch) -> Note | None:
-    """Return what is noted of a batch, None where no worker has begun it."""
+    """Return the note of a batch, or None if no worker has begun it."""
     try:
         path = job.note(batch)
         process, index, *rest = durable.read(path).split()
@@ -349,13 +341,13 @@ def read_note(job: Job, batch: Batch) -> Note | None:
 
 
 def _solve(job: Job, case: Case, log: store.Unfinished | None, note: int) -> Trajectory:
-    """Return the result of one case; whatever goes wrong in it becomes its status."""
-    if job.case_timeout:  # a watchdog ends the process, even inside compiled code, and says so in the note
+    """Return the result of a case; errors in it become its status."""
+    if job.case_timeout:  # a watchdog ends the process, even in compiled code, and records this in the note
         faulthandler.dump_traceback_later(job.case_timeout, exit=True, file=note)
     try:
         return job.simulator.solve(case, log) if log else job.simulator.solve(case)
     except (StorageError, DirectoryError):
-        raise  # of the log: no case can be stored
+        raise  # error of the log: no case can be stored
     except Exception as error:
         return _gone_wrong(error)
     finally:
@@ -371,5 +363,5 @@ def _gone_wrong(error: Exception) -> Trajectory:
 
 
 def failure(status: str, message: str) -> Trajectory:
-    """Return the result of a case that has none."""
+    """Return the failed result of a case."""
     return Trajectory(status, message, {})

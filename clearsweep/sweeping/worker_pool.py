@@ -1,4 +1,4 @@
-"""The workers of a run: which cases are missing, compiling once, running cases of one grid or of several."""
+"""The workers of a run: find missing cases, compile once, run the cases of one or more grids."""
 
 import secrets
 import shutil
@@ -14,17 +14,18 @@ from .. import grid as grids
 from .. import store
 from ..contracts.case import Case
 from ..contracts.results import Peak
+from ..judging import order
 from ..language import phases
 from ..language.errors import InputError, brief
 from . import executors, progress, signals
 from .driver import TICK, Batches, Driver
 from .worker import Job, Simulator, find_peak, prepare
 
-MANY = 64  # cases per kind of scene, from which on their figures are made in bulk
+MANY = 64  # cases per kind of scene from which figures are computed in bulk
 
 
 class Options(NamedTuple):
-    """How a sweep runs; `sweep` says what each means."""
+    """Options of a sweep; see `sweep` for their meaning."""
 
     jobs: int | None = None
     executor: str = "local"
@@ -37,18 +38,19 @@ class Options(NamedTuple):
 
 
 class Pending(NamedTuple):
-    """Cases that are to run."""
+    """Cases to run."""
 
     indices: np.ndarray  # (cases,)
     ids: np.ndarray  # (cases,), their identities, uint64
-    title: str = ""  # of their progress
-    drop: Callable[[], np.ndarray] | None = None  # returns identities, ascending, that need not run any more
+    title: str = ""  # title of their progress
+    drop: Callable[[], np.ndarray] | None = None  # returns identities, ascending, that need not be run any more
+    alike: bool = False  # they take about as long as the cases before
 
 
 class WorkerPool:
-    """The workers of a run, which are started when the first case is missing and do the cases of one grid or several.
+    """The workers of a run, started for the first missing case; they run the cases of one or more grids.
 
-    `ran`, `case_seconds` : number of cases and s of work in all; `ready` : when the first case could begin, None: none.
+    `ran`, `case_seconds` : number of cases and s of work; `ready` : when the first case could begin, or None.
     """
 
     def __init__(self, directory: store.RunDirectory, options: Options, simulator: Simulator):
@@ -57,8 +59,9 @@ class WorkerPool:
         self.ran, self.case_seconds = 0, 0.0
         self.ready: float | None = None
         self.failed = 0
-        self.warmed: set[Hashable] = set()  # signatures of the scenes whose code is compiled
-        self.tried: list[np.ndarray] = []  # identities of cases, which are not tried again however they ended
+        self.batches: Batches | None = None  # of the latest cases
+        self.warmed: set[Hashable] = set()  # signatures of compiled scenes
+        self.tried: list[np.ndarray] = []  # identities of cases that have been tried, which are not tried again
 
     def __enter__(self) -> Self:
         return self
@@ -68,9 +71,9 @@ class WorkerPool:
             self.workers.close()
 
     def run(self, grid: grids.Grid, ids: np.ndarray, wanted: np.ndarray) -> bool:
-        """Run the cases of a grid that are missing; return False where too many failed and the rest was left.
+        """Run the missing cases of a grid; return False if stopped because too many cases failed.
 
-        ids : of all cases by index; wanted : of those that are to be there, ascending.
+        ids : of all cases by index; wanted : of the required cases, ascending.
         """
         pending = missing(ids, wanted, self.directory.rows(), retry_failed=self.options.retry_failed)
         for tried in self.tried:
@@ -82,9 +85,9 @@ class WorkerPool:
         return done
 
     def run_cases(self, grid: grids.Grid, pending: "Pending", most_failures: int | None = None) -> bool:
-        """Run some cases of a grid; return False where too many failed and the rest was left.
+        """Run some cases of a grid; return False if stopped because too many cases failed.
 
-        most_failures : how many may fail; default: as the options say.
+        most_failures : how many may fail; default: from the options.
         """
         count = len(pending.indices)
         grids.check_disk(count * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
@@ -95,6 +98,9 @@ class WorkerPool:
         driver = secrets.token_hex(8) if pending.drop else ""
         job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, together, driver)
         batches = Batches(pending.indices, pending.ids, workers.jobs, grids.usual_history(grid), pending.drop)
+        if pending.alike and self.batches:
+            batches.follow(self.batches)
+        self.batches = batches
         with phases.phase(display := progress.Cases(count, pending.title)):
             if most_failures is None:
                 most_failures = most(self.options.max_failures, count)
@@ -107,15 +113,16 @@ class WorkerPool:
         return done
 
     def look(self, grid: grids.Grid, first: int) -> store.CaseResults | None:
-        """Run the cases of a grid that are missing; return how those from the index `first` on compare to their limits.
+        """Run the missing cases of a grid; return how those from the index `first` on compare with their limits.
 
-        None where some were left.
+        None if some were left.
         """
         ids = case_ids(grid)
         if not self.run(grid, ids, np.sort(ids)):
             return None
         rows = self.directory.rows()
         names = grid.optimise.columns([each.name for each in grid.layout.columns]) if grid.optimise else []
+        names = [*order.lead_of(grid.layout, grid.verdict.limits).columns] if grid.checked_laws else names
         places = np.searchsorted(rows["id"], ids[first:])
         new_results = store.read_results(self.directory, store.ResultSchema.of(grid), rows[places], names)
         if grid.identify is None:
@@ -125,7 +132,7 @@ class WorkerPool:
         return new_results._replace(histories=tuple(histories))
 
     def peaks(self, grid: grids.Grid, worst: Sequence[store.Worst]) -> list[Peak | None]:
-        """Return the revolution of the largest peak of cases that have run, None where it is not found again."""
+        """Return the peak revolutions of finished cases, or None for one that is not found again."""
         cases = [grid.case_at(each.point) for each in worst]
         workers = self.workers or self.hire(len(cases))
         found: list[Peak | None] = []
@@ -150,7 +157,7 @@ class WorkerPool:
         return found
 
     def _hired(self, kinds_of_scenes: list[Case], pending: int) -> executors.Executor:
-        """Return the workers, started and their code compiled."""
+        """Return started workers with compiled code."""
         workers = self.workers or self.hire(pending)
         new = [case for case in kinds_of_scenes if self.simulator.signature(case) not in self.warmed]
         if new:
@@ -160,7 +167,7 @@ class WorkerPool:
         return workers
 
     def hire(self, cases: int) -> executors.Executor:
-        """Return the workers, started, for at most so many cases at a time."""
+        """Return started workers for at most `cases` cases at a time."""
         jobs = min(self.options.jobs or executors.cores(), cases)
         self.workers = executors.EXECUTORS[self.options.executor](jobs, self.options.scheduler, self.simulator.load)
         return self.workers
@@ -170,14 +177,14 @@ def _submitted(workers: executors.Executor, *what: Any) -> Future:
     """Return the future of `find_peak` in a worker."""
     try:
         return workers.submit(find_peak, *what)
-    except RuntimeError as error:  # the pool broke
+    except RuntimeError as error:  # the pool is broken
         future: Future = Future()
         future.set_exception(error)
         return future
 
 
 def _awaited(future: Future) -> Any:
-    """Return what a worker gives; Stopped after a signal."""
+    """Return the result of a worker; raise Stopped after a signal."""
     while not wait([future], TICK).done:
         if signals.requested():
             raise signals.Stopped(
@@ -188,14 +195,14 @@ def _awaited(future: Future) -> Any:
 
 
 def case_ids(grid: grids.Grid) -> np.ndarray:
-    """Return the identities of all cases as numbers, uint64, by index."""
+    """Return the identities of all cases, uint64, by index."""
     return np.fromiter(grid.identities(), "u8", len(grid))
 
 
 def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, *, retry_failed: bool) -> np.ndarray:
-    """Return the indices of the `wanted` cases (ascending) that are to run, each identity once.
+    """Return the indices of the `wanted` cases (ascending) to run, each identity once.
 
-    rows : what there is, ascending by id.
+    rows : stored rows, ascending by id.
     """
     if retry_failed:
         rows = rows[~rows["failed"]]
@@ -208,7 +215,7 @@ def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, *, retry_fail
 
 
 def within(values: np.ndarray, those: np.ndarray) -> np.ndarray:
-    """Return which of the values are among `those`, ascending; a fifth of np.isin's memory."""
+    """Return which values are in `those`, ascending; needs a fifth of the memory of np.isin."""
     if not len(those):
         return np.zeros(len(values), bool)
     places = np.searchsorted(those, values)
@@ -218,7 +225,7 @@ def within(values: np.ndarray, those: np.ndarray) -> np.ndarray:
 
 
 def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
-    """Return one pending case for each kind of scene; only names of laws can change the kind."""
+    """Return a pending case for each kind of scene; only law names can change the kind."""
     if not any(isinstance(values[0], str) for values in grid.axes.values()):
         return [grid.case(int(pending[0]))]
     begin, end = int(pending.min()), int(pending.max()) + 1
@@ -233,16 +240,16 @@ def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[C
 
 
 def go_together(simulator: Simulator, pending: int, listed: int) -> bool:
-    """Return whether so many cases, of so many kinds of scenes, are worth solving several at a time."""
+    """Return whether there are enough cases per kind of scene to solve several at a time."""
     return simulator.solve_each is not None and pending >= MANY * listed
 
 
 def warm(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> None:
-    """Compile all that cases of these kinds need, so that every worker finds it in the cache: each part in one of them.
+    """Compile the code of these cases, each part in one worker, so that all workers find it in the cache.
 
-    directory : of the run, in whose folder for passing files they keep their progress.
+    directory : of the run; its folder for temporary files contains the progress.
 
-    What fails there fails again as a case, where it is recorded.
+    Errors come up again in a case, where they are recorded.
     """
     parts = [(simulator.compile_loop, cases[0]), *((simulator.compile_for, case) for case in cases)]
     kept = [store.Working(directory, secrets.token_hex(8)) for _ in parts]

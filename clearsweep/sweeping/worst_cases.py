@@ -1,4 +1,4 @@
-"""The worst cases of a run by the question that its grid asks, as its closing table lists them."""
+"""The worst cases of a run for the leading question of its grid, for the closing table."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -12,22 +12,24 @@ WORST_CASES = 5
 
 
 class WorstCases:
-    """Keeps the worst of finished cases, block by block."""
+    """Keeps the worst finished cases, updated block by block."""
 
     def __init__(self, lead: Lead, joints: list[str], limits: tuple[Limit, ...]):
-        """Take what ranks cases, the joints whose force peaks every entry contains, and the limits of the grid."""
+        """Prepare with the ranking, the joints whose force peaks each entry contains, and the limits of the grid."""
         self.lead, self.joints, self.limits = lead, joints, limits
         self.columns = [*dict.fromkeys((*lead.columns, *(f"{joint}_force_peak" for joint in joints)))]
         self.entries: list[dict[str, Any]] = []  # the worst first
 
     def add(self, block: Mapping[str, np.ndarray], known: Callable[[int], dict[str, Any]]) -> None:
-        """Add finished cases; known : place in the block -> which case that is."""
+        """Add finished cases; known : index in the block -> description of the case."""
         if not self.lead.candidates:
             return
         values, which = self.lead.worst(block)
         badness = self.lead.ranking(values)
-        order = np.lexsort((block["case_id"], badness))[-WORST_CASES:]
-        entries = [known(place) | self._figures(block, place, int(which[place])) for place in order.tolist()]
+        least = np.partition(badness, -WORST_CASES)[-WORST_CASES] if len(badness) > WORST_CASES else -np.inf
+        worst = np.flatnonzero(badness >= least)
+        worst = worst[np.lexsort((block["case_id"][worst], badness[worst]))[-WORST_CASES:]]
+        entries = [known(place) | self._figures(block, place, int(which[place])) for place in worst.tolist()]
         self.entries = sorted([*self.entries, *entries], key=self._badness, reverse=True)[:WORST_CASES]
 
     def _badness(self, entry: dict[str, Any]) -> tuple[float, str]:
@@ -35,7 +37,7 @@ class WorstCases:
         return float(self.lead.ranking(np.array(np.nan if first is None else first))), entry["case_id"]
 
     def _figures(self, block: Mapping[str, np.ndarray], place: int, which: int) -> dict[str, Any]:
-        """Return the figures by which a case is listed, and the largest force peak with its joint, None for null."""
+        """Return the figures that rank a case, and the largest force peak with its joint; None for null."""
         candidate = self.lead.candidates[which]
         peaks = [(float(np.nan_to_num(float(block[f"{joint}_force_peak"][place]))), joint) for joint in self.joints]
         peak, joint = max(peaks)

@@ -26,7 +26,7 @@ KINDS = {"on": ONSET, "off": SEPARATION}
 
 
 class Verdict(NamedTuple):
-    """How far from the truth a solution is; None where that cannot be said."""
+    """How far from the truth a solution is, or None if that cannot be said."""
 
     first_half: float | None  # largest error of a sample in the first half of the run, over its scale
     whole: float  # the same over the whole run; impact pair: largest error of a restitution

@@ -85,7 +85,7 @@ def measure(rounds: int, note) -> dict:
 
 
 def least_time(entry: dict, method: str, error: float) -> float | None:
-    """Return the least time (ms a revolution) in which a method errs by at most `error`; None where it never does.
+    """Return the least time (ms a revolution) in which a method errs by at most `error`, or None if it never does.
 
     The lower envelope over all its tolerances.  Motion with clearance amplifies every error: that of one tolerance is a
     sample, so a single one says little.

@@ -9,14 +9,14 @@ from .materials import MATERIALS
 from .oils import OILS
 from .pairs import PAIRS
 
-#: What `clearsweep list NAME` prints as a whole.
+#: Names of whole libraries for `clearsweep list NAME`.
 LIBRARIES: Mapping[str, Mapping[str, Entry]] = {"materials": MATERIALS, "oils": OILS, "pairs": PAIRS}
 
 __all__ = ["LIBRARIES", "MATERIALS", "OILS", "PAIRS", "Entry", "Value", "text"]
 
 
 def text(name: str) -> str | None:
-    """Return a library, or the entry called `name`, as text; None where neither is called so."""
+    """Return the library or the entry called `name` as text, or None if there is neither."""
     if name in LIBRARIES:
         return "\n\n".join(listed(entry) for entry in LIBRARIES[name].values())
     entries = [library[name] for library in LIBRARIES.values() if name in library]
@@ -24,12 +24,12 @@ def text(name: str) -> str | None:
 
 
 def names() -> tuple[str, ...]:
-    """Return everything that `text` knows."""
+    """Return every name that `text` accepts."""
     return (*LIBRARIES, *(name for library in LIBRARIES.values() for name in library))
 
 
 def entry(library: Mapping[str, Entry], name: str) -> Entry:
-    """Return an entry by its name, in whatever case it is written.  Raises InputError with the nearest name."""
+    """Return an entry by its name in any letter case.  Raises InputError with the nearest name."""
     folded = {" ".join(known.split()).casefold(): known for known in library}
     known = folded.get(" ".join(name.split()).casefold())
     if known is None:

@@ -20,4 +20,4 @@ class Entry(NamedTuple):
     summary: str
     values: Mapping[str, Value]  # by key
     source: str
-    checked: str  # what of it was compared with a text, and with which one
+    checked: str  # which values were compared with a published text, and which text

@@ -4,12 +4,12 @@ import textwrap
 
 from .entry import Entry, Value
 
-_WIDTH = 100  # characters of a line
-_SCALES = {"Pa": (1e9, "GPa"), "1/K": (1e-6, "1e-6/K"), "m^2/s": (1e-6, "mm^2/s")}  # SI -> as engineers write it
+_WIDTH = 100  # characters in a line
+_SCALES = {"Pa": (1e9, "GPa"), "1/K": (1e-6, "1e-6/K"), "m^2/s": (1e-6, "mm^2/s")}  # SI -> unit for display
 
 
 def listed(entry: Entry) -> str:
-    """Return an entry with its values, their ranges, its source and what was checked of it."""
+    """Return an entry as text: values with ranges, source, and which values were checked."""
     lines = [_wrapped("", f"{entry.name}: {entry.summary}")]
     wide = max(map(len, entry.values))
     lines += [f"  {key:{wide}}  {shown(value)}" for key, value in entry.values.items()]
@@ -18,7 +18,7 @@ def listed(entry: Entry) -> str:
 
 
 def shown(value: Value) -> str:
-    """Return a value and its range: '210 GPa (205 to 213)'."""
+    """Return a value with its range: '210 GPa (205 to 213)'."""
     scale, unit = _SCALES.get(value.unit, (1.0, value.unit))
     if value.unit == "Pa" and value.high < 1e9:
         scale, unit = 1e6, "MPa"

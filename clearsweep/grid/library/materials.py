@@ -1,7 +1,7 @@
 """Materials: elastic constants, density, strength, hardness and thermal expansion at room temperature.
 
-A row of materials.csv is the name, what it is, `typical low high` of each of _COLUMNS, and the letter of its source.
-Hardness is a Brinell or Vickers number times 9.80665 MPa, of plastics the ball indentation hardness of ISO 2039-1.
+A row of materials.csv has name, description, `typical low high` of each of _COLUMNS, and the letter of its source.
+Hardness is a Brinell or Vickers number times 9.80665 MPa; for plastics, ball indentation hardness (ISO 2039-1).
 The yield strength of plastics is the yield stress in tension.
 """
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from .entry import Entry, Value
 
 _CHECKED = "no: written from memory of the source; check a data sheet before you quote a value"
-_COLUMNS = (  # key, unit, factor on what is written
+_COLUMNS = (  # key, unit, factor from the file's unit to SI
     ("young", "Pa", 1e9),
     ("poisson", "1", 1.0),
     ("density", "kg/m^3", 1.0),

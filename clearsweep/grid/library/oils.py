@@ -1,14 +1,14 @@
 """Lubricating oils: ISO viscosity grades and SAE grades as viscosities at 40 and 100 degC.
 
-What a standard fixes is one viscosity and its tolerance; the other follows from a viscosity index by ASTM D2270.
+A standard fixes one viscosity and its tolerance; the other follows from a viscosity index by ASTM D2270.
 """
 
 import math
 
 from .entry import Entry, Value
 
-VG_INDEX = 95.0  # of a mineral oil refined with solvents (API group I)
-_SPREAD = (90.0, 105.0)  # of such oils
+VG_INDEX = 95.0  # viscosity index of a solvent-refined mineral oil (API group I)
+_SPREAD = (90.0, 105.0)  # range for such oils
 #: L and H (mm^2/s at 40 degC) are quadratic in the viscosity at 100 degC (mm^2/s) below the first number of a row:
 #: ASTM D2270-10, appendix X2, table X2.1.
 _ROWS = """
@@ -38,7 +38,7 @@ _VG_CHECKED = (
 )
 _DENSITY = Value("kg/m^3", 880.0, 840.0, 920.0)  # mineral oils at 15 degC
 _GRADES = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 1500)
-#: SAE grade -> viscosity at 100 degC from, to (mm^2/s; SAE J300), viscosity index typical, from, to.
+#: SAE grade -> lowest and highest viscosity at 100 degC (mm^2/s; SAE J300), viscosity index typical, low, high.
 _SAE = {
     "SAE 20": (6.9, 9.3, 100.0, 90.0, 110.0),
     "SAE 30": (9.3, 12.5, 100.0, 90.0, 110.0),
@@ -55,7 +55,7 @@ _SAE_SOURCE = f"SAE J300 (viscosity at 100 degC); {_D2270}, typical of data shee
 
 
 def warm_viscosity(hot: float, index: float) -> float:
-    """Return the kinematic viscosity (mm^2/s) at 40 degC of an oil with one at 100 degC and a viscosity index.
+    """Return the kinematic viscosity (mm^2/s) at 40 degC from that at 100 degC and the viscosity index.
 
     Procedure A (VI up to 100, equation 3) and B (above, equations 4 and 5) of ASTM D2270, solved for U.
     """
@@ -69,9 +69,9 @@ def warm_viscosity(hot: float, index: float) -> float:
 
 
 def hot_viscosity(warm: float, index: float) -> float:
-    """Return the kinematic viscosity (mm^2/s) at 100 degC of an oil with one at 40 degC and a viscosity index.
+    """Return the kinematic viscosity (mm^2/s) at 100 degC from that at 40 degC and the viscosity index.
 
-    By bisection between 2 mm^2/s, where ASTM D2270 begins, and `warm`.
+    Found by bisection between 2 mm^2/s, the lower end of ASTM D2270, and `warm`.
     """
     low, high = 2.0, warm
     for _ in range(80):
@@ -81,7 +81,7 @@ def hot_viscosity(warm: float, index: float) -> float:
 
 
 def _viscosity(typical: float, low: float, high: float) -> Value:
-    """Return a kinematic viscosity and its range, from mm^2/s."""
+    """Return a kinematic viscosity with its range, in SI, from mm^2/s."""
     return Value("m^2/s", 1e-6 * typical, 1e-6 * low, 1e-6 * high)
 
 

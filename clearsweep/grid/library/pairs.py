@@ -1,8 +1,8 @@
 """Wear pairs: specific wear rates, volume per load and sliding distance, of the softer body.
 
 A specific wear rate k (m^2/N) is K / H; K is dimensionless, H the hardness of the softer body.  It scatters: where a
-source has K alone, the range is a factor of 4 either way (after Rabinowicz 1981) or wider.  `checked` says which
-numbers were compared with a text; all others are remembered.
+source gives only K, the range is at least a factor of 4 either way (after Rabinowicz 1981).  `checked` says which
+numbers were compared with a published text; all others are quoted from memory.
 """
 
 from .entry import Entry, Value
@@ -18,7 +18,7 @@ _REPRINTED = (
     "hardness is from memory"
 )
 _REMEMBERED = "no: written from memory of the source; do not quote it as published"
-#: Name, what it is, typical, low, high (m^2/N), source.
+#: Name, description, typical, low, high (m^2/N), source.
 _ROWS = (
     ("steel/steel dry", "mild steel on mild steel", 3.8e-12, 1e-13, 1.5e-11, f"{_ARCHARD}: 7e-3, 1.82 GPa"),
     ("hardened steel/steel dry", "tool steel on tool steel", 1.6e-14, 4e-15, 6.4e-14, f"{_ARCHARD}: 1.3e-4, 8.3 GPa"),

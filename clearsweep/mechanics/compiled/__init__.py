@@ -1,1 +1,1 @@
-"""What every kernel rests on: code chosen by type, dual numbers, angles, the cache of compiled code."""
+"""Basis of all kernels: code chosen by type, dual numbers, rotations, arrays at fixed addresses."""

@@ -1,4 +1,4 @@
-"""Arrays among the parameters of a scene: compiled code reads them at an address that travels as a number."""
+"""Arrays among the parameters of a scene: compiled code reads them at an address that is passed as a number."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from .family import kernel
 
 
 class ArrayHandle(float):
-    """The address of an array, which lives as long as this; below 2^53, so exact as a float."""
+    """The address of an array, which it keeps alive; below 2^53, so exact as a float."""
 
     array: np.ndarray
 
@@ -17,7 +17,7 @@ class ArrayHandle(float):
 
 
 def array_handle(values: np.ndarray) -> ArrayHandle:
-    """Return what compiled code finds a copy of `values` by, whatever their shape, in their order in memory."""
+    """Return a handle for compiled code to a copy of `values`, of any shape, in memory order."""
     array = np.array(values, dtype=np.float64).ravel()
     number = ArrayHandle(array.ctypes.data)
     number.array = array
@@ -25,15 +25,15 @@ def array_handle(values: np.ndarray) -> ArrayHandle:
 
 
 def load_item(address, place):
-    """Return number `place` of what is kept at an address."""
+    """Return item `place` of the array at an address."""
     return float(address.array[place])
 
 
 @kernel
 def row_of(address, width, rows, now):
-    """Return where the last of `rows` rows of `width` numbers begins whose first number is at most `now`.
+    """Return the index of the last of `rows` rows of `width` numbers whose first number is at most `now`.
 
-    Their first numbers increase; below all of them it is the first row.
+    First numbers increase; below all of them the result is the first row.
     """
     low, high = 0, rows
     while high - low > 1:

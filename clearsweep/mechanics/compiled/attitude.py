@@ -1,7 +1,7 @@
-"""How a body is oriented in space: four coordinates, a quaternion of any length.
+"""Orientation of a body in space by four coordinates, a quaternion of any length.
 
 The rotation is that of the quaternion over its length, so that rounding and errors of integration cannot deform a body.
-The length has no meaning and a motion of its own, which brings it back to 1 (critically damped): where
+The length has no meaning; its own dynamics return it to 1 (critically damped): with
 
     dq/dt = q (0, omega) / 2 + sigma q,    sigma = q . dq/dt / q^2,
 
@@ -82,7 +82,7 @@ def spin_of(q):
 def accelerated(q, spin, alpha, pace):
     """Return the accelerations (1/s^2) of the quaternion of a Turning body with angular acceleration `alpha`, rad/s^2.
 
-    spin, alpha : in the frame of the body; pace : 1/s, with which the length of the quaternion comes back to 1.
+    spin, alpha : in the frame of the body; pace : 1/s, rate at which the quaternion's length returns to 1.
     """
     square = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z
     sigma = (q.w * q.dw + q.x * q.dx + q.y * q.dy + q.z * q.dz) / square

@@ -1,4 +1,4 @@
-"""The functions of `math` for kernels that are to be differentiated, for numbers with slopes or without."""
+"""The functions of `math` for kernels that are differentiated: for numbers with or without slopes."""
 
 import functools
 import math
@@ -26,4 +26,7 @@ def _either(function, rule):
 
 globals().update({name: _either(getattr(math, name), rule) for name, rule in FUNCTIONS.items()})
 direction = _either(direction_of, turned)
-dual.math, dual.direction = sys.modules[__name__], direction  # Duals of Duals: what the rules call has rules
+dual.math, dual.direction = (
+    sys.modules[__name__],
+    direction,
+)  # Duals of Duals: functions in the rules have rules themselves

@@ -1,4 +1,4 @@
-"""How a kernel chooses where its numbers may be in lanes, on which it cannot branch."""
+"""Choice between values in kernels whose numbers may be in vector lanes, where branches are impossible."""
 
 import numpy as np
 
@@ -9,20 +9,20 @@ from ..trace.primitives import ABREAST, LOOPS, for_symbols, primitive, traceable
 
 
 def where(condition, a, b):
-    """Return `a` where the condition is true, else `b`: numbers that are both there."""
+    """Return `a` where the condition is true, else `b`; both are evaluated."""
     return a if condition else b
 
 
 def turns(count):
-    """Return the numbers from 0 on, so many: of a loop that is compiled once, not written out turn by turn."""
+    """Return the numbers 0 to `count` - 1, for a loop that is compiled once instead of being unrolled."""
     return range(count)
 
 
 def abreast(count):
-    """Return the numbers from 0 on, WIDTH of them: of a loop whose turns are run at once, a lane each.
+    """Return the numbers 0 to WIDTH - 1, for a loop whose turns run simultaneously, each in a vector lane.
 
-    No turn may need what another one does; of an array a turn reads and fills the place of its number, or one as far
-    from that as in all others.
+    No turn may depend on another; in an array a turn accesses the index of its number, or one at a fixed
+    offset from it.
     """
     return range(count)
 
@@ -36,8 +36,8 @@ def total_of(row):
 def either(first, second):
     """Return a function that gives `first(*given)` where a condition is true, else `second(*given)`.
 
-    It takes (condition, given).  The two, kernels, return the same numbers or tuples of them.  One of them runs where
-    all lanes want that, else both.  `first` becomes code twice, so it should be the shorter.
+    It takes (condition, given).  Both kernels return numbers or tuples of the same form.  Only one of them runs if
+    all lanes agree, otherwise both.  `first` is compiled twice, so it should be the shorter.
     """
 
     def chosen(condition, given):
@@ -77,12 +77,12 @@ ABREAST.append(abreast)
 
 
 def bits_of(number):
-    """Return the bits of a number as a whole number."""
+    """Return the bits of a number as an integer."""
     return np.float64(number).view(np.int64)
 
 
 def number_of(bits):
-    """Return the number that has these bits."""
+    """Return the number with these bits."""
     return np.int64(bits).view(np.float64)
 
 

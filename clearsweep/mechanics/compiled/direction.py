@@ -1,6 +1,6 @@
-"""Cosine and sine of an angle together, by polynomials about the nearest axis.
+"""Cosine and sine of an angle together, by polynomials around the nearest axis.
 
-There is no table: eight angles in the lanes of a register would look up their places one after the other.
+There is no table: eight angles in vector lanes would look up their entries one after the other.
 """
 
 import math
@@ -11,8 +11,8 @@ from .family import inlined
 
 # A quarter turn in two parts, the first of so few digits that its multiples up to EXACT are exact (Cody and Waite).
 COARSE = math.ldexp(round(math.ldexp(0.5 * math.pi, 32)), -32)
-FINE = (0.5 * math.pi - COARSE) + 0.5 * math.sin(math.pi)  # the sine is by how much math.pi falls short of pi
-SHIFT = 1.5 * 2.0**52  # a number to which this is added is rounded to an integer, which its last bits then hold
+FINE = (0.5 * math.pi - COARSE) + 0.5 * math.sin(math.pi)  # the sine is the difference between pi and math.pi
+SHIFT = 1.5 * 2.0**52  # adding this rounds a number to an integer in its last bits
 EXACT = 1e6  # rad
 
 

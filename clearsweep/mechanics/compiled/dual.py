@@ -1,11 +1,11 @@
-"""Numbers that carry a derivative, so that the code of the forces and motions differentiates itself, exactly.
+"""Dual numbers: values with a derivative, for exact automatic differentiation of forces and motions.
 
 A `Dual` is a value and its slope along one direction of the state (Griewank & Walther 2008, "Evaluating Derivatives",
-2nd ed., chapter 3).  Every rule is here once: the compiler takes it for its own type of such numbers, and Python
-for the class.  A kernel that is to be differentiated calls the functions of `calculus` where it would call `math`.
+2nd ed., chapter 3).  Every rule is here once: the compiler applies it to its own type of such numbers, and Python
+to the class.  A kernel that is differentiated calls the functions of `calculus` instead of `math`.
 
-The value and the slope may be Duals themselves: what is differentiated twice has both seeded at the state, so that all
-numbers that vary nest equally deep; a number that nests less deep is constant along the outer direction.
+The value and the slope may be Duals themselves: for second derivatives both are seeded at the state, so that all
+variable numbers are nested equally deep; a less nested number is constant along the outer direction.
 """
 
 import builtins
@@ -25,14 +25,14 @@ class Dual:
         self.value, self.slope = value, slope
 
     def parts(self):
-        """Return both."""
+        """Return value and slope."""
         return self.value, self.slope
 
     pieces = parts
 
 
 class Seeded:
-    """A state whose component `direction` has slope 1, the others 0; it gives Duals by `[i]`."""
+    """A state whose component `direction` has slope 1 and the others 0; `[i]` returns Duals."""
 
     __slots__ = ("direction", "values")
 
@@ -40,7 +40,7 @@ class Seeded:
         self.values, self.direction = values, direction
 
     def pieces(self):
-        """Return what it consists of."""
+        """Return the components."""
         return self.values, self.direction
 
     def __getitem__(self, i):
@@ -58,12 +58,12 @@ def value(x):
 
 
 def plain(x):
-    """Return a number without slopes, however deep they nest."""
+    """Return a number without slopes at any depth."""
     return plain(x.value) if isinstance(x, Dual) else x
 
 
 def slope(x):
-    """Return the slope of a number, 0 where it has none."""
+    """Return the slope of a number, or 0 without one."""
     return x.slope if isinstance(x, Dual) else 0.0
 
 
@@ -73,7 +73,7 @@ def as_type_of(x, model):
 
 
 def as_dual(x):
-    """Return the number `x` with a slope, 0 where it has none."""
+    """Return the number `x` as a Dual, with slope 0 by default."""
     return Dual(value(x), slope(x))
 
 
@@ -83,7 +83,7 @@ def chained(number, rate, x):
 
 
 def rate_or_slope(x):
-    """Return the slope of a number that has one, the number itself where it has none."""
+    """Return the slope of a Dual, or the number itself without one."""
     return x.slope if isinstance(x, Dual) else x
 
 
@@ -108,7 +108,7 @@ def _divide(a, b):
 
 
 def _power(a, b):
-    """The exponent has no slope.  At 0, where the power may have no derivative, that of the powers above 1 is taken."""
+    """The exponent has no slope.  At 0, where the derivative may be undefined, that of powers above 1 is used."""
     power = value(a) ** b
     if value(a) == 0.0:
         return Dual(power, slope(a) if b == 1.0 else 0.0)
@@ -195,7 +195,7 @@ def _atan(a):
 
 
 def _copysign(a, b):
-    """The sign alone is taken of `b`: it has no slope, whether or not it is a Dual."""
+    """Only the sign of `b` is used, so a slope of `b` does not matter."""
     size = math.copysign(value(a), value(b))
     return Dual(size, slope(a) if size == value(a) else -slope(a))
 
@@ -206,7 +206,7 @@ def turned(a):
     return Dual(c, -s * a.slope), Dual(s, c * a.slope)
 
 
-RULES = {  # Python's name of the operation -> (the function, how it is done)
+RULES = {  # Python's name of the operation -> (function, rule)
     "__add__": (operator.add, _add),
     "__sub__": (operator.sub, _subtract),
     "__mul__": (operator.mul, _multiply),

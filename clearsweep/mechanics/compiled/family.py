@@ -1,9 +1,9 @@
-"""How the type of a value chooses the code, and how the integrator, compiled once, calls the code so chosen.
+"""Dispatch of compiled code by type, and calls of this code from the integrator, which is compiled once.
 
 A *family* is a function with one body per type of its first argument.  A scene is a NamedTuple of NamedTuples of
 floats: its types select the bodies and so decide what is compiled, its values are the parameters.  The integrator does
-not depend on the scene's type: it is handed the address of an *entry*, the compiled code of one scene type, and the
-address of the scene's parameters.  A further law therefore compiles its own scene alone, in half a second.
+not depend on the scene's type: it receives the address of an *entry*, the compiled code of one scene type, and the
+address of the scene's parameters.  A further law therefore only compiles its own scenes, in half a second.
 """
 
 import contextlib
@@ -22,25 +22,25 @@ from .plain import is_plain
 
 
 def kernel(function):
-    """Return `function`, marked to become a function of machine code; from Python it runs as Python."""
+    """Return `function`, marked for compilation to machine code; called from Python it runs as Python."""
     return traceable(function, ON_ITS_OWN)
 
 
 def inlined(function):
-    """Return `function` like `kernel`, but as a part of its callers: scenes and loads are costly to hand over."""
+    """Return `function` like `kernel`, but inlined into its callers: scenes and loads are expensive arguments."""
     return traceable(function)
 
 
 def family(stub):
-    """Return `stub` as a function whose code is chosen by the type of its first argument.
+    """Return `stub` as a function with code chosen by the type of its first argument.
 
-    `@stub.member(cls)` enters the code for `cls`, a NamedTuple; for None, that for all types not entered.  A field that
-    is a plain tuple may narrow it: `member(cls, field=(A, None))` is for values whose field has an `A` and anything;
-    the first one entered that fits is taken.  In compiled code the choice costs nothing and only the chosen body is
-    compiled; with NUMBA_DISABLE_JIT=1 the same bodies run as plain Python.
+    `@stub.member(cls)` registers the code for `cls`, a NamedTuple; for None, the default for other types.  A field that
+    is a plain tuple may narrow it: `member(cls, field=(A, None))` is for values whose field has an `A` and anything
+    else; the first match is used.  In compiled code the choice takes no time and only the chosen body is compiled; with
+    NUMBA_DISABLE_JIT=1 the same bodies run as plain Python.
     """
     members = {}
-    fields, bodies = {}, {}  # the fields that narrow a class; bodies by class and types in these: looked up at once
+    fields, bodies = {}, {}  # fields that narrow a class; cache of bodies by class and types in these fields
 
     @functools.wraps(stub)
     def dispatch(first, *rest):
@@ -82,7 +82,7 @@ def _body_of(members, value):
 
 
 def _body_for(members, cls):
-    """Return the body for a class that no field narrows, as a function of Python."""
+    """Return the body for a class without narrowing fields, as a Python function."""
     ((_, body),) = members.get(cls, members.get(None))
     return body
 
@@ -95,8 +95,8 @@ def map_joints(function, following):
     """Return a function that calls `function` for every joint of a tuple, or for every part of a joint.
 
     It takes (items, partners, place, shared), two tuples in step and two values of any kind, and returns the tuple of
-    `function(item, partner, place, shared)`.  `place` is the one given for the first item, and `following(place, item)`
-    after each.  The items may differ in type, so that each gets code of its own; both functions are kernels.
+    `function(item, partner, place, shared)`.  `place` is as given for the first item, and `following(place, item)`
+    after each.  Items may differ in type, so each has its own code; both functions are kernels.
     """
 
     def mapped(items, partners, place, shared):
@@ -111,7 +111,7 @@ def map_joints(function, following):
 
 
 class Entry(NamedTuple):
-    """Where the compiled code of a scene type and the parameters of a scene are; 0 where there is none."""
+    """Addresses of the compiled code of a scene type and of a scene's parameters; 0 for none."""
 
     code: int
     parameters: int
@@ -121,17 +121,17 @@ NO_ENTRY = Entry(0, 0)
 
 
 def flatten(value):
-    """Return the numbers of nested tuples of floats as a (numbers,) float64 array, in the order compiled code reads."""
+    """Return the numbers of nested tuples of floats as a (numbers,) float64 array, in the order of compiled code."""
     return np.array(numbers_of(value), dtype=np.float64)
 
 
 def numbers_of(value):
-    """Return the same as a list, which is not to be changed."""
+    """Return the numbers as a list, which must not be changed."""
     return _read(value)[2]
 
 
 def put_numbers(scene, numbers, parameters):
-    """Let the entries that were made with the array `parameters` be those of another scene of the same type.
+    """Make entries created with the array `parameters` use another scene of the same type.
 
     numbers : those of the scene, see `numbers_of`.
     """
@@ -140,17 +140,17 @@ def put_numbers(scene, numbers, parameters):
         _SCENES[id(parameters)] = scene
 
 
-_PLAIN = {}  # what is behind an Entry where nothing is compiled: code -> (function, id of the parameters)
+_PLAIN = {}  # targets of Entries without compilation: code -> (function, id of the parameters)
 _SCENES = {}  # and the scene of these parameters
 
 
-_COMPILED = {}  # (function, number of the form of the scene, width) -> its machine code, None where there is none
+_COMPILED = {}  # (function, form number of the scene, width) -> machine code or None
 _EMPTY = contextvars.ContextVar("_EMPTY", default=False)
 
 
 @contextlib.contextmanager
 def empty_entries() -> Iterator[None]:
-    """Within, entries lead nowhere and nothing is compiled for them: for values that are looked at for their types."""
+    """In this context entries are empty and nothing is compiled: for values needed only for their types."""
     token = _EMPTY.set(True)
     try:
         yield
@@ -158,18 +158,18 @@ def empty_entries() -> Iterator[None]:
         _EMPTY.reset(token)
 
 
-_LATEST = [(None, 0, [])]  # the scene that was asked about last, its number and its numbers: it is asked about often
+_LATEST = [(None, 0, [])]  # the last scene with its form number and numbers, since queries repeat
 _NUMBERED: dict[tuple, int] = {}  # kinds of scenes
-_NUMBERS = itertools.count()  # no number twice, whichever threads ask at a time
+_NUMBERS = itertools.count()  # makes numbers unique between threads
 
 
 def form_number(scene):
-    """Return a number that scenes have together whose `kinds` are the same; it is looked up faster than these."""
+    """Return a number shared by scenes with the same `kinds`; faster to look up than these."""
     return _read(scene)[1]
 
 
 def _read(scene):
-    """Return a scene, the number of its kinds, and its numbers."""
+    """Return a scene, its form number, and its numbers."""
     latest = _LATEST[0]
     if latest[0] is not scene:
         numbers: list[float] = []
@@ -184,7 +184,7 @@ def kinds(value):
 
 
 def _walk(value, numbers):
-    """Return the same, and add the numbers in them to a list, in their order."""
+    """Return the types in nested tuples, and append the numbers in them to a list."""
     form = (type(value), *map(type, value))
     if form not in _TUPLES:
         _TUPLES[form] = tuple(place for place, part in enumerate(value) if isinstance(part, tuple))
@@ -201,14 +201,14 @@ def _walk(value, numbers):
     return tuple(inside)
 
 
-_TUPLES: dict[tuple, tuple[int, ...]] = {}  # types of a tuple and of what is in it -> where tuples are in it
+_TUPLES: dict[tuple, tuple[int, ...]] = {}  # types of a tuple and its items -> positions of nested tuples
 
 
 def entry(function, scene, arrays, parameters):
     """Return the Entry through which `invoke` calls `function(scene pointer, *arrays, integer)`.
 
     arrays : kinds of the items of the arrays, 'f' for float64, 'i' for int64; parameters : the array that
-    `flatten(scene)` gave, which the caller keeps as long as the Entry is in use.
+    `flatten(scene)` returned, which the caller keeps while the Entry is in use.
     """
     if _EMPTY.get():
         return NO_ENTRY
@@ -238,12 +238,12 @@ def _emit_call(code, parameters, arrays, integer):
 
 
 def pointer_to(value):
-    """Return what gives `value` by `[0]`: a pointer in compiled code, good until the calling function returns."""
+    """Return an object whose `[0]` is `value`: in compiled code a pointer, valid until the caller returns."""
     return (value,)
 
 
 def shaped(array, shape):
-    """Return what an entry was passed as an array of `shape`: compiled code gets bare pointers."""
+    """Return an argument of an entry as an array of `shape`: compiled code receives bare pointers."""
     return array
 
 

@@ -1,12 +1,12 @@
-"""A state on its way: each component with its rate of time as slope, so that what follows from it has its rate too."""
+"""A state with time derivatives as slopes, so that derived quantities also have their rates."""
 
 from .dual import Dual
 
 
 class Moving:
-    """A state of coordinates, their rates and time that moves with `accelerations`; it gives Duals by `[i]`.
+    """A state of coordinates, their rates and time that moves with `accelerations`; `[i]` returns Duals.
 
-    values : (2 n + 1 or more,) numbers, Duals where the rate is differentiated too; accelerations : tuple of n numbers.
+    values : (2 n + 1 or more,) numbers, or Duals for second derivatives; accelerations : tuple of n numbers.
     """
 
     __slots__ = ("accelerations", "values")
@@ -15,7 +15,7 @@ class Moving:
         self.values, self.accelerations = values, accelerations
 
     def pieces(self):
-        """Return what it consists of."""
+        """Return the components."""
         return self.values, self.accelerations
 
     def __getitem__(self, i):

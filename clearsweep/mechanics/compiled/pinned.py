@@ -1,7 +1,7 @@
-"""A value that compiled code finds at an address, so that it can deal with several of one form in turn.
+"""A value at a fixed address, so that compiled code can process several values of the same form in turn.
 
-In memory it is a row of words of eight bytes: a number or a whole number is one, an array the address of its first item
-and its shape, a tuple what is in it.
+In memory it is a sequence of eight-byte words: a number or integer is one word, an array the address of its first item
+and its shape, a tuple the words of its items.
 """
 
 import struct
@@ -14,13 +14,13 @@ from ..trace.memory import Bare, viewed, word_at
 from ..trace.primitives import primitive
 from .plain import is_plain
 
-_PLAIN: dict[int, Any] = {}  # what is found at an address where nothing is compiled
+_PLAIN: dict[int, Any] = {}  # address -> value, if nothing is compiled
 _DOUBLE = struct.Struct("<d")
 _WHOLE = struct.Struct("<q")
 
 
 class Pinned:
-    """A value and its address; it lives as long as this, and so does all that it refers to."""
+    """A value and its address; this object keeps the value and everything it refers to alive."""
 
     __slots__ = ("address", "numbers", "value")
 
@@ -33,7 +33,7 @@ class Pinned:
             _PLAIN[self.address] = value
 
     def put(self, **numbers: float) -> None:
-        """Put other numbers (float) into fields of the value; its address and all else stay."""
+        """Replace numbers (float) in fields of the value; its address does not change."""
         places, fields = form_of(self.value).places, list(self.value)
         for name, number in numbers.items():
             fields[type(self.value)._fields.index(name)] = self.numbers[places[name]] = number
@@ -57,7 +57,7 @@ def _words(value: Any, words: list[int]) -> None:
 
 
 class TypeKey:
-    """What a NamedTuple looks like in memory."""
+    """Memory layout of a NamedTuple."""
 
     def __init__(self, value: Any):
         self.type, self.parts, self.places, place = type(value), {}, {}, 0
@@ -79,39 +79,43 @@ class TypeKey:
 
 
 def _array(name: str, array: np.ndarray) -> tuple[str, int, int]:
-    """Return the kind of the items of an array, its dimensions, and how many numbers its items lie apart."""
+    """Return the kind of an array's items, its number of dimensions, and the strides in numbers."""
     assert array.dtype in (np.float64, np.int64), name
-    return array.dtype.kind, array.ndim, max(array.strides[-1] // 8, 1)  # where it is empty, numpy says anything
+    return (
+        array.dtype.kind,
+        array.ndim,
+        max(array.strides[-1] // 8, 1),
+    )  # for empty arrays numpy's strides are arbitrary
 
 
-_FORMS: dict[type, TypeKey] = {}  # every Kept of a type is of one form
+_FORMS: dict[type, TypeKey] = {}  # all Pinned values of a type have one layout
 
 
 def form_of(value: Any) -> TypeKey:
-    """Return the Form of values of this type."""
+    """Return the TypeKey of values of this type."""
     if type(value) not in _FORMS:
         _FORMS[type(value)] = TypeKey(value)
     return _FORMS[type(value)]
 
 
 def pinned_at(model: Pinned, address: int) -> tuple[Any]:
-    """Return what gives, by `[0]`, the value at an address, which is of the form of the Kept `model`."""
+    """Return an object whose `[0]` is the value at an address, with the layout of the Pinned `model`."""
     return (_PLAIN[address],)
 
 
 class Found:
-    """A value at an address that is known when the program runs; what is in it is loaded where it is asked for."""
+    """A value at an address known only at run time; its fields are loaded on access."""
 
     def __init__(self, form: TypeKey, address: symbols.Whole, place: int = 0):
         self._form, self._address, self._place = form, address, place
 
     @property
     def known(self) -> tuple[int, int]:
-        """Return what is known of it while tracing."""
+        """Return the parts known while tracing."""
         return id(self._form), self._place
 
     def pieces(self) -> tuple[Any, ...]:
-        """Return what is not known."""
+        """Return the parts unknown while tracing."""
         return (self._address,)
 
     def remade(self, parts: list[Any]) -> "Found":
@@ -135,7 +139,7 @@ class Found:
         return (getattr(self, name) for name in self._form.parts)
 
     def made(self) -> Any:
-        """Return it as the NamedTuple that it is."""
+        """Return the value as a NamedTuple."""
         return self._form.type(*self)
 
 

@@ -1,4 +1,4 @@
-"""Whether kernels run as plain Python, which is slow but can be looked into: where NUMBA_DISABLE_JIT is set, not 0."""
+"""Whether kernels run as plain Python, slow but debuggable: if NUMBA_DISABLE_JIT is set and not 0."""
 
 import os
 
@@ -11,6 +11,6 @@ def is_plain() -> bool:
 
 
 def run_plain(wanted: bool) -> bool:
-    """Let nothing be compiled from here on, or let it; return what was so far."""
+    """Switch compilation off or on from now on; return the previous setting."""
     before, _PLAIN[0] = _PLAIN[0], wanted
     return before

@@ -200,7 +200,7 @@ _put_all_roots = map_joints(_put_roots, after_joint)
 def rates(scene, y, mode, latched, k, o, row, accurate=True):
     """Put the rates of `y` with respect to tau into row `row` of `k` and the observables into that of `o`.
 
-    y : (n,) state; k : (n, 16) and o : (columns, 16), None where these are not wanted, a row being the last index;
+    y : (n,) state; k : (n, 16) and o : (columns, 16), or None if these are not wanted, a row being the last index;
     mode : (contacts,) what each contact does; latched : see JointState; accurate : whether the state is one of the
     motion, none that an iteration passes.
     """

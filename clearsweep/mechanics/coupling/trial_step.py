@@ -4,14 +4,14 @@ A sweep has the stages in the lanes of a register.  Where a machine has narrower
 parts: the bits are the same.
 """
 
-from ..compiled.choosing import abreast, total_of, turns
+from ..compiled.choosing import abreast, total_of
 from ..compiled.family import Entry, entry, inlined, shaped
 from ..joint.contract import JointState, touches
 from ..mechanism.contract import gaps, place
 from ..observe.stages import END, OTHERS, PLACES, STAGES
 from ..solver.accumulate.step_sums import CHANGE, LENGTH, step_width
 from ..solver.collocation import A
-from .rates import observed_width, put_error, put_root_rates, rates, size_of, some_worn, turned_gaps
+from .rates import observed_width, put_error, put_root_rates, rates, size_of, turned_gaps
 from .time_scale import time_scale
 
 
@@ -23,11 +23,6 @@ def rates_entry(scene, y, mode, latched, k, o, row):
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latching,))
     rates(here, y, mode, latched, shaped(k, (n, PLACES)), o, row, row < OTHERS)
     put_error(here, place(here.mechanism, y), o, row)
-
-
-def in_turn_or_at_once(joints):
-    """Return what counts the stages: on worn surfaces, where each looks up places of its own, one after the other."""
-    return turns if some_worn(map(type, joints)) else abreast
 
 
 @inlined
@@ -56,8 +51,7 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     k, nodes = shaped(k, (n, PLACES)), shaped(nodes, (n + 1, STAGES))
     given = y, weight, k, nodes, step[LENGTH]
     time = 2 * many
-    each = in_turn_or_at_once(here.joints)
-    for i in each(STAGES):
+    for i in abreast(STAGES):
         rates(here, nodes[:, i], mode, latched, k, None, i, False)
         nodes[n, i] = 0.0
     _move(here, many, time, given)
@@ -66,7 +60,7 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     for c in range(contacts):
         touching = touching | touches(mode[c])
     if touching:
-        for i in each(STAGES):
+        for i in abreast(STAGES):
             state = nodes[:, i]
             relative = turned_gaps(here, state, gaps(here.mechanism, place(here.mechanism, state)))
             put_root_rates(
@@ -89,8 +83,7 @@ def observe_entry(scene, nodes, mode, latched, o, _):
     contacts, n, latching = size_of(here)
     nodes, mode, latched = shaped(nodes, (n + 1, STAGES)), shaped(mode, (contacts,)), shaped(latched, (latching,))
     o = shaped(o, (observed_width(here), PLACES))
-    each = in_turn_or_at_once(here.joints)
-    for i in each(STAGES):
+    for i in abreast(STAGES):
         rates(here, nodes[:, i], mode, latched, None, o, i)
     put_error(here, place(here.mechanism, nodes[:, END]), o, END)
 

@@ -13,7 +13,7 @@ from ..observe.histogram import COURSES, MOMENTS, PARTS
 
 @kernel
 def _look(scene, between, step):
-    """Note where all joints touch their bodies at the moments of a step."""
+    """Record the contact positions of all joints on their bodies at the moments of a step."""
     for i in abreast(MOMENTS):
         y = between[:, i]
         pose = place(scene.mechanism, y)

@@ -1,40 +1,39 @@
-"""What the integration asks of a joint and of its laws; it knows no joint and no law by name.
+"""The interface between integration and joints or laws; the integration knows no joint and no law by name.
 
-A joint has *contacts*, places where its two surfaces can touch: a revolute joint has one, a spatial one several.  All
-that the loop and the figures deal with is per contact, numbered through all joints: a mode, the rate at which the
+A joint has *contacts*, places where its two surfaces can touch: a revolute joint has one, a spatial joint several.  All
+quantities of the loop and the figures are per contact, numbered through all joints: a mode, the rate at which the
 present contact began, a root of penetration in the state vector, and the observables.
 
-A joint is made of *parts*, its laws, each acting at one contact.  A part may have an internal state and guards,
-functions of the motion that grow through zero where something changes: the loop locates that moment on the dense
-output, changes the mode as the guard says and lets the part latch new values of its internal state.  An internal state
-that has rates is integrated, in the state vector behind the roots of penetration; one without changes at events alone
-and is constant, out of the integration, behind the onset rates of the contacts.
+A joint has *parts*, its laws, each acting at one contact.  A part may have an internal state and guards, functions of
+the motion that cross zero upwards where something changes: the loop locates that time on the dense output, changes the
+mode as the guard requires and lets the part latch new internal values.  Internal state with rates is integrated, after
+the roots of penetration; state without rates changes only at events and is stored after the contacts' onset rates.
 
-A new kind of joint is one file, and its choice in `registry.joint_term`: a NamedTuple with the fields `clearance` and
+A new kind of joint is one file and a choice in `registry.joint_term`: a NamedTuple with the fields `clearance` and
 `side`, and members of the families
 
-    contact_modes(joint)                   in which modes its contacts are apart and pressed: how many there are
-    parts(joint)                           its laws, one at least, in the order of their internal states and guards
-    load(joint, gap, place, present)       what it does to the bodies and what is seen of its contacts
+    contact_modes(joint)                   modes of its contacts when apart and pressed, one entry per contact
+    parts(joint)                           its laws, at least one, in the order of their internal states and guards
+    load(joint, gap, place, present)       its forces on the bodies and the observables of its contacts
 
-and a new law is one file: a NamedTuple with members of the families of its force, and of these where it needs them:
+A new law is one file: a NamedTuple with members of the families of its force and, if necessary, of these:
 
-    internal_state(law)                    error scale of each of its numbers, and whether a separation ends it
-    internal_rates(law, contact)           their rates
-    guards(law), guard_values(...)         what may happen in which mode, and where
-    latched(law, event, contact, root)     what it keeps of an event
+    internal_state(law)                    error scale of each number, and whether a separation resets it
+    internal_rates(law, contact)           rates of these numbers
+    guards(law), guard_values(...)         its possible events by mode, and the functions that locate them
+    latched(law, event, contact, root)     its internal state after an event
 
-The last fields of a law that have a default are its internal state, the default being where it begins.  A member of
-`internal_state` and `internal_rates` has it integrated; one of `latched` alone has it changed there and nowhere else.
+The last fields of a law, with defaults, are its internal state; the defaults are the initial values.  A member of
+`internal_state` and `internal_rates` integrates it; a member of `latched` only changes it at events.
 
-The clock, 1/kappa, and what is summed, counted and maximised (`observe.totals`) follow from modes and Contacts alone: a
-contact that touches has its share in the one, a contact that acts in the other.
+The clock, 1/kappa, and all sums, counts and maxima (`observe.totals`) follow only from modes and Contacts: a
+contact that touches contributes to the clock, a contact that acts to the sums.
 
-A lubricated film is a joint whose contact is apart, and pressed, in the mode ACTS: it exerts a force from the start to
-the end, is never searched for an onset, has no root to be integrated and no share in the clock.  Where a film gives way
-to dry contact the mode apart is ACTS | MEETS, the mode pressed that of the dry joint.  A spatial joint returns several
-modes and as many Contacts in its Load, each of which begins and ends by itself; its laws are in `parts` once for each
-contact.  `test_joint_contract` has one of either, in a few lines.
+A lubricated film is a joint whose contact has the mode ACTS, apart or pressed: it exerts a force from start to end, is
+never searched for an onset, integrates no root and does not contribute to the clock.  With a transition to dry contact
+the mode apart is ACTS | MEETS and the mode pressed that of the dry joint.  A spatial joint returns several modes and as
+many Contacts in its Load, each of which begins and ends independently; `parts` has its laws once for each contact.
+`test_joint_contract` has short examples of both.
 """
 
 import math
@@ -44,53 +43,55 @@ import numpy as np
 
 from ..compiled.family import family, form_number, kernel
 
-# A mode is a number below 63 whose bits say what the loop has to know; from LAWS_OWN on they distinguish a kind's own.
-# ACTS: there is a force.  MEETS: surfaces are apart, an onset is looked for.  TOUCHES: they touch, a separation is.
+# A mode is a number below 63 whose bits inform the loop; bits from LAWS_OWN on distinguish the modes of a law.
+# ACTS: there is a force.  MEETS: apart, search for an onset.  TOUCHES: touching, search for a separation.
 ACTS, MEETS, TOUCHES, LAWS_OWN = 1, 2, 4, 8
 FREE = MEETS  # apart and without force
 PRESSED = ACTS | TOUCHES
-# Modes of laws, listed here so that no number is given twice.
-CLIPPED = PRESSED + LAWS_OWN  # penetrating, but the law of the normal force would pull
+# Modes of laws, listed here so that numbers stay unique.
+CLIPPED = PRESSED + LAWS_OWN  # penetrating, but the normal force is clipped because it would pull
 STUCK = PRESSED + 2 * LAWS_OWN  # pressed, and the surfaces stick
-TOUCHING = tuple(mode for mode in range(63) if mode & TOUCHES)  # every mode of surfaces that touch
-ENTERED, LEFT = -1, -2  # events of a contact as `latched` gets them; others are the law's own guards, from 0 on
+TOUCHING = tuple(mode for mode in range(63) if mode & TOUCHES)  # all modes of touching surfaces
+ENTERED, LEFT = -1, -2  # events of a contact for `latched`; numbers from 0 on are the law's own guards
 SAME = -1  # of Guard.leads_to: the mode stays
-ONSET_FLOOR = 1e-3  # m/s: laws divide by the onset rate; between 1e-6 and 1e-3 the choice changes nothing
-NEVER = -math.inf  # value of a guard that cannot be passed as things are
+ONSET_FLOOR = 1e-3  # m/s, lower bound: laws divide by the onset rate; values from 1e-6 to 1e-3 give the same results
+NEVER = -math.inf  # value of an inactive guard
 
 
 class Offsets(NamedTuple):
-    """Where the numbers of a joint, or of one of its parts, are."""
+    """Indices of the first numbers of a joint or of one of its parts."""
 
     contact: int  # its first contact
     internal: int  # its first number of internal state in the state vector
-    latched: int  # its first number of those that are latched
+    latched: int  # its first latched number
     guard: int  # its first guard
 
 
 class JointState(NamedTuple):
-    """What the load of a joint depends on besides the motion of its bodies."""
+    """State on which a joint's load depends besides the motion of its bodies."""
 
     y: np.ndarray  # (n,) the state vector
     mode: np.ndarray  # (contacts,) int64
-    latched: np.ndarray  # (contacts + l,) what changes at events alone: closing rate (m/s) of each onset; of laws
-    roots: int  # where in `y` the roots of penetration begin
+    latched: (
+        np.ndarray
+    )  # (contacts + l,) numbers that change only at events: closing rate (m/s) of each onset, then those of laws
+    roots: int  # index of the first root of penetration in `y`
 
 
 class Contact(NamedTuple):
-    """What is seen of a contact."""
+    """Observables of a contact."""
 
-    normal: float  # N, at least what its law allows: 0 but where the law pulls
+    normal: float  # N, not below the least force of its law: 0 unless the law pulls
     tangential: float  # N, on the journal
     slip: float  # m/s, sliding speed of the journal surface on the bearing; in free flight the relative speed
     rate: float  # m/s, rate of the eccentricity
-    depth: float  # m, eccentricity less clearance; negative where there is a gap
+    depth: float  # m, eccentricity minus clearance; negative for a gap
     elastic: float  # N, the elastic part of the normal force
-    raw: float  # N, the normal force before it is clipped, above the least that its law allows
+    raw: float  # N, normal force before clipping, minus the least force of its law
 
 
 class Load(NamedTuple):
-    """What a joint does to the bodies, and its contacts."""
+    """Forces of a joint on its bodies, and its contacts."""
 
     fx: float  # N, on the distal body
     fy: float  # N
@@ -100,38 +101,38 @@ class Load(NamedTuple):
 
 
 class Part(NamedTuple):
-    """A law of a joint and the contact, counted in the joint, at which it acts."""
+    """A law of a joint and the index of its contact within the joint."""
 
     law: tuple
     contact: int
 
 
 class ContactModes(NamedTuple):
-    """The mode to which the separation of a contact leads, and that to which its onset leads."""
+    """The modes of a contact after a separation and after an onset."""
 
     apart: int
     pressed: int
 
 
 class InternalState(NamedTuple):
-    """What is to be known of one number of a law's internal state; its rate is of the same unit per second."""
+    """Properties of a number of a law's internal state; its rate has the same unit per second."""
 
-    scale: float  # size by which its error is measured
-    kept: bool  # over separations; else it goes back to where it began, and has no rate out of contact
+    scale: float  # scale of its error
+    kept: bool  # kept over separations; otherwise reset to its initial value, without a rate out of contact
 
 
 class Guard(NamedTuple):
-    """When a function of the motion that grows through zero changes something."""
+    """An event at which a function of the motion crosses zero upwards."""
 
-    modes: tuple  # in which it is looked at
-    leads_to: int = SAME  # the mode behind it
-    at_stages: bool = False  # looked for at the stages of a step too, not only at its end
-    at_start: bool = False  # passed, too, where it is above zero when a motion begins anew
-    of_state: bool = False  # a function of root and internal state alone, so that no forces are evaluated to locate it
-    counted: bool = False  # in the figure `force_clips`
-    observable: int = -1  # of the contact, see `observables`, that is its value, so that nothing is evaluated; -1: none
-    sign: float = 1.0  # by which that is multiplied
-    ends_run: bool = False  # as the journal has left its bearing
+    modes: tuple  # mode in which it is active
+    leads_to: int = SAME  # mode after the event
+    at_stages: bool = False  # also checked at the stages of a step, not only at its end
+    at_start: bool = False  # also triggered if it is above zero when a motion restarts
+    of_state: bool = False  # depends only on root and internal state, so locating it needs no forces
+    counted: bool = False  # counted in the figure `force_clips`
+    observable: int = -1  # index of the observable that is its value, which saves an evaluation; -1: none
+    sign: float = 1.0  # factor on that observable
+    ends_run: bool = False  # ends the run: the journal has left its bearing
 
 
 # ---------------------------------------------------------------------------------------------- of a joint
@@ -139,7 +140,7 @@ class Guard(NamedTuple):
 
 @family
 def contact_modes(joint):
-    """Return one ContactModes per contact of the joint, by its type alone."""
+    """Return a ContactModes for each contact of the joint; depends only on its type."""
 
 
 @family
@@ -149,16 +150,16 @@ def parts(joint):
 
 @family
 def load(joint, gap, place, present):
-    """Return the Load of the joint whose bodies are and move as `gap` says, at its Offsets in the JointState."""
+    """Return the Load of a joint for the relative motion `gap`, at its Offsets `place` in the JointState `present`."""
 
 
 @family
 def extra_columns(joint):
-    """Return how many observables and time histories a joint has besides those of every joint, by its type alone."""
+    """Return the numbers of extra observables and extra time histories of a joint; depends only on its type."""
 
 
 @extra_columns.member(None)
-def _no_more(joint):
+def _default_extra_columns(joint):
     return 0, 0
 
 
@@ -167,74 +168,74 @@ def _no_more(joint):
 
 @family
 def power_lost(contact):
-    """Return the power (W) that a contact takes besides what it stores and besides -tangential times slip."""
+    """Return the power (W) dissipated at a contact, without friction, -tangential x slip, and without stored power."""
 
 
 @power_lost.member(None)
-def _of_its_normal_force(contact):
+def _default_power_lost(contact):
     return (contact.normal - contact.elastic) * contact.rate
 
 
 @family
 def power_stored(contact):
-    """Return the power (W) that goes into the elastic deformation at a contact."""
+    """Return the power (W) stored in the elastic deformation at a contact."""
 
 
 @power_stored.member(None)
-def _over_its_depth(contact):
+def _default_power_stored(contact):
     return contact.elastic * contact.rate
 
 
 @family
 def extra_observables(contact, accurate):
-    """Return what is seen of a contact besides a Contact's fields, observables of its own; () where there is nothing.
+    """Return the extra observables of a contact, () by default.
 
-    accurate : the state is one of the motion, none that an iteration passes.
+    accurate : whether the state is converged, not an iterate.
     """
 
 
 @extra_observables.member(None)
-def _nothing_beside(contact, accurate):
+def _default_extra_observables(contact, accurate):
     return ()
 
 
 @family
 def extra_channels(contact):
-    """Return the values of the time histories that a contact has besides those of every joint."""
+    """Return the values of a contact's extra time histories."""
 
 
 @extra_channels.member(None)
-def _no_more_channels(contact):
+def _default_extra_channels(contact):
     return ()
 
 
 @family
 def histories(joint):
-    """Return how many time histories a joint has, by its type alone."""
+    """Return the number of time histories of a joint; depends only on its type."""
 
 
 @family
 def gap_histories(joint, gap, side):
-    """Return the values of the first of them, which follow from its gap; side : as in Work."""
+    """Return the values of the first time histories, which follow from the gap; side : as in Work."""
 
 
 @family
 def load_histories(joint, load):
-    """Return the values of the others, which follow from its load."""
+    """Return the values of the other time histories, which follow from the load."""
 
 
 @histories.member(None)
-def _six(joint):
+def _default_histories(joint):
     return 6
 
 
 @gap_histories.member(None)
-def _journal_in_plane(joint, gap, side):
+def _default_gap_histories(joint, gap, side):
     return side * gap.x, side * gap.y, side * gap.vx, side * gap.vy
 
 
 @load_histories.member(None)
-def _of_what_bears_most(joint, load):
+def _default_load_histories(joint, load):
     contact = load.contacts[0]
     for i in range(1, len(load.contacts)):
         if load.contacts[i].normal > contact.normal:
@@ -247,7 +248,7 @@ def _of_what_bears_most(joint, load):
 
 @family
 def internal_state(law):
-    """Return one InternalState per number of the law's internal state, which is integrated."""
+    """Return an InternalState for each integrated number of a law's internal state."""
 
 
 @family
@@ -257,23 +258,23 @@ def internal_rates(law, contact):
 
 @family
 def guards(law):
-    """Return the Guards of the law, which depend on its type alone: compiled code is made for their number."""
+    """Return the Guards of a law; they depend only on its type, since code is compiled for their number."""
 
 
 @family
 def guard_values(law, start, contact, root):
     """Return the values of the law's guards.
 
-    start, contact : Observed, of the contact at the start of the step and now; root : m^0.5, of the penetration now.
+    start, contact : Observed, at the start of the step and now; root : m^0.5, present root of penetration.
     """
 
 
 @family
 def latched(law, event, contact, root):
-    """Return the law's internal state after an event: ENTERED, LEFT or the number of its guard.
+    """Return the internal state of a law after an event: ENTERED, LEFT or the index of its guard.
 
-    contact : Observed, where the event is; root : m^0.5, of the penetration.  What is integrated begins anew after a
-    separation as `internal_state` says, whatever this returns.
+    contact : Observed, at the event; root : m^0.5, of the penetration.  Integrated numbers are reset after a
+    separation as `internal_state` specifies, whatever this returns.
     """
 
 
@@ -284,25 +285,25 @@ def _has_none(law):
 
 
 @internal_rates.member(None)
-def _no_rates(law, contact):
+def _default_internal_rates(law, contact):
     return ()
 
 
 @guard_values.member(None)
-def _no_values(law, start, contact, root):
+def _default_guard_values(law, start, contact, root):
     return ()
 
 
 @latched.member(None)
-def _nothing_latched(law, event, contact, root):
+def _default_latched(law, event, contact, root):
     return ()
 
 
-TOGETHER = ((internal_state, internal_rates), (guards, guard_values))  # a law is a member of both or of neither
+TOGETHER = ((internal_state, internal_rates), (guards, guard_values))  # a law must be a member of both or of neither
 
 
 def undeclared(form):
-    """Yield, in words, what the type of a law leaves out of what belongs together."""
+    """Yield descriptions of the missing members of a law's type."""
     for first, second in TOGETHER:
         if (form in first.members) != (form in second.members):
             yield f"declares one of {first.__name__} and {second.__name__}; a law has both or neither"
@@ -314,7 +315,7 @@ def undeclared(form):
 
 
 def integrated(form):
-    """Return whether the internal state of a type of law is integrated, not latched at events alone."""
+    """Return whether the internal state of a type of law is integrated rather than only latched at events."""
     return form in internal_state.members
 
 
@@ -343,7 +344,7 @@ def touches(mode):
 
 
 def every_part(joints):
-    """Return (number of its contact, law) of every part of the joints, in the order of internal states and guards."""
+    """Return (index of its contact, law) of every part of the joints, in the order of internal states and guards."""
     listed, first = [], 0
     for joint in joints:
         listed += [(first + part.contact, part.law) for part in parts(joint)]
@@ -357,25 +358,25 @@ def every_contact(joints):
 
 
 class States(NamedTuple):
-    """Whether laws have an internal state."""
+    """Whether the laws of a scene have an internal state."""
 
     integrated: bool
     latched: bool
 
 
 def states_of(scene):
-    """Return the States of a compiled scene; the types of its laws decide them, so they are looked up."""
+    """Return the States of a compiled scene; they depend only on types, so they are cached."""
     number = form_number(scene)
     if number not in _STATES:
         _STATES[number] = States(bool(every_internal_state(scene.joints)), bool(every_latched(scene.joints)))
     return _STATES[number]
 
 
-_STATES: dict[int, States] = {}  # by the number of the form of a scene
+_STATES: dict[int, States] = {}  # form number of a scene -> States
 
 
 def every_internal_state(joints):
-    """Return (number of its contact, InternalState, where it begins) of every number that is integrated."""
+    """Return (index of its contact, InternalState, initial value) of every integrated number."""
     return [
         (contact, declared, began)
         for contact, law in every_part(joints)
@@ -385,7 +386,7 @@ def every_internal_state(joints):
 
 
 def every_latched(joints):
-    """Return (law, where it begins) of every number of internal state that is latched."""
+    """Return (law, initial value) of every latched number of internal state."""
     return [
         (law, began)
         for _, law in every_part(joints)
@@ -395,5 +396,5 @@ def every_latched(joints):
 
 
 def every_guard(joints):
-    """Return (number of its contact, Guard) of every guard."""
+    """Return (index of its contact, Guard) of every guard."""
     return [(contact, guard) for contact, law in every_part(joints) for guard in guards(law)]

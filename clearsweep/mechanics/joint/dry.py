@@ -1,11 +1,11 @@
 """A revolute joint with clearance: from the relative motion of two pins to the forces between the bodies.
 
 Bearing and journal are circles; the journal surface touches the bearing where the eccentricity exceeds the clearance.
-Each body has a contact point of its own, as is usual (Flores, Ambrosio, Claro & Lankarani 2008): the bearing's at its
-radius, the journal's at its own, both along the normal, so that they lie the penetration apart.  Force, moments and
+Each body has its own contact point, as is usual (Flores, Ambrosio, Claro & Lankarani 2008): the bearing's at its
+radius, the journal's at its own, both along the normal, so their distance is the penetration.  Force, moments and
 sliding speed all belong to these points, and the powers of the forces on both bodies add up to tangential force times
-sliding speed.  Two things do not hold exactly: the tangential forces leave a couple of force times penetration, and a
-pair that turns as one slides at penetration times angular speed.
+sliding speed.  There are two approximations: the tangential forces leave a couple of force times penetration, and a
+pair that rotates as a rigid body slides at penetration times angular speed.
 """
 
 from typing import NamedTuple
@@ -49,7 +49,7 @@ class Joint(NamedTuple):
 
 
 class Gap(NamedTuple):
-    """The distal pin relative to the proximal one in the fixed frame, and how fast both bodies turn."""
+    """Motion of the distal pin relative to the proximal one in the fixed frame, and spins of both bodies."""
 
     x: float  # m
     y: float  # m
@@ -60,27 +60,27 @@ class Gap(NamedTuple):
 
 
 class Clip(NamedTuple):
-    """The part of a dry joint that keeps a force from pulling."""
+    """The part of a dry joint that clips a pulling force."""
 
 
 @guards.member(Clip)
-def _clip_guards(clip):
+def _guards_clip(clip):
     pulls = Guard((PRESSED, STUCK), CLIPPED, at_stages=True, counted=True, observable=RAW, sign=-1.0)
     return pulls, Guard((CLIPPED,), PRESSED, observable=RAW)
 
 
 @contact_modes.member(Joint)
-def _one_contact(joint):
+def _contact_modes_joint(joint):
     return (ContactModes(FREE, PRESSED),)
 
 
 @parts.member(Joint)
-def _clip_and_laws(joint):
+def _parts_joint(joint):
     return Part(Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0)
 
 
 @load.member(Joint)
-def _load_at_the_root(joint, gap, place, present):
+def _load_joint(joint, gap, place, present):
     root = present.y[present.roots + place.contact]
     now = with_laws_as_they_are(joint, place, present)
     return joint_load(now, gap, present.mode[place.contact], root * abs(root), present.latched[place.contact])
@@ -97,14 +97,14 @@ def surface_speed(joint, gap, tx, ty):
 
 @inlined
 def normal_forces(joint, mode, pen, rate, onset_rate):
-    """Return the normal force of a joint in contact, what of it friction goes by, its elastic part and `raw` (N)."""
+    """Return the normal force of a joint in contact, its part that causes friction, its elastic part and `raw` (N)."""
     force, elastic = contact_force(joint.law, joint.elastic, abs(pen), rate, onset_rate)
     lowest = lowest_force(joint.law)
     raw = force - lowest
     sign = where(pen < 0.0, sign_beyond(joint.law, joint.elastic), 1.0)
     force, elastic = sign * force, sign * elastic
     normal = where(mode != CLIPPED, force, 0.0)
-    rubbing = normal if lowest == 0.0 else max(normal, 0.0)  # no kink where an event is located
+    rubbing = normal if lowest == 0.0 else max(normal, 0.0)  # smooth where an event is located
     return normal, rubbing, elastic, raw
 
 
@@ -112,7 +112,7 @@ def normal_forces(joint, mode, pen, rate, onset_rate):
 def joint_load(joint, gap, mode, pen, onset_rate):
     """Return the Load of a joint in a mode whose contact has penetration `pen` (m) and began at `onset_rate` (m/s).
 
-    A negative `pen` is that of a trial step past the separation.
+    A negative `pen` occurs in trial steps past the separation.
     """
     return _load_by_mode(mode == FREE, (joint, gap, mode, pen, onset_rate))
 
@@ -132,9 +132,9 @@ def _load_apart(joint, gap, mode, pen, onset_rate):
 def _load_pressed(joint, gap, mode, pen, onset_rate):
     square = gap.x * gap.x + gap.y * gap.y
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
-    # The root of penetration follows the eccentricity, so it gives the latter's inverse before the gap is known; one
-    # step of Newton's method takes what they still differ by to its square.  All that comes after waits for the gap
-    # alone, not for a root and a division.
+    # The root of penetration determines the eccentricity and its inverse before the gap is known; one
+    # Newton step squares the remaining difference.  Everything after this waits only for the gap,
+    # not for a root and a division.
     guess = 1.0 / (joint.clearance + pen)
     inverse = guess * (1.5 - 0.5 * square * guess * guess)
     nx, ny = x * inverse, y * inverse
@@ -148,7 +148,7 @@ def _load_pressed(joint, gap, mode, pen, onset_rate):
     on_bearing = -joint.bearing_radius * tangential
     depth = square * inverse - joint.clearance
     contact = Contact(normal=normal, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=raw)
-    turned = joint.side < 0.0  # the journal is the proximal body's
+    turned = joint.side < 0.0  # the journal is on the proximal body
     return Load(
         fx=joint.side * fx,
         fy=joint.side * fy,

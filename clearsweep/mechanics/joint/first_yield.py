@@ -1,10 +1,10 @@
-"""At which approach speed the contact of a joint first yields, by the joint's own elastic law.
+"""Approach speed at which the contact of a joint first yields, from the joint's elastic law.
 
 Two cylinders yield below their surface at a largest pressure p0 of 1.67 times the yield strength, a ball and a socket
 at 1.6 times it (Johnson 1985, Contact Mechanics, section 6.1).  The load that gives this pressure is Hertz's for a
-narrow contact.  For one that reaches round the bore it is the load of the wide arc of `compatible`, and of a ball the
-load 2/3 pi R_b^2 p0 of a pressure p0 cos(angle) over the whole half of the bore.  An impact comes to this load where
-the elastic energy W at it is that of the approach, v = sqrt(2 W / m).
+narrow contact.  For a wide contact it is the load of the wide arc of `compatible`, and for a ball the
+load 2/3 pi R_b^2 p0 of a pressure p0 cos(angle) over half of the bore.  An impact reaches this load if
+the elastic energy W there equals that of the approach, v = sqrt(2 W / m).
 """
 
 import math
@@ -19,12 +19,12 @@ from .material import plane_strain_modulus, relative_radius
 from .recipe import RECIPES
 
 LINE, BALL = "line", "ball"
-LINE_PRESSURE, BALL_PRESSURE = 1.67, 1.6  # largest pressure over yield strength where yielding begins
+LINE_PRESSURE, BALL_PRESSURE = 1.67, 1.6  # largest pressure over yield strength at first yield
 END_PRESSURE = (1.0 + END_DEPTH) * math.sqrt(END_SHARE)  # p0 R_b / (E* c) at the end of the wide arc's formula
 
 
 def kind_of(joint: Joint) -> str:
-    """Return whether the contact of a joint is one of a line or of a ball, '' where its laws are neither, or yield."""
+    """Return the kind of a joint's contact, line or ball, or '' if its laws are neither or plastic."""
     law = RECIPES["law", joint.contact.law].law if joint.is_dry else None
     if law is None or law.yields or not law.uses_elastic or joint.is_guide or joint.is_spatial:
         return ""
@@ -34,14 +34,14 @@ def kind_of(joint: Joint) -> str:
 def load_at(kind: str, pressure: float, joint: Joint, modulus: float) -> float:
     """Return the load (N) of a joint at a largest pressure (Pa) in a contact of this kind; modulus : E*, Pa."""
     radius = relative_radius(joint)
-    assert joint.bearing_radius is not None  # it decides the relative radius
+    assert joint.bearing_radius is not None  # it determines the relative radius
     if kind == BALL:
         narrow = math.pi**3 * radius**2 * pressure**3 / (6.0 * modulus**2)
         return min(narrow, 2.0 / 3.0 * math.pi * joint.bearing_radius**2 * pressure)
-    assert joint.length is not None  # a line has one
+    assert joint.length is not None  # line contacts have a length
     ratio = pressure * joint.bearing_radius / (modulus * joint.clearance)
     whole = modulus * joint.length * joint.clearance
-    if ratio >= END_PRESSURE:  # from there on the pressure keeps its shape, nearly a cosine
+    if ratio >= END_PRESSURE:  # beyond, the pressure keeps its shape, nearly a cosine
         return 0.5 * math.pi * END_FORCE * whole * ratio / END_PRESSURE
     low, high = 0.0, END_SHARE
     for _ in range(200):
@@ -56,9 +56,9 @@ def _widening(share: float) -> float:
 
 
 def yield_energy(joint: Joint, elastic: Any) -> float | None:
-    """Return the elastic energy (J) at which the contact of a joint first yields, None where that cannot be judged.
+    """Return the elastic energy (J) at first yield of a joint's contact, or None if unknown.
 
-    elastic : the compiled form of its elastic law, rough surfaces included
+    elastic : its compiled elastic law, including rough surfaces
     """
     kind, strength, radius = kind_of(joint), joint.strength, joint.bearing_radius
     if not kind or strength is None or radius is None or (kind == LINE and joint.length is None):
@@ -71,7 +71,7 @@ def yield_energy(joint: Joint, elastic: Any) -> float | None:
 
 
 def _modulus(joint: Joint, kind: str) -> float | None:
-    """Return E* (Pa) of a joint, from Hertz's stiffness where no material is given; None where it is not known."""
+    """Return E* (Pa) of a joint, from Hertz's stiffness if no material is given, or None if unknown."""
     contact = joint.contact
     if contact.material:
         return plane_strain_modulus(contact.material)
@@ -82,7 +82,7 @@ def _modulus(joint: Joint, kind: str) -> float | None:
 
 
 def largest_mass(masses: np.ndarray) -> float | None:
-    """Return the largest mass (kg) over all directions from those, (3,), along 0, 45 and 90 degrees, or None.
+    """Return the largest effective mass (kg) over all directions from those (3,) at 0, 45 and 90 degrees, or None.
 
     1 / m = n^T Y n of a symmetric Y, whose smaller eigenvalue belongs to the largest mass.
     """

@@ -2,9 +2,9 @@
 
 The proximal body has the walls, the distal one the block (Flores, Leine & Glocker 2010, "Modeling and analysis of
 planar rigid multibody systems with translational clearance joints based on the non-smooth dynamics approach", Multibody
-System Dynamics 23).  All is in the frame of the walls: x along them, y across, from the middle between them.  A
-corner presses on the wall where it is, and friction acts there too, so that the powers of the forces on both bodies add
-up to normal force times rate of penetration and friction times sliding speed exactly.
+System Dynamics 23).  Everything is in the frame of the walls: x along them, y across, from the middle between them.  A
+corner presses on the wall at its own position, and friction acts there too, so the powers of the forces on both bodies
+add up to normal force times rate of penetration and friction times sliding speed exactly.
 
 The corners are numbered from 1 to 4: in front and on the left of the direction of the guide, then behind on the left,
 behind on the right, in front on the right.
@@ -12,6 +12,7 @@ behind on the right, in front on the right.
 
 from typing import NamedTuple
 
+from ..compiled import calculus as math
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined, kernel, map_joints
 from .contract import (
@@ -48,7 +49,7 @@ class Guide(NamedTuple):
 
 
 class GuideGap(NamedTuple):
-    """The block in the frame of the walls, and how fast both bodies turn."""
+    """The block in the frame of the walls, and the spins of both bodies."""
 
     x: float  # m, of the distal point from the proximal one, along the walls
     y: float  # m, across
@@ -63,7 +64,7 @@ class GuideGap(NamedTuple):
 
 
 class Corner(NamedTuple):
-    """What a corner does, in the frame of the walls, from the block's point."""
+    """Force of a corner and its position, in the frame of the walls, from the block's point."""
 
     fx: float  # N, on the block
     fy: float
@@ -78,7 +79,7 @@ class _Signs(NamedTuple):
 
 
 class _Course(NamedTuple):
-    """What all corners share."""
+    """Data that all corners share."""
 
     joint: tuple
     gap: GuideGap
@@ -90,7 +91,7 @@ _SIGNS = tuple(_Signs(*corner) for corner in CORNERS)
 
 
 @contact_modes.member(Guide)
-def _four_contacts(joint):
+def _contact_modes_guide(joint):
     return (
         ContactModes(FREE, PRESSED),
         ContactModes(FREE, PRESSED),
@@ -100,7 +101,7 @@ def _four_contacts(joint):
 
 
 @parts.member(Guide)
-def _clips_and_laws(joint):
+def _parts_guide(joint):
     return (
         Part(Clip(), 0),
         Part(joint.law, 0),
@@ -117,12 +118,17 @@ def _clips_and_laws(joint):
     )
 
 
+@inlined
+def corner_place(joint, gap, signs):
+    """Return where (m) a corner is from the block's point, in the frame of the walls, by its signs of CORNERS."""
+    half_length, half_height = 0.5 * signs[0] * joint.length, 0.5 * signs[1] * joint.height
+    return gap.cosine * half_length - gap.sine * half_height, gap.sine * half_length + gap.cosine * half_height
+
+
 @kernel
 def _corner(signs, _, number, context):
     joint, gap, place, present = context
-    half_length, half_height = 0.5 * signs.length * joint.length, 0.5 * signs.height * joint.height
-    x = gap.cosine * half_length - gap.sine * half_height
-    y = gap.sine * half_length + gap.cosine * half_height
+    x, y = corner_place(joint, gap, signs)
     spin = gap.spin_distal - gap.spin_proximal
     depth = signs.height * (gap.y + y) - 0.5 * joint.height - joint.clearance
     rate = signs.height * (gap.vy + spin * x)
@@ -130,9 +136,10 @@ def _corner(signs, _, number, context):
     mode, c = present.mode[place.contact + number], place.contact + number
     if mode == FREE:
         zero = as_type_of(0.0, depth)
-        apart = Contact(normal=zero, tangential=zero, slip=slip, rate=rate, depth=depth, elastic=zero, raw=zero)
+        speed = math.sqrt(slip * slip + rate * rate)  # bounds how fast the depth can change
+        apart = Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
         return Corner(zero, zero, x, y, apart)
-    after = after_law(after_law(place, joint.law), joint.friction)  # of each corner alike, clips having no numbers
+    after = after_law(after_law(place, joint.law), joint.friction)  # the same for each corner; clips have no numbers
     internal, latching = after.internal - place.internal, after.latched - place.latched
     here = Offsets(place.contact, place.internal + number * internal, place.latched + number * latching, place.guard)
     law = with_current_state(joint.law, present.y, present.latched, here)
@@ -156,7 +163,7 @@ _corners = map_joints(_corner, after_number)
 
 
 @load.member(Guide)
-def _load_at_the_corners(joint, gap, place, present):
+def _load_guide(joint, gap, place, present):
     a, b, c, d = _corners(_SIGNS, _SIGNS, 0, _Course(joint, gap, place, present))
     axial, across = a.fx + b.fx + c.fx + d.fx, a.fy + b.fy + c.fy + d.fy
     on_block = _moment(a) + _moment(b) + _moment(c) + _moment(d)
@@ -170,7 +177,7 @@ def _load_at_the_corners(joint, gap, place, present):
 
 
 def deepest_corner(joint: Guide, gap: GuideGap) -> float:
-    """Return how deep (m) the deepest corner of a block is in its wall, negative where all are off it."""
+    """Return the largest penetration (m) of a block's corners, negative if none touches."""
     return max(
         sign * (gap.y + 0.5 * (gap.sine * axial * joint.length + gap.cosine * sign * joint.height))
         - 0.5 * joint.height

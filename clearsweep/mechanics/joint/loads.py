@@ -20,7 +20,7 @@ _loads = map_joints(_load, after_joint)
 
 @inlined
 def loads_of(joints, relative, present):
-    """Return one Load per joint of the tuple `joints`, whose bodies are and move as the Gaps `relative` say."""
+    """Return a Load for each joint of the tuple `joints`, with the Gaps `relative`."""
     return _loads(joints, relative, first_place(joints, present.roots), present)
 
 
@@ -28,7 +28,7 @@ def loads_of(joints, relative, present):
 
 
 class _Rates(NamedTuple):
-    """What the rates of internal states are made of."""
+    """Data for the rates of internal states."""
 
     load: Load
     present: tuple  # JointState
@@ -37,7 +37,7 @@ class _Rates(NamedTuple):
 
 
 class _Rate(NamedTuple):
-    """The same for one number."""
+    """Data for the rate of one number."""
 
     touching: bool
     kappa: float  # s
@@ -93,6 +93,6 @@ _put_joints = map_joints(_put_joint, after_joint)
 def put_internal_rates(joints, loads, present, kappa, out):
     """Put the rates of all internal states with respect to tau into `out`, or their slopes.
 
-    Out of contact only what is kept over separations goes on.
+    Out of contact only numbers that are kept over separations have a rate.
     """
     _put_joints(joints, loads, first_place(joints, present.roots), (present, kappa, out))

@@ -1,10 +1,10 @@
-"""A revolute joint with oil between its surfaces: a film, and the dry joint behind it where it has one.
+"""A revolute joint with oil between its surfaces: a film and, optionally, a dry joint.
 
-The film acts wherever the journal is.  Its force goes through the centres of journal and bearing, its shear as a couple
-on either body.  Up to the `limit` of the eccentricity ratio the film's formula is valid; beyond, its ratio stays there
-and its rates are the true ones.  Where the surfaces touch, the force passes over to that of the dry joint, by a share
-that the transition gives: (1 - share) film + share dry.  Onset and separation are where the eccentricity is the
-clearance, as of the dry joint, whose laws see nothing of the film.
+The film acts at any journal position.  Its force acts through the centres of journal and bearing, its shear as a couple
+on each body.  The film's formula is valid up to the eccentricity ratio `limit`; beyond, its ratio stays there
+and its rates are the true ones.  Where the surfaces touch, the force changes to that of the dry joint, by a share
+from the transition: (1 - share) film + share dry.  Onset and separation are where the eccentricity equals the
+clearance, as for the dry joint, whose laws are independent of the film.
 """
 
 from typing import NamedTuple
@@ -37,7 +37,7 @@ from .places import with_laws_as_they_are
 
 
 class Film(NamedTuple):
-    """A film with no dry joint behind it: the journal is never stopped."""
+    """A film without a dry joint: the journal is never stopped."""
 
     clearance: float  # m, radial
     bearing_radius: float  # m
@@ -65,7 +65,7 @@ Lubricated.__doc__ = "A film and the dry joint behind it, whose fields come firs
 
 
 class FilmContact(NamedTuple):
-    """What is seen of a contact with a film; the first fields as of a Contact."""
+    """Observables of a contact with a film; the first fields are those of a Contact."""
 
     normal: float  # N, film and dry, towards the centre; may be negative
     tangential: float  # N, film and dry, on the journal
@@ -73,36 +73,36 @@ class FilmContact(NamedTuple):
     rate: float  # m/s, of the eccentricity
     depth: float  # m, eccentricity less clearance
     elastic: float  # N, the elastic part of the dry share
-    raw: float  # N, of the dry force before it is clipped, above the least that its law allows
-    lost: float  # W, taken by the film and by the dry share's normal force
-    rubbed: float  # W, taken by the dry share's friction
-    drained: float  # W, taken by the film
-    pumped: float  # W, of it by its pressure alone, without its shear
+    raw: float  # N, dry force before clipping, minus the least force of its law
+    lost: float  # W, dissipated by the film and the dry share's normal force
+    rubbed: float  # W, dissipated by the dry share's friction
+    drained: float  # W, dissipated by the film
+    pumped: float  # W, by its pressure only, without shear
     dry: float  # N, the dry share of the normal force
-    highest: tuple  # (law, FilmMotion), of which the pressure follows
-    speed: float  # m/s, of the journal's surface over the bearing's by their spins alone
+    highest: tuple  # (law, FilmMotion), which determine the pressure
+    speed: float  # m/s, of the journal's surface over the bearing's from spins only
 
 
 class Floating(NamedTuple):
-    """What a film does, in the frame of the line of centres."""
+    """Forces and powers of a film, in the frame of the line of centres."""
 
     radial: float  # N, on the journal
     tangential: float  # N
     on_journal: float  # N m
     on_bearing: float  # N m
     lost: float  # W
-    pumped: float  # W, of it what the pressure takes
+    pumped: float  # W, of this by pressure
     motion: FilmMotion
     nx: float  # direction of the line of centres
     ny: float
     rate: float  # m/s
     depth: float  # m
-    speed: float  # m/s, of the surfaces by their spins
+    speed: float  # m/s, of the surfaces from spins
 
 
 @kernel
 def floating(joint, gap):
-    """Return the Floating of a film; where the journal is concentric, it has no direction and exerts no force."""
+    """Return the Floating of a film; a concentric journal has no direction and no force."""
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     journal, bearing = gap.spin_distal, gap.spin_proximal
     if joint.side < 0.0:
@@ -154,7 +154,7 @@ def floating(joint, gap):
 
 @kernel
 def load_of(joint, film, speed):
-    """Return the Load of a film alone; `speed` (m/s) is seen as its sliding speed."""
+    """Return the Load of a film only; `speed` (m/s) is reported as sliding speed."""
     fx = film.radial * film.nx - film.tangential * film.ny
     fy = film.radial * film.ny + film.tangential * film.nx
     zero = as_type_of(0.0, film.depth)
@@ -182,7 +182,7 @@ def load_of(joint, film, speed):
 
 @kernel
 def with_dry(afloat, pressed, share):
-    """Return a share of the Load of the dry joint, and the rest of that of the film."""
+    """Return the combined Load: `share` of the dry joint, the rest of the film."""
     a, b, rest = afloat.contacts[0], pressed.contacts[0], 1.0 - share
     contact = FilmContact(
         normal=rest * a.normal + share * b.normal,
@@ -211,7 +211,7 @@ def with_dry(afloat, pressed, share):
 
 @kernel
 def with_asperities(joint, gap, film, load):
-    """Return the Load of a film and of the asperities that bear through it, with their friction."""
+    """Return the Load of a film and of asperity contact through it, with friction."""
     borne = asperity_load(joint.transition, film.depth)
     contact = load.contacts[0]
     slip = dry.surface_speed(joint, gap, -film.ny, film.nx)
@@ -248,27 +248,27 @@ def with_asperities(joint, gap, film, load):
 
 @family
 def through_the_film(transition, joint, gap, film, load):
-    """Return the Load of a film and of what bears through it before its surfaces touch; here nothing does."""
+    """Return the Load of a film with asperity contact, if any, before its surfaces touch."""
 
 
 @through_the_film.member(None)
-def _film_alone_bears(transition, joint, gap, film, load):
+def _default_through_the_film(transition, joint, gap, film, load):
     return load
 
 
 @through_the_film.member(GreenwoodTripp)
-def _asperities_bear(transition, joint, gap, film, load):
+def _through_the_film_greenwood_tripp(transition, joint, gap, film, load):
     return with_asperities(joint, gap, film, load)
 
 
 @kernel
 def relative_speed(gap):
-    """Return how fast (m/s) the centres move past each other: what a search for an onset goes by."""
+    """Return the relative speed (m/s) of the centres, which bounds a search for an onset."""
     return math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
 
 
 def film_depths(joint) -> tuple[float, float]:
-    """Return the depths (m) beyond which the film of a joint bears not alone, and its formula is kept; inf: never."""
+    """Return the depths (m) beyond which not only the film carries load, and its formula is constant; inf: never."""
     if not isinstance(joint, (Film, Lubricated)):
         return math.inf, math.inf
     begins = bears_from(joint.transition) if isinstance(joint, Lubricated) else math.inf
@@ -276,7 +276,7 @@ def film_depths(joint) -> tuple[float, float]:
 
 
 def corners_of(clearance: float, limit: float, begin: float = math.inf, end: float = math.inf) -> Corners:
-    """Return the Corners of a film kept from a `limit` (ratio) on; between depths (m) the dry contact takes over."""
+    """Return the Corners of a film kept constant beyond `limit` (ratio), with a dry transition between depths (m)."""
     return Corners((limit - 1.0) * clearance, begin, end, NEAR * clearance)
 
 
@@ -284,17 +284,17 @@ def corners_of(clearance: float, limit: float, begin: float = math.inf, end: flo
 
 
 @contact_modes.member(Film)
-def _always_afloat(joint):
+def _contact_modes_film(joint):
     return (ContactModes(ACTS, ACTS),)
 
 
 @parts.member(Film)
-def _film_alone(joint):
+def _parts_film(joint):
     return (Part(joint.corners, 0),)
 
 
 @load.member(Film)
-def _load_of_film(joint, gap, place, present):
+def _load_film(joint, gap, place, present):
     return load_of(joint, floating(joint, gap), relative_speed(gap))
 
 
@@ -302,17 +302,17 @@ def _load_of_film(joint, gap, place, present):
 
 
 @contact_modes.member(Lubricated)
-def _afloat_or_pressed(joint):
+def _contact_modes_lubricated(joint):
     return (ContactModes(AFLOAT, PRESSED),)
 
 
 @parts.member(Lubricated)
-def _those_of_the_dry_joint(joint):
+def _parts_lubricated(joint):
     return Part(dry.Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0), Part(joint.corners, 0)
 
 
 @load.member(Lubricated)
-def _load_of_both(joint, gap, place, present):
+def _load_lubricated(joint, gap, place, present):
     mode = present.mode[place.contact]
     film = floating(joint, gap)
     alone = load_of(joint, film, relative_speed(gap))
@@ -331,22 +331,22 @@ def _load_of_both(joint, gap, place, present):
 
 @extra_columns.member(Film)
 @extra_columns.member(Lubricated)
-def _of_a_film(joint):
+def _extra_columns_film_or_lubricated(joint):
     return FILM_WIDTH, 1
 
 
 @power_lost.member(FilmContact)
-def _of_all_but_the_resultant_slip(contact):
+def _power_lost_film_contact(contact):
     return contact.lost + contact.rubbed + contact.tangential * contact.slip
 
 
 @extra_observables.member(FilmContact)
-def _of_the_film(contact, accurate):
+def _extra_observables_film_contact(contact, accurate):
     law, motion = contact.highest
     pressure = film_pressure(law, motion) if accurate else 0.0
     return contact.dry, contact.drained, contact.rubbed, pressure, contact.speed, contact.pumped
 
 
 @extra_channels.member(FilmContact)
-def _dry_force(contact):
+def _extra_channels_film_contact(contact):
     return (contact.dry,)

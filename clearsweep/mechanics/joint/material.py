@@ -1,4 +1,4 @@
-"""What follows from material and radii of a joint section of a case."""
+"""Values derived from material and radii of a joint."""
 
 import math
 
@@ -8,7 +8,7 @@ from ...contracts.case import Joint, Materials
 def plane_strain_modulus(material: Materials) -> float:
     """Return E* (Pa) of two bodies: 1/E* = (1 - nu_b^2) / E_b + (1 - nu_j^2) / E_j (Johnson 1985, 4.24)."""
     bearing, journal = material
-    if bearing == journal:  # to the last digit what one material for both gives
+    if bearing == journal:  # same bits as for one common material
         return bearing.young / (2.0 * (1.0 - bearing.poisson**2))
     return 1.0 / ((1.0 - bearing.poisson**2) / bearing.young + (1.0 - journal.poisson**2) / journal.young)
 

@@ -1,9 +1,11 @@
-"""Where worn surfaces are closest to each other, or deepest in each other: see `joint.worn`.
+"""Nearest or deepest point of worn surfaces, see `joint.worn`.
 
-The deepest point is where the slope of e . u(phi) - h is zero, e sin(gamma - phi) = h', found from the direction gamma
-of the eccentricity by Halley's method, of the third order, whose last step has derivatives.  Where
-e^2 > h'^2 + h''^2, whatever the place, there is but one such point on that side, and the deepest.  Else, the journal
-being near to the middle for what is worn, the deepest of LOOKS places is refined within a bracket.
+The deepest point is where the slope of g = e . u(phi) - h is zero, e sin(gamma - phi) = h', found from the direction
+gamma of the eccentricity by Halley's method, of the third order, whose last step has derivatives.  It is the deepest of
+all in two cases.  Where e^2 > h'^2 + h''^2, whatever the place, there is but one such point on that side.  And with r
+the least of h + h'', h - r is the support function of a convex region, so that all directions in which e lies beyond
+it, g > -r, are one arc, and g has one maximum on it.  So it is wherever surfaces touch, as c + r > 0 at a point.  Else,
+the journal close to the centre compared with the wear, the deepest of LOOKS samples is refined within a bracket.
 """
 
 from typing import NamedTuple
@@ -19,22 +21,22 @@ from ..compiled.family import family, inlined, kernel, map_joints
 from .places import after_number
 from .wear.shape import worn_at
 
-CLOSE = 0.1  # rad: a step of Halley's method leaves about its third power, the last step the third power of that
-CLOSE_FOR_SLOPES = 1e-4  # rad: of the last step but the first derivatives are taken
+CLOSE = 0.02  # rad, over half of what shapes are smoothed by: a step after which the next is the last
+CLOSE_FOR_SLOPES = 1e-4  # rad: bound of the last step, which is differentiated
 STEPS, BISECTIONS = 8, 60  # at most
-LOOKS = 64  # round the bearing
+LOOKS = 64  # samples round the bearing
 
 
 class Surfaces(NamedTuple):
-    """What is worn off the bodies of a joint, as it is looked up."""
+    """Worn shapes of both bodies of a joint, as tables."""
 
-    clearance: float  # m, when new
+    clearance: float  # m, unworn
     bearing: float  # address of the table of a Shape
     journal: float
 
 
 class TurnedGap(NamedTuple):
-    """A Gap, and how far both bodies are turned."""
+    """A Gap with the angles of both bodies."""
 
     x: float  # m
     y: float  # m
@@ -47,17 +49,17 @@ class TurnedGap(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """Where the surfaces are closest, or deepest in each other."""
+    """The nearest or deepest point of the surfaces."""
 
     angle: float  # rad, of the normal
     nx: float  # normal of the bearing, outwards
     ny: float
-    depth: float  # m, negative where there is a gap
+    depth: float  # m, negative for a gap
     rate: float  # m/s, of the depth
-    rolling: float  # m/s, of the journal's surface over the bearing's by their spins alone
-    radii: tuple  # m, of bearing and journal there
+    rolling: float  # m/s, of the journal's surface over the bearing's from spins only
+    radii: tuple  # m, wear depths of bearing and journal there
     slopes: tuple  # m/rad, h' of bearing and journal there
-    local: float  # m, by how much the radii of curvature differ there
+    local: float  # m, difference of the radii of curvature there
     normal_rate: float  # rad/s, of the normal
 
 
@@ -76,7 +78,7 @@ def _arctangent(square):
     return np.arctan(root) / root
 
 
-#: Coefficients of the arctangent of z over z by powers of z^2, 0 to 1, to 5e-6: where a search begins.
+#: Coefficients of arctan(z) / z in powers of z^2, 0 to 1, to 5e-6: first guess of a search.
 ARCTANGENT = Chebyshev.interpolate(_arctangent, 5, domain=(0.0, 1.0)).convert(kind=Polynomial).coef
 
 
@@ -102,22 +104,22 @@ def surfaces_of(joint):
 
 @inlined
 def halley(surfaces, angle, turned, radial, across):
-    """Return a step (rad) towards the deepest point, and whether the gap opens on both sides of `angle`.
+    """Return a step (rad) towards the deepest point, whether the gap opens on both sides of `angle`, and g (m) there.
 
-    turned : the angles of bearing and journal, rad; along, across : m, of the eccentricity, seen from `angle`.
+    turned : the angles of bearing and journal, rad; radial, across : m, of the eccentricity, seen from `angle`.
     """
-    _, slope, bend, third = worn_at(surfaces.bearing, angle - turned[0])
-    _, other, more, last = worn_at(surfaces.journal, angle - turned[1])
+    h, slope, bend, third = worn_at(surfaces.bearing, angle - turned[0])
+    h_journal, other, more, last = worn_at(surfaces.journal, angle - turned[1])
     sharp = radial + (bend + more)
     per_sharp = 1.0 / sharp
     step = (across - (slope + other)) * per_sharp
     curved = -0.5 * (across + (third + last)) * step * per_sharp
-    return step + step * min(max(curved, -0.5), 0.5), sharp > 0.0
+    return step + step * min(max(curved, -0.5), 0.5), sharp > 0.0, radial - (h + h_journal)
 
 
 @kernel
 def searched(surfaces, x, y, turned):
-    """Return the angle (rad) of the deepest point, of LOOKS places at first, then by Newton's method in a bracket."""
+    """Return the angle (rad) of the deepest point, from LOOKS samples and Newton's method in a bracket."""
     deepest, middle, width = -math.inf, 0.0, 2.0 * math.pi / LOOKS
     for i in turns(LOOKS):
         c, s = direction(i * width)
@@ -143,37 +145,38 @@ def searched(surfaces, x, y, turned):
 
 @kernel
 def how_close(x):
-    """Return the length (rad) of a step of Halley's method after which the next is the last: less for a derivative."""
+    """Return the step length (rad) of Halley's method after which the next step is the last; less for derivatives."""
     return CLOSE_FOR_SLOPES if isinstance(x, Dual) else CLOSE
 
 
 @inlined
 def deepest_angle(joint, x, y, turned, close):
-    """Return the angle (rad) at which the surfaces are closest, up to a last step."""
+    """Return the angle (rad) of the nearest point, before the last step."""
     surfaces = surfaces_of(joint)
     steep, bent = joint.bearing.steepest + joint.journal.steepest, joint.bearing.bent + joint.journal.bent
+    outside = -(joint.bearing.sharpest + joint.journal.sharpest)
     square, angle, reached = x * x + y * y, 0.0 * x, False
-    if square > steep * steep + bent * bent:
+    if square > 0.0:
         begin = about(y, x)
-        step, opens = halley(surfaces, begin, turned, math.sqrt(square), 0.0)
+        step, opens, height = halley(surfaces, begin, turned, math.sqrt(square), 0.0)
         angle = begin + step
         for _ in range(STEPS):
             if not (opens and abs(angle - begin) < 0.5 * math.pi):
                 break
             if abs(step) < close:
-                reached = True
+                reached = height > outside or square > steep * steep + bent * bent
                 break
             c, s = direction(angle)
-            step, opens = halley(surfaces, angle, turned, x * c + y * s, y * c - x * s)
+            step, opens, height = halley(surfaces, angle, turned, x * c + y * s, y * c - x * s)
             angle += step
-    if not reached:  # in some lane: what follows a return would be worked out for none, too
+    if not reached:  # in some lane: what follows a return would be computed for none, too
         angle = searched(surfaces, x, y, turned)
     return angle
 
 
 @inlined
 def nearest(joint, gap):
-    """Return the Nearest of a TurnedGap; its derivatives, too, as the last step of Newton's method has them."""
+    """Return the Nearest of a TurnedGap, differentiable through the last Newton step."""
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     on_bearing, on_journal, bearing_spin, journal_spin = bodies_of(joint, gap)
     angle = deepest_angle(joint, plain(x), plain(y), (plain(on_bearing), plain(on_journal)), how_close(x))
@@ -185,8 +188,9 @@ def nearest(joint, gap):
     sharp = plain(radial) + bend + other_bend
     per_sharp = 1.0 / sharp if sharp > 0.0 else 0.0
     turn = rest * per_sharp
-    turn = turn - 0.5 * (plain(across) + (third + last)) * per_sharp * turn * turn
-    straight = 1.0 - 0.5 * turn * turn  # of the cosine of the rest
+    skew = plain(across) + (third + last)
+    turn, third_of_skew = turn - 0.5 * skew * per_sharp * turn * turn, skew * (1.0 / 3.0)
+    straight = 1.0 - 0.5 * turn * turn  # series of the cosine of the remainder
     nx, ny = c * straight - s * turn, s * straight + c * turn
     radii = joint.bearing_radius + h, joint.journal_radius - other
     slopes = slope + turn * (bend + 0.5 * third * turn), other_slope + turn * (other_bend + 0.5 * last * turn)
@@ -194,7 +198,7 @@ def nearest(joint, gap):
         angle=angle + plain(turn),
         nx=nx,
         ny=ny,
-        depth=radial + turn * (rest - 0.5 * sharp * turn) - (joint.clearance + (h + other)),
+        depth=radial + turn * (rest - 0.5 * turn * (sharp + third_of_skew * turn)) - (joint.clearance + (h + other)),
         rate=vx * nx + vy * ny + slopes[0] * bearing_spin + slopes[1] * journal_spin,
         rolling=journal_spin * radii[1] - bearing_spin * radii[0],
         radii=radii,
@@ -209,11 +213,11 @@ def nearest(joint, gap):
 
 @family
 def with_angles(joint, gap, angles):
-    """Return the Gap of a joint with the angles (rad) of its bodies, where the joint asks for them."""
+    """Return the Gap of a joint, with the angles (rad) of its bodies if the joint needs them."""
 
 
 @with_angles.member(None)
-def _as_it_is(joint, gap, angles):
+def _default_with_angles(joint, gap, angles):
     return gap
 
 
@@ -247,5 +251,5 @@ _turn_all, _pairs = map_joints(_turn, after_number), map_joints(_pair, after_num
 
 @inlined
 def with_body_angles(joints, relative, angles):
-    """Return the Gaps `relative` of joints, those of worn ones with the `angles` of their bodies."""
+    """Return the Gaps `relative` of joints, for worn joints with the `angles` of their bodies."""
     return _turn_all(joints, _pairs(relative, angles, 0, 0), 0, 0)

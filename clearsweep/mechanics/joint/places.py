@@ -1,7 +1,7 @@
-"""Where the numbers of joints and laws are, and laws with their internal state from there.
+"""Offsets of the numbers of joints and laws, and laws with their internal state from these arrays.
 
-How much room a joint takes follows from its type and is worked out where code is compiled: the compiler would take
-longer over it than over the forces.
+The number of values per joint follows from its type and is computed before compiling: the compiler would take
+longer for it than for the forces.
 """
 
 from ..compiled.family import inlined, kernel, kinds, map_joints
@@ -10,7 +10,7 @@ from .contract import Offsets, contact_modes, extra_columns, guards, histories, 
 
 
 class _Fields:
-    """The fields of a tuple or, of the compiler's type of one, their types."""
+    """Access to the fields of a tuple or, for a compiler type, to their types."""
 
     def __init__(self, named):
         self._named = named
@@ -21,12 +21,12 @@ class _Fields:
 
 
 def form_of(value):
-    """Return the class of a tuple or, of the compiler's type of one, the class that it represents."""
+    """Return the class of a tuple, or the class that a compiler type represents."""
     return getattr(value, "instance_class", type(value))
 
 
 def _room_of_law(law):
-    """Return how many numbers of internal state and guards a law, or the compiler's type of one, has: a Place."""
+    """Return the numbers of internal state and guards of a law or its compiler type, as Offsets."""
     form = form_of(law)
     numbers = len(form._field_defaults)
     internal = numbers if integrated(form) else 0
@@ -34,12 +34,12 @@ def _room_of_law(law):
 
 
 def room_of_part(part):
-    """Return the same of a Part, or of the compiler's type of one."""
+    """Return the same for a Part or its compiler type."""
     return _room_of_law(_Fields(part).law)
 
 
 def room_of(joint):
-    """Return how many contacts, numbers of internal state and guards a joint, or the compiler's type of one, has."""
+    """Return the numbers of contacts, internal state and guards of a joint or its compiler type."""
     kind = kinds(joint) if isinstance(joint, tuple) else joint
     if kind not in _ROOMS:
         form = form_of(joint)
@@ -48,11 +48,11 @@ def room_of(joint):
     return _ROOMS[kind]
 
 
-_ROOMS: dict[object, Offsets] = {}  # what `room_of` found, by the types in a joint
+_ROOMS: dict[object, Offsets] = {}  # types in a joint -> result of `room_of`
 
 
 def room_of_all(joints):
-    """Return the sum of what `room_of` returns of each of the joints."""
+    """Return the sum of `room_of` over the joints."""
     return _sum(map(room_of, joints))
 
 
@@ -62,12 +62,12 @@ def _sum(places):
 
 @kernel
 def after_number(place, number):
-    """Return the place after a number."""
+    """Return the Offsets after a number."""
     return place + 1
 
 
 def _after(room_of_one):
-    """Return a function that returns the Place after a Place and what takes the room that `room_of_one` gives."""
+    """Return a function that advances Offsets past a joint or part of the size `room_of_one`."""
 
     def after(place, joint_part):
         contacts, internal, latching, guarded = room_of_one(joint_part)
@@ -82,18 +82,18 @@ after_law, after_part, after_joint = _after(_room_of_law), _after(room_of_part),
 
 
 def extent(joints):
-    """Return how many contacts, numbers of internal state and guards the joints have, as a Place."""
+    """Return the numbers of contacts, internal state and guards of the joints, as Offsets."""
     return room_of_all(joints)
 
 
 def histories_of(joint):
-    """Return how many time histories a joint, or the compiler's type of one, has."""
+    """Return the number of time histories of a joint or its compiler type."""
     return histories.body_for(form_of(joint))(None)
 
 
 @kernel
 def first_place(joints, roots):
-    """Return the Place of the first joint, the roots of penetration beginning at `roots` in the state vector."""
+    """Return the Offsets of the first joint; the roots of penetration begin at `roots` in the state vector."""
     contacts = extent(joints).contact
     return Offsets(0, roots + contacts, contacts, 0)
 
@@ -103,13 +103,13 @@ def _beside(joint):
 
 
 def observed_columns(joints):
-    """Return how many observables a scene of these joints has: those of films are behind those of all contacts."""
+    """Return the number of observables of a scene: those of films follow those of all contacts."""
     contacts = room_of_all(joints).contact
     return columns(contacts) + (FILM_WIDTH * contacts if any(_beside(joint)[0] for joint in joints) else 0)
 
 
 def channels_beside_those(joint):
-    """Return how many time histories a joint has besides those of every joint."""
+    """Return the number of extra time histories of a joint."""
     return _beside(joint)[1]
 
 
@@ -126,20 +126,20 @@ _numbers = map_joints(_number, after_number)
 
 @kernel
 def with_internal_state(law, numbers, first):
-    """Return the law with its internal state, which is in `numbers` from `first` on."""
+    """Return the law with its internal state from `numbers`, starting at `first`."""
     cls, own = type(law), len(law) - len(law._field_defaults)
     return cls(*law[:own], *_numbers(law[own:], law[own:], first, numbers))
 
 
 @kernel
 def where_internal(law, y, latched, place):
-    """Return the array in which the internal state of a law is, and where: the state vector or what is latched."""
+    """Return the array of a law's internal state, the state vector or the latched numbers, and its index there."""
     return (y, place.internal) if integrated(type(law)) else (latched, place.latched)
 
 
 @kernel
 def with_current_state(law, y, latched, place):
-    """Return the law, which has its Place, with its internal state."""
+    """Return the law with its internal state at its Offsets `place`."""
     numbers, first = where_internal(law, y, latched, place)
     return with_internal_state(law, numbers, first)
 

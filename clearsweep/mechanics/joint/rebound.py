@@ -1,4 +1,4 @@
-"""The restitution of a free impact in closed form, and the parameters that give a wanted one.
+"""The restitution of a free impact in closed form, and the parameters for a given restitution.
 
 For a law F = F_elastic(pen) (1 + chi rate / onset_rate) the phase curve of m pen'' = -F gives the restitution whatever
 the elastic force, the mass and the speed.  For F = F_elastic + 2 zeta sqrt(m) F_elastic / sqrt(2 U) rate, U the elastic
@@ -12,19 +12,19 @@ import math
 
 
 def exact_factor(restitution: float) -> float:
-    """Return the chi with which a free impact gives back exactly `restitution`, for any exponent, stiffness and mass.
+    """Return the chi for which a free impact has exactly `restitution`, for any exponent, stiffness and mass.
 
     The root of ln((1 + chi) / (1 - e chi)) = chi (1 + e) in (0, 1/e), from the phase curve of
     m x'' = -K x^n (1 + chi u) integrated from u = 1 to u = -e.
     """
     if restitution == 1.0:
         return 0.0
-    if 1.0 - restitution < 1e-5:  # the root is lost in rounding; two terms of its series are exact to 1e-15
+    if 1.0 - restitution < 1e-5:  # the root is lost in rounding; two terms of the series are accurate to 1e-15
         return 1.5 * (1.0 - restitution) * (2.0 - restitution)
 
     from scipy.optimize import brentq
 
-    def residual(s):  # 1 - e chi = exp(-s) keeps the root away from the singular end
+    def residual(s):  # the substitution 1 - e chi = exp(-s) avoids the singular end
         chi = -math.expm1(-s) / restitution
         return math.log1p(chi) + s - chi * (1.0 + restitution)
 
@@ -32,7 +32,7 @@ def exact_factor(restitution: float) -> float:
 
 
 def approach_loss(chi: float) -> float:
-    """Return chi - ln(1 + chi), without cancellation where chi is small."""
+    """Return chi - ln(1 + chi), without cancellation for small chi."""
     if chi > 0.1:
         return chi - math.log1p(chi)
     return chi * chi * math.fsum((-chi) ** k / (k + 2) for k in range(16))
@@ -60,7 +60,7 @@ def approach_hysteresis_rebound(chi: float) -> float:
 
 
 def damping_ratio(restitution: float) -> float:
-    """Return the zeta of a linear oscillator that comes back through zero with `restitution` times its speed."""
+    """Return the zeta of a linear oscillator that returns to zero with `restitution` times its speed."""
     loss = -math.log(restitution)
     return loss / math.hypot(math.pi, loss)
 

@@ -1,4 +1,4 @@
-"""What a law is made of, and where all laws are entered."""
+"""Registered laws: description, compiled types and constructor of each."""
 
 import math
 from collections.abc import Callable
@@ -13,11 +13,11 @@ from .friction import contract as friction
 from .loss import contract as loss
 from .wear import contract as wear
 
-#: What the compiled types of a law declare: each is a member of every one of these.
+#: Family of laws -> the compiled families of which each type must be a member.
 DECLARED = {
     "law": loss.FAMILIES,
     "elastic": elastic.FAMILIES,
-    "roughness": (),  # tabulated before anything is compiled
+    "roughness": (),  # tables are computed before compiling
     "friction": friction.FAMILIES,
     "wear": wear.WEAR_FAMILIES,
     "pressure": wear.PRESSURE_FAMILIES,
@@ -28,31 +28,31 @@ DECLARED = {
 
 
 def unlimited(joint: Joint) -> float:
-    """Return the largest penetration (m) that a law is valid for where it has none."""
+    """Return the default for the largest valid penetration (m): infinity."""
     return math.inf
 
 
 def nothing(joint: Joint) -> dict:
-    """Return what follows from other values of a joint for a law that derives nothing."""
+    """Return the default for derived values: none."""
     return {}
 
 
 class Recipe(NamedTuple):
-    """A law as the user sees it, and what turns his numbers into its compiled form."""
+    """A law as described to users, and the constructor of its compiled form."""
 
     law: Law
     types: tuple[type, ...]  # the types that `make` may return
     make: Callable  # joint -> compiled form
-    returned: Callable | None = None  # restitution asked for -> restitution of a free impact, in closed form
-    limit: Callable = unlimited  # joint -> largest penetration that the law is valid for, m
-    derived: Callable = nothing  # joint -> path within the joint -> (value, unit), what follows from other values
+    returned: Callable | None = None  # requested restitution -> restitution of a free impact, in closed form
+    limit: Callable = unlimited  # joint -> largest valid penetration, m
+    derived: Callable = nothing  # joint -> derived values: path within the joint -> (value, unit)
 
 
 RECIPES: dict[tuple[str, str], Recipe] = {}
 
 
 def register(law: Law, types: tuple[type, ...], make: Callable, **rest) -> None:
-    """Enter a law; `rest` goes to its Recipe.  Raises TypeError where something is not declared.
+    """Register a law; `rest` goes to its Recipe.  Raises TypeError if a member is missing.
 
     A `source` that begins with 'after' names the paper whose formula was taken from later work that quotes it.
     """
@@ -62,7 +62,7 @@ def register(law: Law, types: tuple[type, ...], make: Callable, **rest) -> None:
 
 
 def _undeclared(law: Law, types: tuple[type, ...], returned: Callable | None):
-    """Yield, in words, what a law that is to be entered leaves out."""
+    """Yield descriptions of the missing declarations of a law."""
     if law.family not in DECLARED:
         yield f"unknown family (known: {', '.join(DECLARED)})"
         return

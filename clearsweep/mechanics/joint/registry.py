@@ -1,17 +1,18 @@
-"""The laws a user can name, looked up: what a joint's laws are in compiled form, and what they say of it.
+"""Converts the joints of a case to compiled form, and answers questions about their laws.
 
-To add a law is to add one block, with its type where it needs a new one, to a file of its kind; a new file needs an
+To add a law, add a block, with a new type if necessary, to a file of its kind; a new file needs an
 import below.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
 from ...contracts.case import Joint
 from ...contracts.catalogue import Law
 from ..compiled.vector import Vector
-from . import dry, guide, lubricated, slot, spatial, worn
+from . import dry, guide, lubricated, slot, spatial, worn, worn_slot
 from .elastic.conformal import Foundation
 from .elastic.contract import elastic_force
 from .elastic.power import Linear
@@ -27,7 +28,7 @@ from .roughness.spots import Surface
 from .wear.contract import NoWear, Worn
 from .wear.shape import AT_POINT, ON_SPRINGS, Shape, shapes_of
 
-# Each of these enters its laws, which are listed in this order.
+# Each import registers its laws, which are listed in this order.
 # isort: off
 from .loss import hysteresis, plastic, dampers  # noqa: F401
 from .elastic import power, cylinders, conformal, compatible  # noqa: F401
@@ -60,23 +61,23 @@ __all__ = [
 
 
 def described() -> tuple[Law, ...]:
-    """Return all laws a grid can name, as they are described."""
+    """Return the descriptions of all laws that a grid can name."""
     return tuple(recipe.law for recipe in RECIPES.values())
 
 
 def _elastic(joint: Joint) -> Recipe | None:
-    """Return the elastic law of a joint, None where the contact law brings its own spring."""
+    """Return the elastic law of a joint, or None if the contact law brings its own spring."""
     uses_elastic = joint.is_dry and RECIPES["law", joint.contact.law].law.uses_elastic
     return RECIPES["elastic", joint.contact.elastic] if uses_elastic else None
 
 
 def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
-    """Return the compiled form of a joint, `distal` being its body away from the drive; here its kind is chosen.
+    """Return the compiled form of a joint; `distal` is its body further from the drive.  Chooses the kind of joint.
 
-    `before` is what its bodies have lost before the run.
+    `before` is the earlier wear of its bodies.
     """
     side = 1.0 if joint.journal in (None, distal) else -1.0
-    radius = joint.bearing_radius or 2.0 * joint.clearance  # of no meaning where a grid need not give it
+    radius = joint.bearing_radius or 2.0 * joint.clearance  # unused if a grid need not give it
     if joint.film and not joint.is_dry:
         return lubricated.Film(
             clearance=joint.clearance,
@@ -95,7 +96,8 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
     if joint.slot_length is not None:
         half, around = 0.5 * joint.slot_length, radius + joint.slot_length / math.pi
         laws = law, elastic, friction_term(joint), around, wear_term(joint)
-        return slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half, *laws)
+        new = slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half, *laws)
+        return worn_slot.WornSlot(*new, *_slot_shapes(joint, new, before)[:2]) if _evolves(joint) else new
     if joint.is_spatial:
         return _spatial_term(joint)
     pressed = dry.Joint(
@@ -108,7 +110,7 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
         friction=friction_term(joint),
         wear=wear_term(joint),
     )
-    if joint.wear and joint.wear.evolve:
+    if _evolves(joint):
         form = worn.WornOnBed if _on_springs(joint, elastic) else worn.WornJoint
         return form(*pressed, *_shapes(joint, elastic, before)[:2])
     if joint.film is None:
@@ -119,32 +121,47 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
     return lubricated.Lubricated(*pressed, film, drag, joint.film.limit, film_transition, corners)
 
 
+def _evolves(joint: Joint) -> bool:
+    """Return whether the worn shape of a joint acts."""
+    return joint.wear is not None and joint.wear.evolve
+
+
+def _slot_shapes(joint: Joint, term: Any, before: Worn | None) -> tuple[Shape, Shape, float]:
+    """Return the same as `_shapes` of a slot, whose compiled form is `term`."""
+    assert joint.wear is not None  # only joints with wear
+    new = np.zeros(joint.wear.bins)
+    bearing, journal = before[:2] if before else (new, new)
+    return worn_slot.slot_shapes(term, bearing, journal)
+
+
 def _on_springs(joint: Joint, elastic: tuple) -> bool:
-    """Return whether the worn surfaces of a joint press on springs all along, not at one point."""
+    """Return whether the worn surfaces of a joint press on a bed of springs, not at one point."""
     return isinstance(elastic, Foundation) and joint.wear is not None and joint.wear.pressure == "winkler"
 
 
 def _shapes(joint: Joint, elastic: tuple, before: Worn | None) -> tuple[Shape, Shape, float]:
-    """Return the shapes of bearing and journal, circles where nothing is worn before, and how widely they are smoothed.
+    """Return the shapes of bearing and journal, circles if unworn, and their smoothing width.
 
     That is the standard deviation (rad) of the Gaussian.
     """
-    assert joint.wear is not None  # asked of joints that wear
+    assert joint.wear is not None  # only joints with wear
     new = np.zeros(joint.wear.bins)
     bearing, journal = before[:2] if before else (new, new)
     return shapes_of(bearing, journal, joint.clearance, ON_SPRINGS if _on_springs(joint, elastic) else AT_POINT)
 
 
 def smoothing(joint: Joint, before: Worn) -> float | None:
-    """Return the standard deviation (rad) of the Gaussian that worn shapes are smoothed by, None where none act."""
-    if not (joint.wear and joint.wear.evolve):
+    """Return the standard deviation (rad) of the Gaussian that smooths worn shapes, or None if they have no effect."""
+    if not _evolves(joint):
         return None
+    if joint.slot_length is not None:
+        return _slot_shapes(joint, joint_term(joint, "", before), before)[2]
     return _shapes(joint, contact_terms(joint)[1], before)[2]
 
 
 def film_terms(joint: Joint) -> tuple:
     """Return the compiled form of (film, shear) of a joint that has a film."""
-    assert joint.film is not None  # asked of joints with one
+    assert joint.film is not None  # only joints with one
     drag = DEFAULT if joint.film.friction == "by-law" else joint.film.friction
     return compiled_term("film", joint.film.law, joint), compiled_term("film-friction", drag, joint)
 
@@ -152,7 +169,7 @@ def film_terms(joint: Joint) -> tuple:
 def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
     """Return the compiled form of a spatial joint; its journal is on the rod."""
     law, elastic = contact_terms(joint)
-    assert None not in (joint.bearing_radius, joint.length, joint.journal_length)  # the grid knows that they are there
+    assert None not in (joint.bearing_radius, joint.length, joint.journal_length)  # the grid requires them
     about = np.array([*joint.tilt, 0.0])
     angle = float(np.linalg.norm(about))
     share = math.sin(angle) / angle if angle else 1.0
@@ -183,7 +200,7 @@ def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
 
 
 def jam_angle(joint: Joint) -> float:
-    """Return the tilt (rad) at which the journal of a spatial joint jams, inf where nothing stops it."""
+    """Return the tilt (rad) at which the journal of a spatial joint jams, inf if it cannot."""
     return spatial.jam_angle(_spatial_term(joint))
 
 
@@ -199,14 +216,14 @@ def contact_terms(joint: Joint) -> tuple:
 
 
 def _bulk(joint: Joint) -> tuple:
-    """Return the compiled form of the elastic force of a joint's bodies."""
+    """Return the compiled elastic law of a joint's bodies, without roughness."""
     if not _elastic(joint):
         return Linear(joint.contact.values["stiffness"])
     return compiled_term("elastic", joint.contact.elastic, joint)
 
 
 def _roughness(joint: Joint) -> Series | None:
-    """Return the elastic law of a joint with its rough surfaces in series, None where they are smooth."""
+    """Return the elastic law of a joint with rough surfaces in series, or None if they are smooth."""
     surface = compiled_term("roughness", joint.roughness.law, joint) if joint.roughness else None
     if not isinstance(surface, Surface):
         return None
@@ -215,14 +232,14 @@ def _roughness(joint: Joint) -> Series | None:
 
 
 def penetration_limit(joint: Joint) -> float:
-    """Return the largest penetration (m) that the elastic law of a joint, rough or not, is valid for, inf if any."""
+    """Return the largest valid penetration (m) of a joint's elastic law, rough or not; inf without a limit."""
     elastic_law, rough = _elastic(joint), _roughness(joint)
     limit = elastic_law.limit(joint) if elastic_law else math.inf
     return min(rough.flattened, rough.depth(limit)) if rough else limit
 
 
 def elastic_forces(joint: Joint, depths) -> list[float]:
-    """Return the elastic force (N) in a joint at each of some penetrations (m)."""
+    """Return the elastic forces (N) in a joint at penetrations (m)."""
     term = contact_terms(joint)[1]
     return [float(elastic_force(term, depth)) for depth in depths]
 
@@ -230,7 +247,7 @@ def elastic_forces(joint: Joint, depths) -> list[float]:
 def elastic_choices(joint: Joint) -> dict[str, Joint]:
     """Return, by name, a joint with each elastic law that its radii, length and material allow.
 
-    Rough surfaces stay; with the law in use other ones are among the choices, too.
+    Rough surfaces are kept; the law in use is also combined with other roughness laws.
     """
     if joint.contact.material is None or _elastic(joint) is None:
         return {}
@@ -249,9 +266,9 @@ def _other_surfaces(joint: Joint) -> dict[str, Joint]:
 
 
 def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
-    """Return, by name, a joint with each elastic law, and why it cannot have that, '' where it can.
+    """Return, by name, a joint with each elastic law, and why the joint cannot have it, or ''.
 
-    Nothing where the law of its normal force brings its own spring.
+    Empty if the law of its normal force has its own stiffness.
     """
     contact, candidates = joint.contact, {}
     if _elastic(joint) is None:
@@ -266,7 +283,7 @@ def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
     there = {*sizes, *(("material",) if material else ())}
     for law in (law for law in described() if law.family == "elastic"):
         defaults = {field.name: field.default for field in law.fields if field.default is not None}
-        used = law.name == contact.elastic  # keys of other laws may have its names, `exponent` such as
+        used = law.name == contact.elastic  # keys of other laws may have the same names, such as `exponent`
         values = defaults | contact.values if used else contact.values | defaults
         follows = {*values, *(("stiffness",) if material else ())}
         lacking = [name for name in law.needs if name not in there]
@@ -279,18 +296,18 @@ def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
 
 
 def restitution(joint: Joint) -> float | None:
-    """Return what a free impact in a joint gives back, None where mass and speed decide that, or there is none."""
+    """Return the restitution of a free impact in a joint, or None if it depends on mass and speed or does not exist."""
     returned = joint.is_dry and RECIPES["law", joint.contact.law].returned
     return float(returned(joint.contact.values.get("restitution"))) if returned else None
 
 
 def beyond_hertz(joint: Joint) -> bool:
-    """Return whether the contact law of a joint is made for Hertz's force, which its rough surfaces alter."""
+    """Return whether the contact law of a joint assumes Hertz's force, which rough surfaces change."""
     return "hertz" in RECIPES["law", joint.contact.law].law.needs and _roughness(joint) is not None
 
 
 def is_ball(joint: Joint) -> bool:
-    """Return whether the stiffness of a joint is that of a ball in a socket, by a law that another might replace."""
+    """Return whether the stiffness of a joint is that of a ball in a socket and another law could replace it."""
     contact, elastic = joint.contact, _elastic(joint)
     from_material = elastic is not None and contact.material is not None and "stiffness" not in contact.values
     needs_hertz = joint.is_dry and "hertz" in RECIPES["law", contact.law].law.needs
@@ -303,7 +320,7 @@ def pulls(joint: Joint) -> bool:
 
 
 def derived(joint: Joint) -> dict[str, tuple[float, str]]:
-    """Return what the contact of a joint derives: path within the joint -> (value, unit)."""
+    """Return the derived values of a joint's contact: path within the joint -> (value, unit)."""
     elastic_law, limit = _elastic(joint), penetration_limit(joint)
     values = RECIPES["law", joint.contact.law].derived(joint) if joint.is_dry else {}
     if elastic_law:

@@ -63,7 +63,8 @@ class _Normal(NamedTuple):
 
 
 @inlined
-def _normal(joint, gap):
+def normal_of(joint, gap):
+    """Return the normal of a pin in a slot, from its GuideGap."""
     beyond = gap.x - min(max(gap.x, -joint.half_length), joint.half_length)
     eccentricity = math.sqrt(beyond * beyond + gap.y * gap.y)
     centred = eccentricity <= 0.0
@@ -76,11 +77,12 @@ def _normal(joint, gap):
 
 @kernel
 def _pressed(joint, gap, place, present):
-    normal, c = _normal(joint, gap), place.contact
+    normal, c = normal_of(joint, gap), place.contact
     mode = present.mode[c]
     if mode == FREE:
         zero = as_type_of(0.0, normal.depth)
-        apart = Contact(zero, zero, normal.slip, normal.rate, normal.depth, zero, zero)
+        speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
+        apart = Contact(zero, zero, speed, normal.rate, normal.depth, zero, zero)
         return zero, zero, zero, apart
     law = with_current_state(joint.law, present.y, present.latched, place)
     friction = with_current_state(joint.friction, present.y, present.latched, after_law(place, joint.law))
@@ -120,9 +122,14 @@ def _load_at_the_pin(joint, gap, place, present):
 
 @see.member(SlotJoint)
 def _along_the_wall(joint, gap, turned, j, moment):
+    if touches(moment.step.mode[j]):
+        note_contact(joint, gap, turned, j, moment)
+
+
+@inlined
+def note_contact(joint, gap, turned, j, moment):
+    """Note where contact `j`, which touches, is on wall and pin at a Moment."""
     step, i = moment.step, moment.number
-    if not touches(step.mode[j]):
-        return
     half, radius = joint.half_length, joint.journal_radius + joint.clearance
     nearest = min(max(gap.x, -half), half)
     beyond = gap.x - nearest
@@ -143,13 +150,27 @@ def _along_the_wall(joint, gap, turned, j, moment):
 
 @local_clearance.member(SlotJoint)
 def _of_walls_and_ends(joint, on_wall, on_pin):
-    """A wall is flat: with it the pin has its own radius, R_b R_j / c for c = R_b."""
+    return local_by_way(joint, on_wall)
+
+
+@inlined
+def on_flat_wall(joint, on_wall):
+    """Return whether the wall is flat where the way along it, over the radius of a circle as long, is `on_wall`."""
     radius, turn = joint.journal_radius + joint.clearance, 2.0 * math.pi
     way = (on_wall - turn * math.floor(on_wall / turn)) * joint.bearing_radius
     quarter, wall = 0.5 * math.pi * radius, 2.0 * joint.half_length
     half_way = math.pi * joint.bearing_radius
     within = where(way > half_way, way - half_way, way)  # both halves are alike
-    return where((within > quarter) & (within < quarter + wall), radius, joint.clearance)
+    return (within > quarter) & (within < quarter + wall)
+
+
+@inlined
+def local_by_way(joint, on_wall):
+    """Return the difference (m) of the radii of curvature of new surfaces by the way along the wall.
+
+    A wall is flat: with it the pin has its own radius, R_b R_j / c for c = R_b.
+    """
+    return where(on_flat_wall(joint, on_wall), joint.journal_radius + joint.clearance, joint.clearance)
 
 
 @middle_arc.member(SlotJoint)

@@ -1,14 +1,14 @@
 """A revolute joint whose worn surfaces act: `wear.evolve`.
 
-Bearing and journal are circles less what is worn off them, h of the angle in the frame of each body (`wear.shape`),
-which is fixed still as long as a run lasts.  With u(phi) the unit vector at an angle, e the eccentricity and theta the
+Bearing and journal are circles minus wear, a function h of the angle in the frame of each body (`wear.shape`),
+which is constant during a run.  With u(phi) the unit vector at an angle, e the eccentricity and theta the
 angles of the bodies, the surfaces penetrate where they are closest by
 
     depth = max over phi of  e . u(phi) - c - h_b(phi - theta_b) - h_j(phi - theta_j) .
 
 The normal is u there.  By virtual work the normal force F turns the bearing by -F h_b' and the journal by -F h_j',
-since the rate of the depth is v . u + h_b' omega_b + h_j' omega_j: what a law stores over the depth is a potential, and
-no energy is lost but by the law.  Sliding is at the worn radii.
+since the rate of the depth is v . u + h_b' omega_b + h_j' omega_j: the stored energy is a potential, and
+only the law dissipates energy.  Sliding is at the worn radii.
 """
 
 from typing import NamedTuple
@@ -38,13 +38,13 @@ KINDS = (WornJoint, WornOnBed)
 
 
 class WornContact(NamedTuple):
-    """What is seen of a worn contact; the first fields as of a Contact."""
+    """Observables of a worn contact; the first fields are those of a Contact."""
 
     normal: float  # N
     tangential: float  # N, on the journal
     slip: float  # m/s, as in a dry joint; in free flight a bound of the rate of the depth
     rate: float  # m/s, of the depth
-    depth: float  # m, as `pressing` measures it; negative where there is a gap
+    depth: float  # m, as measured by `pressing`; negative for a gap
     elastic: float  # N, the elastic part of the normal force
     raw: float  # N, the normal force before it is clipped, above the least that its law allows
     pace: float  # m/s, at which the normal force works
@@ -54,14 +54,14 @@ class WornContact(NamedTuple):
 
 
 class Pressing(NamedTuple):
-    """How worn surfaces press against each other, by a measure of how deep they are in each other."""
+    """Load direction and generalised depth of worn surfaces in contact."""
 
     nx: float  # direction in which the bearing is pressed, a unit vector
     ny: float
     depth: float  # m, the measure; a law's force over it is the derivative of what is stored
     rate: float  # m/s, of the measure
-    gain: float  # 1, by how much it grows as the journal moves along the direction: true forces are as much larger
-    turns: tuple  # m/rad, by how much it grows as bearing and journal turn
+    gain: float  # 1, its derivative as the journal moves along the direction: true forces are larger by this factor
+    turns: tuple  # m/rad, its derivatives as bearing and journal rotate
 
 
 @family
@@ -70,17 +70,17 @@ def pressing(joint, there, gap, pen):
 
 
 @pressing.member(WornJoint)
-def _at_the_deepest(joint, there, gap, pen):
+def _pressing_worn_joint(joint, there, gap, pen):
     gain = as_type_of(1.0, there.depth)
     return Pressing(there.nx, there.ny, there.depth, there.rate, gain, there.slopes)
 
 
 @inlined
 def apart(joint, gap):
-    """Return the Load of surfaces that do not touch: none, and how far they are from it.
+    """Return the Load of separate surfaces: zero, with their distance.
 
-    Far from contact, by more than what is worn varies, the depth is that of the least worn place all round: it is never
-    less than the true one.  The speed seen bounds the rate of the depth.
+    Far from contact, beyond the variation of wear, the depth is that of the least worn place: it is never
+    less than the true depth.  The reported speed bounds the rate of the depth.
     """
     square = gap.x * gap.x + gap.y * gap.y
     eccentricity, speed = math.sqrt(square), math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
@@ -101,7 +101,7 @@ def apart(joint, gap):
 
 @inlined
 def worn_load(joint, gap, mode, pen, onset_rate):
-    """Return the Load of a worn joint in a mode in which it touches, as `dry.joint_load` does of circles."""
+    """Return the Load of a worn joint in a touching mode, like `dry.joint_load` for circles."""
     there = nearest(joint, gap)
     pressed = pressing(joint, there, gap, pen)
     nx, ny, gain = pressed.nx, pressed.ny, pressed.gain
@@ -129,30 +129,30 @@ def worn_load(joint, gap, mode, pen, onset_rate):
 
 
 @power_stored.member(WornContact)
-def _by_its_pace(contact):
+def _power_stored_worn_contact(contact):
     return contact.elastic * contact.pace
 
 
 @power_lost.member(WornContact)
-def _beside_what_is_stored(contact):
+def _power_lost_worn_contact(contact):
     return (contact.normal - contact.elastic) * contact.pace
 
 
 @contact_modes.member(WornJoint)
 @contact_modes.member(WornOnBed)
-def _one_contact(joint):
+def _contact_modes_worn_joint_or_worn_on_bed(joint):
     return (ContactModes(FREE, PRESSED),)
 
 
 @parts.member(WornJoint)
 @parts.member(WornOnBed)
-def _those_of_a_dry_joint(joint):
+def _parts_worn_joint_or_worn_on_bed(joint):
     return Part(Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0)
 
 
 @load.member(WornJoint)
 @load.member(WornOnBed)
-def _load_at_the_root(joint, gap, place, present):
+def _load_worn_joint_or_worn_on_bed(joint, gap, place, present):
     mode = present.mode[place.contact]
     if mode == FREE:
         return apart(joint, gap)
@@ -165,20 +165,20 @@ def _load_at_the_root(joint, gap, place, present):
 
 
 def worn_in(joint) -> bool:
-    """Return whether the shape of a joint's surfaces acts."""
+    """Return whether the worn shape of a joint affects contact."""
     return isinstance(joint, KINDS)
 
 
 @family
 def seat(joint, eccentricity, angles):
-    """Return where (2,) m the journal lies under the load that it bears at an `eccentricity` in circles, and how deep.
+    """Return the position (2,) m of the journal under the load that circles carry at an `eccentricity`, and the depth.
 
-    angles : rad, of the proximal and the distal body.  Called from Python alone.
+    angles : rad, of the proximal and the distal body.  Called only from Python.
     """
 
 
 @seat.member(WornJoint)
-def _under_its_deepest_point(joint, eccentricity, angles):
+def _seat_worn_joint(joint, eccentricity, angles):
     """With n the direction of the load, at the angle phi: (c + h + depth) n + h' n', n' being n turned by 90 deg."""
     size = float(np.hypot(*eccentricity))
     nx, ny = eccentricity / size
@@ -195,13 +195,13 @@ def _under_its_deepest_point(joint, eccentricity, angles):
 
 @contact_angle.member(WornJoint)
 @contact_angle.member(WornOnBed)
-def _of_the_nearest(joint, gap):
+def _contact_angle_worn_joint_or_worn_on_bed(joint, gap):
     there = nearest(joint, gap)
     return there.angle, there.normal_rate, there.depth, there.rate
 
 
 @local_clearance.member(WornJoint)
-def _of_the_worn_surfaces(joint, on_bearing, on_journal):
+def _local_clearance_worn_joint(joint, on_bearing, on_journal):
     h, _, bend, _ = worn_at(joint.bearing.table, on_bearing)
     other, _, more, _ = worn_at(joint.journal.table, on_journal)
     return joint.clearance + (h + bend + other + more)

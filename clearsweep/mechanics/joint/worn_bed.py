@@ -1,15 +1,15 @@
 """Worn surfaces on a bed of springs: `pressure: winkler` with `elastic: winkler` and `evolve: true`.
 
-Where the surfaces would be in each other by f(phi) = e . u(phi) - c - h_b(phi - theta_b) - h_j(phi - theta_j), the
-layer presses with k f.  What it stores is
+Where the surfaces overlap by f(phi) = e . u(phi) - c - h_b(phi - theta_b) - h_j(phi - theta_j), the
+layer presses with k f.  Its stored energy is
 
     W = (1/2) K integral of f^2 dphi,   K = k R_b L ,
 
 whose derivatives by e and by the angles of the bodies are its force and its moments: K times the integrals of f u,
-f h_b' and f h_j'.  Laws of the normal force know one penetration: here that of the circular joint that stores as much,
+f h_b' and f h_j'.  Laws of the normal force use one penetration: here that of the circular joint with equal energy,
 W_0(pen) = W.  The derivative of the one over the other is F_0(pen), the closed form of the circular joint; so the
 measure grows by g = K integral(f u) / F_0 as the journal moves, and all forces are those of the circular joint times
-|g|, in its direction.  An impact gives back what the law asks for, whatever the shape.
+|g|, in its direction.  An impact has the restitution of the law, whatever the shape.
 
 The arc over which f is above zero has two ends, found by Halley's method, and the integrals are Gauss's.
 """
@@ -28,12 +28,12 @@ from .worn import Pressing, WornJoint, WornOnBed, pressing, seat
 
 COUNT = 7  # points of Gauss's rule: to 1e-10 over half an arc of 60 degrees
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(COUNT)
-ENDS = 0.05  # of the way to an end of the arc: a step of Halley's method below which the next is 1e-4 of it
+ENDS = 0.05  # of the distance to an end of the arc: after a smaller Halley step the next is 1e-4 of it
 STEPS = 30  # at most
-SETTLING = 6  # steps of the measure of depth, each a step of Newton's method
-FARTHEST = 1.7  # rad from the deepest point: there f is below zero, as nothing worn is
-BLUNT = 0.05  # clearances: the least difference of the radii of curvature by which the end of an arc is guessed
-FAINT = 1e-8  # clearances: a penetration below which the bed is taken for a point
+SETTLING = 6  # Newton steps for the generalised depth
+FARTHEST = 1.7  # rad from the deepest point: there f is always negative
+BLUNT = 0.05  # clearances: least difference of curvature radii in the first guess of an arc's end
+FAINT = 1e-8  # clearances: a smaller penetration is treated as a point contact
 
 
 def _angle(share):
@@ -74,9 +74,9 @@ def overlap(surfaces, x, y, angle, turned):
 
 @inlined
 def nearer_end(contact, away, side):
-    """Return how far (rad) an end of the arc is, by Halley's method from f, its slope and bend `away` from the middle.
+    """Return the angle (rad) to an arc's end, by Halley's method from f, slope and curvature `away` from the middle.
 
-    Where f does not fall there, half of what may be left is gone.
+    If f does not decrease there, half of the remaining range is taken.
     """
     f, slope, bend = contact
     slope = side * slope
@@ -88,7 +88,7 @@ def nearer_end(contact, away, side):
 
 @kernel
 def arc_ends(surfaces, x, y, turned, guess):
-    """Return how far (rad) both ends of the arc are from the deepest point; guess : its angle, and about how far."""
+    """Return the angles (rad) from the deepest point to both arc ends; guess : angle of the point, first guess."""
     middle, low, high = guess[0], guess[1], guess[1]
     for _ in range(STEPS):
         before, behind = low, high
@@ -111,7 +111,7 @@ def circles(clearance, pen):
 
 
 @pressing.member(WornOnBed)
-def _over_the_arc(joint, there, gap, pen):
+def _pressing_worn_on_bed(joint, there, gap, pen):
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     on_bearing, on_journal, bearing_spin, journal_spin = bodies_of(joint, gap)
     c = joint.clearance
@@ -137,7 +137,7 @@ def _over_the_arc(joint, there, gap, pen):
         by_bearing, by_journal = by_bearing + part * slope, by_journal + part * other_slope
         stored = stored + part * f
     stored_by_circles, pressed_by_circles = circles(c, pen)
-    # Newton's step from a root that lags, just after an onset, goes far beyond the pen that stores deep^2 half or less
+    # just after an onset, a Newton step from a lagging root overshoots the pen that stores at most deep^2 / 2
     most = 2.0 * max(deep, (deep * deep * half) ** 0.4 * c**0.2)
     depth = min(pen + (0.5 * half * stored - stored_by_circles) / pressed_by_circles, as_type_of(most, there.depth))
     scale = half / pressed_by_circles
@@ -148,7 +148,7 @@ def _over_the_arc(joint, there, gap, pen):
 
 
 @seat.member(WornOnBed)
-def _on_its_springs(joint, eccentricity, angles):
+def _seat_worn_on_bed(joint, eccentricity, angles):
     """Both components of the force are those of the load, by Newton's method with differences."""
     size = float(np.hypot(*eccentricity))
     load, pen = elastic_force(joint.elastic, size - joint.clearance), size - joint.clearance

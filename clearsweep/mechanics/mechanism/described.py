@@ -1,4 +1,4 @@
-"""What mechanisms that are built as planar machines have in common: their keys and channels, by what a grid names."""
+"""Shared parts of mechanisms that are built as planar machines: keys and channels from the names in a grid."""
 
 import math
 from collections.abc import Mapping
@@ -11,12 +11,12 @@ from . import drives, loads, planar
 
 
 def column_name(name: str) -> str:
-    """Return a name as channels have it."""
+    """Return a name in the form used in channels."""
     return name.replace("-", "_")
 
 
 def keys_of(outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tuple[str, ...]) -> tuple[Keys, ...]:
-    """Return the sections of drive and loads; points : of each body, () where none can be chosen; joints : names."""
+    """Return the sections of drive and loads; points : of each body, or () if none can be chosen; joints : names."""
     sections = [*drives.keys(outline)]
     if outline.loads:
         sections.append(Keys("loads", "what acts on the mechanism from outside", need="optional"))
@@ -26,11 +26,11 @@ def keys_of(outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tup
 
 
 def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
-    """Return the path below `mechanism` that is to blame, and a sentence, where a case's machine cannot be closed.
+    """Return the path below `mechanism` at fault, and a sentence, if the machine of a case cannot be closed.
 
-    None where it can be, all the turn of its crank.
+    None if it can be closed over the whole turn of its crank.
     """
-    assert mechanism.machine is not None  # asked of mechanisms that have one
+    assert mechanism.machine is not None  # only mechanisms with a machine
     machine: Machine = mechanism.machine(case)
     still = machine._replace(drive=Constant(1.0, machine.drive.start_angle), loads=())
     try:
@@ -45,7 +45,7 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
 
 
 def elastic_keys(path: str, points: tuple[str, ...] = ()) -> tuple[Keys, ...]:
-    """Return the sections of a link that gives; `points`: its own, where it is not known which two it lies between."""
+    """Return the sections of an elastic link; `points`: its points, if its two ends are not fixed."""
     elastic = Keys(f"{path}.elastic", "elastic along the line of its pins; left out: rigid", _ELASTIC, "optional")
     if not points:
         return (elastic,)
@@ -54,7 +54,7 @@ def elastic_keys(path: str, points: tuple[str, ...] = ()) -> tuple[Keys, ...]:
 
 
 def elastic_of(values: Mapping, path: str, ends: tuple[str, str] | None = None) -> Elastic | None:
-    """Return how a link of a case gives between the points `ends`, by default those written; None: it is rigid."""
+    """Return the compliance of a case's link between the points `ends`, by default those written, or None if rigid."""
     own = f"{path}.elastic"
     if f"{own}.axial_stiffness" not in values:
         return None
@@ -68,9 +68,9 @@ def channels_of(
     names: tuple[str, str, str],
     elastic: frozenset[str] = frozenset(),
 ) -> tuple[Channel, ...]:
-    """Return the time histories, in the order in which a machine describes itself.
+    """Return the time histories in the order of `describe`.
 
-    bodies : the ground among them; names : of the output's place, rate and acceleration; elastic : links that give.
+    bodies : including the ground; names : of the output's position, rate and acceleration; elastic : elastic links.
     """
     units = (output.unit, f"{output.unit}/s", f"{output.unit}/s^2")
     texts = (f"place of the {output.name}, by which it is judged", "its rate", "its acceleration")
@@ -87,7 +87,7 @@ def channels_of(
 
 
 def body_channels(body: str) -> tuple[Channel, ...]:
-    """Return the time histories that every moving body has."""
+    """Return the time histories of every moving body."""
     return tuple(Channel(f"{body}/{name}", unit, text.format(body)) for name, unit, text in BODY)
 
 

@@ -1,4 +1,4 @@
-"""What turns a crank: the keys of each form of drive, and the words in which a machine has it."""
+"""Drives of a crank: the keys of each form of drive, and its description in a machine."""
 
 import math
 
@@ -66,7 +66,7 @@ DRIVES = {
 
 
 def keys(outline: Outline) -> tuple[Keys, ...]:
-    """Return the section `drive` for the form of drive that a grid has; for ANY, all of them."""
+    """Return the section `drive` for the grid's form of drive; for ANY, those of all forms."""
     fields: dict[str, Field] = {}
     for law in DRIVES.values() if outline.drive == ANY else (DRIVES[outline.drive],):
         fields |= {field.name: field for field in law.fields}
@@ -81,7 +81,7 @@ def keys(outline: Outline) -> tuple[Keys, ...]:
 
 
 def drive_of(drive: case.Drive, outline: Outline) -> tuple:
-    """Return the drive as a machine has it."""
+    """Return the drive as described in a machine."""
     if outline.free:
         return machine.Motor(drive.torque, drive.no_load_speed, drive.initial_speed, drive.inertia, drive.start_angle)
     if drive.table is None:

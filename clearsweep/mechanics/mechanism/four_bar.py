@@ -57,7 +57,7 @@ def outlined(outline: Outline) -> Mechanism:
 
 
 def closed(values, angle: float) -> tuple[float, float]:
-    """Return the angles (rad) of coupler and rocker that close the linkage at a crank angle, or nearly do."""
+    """Return the angles (rad) of coupler and rocker that close the linkage, or nearly close it, at a crank angle."""
     ground, crank, coupler, rocker = (values[f"{body}.length"] for body in _BODIES)
     x, y = ground - crank * math.cos(angle), -crank * math.sin(angle)  # from the crank pin to the rocker pivot
     span = math.hypot(x, y) or ground

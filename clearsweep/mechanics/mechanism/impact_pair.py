@@ -1,4 +1,4 @@
-"""Two bodies on a line with one gap: what a contact law gives back, without anything else."""
+"""Two bodies on a line with one gap: the behaviour of a contact law in isolation."""
 
 from typing import NamedTuple
 
@@ -67,41 +67,41 @@ MECHANISM = Mechanism(
 
 
 @place.member(ImpactPair)
-def _place(mechanism, y):
+def _place_impact_pair(mechanism, y):
     return Pose(y[0], y[1])
 
 
 @gaps.member(ImpactPair)
-def _gaps(mechanism, pose):
+def _gaps_impact_pair(mechanism, pose):
     return (Gap(pose.x, 0.0, pose.v, 0.0, 0.0, 0.0),)
 
 
 @accelerate.member(ImpactPair)
-def _accelerate(mechanism, pose, loads):
+def _accelerate_impact_pair(mechanism, pose, loads):
     return Motion((loads[0].fx * (1.0 / mechanism.mass),), 0.0, 0.0)
 
 
 @impact_masses.member(ImpactPair)
-def _impact_masses(mechanism, pose, relative):
+def _impact_masses_impact_pair(mechanism, pose, relative):
     return (mechanism.mass,)
 
 
 @energy.member(ImpactPair)
-def _energy(mechanism, pose):
+def _energy_impact_pair(mechanism, pose):
     return 0.5 * mechanism.mass * pose.v * pose.v, 0.0
 
 
 @body_angles.member(ImpactPair)
-def _body_angles(mechanism, y):
+def _body_angles_impact_pair(mechanism, y):
     return ((0.0, 0.0),)
 
 
 @output_error.member(ImpactPair)
-def _no_output(mechanism, pose):
+def _output_error_impact_pair(mechanism, pose):
     return 0.0, 0.0
 
 
 @describe.member(ImpactPair)
-def _describe(mechanism, y, pose, motion, out):
+def _describe_impact_pair(mechanism, y, pose, motion, out):
     out[0], out[1], out[2] = y[2], pose.x, pose.v
     return 3

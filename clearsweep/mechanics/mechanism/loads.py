@@ -1,4 +1,4 @@
-"""What acts on a mechanism from outside: the keys of each form of load, and the words in which a machine has it."""
+"""External loads on a mechanism: the keys of each form of load, and its description in a machine."""
 
 import math
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from ...contracts.catalogue import Choice, Columns, Field, Keys, Law
 from ...contracts.outline import ANY, GROUND, SIZES, LoadOutline
 from ..joint.recipe import compiled_term
 
-CENTER = "center"  # the point of a body that is its centre of mass
+CENTER = "center"  # the name of a body's centre of mass as a point
 MASS = "centre of mass"
 _FORCE = (
     Field("0", "N", "along x, in the fixed frame", -math.inf),
@@ -92,7 +92,7 @@ LOADS = {
 
 
 def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple[str, ...]) -> tuple[Keys, ...]:
-    """Return the sections of a load; points : of each body by name, () where none can be chosen; joints : names."""
+    """Return the sections of a load; points : of each body by name, or () if none can be chosen; joints : names."""
     path, bodies = f"loads.{load.name}", tuple(name for name in points if name != GROUND)
     there = tuple(points.get(load.on, ()))
     chosen = (
@@ -135,14 +135,14 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
 
 
 class Places:
-    """Where loads hold on to the bodies of a machine: points are added to these as loads ask for them."""
+    """Points at which loads act on the bodies of a machine; loads add points as needed."""
 
     def __init__(self, bodies: dict[str, machine.Body], pins: Mapping[str, str]):
-        """pins : body -> its point on which a load acts unless it says where; else the centre of mass."""
+        """Prepare for `bodies`; pins : body -> its default point for loads, otherwise the centre of mass."""
         self.bodies, self.pins = bodies, pins
 
     def at(self, body: str, values: Mapping) -> machine.At:
-        """Return the point of a body on which a load with these values acts."""
+        """Return the point of a body at which a load with these values acts."""
         name = values.get("point", self.pins.get(body, CENTER))
         if name not in self.bodies[body].points:
             return self.new(body, name, self.bodies[body].center)
@@ -156,7 +156,7 @@ class Places:
 
 
 def loads_of(loads: tuple[case.Load, ...], places: Places) -> tuple:
-    """Return the loads as a machine has them."""
+    """Return the loads as described in a machine."""
     return tuple(_FORMS[load.form](load, places) for load in loads)
 
 

@@ -1,4 +1,4 @@
-"""What a grid names of a mechanism of any topology, in the plane or in space: its joints, its start, its output."""
+"""Joints, initial state and output of a mechanism of any topology, planar or spatial, as a grid describes them."""
 
 import math
 from collections.abc import Iterable
@@ -18,7 +18,7 @@ _ALONG = Field("along", "rad", "direction of the measured motion of the point", 
 
 
 def joint_keys(joint: JointOutline, ends: tuple[str, ...]) -> Iterable[Keys]:
-    """Yield the sections of a joint, `ends` being the points that it can join."""
+    """Yield the sections of a joint that can connect the points `ends`."""
     path = f"mechanism.joints.{joint.name}"
     kind = Choice("type", ("revolute", "prismatic", "slot"), "a pin, a guide, or a pin in a slot of the proximal body")
     bodies = tuple(filter(None, joint.bodies))

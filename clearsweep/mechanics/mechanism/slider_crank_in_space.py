@@ -1,4 +1,4 @@
-"""The slider-crank whose bodies move in space: what a grid may write of it, and what it gives."""
+"""The slider-crank with bodies that move in space: its keys and its machine."""
 
 from collections.abc import Mapping
 
@@ -47,7 +47,7 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
 
 
 def mechanism(outline: Outline, plain: Mechanism) -> Mechanism:
-    """Return the slider-crank `plain` as one that moves in space."""
+    """Return the spatial form of the slider-crank `plain`."""
     assert plain.output is not None  # the slider
     return plain._replace(
         joints=(
@@ -67,7 +67,7 @@ def mechanism(outline: Outline, plain: Mechanism) -> Mechanism:
 
 
 def _assembly(outline: Outline, values: Mapping, speed: float) -> Assembly:
-    """Return the machine of a case in space."""
+    """Return the spatial machine of a case."""
     still = (0.0, 0.0, 0.0)
     solids = {
         "ground": Solid(0.0, still, still, {"pivot": still}),
@@ -95,7 +95,7 @@ def _link(values: Mapping, name: str) -> Solid:
 
 
 def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
-    """Return the path below `mechanism` that is to blame, and a sentence, where a case's rod could not tilt or be."""
+    """Return the path below `mechanism` at fault, and a sentence, if a case's rod is impossible or cannot tilt."""
     for name in PINS:
         if case.mechanism.values.get(f"ideal.{name}") == REVOLUTE:
             return "ideal", (

@@ -1,4 +1,4 @@
-"""The planar mechanism of any topology: the bodies, points and joints that a grid names."""
+"""The planar mechanism of any topology, with user-defined bodies, points and joints."""
 
 import math
 from collections.abc import Iterable
@@ -83,7 +83,7 @@ def _keys(outline: Outline) -> Iterable[Keys]:
 
 
 def machine(case: Case) -> Machine:
-    """Return the mechanism of a case as a machine."""
+    """Return the machine of a case."""
     values, outline = case.mechanism.values, case.outline
     bodies = {}
     for body in outline.bodies:

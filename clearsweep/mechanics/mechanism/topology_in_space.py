@@ -1,4 +1,4 @@
-"""The planar mechanism of any topology whose bodies move in space: what a grid may write of it, and what it gives."""
+"""The mechanism of any topology with bodies that move in space: its keys and its machine."""
 
 from collections.abc import Mapping
 
@@ -62,7 +62,7 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
 
 
 def mechanism(outline: Outline, plain: Mechanism) -> Mechanism:
-    """Return the planar mechanism `plain`, as a grid describes it, as one whose bodies move in space."""
+    """Return the spatial form of the planar mechanism `plain` in a grid."""
     output = Output("output", "rad" if outline.rotary else "m")
     moving = tuple(described.column_name(body.name) for body in outline.bodies if body.name != GROUND)
     heading = described.channels_of((), output, ("place", "rate", "acceleration"))
@@ -87,7 +87,7 @@ def mechanism(outline: Outline, plain: Mechanism) -> Mechanism:
 
 
 def _assembly(outline: Outline, values: Mapping, speed: float) -> Assembly:
-    """Return the machine of a case in space."""
+    """Return the spatial machine of a case."""
     solids, still = {}, (0.0, 0.0, 0.0)
     for body in outline.bodies:
         at = f"bodies.{body.name}"
@@ -107,12 +107,12 @@ def _assembly(outline: Outline, values: Mapping, speed: float) -> Assembly:
 
 
 def _allowed(outline: Outline, values: Mapping) -> dict[str, str]:
-    """Return what the pins without clearance allow."""
+    """Return the freedom of the pins without clearance."""
     return {joint.name: values[f"ideal.{joint.name}"] for joint in outline.joints if f"ideal.{joint.name}" in values}
 
 
 def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
-    """Return the path below `mechanism` that is to blame, and a sentence, where a case's machine cannot be in space."""
+    """Return the path below `mechanism` at fault, and a sentence, if a case's machine is impossible in space."""
     driven, allowed = case.mechanism.values["driven"], _allowed(case.outline, case.mechanism.values)
     if allowed.get(driven, REVOLUTE) != REVOLUTE:
         return f"ideal.{driven}", f"is {allowed[driven]}, but the drive turns a revolute joint; leave it out"

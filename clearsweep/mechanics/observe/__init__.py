@@ -1,1 +1,1 @@
-"""What is taken from the motion on its way: sums, peaks, histograms, samples."""
+"""Observables at the stages of a step, and histograms of forces."""

@@ -1,4 +1,4 @@
-"""How long a force is how large: the course of an observable over a step, and its histogram over time."""
+"""Histogram of a force over time, from its course over each step."""
 
 from typing import NamedTuple
 
@@ -8,18 +8,18 @@ from ..compiled.choosing import abreast, bits_of, number_of, where
 from ..compiled.family import inlined, kernel
 from .stages import NODES, SHARES
 
-# Histogram of the normal force over time: bins of equal ratio within a factor of two of being so, from the bits of the
-# number: BIN_BITS of the mantissa, so a bin is at most 2^-BIN_BITS wide relative to its lower edge.
+# Histogram of the normal force over time: approximately logarithmic bins from the bits of the
+# number: BIN_BITS of the mantissa, so the relative width of a bin is at most 2^-BIN_BITS.
 BIN_BITS = 8
 LOWEST = -20  # exponent of 2 of the lowest force distinguished, N
 BINS = 62 << BIN_BITS
 FIRST_BIN = (1023 + LOWEST) << BIN_BITS  # the bits of 2^LOWEST
 EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)  # N
 WIDTHS = np.diff(EDGES)  # N
-AT_ONCE = 1024  # bins that are looked at together: a factor of 16 between forces
-PARTS = 8  # of a step, into which the course of the force is divided for the histogram and for wear
-BETWEEN = 3  # even places within a step, at its quarters, at which the bodies are looked at
-MOMENTS = 8  # these and both ends, and the last one again: as many as are looked at at once
+AT_ONCE = 1024  # bins processed together: a factor of 16 between forces
+PARTS = 8  # parts of a step for the histogram and for wear
+BETWEEN = 3  # quarter points of a step at which positions are evaluated
+MOMENTS = 8  # these, both ends, and the last again, to fill the vector lanes
 # Rows of Totals.step_values: N, s, m/s, m, W
 FORCE, KAPPA_COURSE, SLIP_COURSE, DEPTH_COURSE, RUBBED_COURSE, COURSES = range(6)
 
@@ -38,11 +38,11 @@ COURSE = np.ascontiguousarray(_lagrange(SHARES, np.arange(1, PARTS + 1) / PARTS)
 
 
 class Ramp(NamedTuple):
-    """How the time of a force that goes from one value to another at an even rate is divided among bins."""
+    """Distribution of time among bins for a force that changes linearly."""
 
-    begun: float  # s, in the bin where it begins
-    ended: float  # s, in the one where it ends, if that is another, less what `density` makes of this bin
-    density: float  # s/N, in the bins that it crosses and `ended` takes off beyond; negative where it falls
+    begun: float  # s, in the first bin
+    ended: float  # s, in the last bin, if different, minus the part from `density`
+    density: float  # s/N, in the bins crossed; negative for a decreasing force
 
 
 @inlined
@@ -65,7 +65,7 @@ def ramp_of(ends, bins, duration):
     single_bin, crosses, rises = first == last, last > first + 1, ends[0] < ends[1]
     density = duration / where(single_bin, 1.0, high - low)
     lower = where(single_bin, duration, density * (bin_edge(first + 1) - low))
-    # where there is no whole bin between, a huge density would come and go, and leave its rounding
+    # without a whole bin in between, a huge density would leave rounding errors
     upper = where(single_bin, 0.0, density * (high - where(crosses, bin_edge(last + 1), bin_edge(last))))
     across = where(crosses, density, 0.0)
     return Ramp(where(rises, lower, upper), where(rises, upper, lower), where(rises, across, -across))
@@ -73,9 +73,9 @@ def ramp_of(ends, bins, duration):
 
 @inlined
 def fill(histogram, j, bins, ramps):
-    """Enter the Ramps of PARTS parts of a step, three arrays of which row `j` is meant, into histogram `j`, (BINS, 2).
+    """Add the Ramps of the PARTS parts of a step, row `j` of three arrays, to histogram `j`, (BINS, 2).
 
-    bins : (contacts, PARTS + 1 or more), those of the force between the parts.
+    bins : (contacts, PARTS + 1 or more), of the force at the ends of the parts.
     """
     begun, ended, density = ramps
     histogram[j, bins[j, 0], 0] += begun[j, 0]
@@ -109,13 +109,13 @@ def add_course(histogram, j, step_values, duration):
 
 
 def force_exceeded(histogram: np.ndarray, duration: float) -> float:
-    """Return the force (N) that is exceeded during `duration` (s); 0 where contact lasted less than that.
+    """Return the force (N) that is exceeded during `duration` (s), or 0 if contact was shorter.
 
-    histogram : (up to BINS, 2), of the Totals; bins that are left out have seen nothing.
+    histogram : (up to BINS, 2), of the Totals; missing bins are empty.
     """
     time, change = histogram[::-1].T
-    above, steps, begin = 0.0, 0.0, 0  # of all bins that are higher than those looked at
-    while begin < time.size:  # from the top on, as all but a few of the bins lie below what is searched for
+    above, steps, begin = 0.0, 0.0, 0  # time in all higher bins
+    while begin < time.size:  # from the top, as most bins are below the result
         part = slice(begin, begin + AT_ONCE)
         sums = np.cumsum(np.concatenate([[steps], change[part]]))
         spent = time[part] - sums[1:] * WIDTHS[: time.size][::-1][part]
@@ -143,9 +143,9 @@ def time_above(force: float, filled: np.ndarray) -> float:
 
 @kernel
 def follow(o, column, step_values, row):
-    """Put an observable's course over the step, at PARTS + 1 even places, into row `row` of `step_values`.
+    """Write an observable at PARTS + 1 uniform points of the step to row `row` of `step_values`.
 
-    It is the polynomial through the values at the stages.
+    The values are from the polynomial through the stages.
     """
     step_values[row, 0] = o[column, NODES[0]]
     for i in abreast(PARTS):
@@ -157,7 +157,7 @@ def follow(o, column, step_values, row):
 
 @kernel
 def share_beyond(step_values, limit):
-    """Return the share of a step's time in which a contact of this course is deeper than `limit` (m)."""
+    """Return the share of a step's time with a penetration above `limit` (m)."""
     beyond, total = 0.0, 0.0
     for i in range(PARTS + 1):
         total += step_values[KAPPA_COURSE, i]

@@ -1,11 +1,11 @@
-"""What is seen of a motion at every stage of a step: a column of numbers, read by name.
+"""Observables of the motion at each stage of a step, in columns that are accessed by name.
 
-KAPPA to ERROR_RATE are columns of the whole mechanism; after them is a block for every contact.  LOAD, the square
-of the resultant of normal and tangential force (N^2), and RUBBED, the power of friction (W, what is rubbed off), are
-filled in where they are asked for, by `put_load` and `put_rubbed`.  Only where a joint has a film, another block for
-every contact follows: the dry share of its normal force (N), the powers (W) that the film takes and dry friction, its
-largest pressure (Pa), the speed (m/s) of the surfaces that shear it, the power (W) that its pressure alone takes.
-Behind these is the power (W) of each load that is friction, below 0 where it takes energy.
+KAPPA to ERROR_RATE are columns of the whole mechanism; a block for every contact follows.  LOAD, the square
+of the resultant of normal and tangential force (N^2), and RUBBED, the power of friction (W, dissipated), are
+filled in on demand, by `put_load` and `put_rubbed`.  If a joint has a film, another block for
+every contact follows: the dry share of its normal force (N), the powers (W) of film and dry friction, its
+largest pressure (Pa), the shear speed (m/s) of the surfaces, and the power (W) of its pressure only.
+The power (W) of each friction load follows, negative if it dissipates energy.
 """
 
 from typing import NamedTuple
@@ -18,21 +18,21 @@ DRY, DRAINED, DRY_RUBBED, PRESSURE, SPEED, PUMPED, FILM_WIDTH = range(7)
 
 
 class Observed(NamedTuple):
-    """What is seen of a contact."""
+    """Observables of a contact."""
 
     normal: float  # N, normal force
-    stored: float  # W, power that goes into the elastic deformation
-    lost: float  # W, power that the normal force takes away besides it
+    stored: float  # W, stored in elastic deformation
+    lost: float  # W, dissipated by the normal force
     tangential: float  # N, friction force
     slip: float  # m/s, sliding speed; in free flight the relative speed
-    raw: float  # N, the normal force before it is clipped, above the least that its law allows
-    depth: float  # m, eccentricity less clearance
+    raw: float  # N, normal force before clipping, minus the least force of its law
+    depth: float  # m, eccentricity minus clearance
     rate: float  # m/s, of the eccentricity
 
 
 @inlined
 def columns(contacts):
-    """Return how many observables there are."""
+    """Return the number of observables."""
     return CONTACTS + CONTACT_WIDTH * contacts
 
 
@@ -44,13 +44,13 @@ def column_of(contact, which):
 
 @inlined
 def film_column(contacts, contact, which):
-    """Return the column of what is seen of the film at one of so many contacts: DRY to PUMPED."""
+    """Return the column of a film observable, DRY to PUMPED, of one of `contacts` contacts."""
     return CONTACTS + CONTACT_WIDTH * contacts + FILM_WIDTH * contact + which
 
 
 @inlined
 def observed_in(o, row, contact):
-    """Return the Observed of a contact in row `row` of `o`; what is not used of it is not read."""
+    """Return the Observed of a contact in row `row` of `o`; unused fields are not read."""
     block = CONTACTS + CONTACT_WIDTH * contact
     return Observed(
         normal=o[block + NORMAL, row],
@@ -72,7 +72,7 @@ def observed(at, row, contact):
 
 @inlined
 def observe(o, row, contact, seen):
-    """Put the Observed `seen` of a contact into row `row` of `o`."""
+    """Write the Observed `seen` of a contact to row `row` of `o`."""
     block = CONTACTS + CONTACT_WIDTH * contact
     o[block + NORMAL, row] = seen.normal
     o[block + STORED, row] = seen.stored
@@ -86,12 +86,12 @@ def observe(o, row, contact, seen):
 
 @inlined
 def put_load(o, row, contact):
-    """Put the square of the resultant force of a contact into row `row` of `o`."""
+    """Write the squared resultant force of a contact to row `row` of `o`."""
     normal, tangential = o[column_of(contact, NORMAL), row], o[column_of(contact, TANGENTIAL), row]
     o[column_of(contact, LOAD), row] = normal * normal + tangential * tangential
 
 
 @inlined
 def put_rubbed(o, row, contact):
-    """Put the power of the friction of a contact into row `row` of `o`."""
+    """Write the friction power of a contact to row `row` of `o`."""
     o[column_of(contact, RUBBED), row] = -o[column_of(contact, TANGENTIAL), row] * o[column_of(contact, SLIP), row]

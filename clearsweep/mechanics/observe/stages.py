@@ -1,4 +1,4 @@
-"""The stages of a step, and where in a row of numbers what is found at each of them is."""
+"""The stages of a step, and their rows in arrays."""
 
 import numpy as np
 
@@ -14,9 +14,9 @@ POINTS = (
     1.0,
 )
 STAGES = len(POINTS)
-#: Places of rates and observables: at the stages, the last of which is the END of the step, at its START, and in any
+#: Rows of rates and observables: at the stages, the last of which is the END of the step, at its START, and in any
 #: state on the interpolant; from OTHERS on those of the implicit method.
 END, START, SCRATCH, OTHERS, PLACES = 7, 8, 9, 10, 16
-#: The places at distinct times of a step, in their order: its start and its stages; and these times as shares of it.
+#: The rows at distinct times of a step, in order: its start and its stages; and these times as shares of the step.
 NODES = np.array([START, *range(STAGES)])
 SHARES = np.array([0.0, *POINTS])

@@ -27,7 +27,7 @@ STRAY = 2.0  # on how far depths at the stages are above a cubic: bounds how far
 
 @inlined
 def assess_step(accumulators, guards, independent, time, method):
-    """Note whether the trial step is accepted as it is, and if it is good how long the next may be.
+    """Decide whether the trial step is accepted as it is and, if it is accurate, how long the next may be.
 
     guards : Guards; `independent`, `time` : places in the state.
     """

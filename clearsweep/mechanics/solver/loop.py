@@ -139,7 +139,7 @@ def begin(at):
 
 @kernel
 def begin_anew(at):
-    """Note the length of the first step after something has changed; nothing is known of its error."""
+    """Set the length of the first step after a change of the equations, whose error is unknown."""
     stepper = at[0].stepper
     stepper[NEXT], stepper[GROWTH], stepper[EXPECTED] = (
         first_length(at, at[0].proposals, proposal_of(at)),

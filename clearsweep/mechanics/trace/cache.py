@@ -61,7 +61,7 @@ def prepare() -> Path:
 
 
 def not_private(place: Path) -> str:
-    """Return why somebody else could have put something into a directory or put another in its place; '' if nobody."""
+    """Return why another user could have written to a directory or replaced it, or '' if nobody could."""
     if not hasattr(os, "geteuid"):
         return ""
     for path in (place, place.parent):
@@ -110,7 +110,7 @@ def _damaged(path: str) -> dict:
 
 
 def kept(name: str) -> bytes | None:
-    """Return the content that is kept by a name, or came with the package; None where there is none that is sound."""
+    """Return the content that is kept by a name, or came with the package, or None if there is none that is sound."""
     home = Path(os.environ["NUMBA_CACHE_DIR"])
     for path in (home / "traced" / name, SHIPPED / home.name / name):
         try:

@@ -127,7 +127,7 @@ def _on_its_own(function: Any, given: tuple, named: dict[str, Any]) -> Any:
 
 
 def _made(function: Any, call_arguments: dict[str, Any], lanes: Any) -> _Function | None:
-    """Return the function of machine code for values of these forms, None where it returns arrays."""
+    """Return the function of machine code for values of these forms, or None if it returns arrays."""
     hand, outside, asking = trace(), trace().builder, trace().lanes
     handed = [x for value in (lanes, *call_arguments.values()) for x in passed(value)]
     kinds = [x.type for x in handed]

@@ -1,6 +1,6 @@
 """Runs the body of a function on symbols, statement by statement, as its syntax tree has it.
 
-What is known while tracing is worked out by Python: which law it is, how many joints there are, whether a number has a
+What is known while tracing is computed by Python: which law it is, how many joints there are, whether a number has a
 slope.  A decision on a symbol becomes two blocks, whose variables meet behind it; a loop whose end is not known, or
 that may end early, becomes a loop of blocks.  Other loops are written out.  In lanes, both sides of a decision run,
 each in the lanes that want it, and a loop runs until all lanes have left it.

@@ -69,7 +69,7 @@ class _Variable:
         return phi_node
 
     def wider(self, last: Any) -> tuple[type, int] | None:
-        """Return the kind and width that it needs for what it is at the end of a turn; None if it contains that."""
+        """Return the kind and width that it needs for what it is at the end of a turn, or None if it contains that."""
         needed = symbols.kind_of(self.kind(None), last), max(self.width, symbols.width_of(last))
         return None if needed == (self.kind, self.width) else needed
 

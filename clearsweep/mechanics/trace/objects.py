@@ -173,7 +173,7 @@ def compiled_at(function: Callable, cache_key: str) -> Code | None:
 
 
 def code_of(function: Callable, cache_key: str, module: Callable[[], ir.Module], needed: bool = True) -> Code | None:
-    """Return the machine code of a module, made of a function, or as it is kept; None where it is not to be had."""
+    """Return the machine code of a module, made of a function, or as it is kept, or None if it is not available."""
     cache_key = f"{function.__module__}.{function.__qualname__} {cache_key} {level()}"
     name = f"{function.__name__}-{hashlib.sha256(cache_key.encode()).hexdigest()[:32]}.o"
     content = None if _WANTED else cache.kept(name)

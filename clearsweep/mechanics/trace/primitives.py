@@ -36,7 +36,7 @@ def rule_of_function(function: Any, rule: Callable) -> None:
 
 
 def slope_rule(function: Any) -> Callable | None:
-    """Return what a function does to numbers with slopes, None where it has a body for them."""
+    """Return what a function does to numbers with slopes, or None if it has a body for them."""
     try:
         return _SLOPE_RULES.get(function)
     except TypeError:

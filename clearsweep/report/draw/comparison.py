@@ -12,8 +12,8 @@ from matplotlib.ticker import FuncFormatter
 
 from ...language import wording
 from ...language.wording import Scale
+from ..axis import Axis
 from ..main_effects import MainEffect
-from ..study import Axis
 from .style import (
     BLUE,
     GREEN,

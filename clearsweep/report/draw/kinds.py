@@ -10,9 +10,9 @@ from matplotlib.patches import Circle, Patch
 from matplotlib.ticker import MaxNLocator
 
 from ...language import wording
+from ..axis import Axis
 from ..spectrum import Spectrum
 from ..strobe import Points
-from ..study import Axis
 from .comparison import CELLS_VECTOR, WRITTEN
 from .pass_share import UNKNOWN
 from .style import BLUE, GREY, INK, PALE, RED, colour_bar, logarithmic, name_values, plain_axes, stems

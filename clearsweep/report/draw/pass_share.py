@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 
 from ...language import wording
-from ..study import Axis
+from ..axis import Axis
 from .comparison import CELLS_VECTOR, WRITTEN
 from .style import INK, name_values
 

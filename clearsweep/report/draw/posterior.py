@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..study import Axis
+from ..axis import Axis
 from .style import BLUE, plain_axes
 
 BINS = 40

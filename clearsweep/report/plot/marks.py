@@ -143,7 +143,7 @@ def _words(x: float, y: float, words: Words) -> str:
 
 
 def _halo(x: float, y: float, words: Words) -> str:
-    """Return what is behind words in the middle of a place, '' where nothing is."""
+    """Return what is behind words in the middle of a place, or '' if nothing is."""
     if not words.halo:
         return ""
     pad = float(words.halo.get("pad", 1.0))

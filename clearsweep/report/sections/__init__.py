@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from ...language import phases
+from .. import counts
 from ..section import Section
 from ..study import Study
 from . import (
@@ -18,6 +19,7 @@ from . import (
     headline,
     identified,
     lasting,
+    law_check,
     law_choice,
     life,
     maps,
@@ -62,7 +64,16 @@ MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by sub
         (peak_revolution.sections, cases.others, motion_type.sections, films.sections),
     ),
     ("Wear and life", (life.sections, wear.sections, trends.sections)),
-    ("Laws and errors", (budget.sections, law_choice.sections, elastic_laws.sections, elastic_links.sections)),
+    (
+        "Laws and errors",
+        (
+            budget.sections,
+            law_check.sections,
+            law_choice.sections,
+            elastic_laws.sections,
+            elastic_links.sections,
+        ),
+    ),
     ("All cases", (explorer.sections, peaks.sections, failures.sections)),
     ("Setup", (mechanism.sections, setup.sections)),
 )
@@ -77,5 +88,6 @@ def of(study: Study) -> list[Section]:
         for number, (subject, sections) in enumerate(every):
             preparing.note(share=number / len(every))
             made = [section for section in sections(study) if section.blocks]
-            listed += [section._replace(subject=subject, second=sections in SECOND) for section in made]
+            placed = [section._replace(subject=subject, second=sections in SECOND) for section in made]
+            listed += [counts.noted(study, section) for section in placed]
     return listed

@@ -8,11 +8,12 @@ import numpy as np
 import pandas as pd
 
 from ...language import wording
+from ..axis import Axis
 from ..draw import budget
 from ..leading import PEAK
 from ..picture import Picture
 from ..section import Gallery, Section, Sentences, filled
-from ..study import Axis, Study
+from ..study import Study
 from ..table import Column, Quantity, Table
 
 LEAST = 3  # unknowns of a budget
@@ -59,7 +60,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def designed(study: Study) -> tuple[str, list[Unknown]] | None:
-    """Return the base case and the unknowns; None where cases differ from each other in another way."""
+    """Return the base case and the unknowns, or None if cases differ from each other in another way."""
     axes, cases = study.swept(), study.cases
     if "sample" in study.run.grid or not LEAST <= len(axes) < len(cases) <= MOST:
         return None

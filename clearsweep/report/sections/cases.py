@@ -23,7 +23,7 @@ NOT_SAVED = Markup(
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the worst case in motion, or how to draw one; [] where none finished."""
+    """Return the worst case in motion, or how to draw one, or [] if none finished."""
     if study.cases.empty:
         return []
     worst = worst_case(study)

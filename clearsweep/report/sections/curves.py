@@ -7,13 +7,14 @@ import numpy as np
 
 from ...judging.verdict import Limit
 from ...language import wording
+from ..axis import Axis
 from ..draw import comparison
 from ..draw.comparison import Family
 from ..main_effects import MainEffect, main_effects
 from ..picture import Picture, capital
 from ..section import Gallery, Section, filled
 from ..shown import in_words
-from ..study import CALLED, Axis, Study, grouped, largest, median, over_other_axes, smallest
+from ..study import CALLED, Study, grouped, largest, median, over_other_axes, smallest
 from . import maps
 
 MOST = 7  # curves side by side that can be distinguished
@@ -30,7 +31,7 @@ class Drawn(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no axis has numbers that cases share."""
+    """Return the section, or [] if no axis has numbers that cases share."""
     across = None if study.cases.empty else _across(study)
     if across is None:
         return []
@@ -55,7 +56,7 @@ def _beside(study: Study, across: Axis) -> Axis | None:
 
 
 def _effects(study: Study) -> list[MainEffect]:
-    """Return the main effects on the leading figure, the strongest first; [] where no case has it."""
+    """Return the main effects on the leading figure, the strongest first, or [] if no case has it."""
     column = study.hardest_joint().column(study.lead.figure)
     return main_effects(study, column) if study.has(column) else []
 

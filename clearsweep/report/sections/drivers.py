@@ -22,7 +22,7 @@ NOTED = 9  # values of an axis up to which the text of a picture gives each medi
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section with pictures of the strongest axes; [] if no two cases share the value of an axis."""
+    """Return the section with pictures of the strongest axes, or [] if no two cases share the value of an axis."""
     if not _comparable(study):
         return []
     said = Points(sentences(study, study.hardest_joint()))
@@ -61,7 +61,7 @@ def sentences(study: Study, joint: Joint) -> list[str]:
 
 
 def _relative_to_ideal(study: Study, joint: Joint) -> list[str]:
-    """Return the sentence on the strongest axis for force over ideal reaction; [] if the ideal reaction is constant."""
+    """Return the sentence on the strongest axis for force over ideal reaction, or [] if that reaction is constant."""
     ratio = joint.column("force_peak_ratio")
     if study.lead is not PEAK or not study.has(ratio) or not ideal_varies(study, joint):
         return []

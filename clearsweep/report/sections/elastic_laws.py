@@ -1,8 +1,11 @@
 """Other elastic laws for a joint whose material allows several, and whose law is not swept."""
 
+from ... import simulation
+from ...language.errors import InputError
 from .. import elastic_comparison
+from ..leading import PEAK
 from ..section import Section
-from ..study import Study
+from ..study import Joint, Study, joint_of, resolved
 
 
 def sections(study: Study) -> list[Section]:
@@ -22,3 +25,20 @@ def sections(study: Study) -> list[Section]:
         for joint, part in parts.items()
         if part is not None
     ]
+
+
+def recommended(study: Study) -> list[str]:
+    """Return the laws that are recommended for each dry joint, by the load of its hardest case."""
+    return [sentence for joint in study.joints for sentence in _recommended(study, joint)]
+
+
+def _recommended(study: Study, joint: Joint) -> list[str]:
+    if not study.driven or not study.has(joint.column(PEAK.figure)):
+        return []
+    hardest = study.cases[joint.column(PEAK.figure)].idxmax()
+    try:
+        section = joint_of(resolved(study, [hardest])[0], joint)
+    except InputError:  # laws of another version
+        return []
+    load = elastic_comparison.load_of(study, joint, hardest)
+    return [each.sentence() for each in simulation.recommendations_for(section, load)] if section.is_dry else []

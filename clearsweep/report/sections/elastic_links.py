@@ -8,9 +8,10 @@ from ... import simulation
 from ...contracts.case import Case
 from ...language import wording
 from ...language.errors import InputError
+from ..axis import Axis
 from ..leading import PEAK
 from ..section import Section, Sentences, filled
-from ..study import Axis, Joint, Study, joint_of, resolved
+from ..study import Joint, Study, joint_of, resolved
 from ..table import Column, Table
 
 STEP = 1e-3  # of a penetration, for the slope of the elastic force
@@ -20,7 +21,7 @@ Links = tuple[simulation.ElasticLink, ...]
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no link is elastic."""
+    """Return the section, or [] if no link is elastic."""
     if study.cases.empty or not study.joints:
         return []
     joint = study.hardest_joint()

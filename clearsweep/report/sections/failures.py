@@ -3,6 +3,7 @@
 from markupsafe import Markup
 
 from ...language.wording import TIMES
+from .. import counts
 from ..case_table import CaseRows, axis_columns
 from ..section import Section, Sentences
 from ..study import Study
@@ -10,7 +11,7 @@ from ..table import Column, Table
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where every case finished."""
+    """Return the section, or [] if every case finished."""
     if study.failed.empty:
         return []
     return [Section("failures", "Failed cases", [Sentences([_reasons(study)]), _table(study)])]
@@ -18,8 +19,7 @@ def sections(study: Study) -> list[Section]:
 
 def _reasons(study: Study) -> str:
     """Return how many cases failed with which status, the most frequent first, in a sentence."""
-    counts = study.failed["status"].value_counts(sort=False).items()
-    ordered = sorted(((str(status), int(number)) for status, number in counts), key=lambda pair: (-pair[1], pair[0]))
+    ordered = sorted(counts.failures(study).items(), key=lambda pair: (-pair[1], pair[0]))
     reasons = Markup(", ").join(Markup("{} {} <b>{}</b>").format(number, TIMES, status) for status, number in ordered)
     return Markup("{}. <code>clearsweep run --retry-failed</code> runs them again.").format(reasons)
 

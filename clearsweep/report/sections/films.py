@@ -12,7 +12,7 @@ NOTE = (
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no case finished or no joint has a film."""
+    """Return the section, or [] if no case finished or no joint has a film."""
     blocks: list[Block] = []
     for joint in study.joints if not study.cases.empty else ():
         thinnest = joint.column("film_thickness_min")

@@ -7,6 +7,7 @@ import numpy as np
 from ...contracts.layout import FRICTION_POWER
 from ...judging import validity
 from ...language import wording
+from .. import counts
 from ..case_table import AT_ONCE, axis_columns
 from ..leading import PEAK
 from ..section import Points, Section, filled
@@ -156,6 +157,8 @@ def limits(study: Study) -> list[str]:
     cases |= {name: study.cases[name] for name in validity.columns(joints, study.cases.columns) if name != "case_id"}
     for start in range(0, len(study.cases), AT_ONCE):
         remarks.add({name: values[start : start + AT_ONCE].to_numpy() for name, values in cases.items()})
+    if counted := counts.remarks(study):
+        remarks.replace_counts(counted)
     return remarks.sentences()
 
 

@@ -7,17 +7,18 @@ import pandas as pd
 
 from ...judging import machine
 from ...language import wording
+from ..axis import Axis
 from ..draw import posterior
 from ..picture import Picture
 from ..section import Block, Gallery, Section, Sentences, filled
-from ..study import Axis, Study
+from ..study import Study
 from ..table import Column, Quantity, Table
 
 PAIRS = 6  # of keys that are drawn
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where nothing was identified, or the run did not end."""
+    """Return the section, or [] if nothing was identified, or the run did not end."""
     identified: dict[str, Any] = study.run.grid.get("identified") or {}
     sample = study.run.identify if identified else None
     if sample is None or sample.empty:

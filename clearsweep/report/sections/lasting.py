@@ -8,7 +8,7 @@ from . import headline, life, maps
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where nothing wears or no case finished."""
+    """Return the section, or [] if nothing wears or no case finished."""
     if study.cases.empty:
         return []
     of_life = [] if question(study).question == "life" else life.ends(study)

@@ -5,12 +5,13 @@ import pandas as pd
 
 from ...language import wording
 from .. import elastic_comparison, law_verdict, restitution_comparison
+from ..axis import Axis
 from ..draw import comparison
 from ..main_effects import CLEAR_FACTOR, main_effects
 from ..matching import Matched, axis_key, matched
 from ..picture import Picture, capital
 from ..section import Part, Section
-from ..study import Axis, Joint, Study
+from ..study import Joint, Study
 from ..table import Column, Quantity, Table, counted
 
 CHOICES = (

@@ -21,7 +21,7 @@ CALLED = {"wear_depth_max": "wear depth", "clearance_growth": "growth of the cle
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no case has a life or none finished."""
+    """Return the section, or [] if no case has a life or none finished."""
     joint = next((each for each in study.joints if each.name == study.run.layout.life), None)
     if joint is None or study.cases.empty:
         return []
@@ -29,7 +29,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def ends(study: Study) -> list[str]:
-    """Return the shortest and the longest life in one sentence each; [] where no case has a life."""
+    """Return the shortest and the longest life in one sentence each, or [] if no case has a life."""
     joint = next((each for each in study.joints if each.name == study.run.layout.life), None)
     return [] if joint is None or study.cases.empty else _points(study, joint)
 

@@ -12,11 +12,12 @@ import numpy as np
 
 from ...judging.verdict import MARGIN
 from ...language import wording
+from ..axis import Axis
 from ..draw import comparison
 from ..main_effects import main_effects
 from ..picture import Picture, Spot, capital
 from ..section import Gallery, Section, filled
-from ..study import CALLED, RATIO, Axis, Joint, Study, cells, largest, median, over_other_axes, smallest
+from ..study import CALLED, RATIO, Joint, Study, cells, largest, median, over_other_axes, smallest
 from .drivers import ideal_varies, line
 
 SPOTS = 150  # cells of a map that say what they hold, at most: larger maps are pixels
@@ -42,7 +43,7 @@ class Map(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the heat maps of each joint; [] where there are no two axes to map over."""
+    """Return the heat maps of each joint, or [] if there are no two axes to map over."""
     if study.cases.empty:
         return []
     maps = [each for joint in study.joints for each in _maps(study, joint)]
@@ -110,7 +111,7 @@ def _reduced(study: Study, column: str) -> Callable[[np.ndarray], float]:
 
 
 def over_axes(study: Study, joint: Joint, figure: str, name: str) -> list[Picture]:
-    """Return a figure of a joint over the two axes that move it most, or the only one; [] where it does not vary."""
+    """Return a figure of a joint over the two axes that move it most, or the only one, or [] if it does not vary."""
     column, name = joint.column(figure), name + study.where(joint, ", joint {}")
     varies = study.has(column) and study.cases[column].nunique() > 1
     effects = main_effects(study, column) if varies else []

@@ -7,7 +7,7 @@ from ..study import Study, resolved
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where the mechanism has no picture, or is not known here."""
+    """Return the section, or [] if the mechanism has no picture, or is not known here."""
     first = [*study.cases.index[:1], *study.failed.index[:1]][:1]
     try:
         drawn = mechanism.picture(resolved(study, first)[0]) if first else None

@@ -6,13 +6,14 @@ import numpy as np
 
 from ...language import wording
 from .. import kinds, spectrum, strobe
+from ..axis import Axis
 from ..draw import kinds as draw
 from ..kinds import CONTACTS, PERIODS
 from ..main_effects import main_effects
 from ..motion import FLAT, SQUARE, courses, history, saved_of
 from ..picture import Picture, capital
 from ..section import Block, Gallery, Section, filled
-from ..study import Axis, Joint, Study, cells, largest, over_other_axes
+from ..study import Joint, Study, cells, largest, over_other_axes
 from ..table import Column, Quantity, Table, counted
 
 AXES = 4  # along which journals are drawn, at most
@@ -22,7 +23,7 @@ SMALL = (3.5, 2.9)  # inches
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no drive turns the mechanism or no case finished."""
+    """Return the section, or [] if no drive turns the mechanism or no case finished."""
     joint = study.hardest_joint()
     if study.cases.empty or not study.driven or not study.has(joint.column("contact_fraction")):
         return []

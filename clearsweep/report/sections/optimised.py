@@ -18,7 +18,7 @@ FRONT = 2  # cases, from which on there is a front to draw
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where nothing was optimised, or the run did not end."""
+    """Return the section, or [] if nothing was optimised, or the run did not end."""
     if "optimise" not in study.run.grid:
         return []
     frame = study.run.optimise
@@ -35,7 +35,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def _start(study: Study) -> str | None:
-    """Return the case that the grid has written, None where none was tried or it failed."""
+    """Return the case that the grid has written, or None if none was tried or it failed."""
     same = np.ones(len(study.cases), bool)
     for axis in study.axes:
         written = dig(study.run.grid, axis.path)

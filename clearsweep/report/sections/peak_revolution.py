@@ -18,11 +18,12 @@ REST = "the largest reaction without clearance. Dashed: the mechanism without cl
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no such revolution was saved."""
-    if study.cases.empty or not study.run.worst:
+    """Return the section, or [] if no such revolution was saved."""
+    saved = [case_id for case_id in study.run.worst if study.cases.place(case_id) >= 0]  # without those that check laws
+    if not saved:
         return []
     blocks: list[Block] = [Sentences([WORDS + REST])]
-    blocks += [_detail(study, place, case_id) for place, case_id in enumerate(study.run.worst, start=1)]
+    blocks += [_detail(study, place, case_id) for place, case_id in enumerate(saved, start=1)]
     return [Section("peak-revolution", "The peak's own revolution", blocks)]
 
 

@@ -18,7 +18,7 @@ CHECKED = 3  # figures of a joint whose error is shown where the grid asked for 
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no case finished."""
+    """Return the section, or [] if no case finished."""
     if study.cases.empty:
         return []
     blocks: list[Block] = []

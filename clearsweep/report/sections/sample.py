@@ -26,7 +26,7 @@ NOTE = "Share of the cases; dotted: 5 %, 50 % and 95 % quantiles; red: the limit
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where the run has no sample or none of it finished."""
+    """Return the section, or [] if the run has no sample or none of it finished."""
     every = sensitivity.settings(study.run)
     samples = [sample for sample in every if len(sample.failed) < len(set(sample.case_ids))]
     if not samples:

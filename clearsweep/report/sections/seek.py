@@ -5,12 +5,13 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from ...language import wording
+from ..axis import Axis
 from ..case_table import axis_columns
 from ..dotted import all_sought, seek_text
 from ..draw import seek as draw
 from ..picture import Picture, capital
 from ..section import Block, Gallery, Section, Sentences, filled
-from ..study import Axis, Study
+from ..study import Study
 from ..table import Column, Quantity, Table, counted
 
 PICTURED = 2  # answers at least that are drawn over the other axis
@@ -35,13 +36,13 @@ class _Answers(NamedTuple):
         return ", ".join(f"{axis.name} {axis.text(row[axis.path])}" for axis in self.others)
 
     def interval(self, row: dict[str, Any]) -> str:
-        """Return where the border is in words, '' where the range ends before."""
+        """Return where the border is in words, or '' if the range ends before."""
         low, high = row["seek_low"], row["seek_high"]
         return "" if low == high else f"between {self.axis.text(low)} and {self.axis.text(high)}"
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where nothing was searched for, or the search did not end."""
+    """Return the section, or [] if nothing was searched for, or the search did not end."""
     answers = _answers(study)
     if answers is None:
         return []

@@ -1,13 +1,10 @@
 """The cards at the top of the page: the largest figures of the run, each next to what it is to be compared with."""
 
-from typing import Any
-
 import numpy as np
 
 from ...judging import verdict
 from ...language import wording
-from ...store import SampledRun
-from .. import elastic_range
+from .. import counts, elastic_range
 from ..leading import PEAK
 from ..section import Cards, Section
 from ..study import Joint, Study
@@ -24,15 +21,13 @@ def sections(study: Study) -> list[Section]:
 
 def _cards(study: Study) -> list[tuple[str, str, str]]:
     """Return name, value with unit, what to compare it with; of a figure of joints the worst, its joint named."""
-    finished, failed = len(study.cases), len(study.failed)
+    finished, failed = counts.finished_and_failed(study)
     missing = study.run.grid.get("counts", {}).get("missing", 0)
-    marks = study.run.marks() if isinstance(study.run, SampledRun) else []
-    if marks:
-        finished, failed = (sum(mark[name] for mark in marks) for name in ("ok", "failed"))
     said = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")
     cards = [("Cases finished", f"{finished} of {finished + failed + missing}", said)]
-    if marks:
-        cards += _sampled(study, marks)
+    if study.run.marks():
+        shown = "rows at random, and those with the smallest and the largest value of each figure of all cases"
+        cards.append(("Shown on this page", f"{len(study.cases) + len(study.failed)} cases", shown))
     if study.cases.empty:
         return cards
     cards += _answer(study)
@@ -56,22 +51,6 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
     return cards
 
 
-def _sampled(study: Study, marks: list[dict[str, Any]]) -> list[tuple[str, str, str]]:
-    """Return the cards of a run of which the page shows a sample: its size, and what is counted of all cases."""
-    cards = [
-        (
-            "Shown on this page",
-            f"{len(study.cases) + len(study.failed)} cases",
-            "rows at random, and those with the smallest and the largest value of each figure of all cases",
-        )
-    ]
-    if study.limits:
-        limits = [mark["counts"]["limits"] for mark in marks]
-        cases, exceeding = (sum(each[name] for each in limits) for name in ("cases", "any"))
-        cards.append(("Within the limits, of all cases", f"{cases - exceeding} of {cases}", "finished cases"))
-    return cards
-
-
 def _answer(study: Study) -> list[tuple[str, str, str]]:
     """Return the cards that answer the question of the grid: the figures of its worst case."""
     worst, lead = worst_case(study), question(study)
@@ -86,9 +65,9 @@ def _answer(study: Study) -> list[tuple[str, str, str]]:
         return [("Shortest life", f"{wording.plain(value)}{wording.BLANK}h", at)]
     if lead.question in ("seek", "limits"):
         exceeded = study.cases.at[case_id, verdict.EXCEEDED]
-        count = int((study.cases[verdict.EXCEEDED] == "").sum())
+        limits = counts.limits(study)
         return [
-            ("Within the limits", f"{count} of {len(study.cases)}", "finished cases"),
+            ("Within the limits", f"{limits.cases - limits.exceeding} of {limits.cases}", "finished cases"),
             ("Smallest margin", verdict.margin_words(value, study.limits, exceeded), at),
         ]
     if lead.question == "optimise":

@@ -5,11 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import elastic_range
+from ..axis import Axis
 from ..draw import comparison
 from ..main_effects import main_effects
 from ..picture import Picture
 from ..section import Gallery, Section, filled
-from ..study import Axis, Study
+from ..study import Study
 
 
 class Cloud(NamedTuple):

@@ -7,12 +7,13 @@ import numpy as np
 
 from ...language import wording
 from .. import worn
+from ..axis import Axis
 from ..matching import matched
 from ..paired import power
 from ..picture import capital
 from ..section import Points, Section
 from ..sensitivity import Estimate, quantile
-from ..study import PER_STROKES, Axis, Joint, Study
+from ..study import PER_STROKES, Joint, Study
 from ..table import Column, Table, counted
 
 UNEVEN = 1.5  # deepest over mean depth round a body from which on its wear is called uneven
@@ -55,7 +56,7 @@ class Answer(NamedTuple):
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where nothing wears, nothing turns or no case finished."""
+    """Return the section, or [] if nothing wears, nothing turns or no case finished."""
     if study.cases.empty or not study.driven:
         return []
     answers = [answer for joint in study.joints if joint.wears for answer in _answers(study, joint)]

@@ -2,6 +2,7 @@
 
 from markupsafe import Markup
 
+from .. import counts
 from ..section import Points, Section, filled
 from ..study import Study
 from . import budget, elastic_laws, elastic_links, headline, law_choice
@@ -23,7 +24,7 @@ def points(study: Study) -> list[str]:
 
 
 def _failed(study: Study) -> list[str]:
-    failed, finished = len(study.failed), len(study.cases)
+    finished, failed = counts.finished_and_failed(study)
     if not failed or not finished:
         return []
     cases = Markup('<a href="#failures">{} of {} cases failed</a>').format(failed, failed + finished)
@@ -35,7 +36,7 @@ def _warnings(study: Study) -> list[str]:
 
 
 def _of_finished(study: Study) -> list[str]:
-    sentences = [*headline.limits(study), *headline.repeating(study)]
+    sentences = [*headline.limits(study), *headline.repeating(study), *elastic_laws.recommended(study)]
     for section in (*law_choice.sections(study), *elastic_laws.sections(study)):
         sentences += [_linked(section, sentence) for sentence in section.sentences[:1]]
     for section in elastic_links.sections(study):

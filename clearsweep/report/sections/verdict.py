@@ -6,7 +6,8 @@ import numpy as np
 
 from ...judging import order, verdict
 from ...language import wording
-from .. import sensitivity
+from .. import counts, sensitivity
+from ..axis import Axis
 from ..case_table import axis_columns
 from ..draw import pass_share
 from ..main_effects import main_effects
@@ -14,10 +15,10 @@ from ..picture import Picture, capital
 from ..sample_tables import any_exceeded
 from ..section import Block, Gallery, Points, Section, filled
 from ..shown import in_words
-from ..study import Axis, Joint, Study, largest, over_other_axes
+from ..study import Joint, Study, largest, over_other_axes
 from ..table import Column, Quantity, Table, counted
 from ..worst_case import question, worst_case
-from . import life, maps
+from . import law_check, life, maps
 from .sample import INDEPENDENT
 from .seek import safest
 
@@ -30,7 +31,7 @@ def sections(study: Study) -> list[Section]:
     if study.cases.empty:
         none = f"None of the {wording.count(len(study.failed), 'case')} finished; the reasons are listed below."
         return [Section("verdict", "Verdict", [Points([none])])]
-    points = [*life.ends(study), *safest(study), *_kept(study), *_worst(study)]
+    points = [*life.ends(study), *safest(study), *_kept(study), *_worst(study), *law_check.sentences(study)]
     blocks: list[Block] = [Points(points), _table(study), Gallery(NOTE, _maps(study)), Gallery("", maps.first(study))]
     return [Section("verdict", "Verdict", filled(blocks))]
 
@@ -96,9 +97,8 @@ def _kept(study: Study) -> list[str]:
     """Return the number of cases that keep to the limits, and the worst and the best margin."""
     if verdict.EXCEEDED not in study.cases:
         return []
-    exceeded = study.cases[verdict.EXCEEDED]
-    beyond, count = int((exceeded != "").sum()), len(exceeded)
-    cases = wording.count(count, "case")
+    counted_cases = counts.limits(study)
+    beyond, cases = counted_cases.exceeding, wording.count(counted_cases.cases, "case")
     first = f"{beyond} of {cases} exceed at least one limit." if beyond else f"All of {cases} keep to the limits."
     if "refine" in study.run.grid:
         first += " Cases that refine put at the limits' border are among them, so that this is no share of designs."
@@ -128,21 +128,18 @@ def _chance(study: Study) -> list[str]:
 
 def _not_judged(study: Study) -> list[str]:
     """Return the number of cases that the limits cannot judge, and the figures at fault; [] for none."""
-    unknown = [limit.unknown(_columns(study, limit)) for limit in study.limits]
-    count = int(np.any(unknown, axis=0).sum())
+    limits = counts.limits(study)
+    count = limits.unknown
     if not count:
         return []
-    names = dict.fromkeys(limit.column for limit, cases in zip(study.limits, unknown, strict=True) if cases.any())
+    names = dict.fromkeys(
+        limit.column for limit, (_, unknown) in zip(study.limits, limits.each, strict=True) if unknown
+    )
     which = wording.sentence_list([in_words(study, name) for name in names])
     return [
         f"{wording.count(count, 'case')} cannot be judged by {which}: the figure or its limit is null (infinite, 0/0 "
         "or not computed). Such a case counts as exceeding the limit and has no margin."
     ]
-
-
-def _columns(study: Study, limit: verdict.Limit) -> dict[str, np.ndarray]:
-    """Return the columns that a limit needs."""
-    return {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
 
 
 def _at(study: Study, case_id: str) -> str:
@@ -162,16 +159,17 @@ def _table(study: Study) -> Table:
         Column("case_id"),
     )
     rows = []
-    for limit in study.limits:
-        known = _columns(study, limit)
-        margins, fails, unknown = limit.margin(known), limit.fails(known), limit.unknown(known)
+    kept = counts.limits(study)
+    for limit, (failing, unknown) in zip(study.limits, kept.each, strict=True):
+        known = counts.columns(study, limit)
+        margins, fails = limit.margin(known), limit.fails(known)
         place = int(np.nanargmin(margins)) if np.isfinite(margins).any() else int(np.argmax(fails))
         case_id = study.cases.index[place]
         values = (study.cases.at[case_id, axis.path] for axis in study.swept())
         worst = float(margins[place])
         margin = Quantity(worst, verdict.margin_words(worst, [limit], limit.column))
-        counts = (counted(int(fails.sum())), counted(int(unknown.sum())), counted(len(fails)))
-        rows.append((limit.column, _limit(study, limit), *counts, margin, *values, case_id))
+        of_cases = (counted(failing), counted(unknown), counted(kept.cases))
+        rows.append((limit.column, _limit(study, limit), *of_cases, margin, *values, case_id))
     note = (
         "Margin: 1 - value/limit, of at least value/limit - 1; negative where the limit is exceeded. A case that "
         "cannot be judged, because its figure is null, counts as exceeding the limit."

@@ -34,7 +34,7 @@ IN_SLOT = (
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] where no case finished or nothing wears."""
+    """Return the section, or [] if no case finished or nothing wears."""
     if study.cases.empty:
         return []
     blocks: list[Block] = []
@@ -52,7 +52,7 @@ def _note(study: Study) -> str:
 
 
 def _coarse(study: Study, joint: Joint) -> list[str]:
-    """Return in how many cases the bins are too coarse, and how many would do; [] where they are in none."""
+    """Return in how many cases the bins are too coarse, and how many would do, or [] if they are in none."""
     column = joint.column("wear_bins_enough")
     bins = next(each.wear_bins for each in study.run.layout.joints if each.name == joint.name)
     if not study.has(column) or study.cases[column].max() <= bins:

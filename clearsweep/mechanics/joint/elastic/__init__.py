@@ -1,1 +1,1 @@
-"""Elastic laws: the normal force over penetration, one block a law."""
+"""Elastic laws: normal force as a function of penetration, one block per law."""

@@ -1,18 +1,18 @@
-"""Conformal contact whose arc follows from the elastic displacements, not from the overlap of rigid circles.
+"""Conformal contact with an arc from elastic displacements instead of the overlap of rigid circles.
 
-Journal and bearing give way like half-spaces bent to the bearing's radius R: a radial pressure p(phi) displaces the
+Journal and bearing deform like half-spaces bent to the bearing's radius R: a radial pressure p(phi) moves the
 surfaces towards each other by
 
     w(phi) = 2 R / (pi E*) integral of p(psi) (-1 - ln sin(|phi - psi| / 2)) d psi ,
 
-whose constant is that of Johnson 1985, section 5.6, each body taken with a disc's own approach to its centre.  They
-touch over |phi| <= theta where w is the overlap of the circles, w(phi) = (c + pen) cos(phi) - c.  Differentiated, and
-with y = tan(phi / 2), that is the aerofoil's integral equation; its solution without peaks at the ends is half an
+with the constant of Johnson 1985, section 5.6, where each body includes the approach of a disc to its centre.  They
+touch over |phi| <= theta, where w is the overlap of the circles, w(phi) = (c + pen) cos(phi) - c.  Differentiated and
+written in y = tan(phi / 2), this is the aerofoil equation; its solution without singular ends is a half
 ellipse over sin(phi / 2),
 
     p = E* (c + pen) / R  cos(phi / 2) sqrt(s^2 - sin^2(phi / 2)),  s = sin(theta / 2) ,
 
-the first term of Persson's pressure.  Put back at phi = 0 and summed up over the arc, with q = s^2:
+the first term of Persson's pressure.  Inserted at phi = 0 and integrated over the arc, with q = s^2:
 
     pen / (c + pen) = q (ln(4 / q) - 1),   F = (pi / 2) E* L (c + pen) q (2 - q) .
 
@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contracts.case import Joint
-from ....contracts.catalogue import Columns, Field, Law, Order
+from ....contracts.catalogue import Columns, Field, Law, Merit, Order
 from ....language.errors import InputError
 from ...compiled import calculus
 from ...compiled.dual import as_type_of
@@ -36,8 +36,8 @@ from .contract import NEEDS, NODES, elastic_energy, elastic_force, elastic_form
 from .cylinders import inverse_lambert
 from .power import Power, derived_power
 
-WIDEST = math.radians(45.0)  # half-angle up to which it is valid: there Persson's load over the same arc is 10 % larger
-#: Where the tangent of the force over penetration is twice the secant: q, and penetration and force in clearances and
+WIDEST = math.radians(45.0)  # largest valid half-angle: there Persson's load over the same arc is 10 % larger
+#: Where the tangent stiffness is twice the secant stiffness: q, and penetration and force in clearances and
 #: K c; a half-angle of 77.3 degrees.
 END_SHARE, END_DEPTH, END_FORCE = 0.3904034394336609, 1.0747499705677557, 1.303756352688982
 
@@ -72,8 +72,8 @@ def _compatible(elastic, pen):
 def stored(q):
     """Return the energy in units of K c^2: the integral of the force over the penetration, by parts.
 
-    With w = pen / (c + pen) and h = w (2 - w) / (1 - w)^2 it is q (2 - q) h / 2 less the integral of (1 - q) h over q;
-    of that 2 w, the part with a logarithm at small q, is integrated as it is.
+    With w = pen / (c + pen) and h = w (2 - w) / (1 - w)^2 it is q (2 - q) h / 2 minus the integral of (1 - q) h over q;
+    its part 2 w, with a logarithm at small q, is integrated in closed form.
     """
     w = q * (calculus.log(4.0 / q) - 1.0)
     rest = 0.0
@@ -88,7 +88,7 @@ END_ENERGY = stored(END_SHARE)
 
 
 @elastic_energy.member(Compatible)
-def _energy_of_compatible(elastic, pen):
+def _elastic_energy_compatible(elastic, pen):
     if pen <= 0.0:
         return as_type_of(0.0, pen)
     c = elastic.clearance
@@ -117,6 +117,7 @@ register(
         "Persson's.  Over the same arc its load is within 4 % of Persson's up to a half-angle of 40 degrees.  At 45, "
         "the end of its range, it is 9 % lower.  From 77.3 degrees on, where the tangent stiffness is twice "
         "the secant, the force goes on along the tangent.  docs/model.md derives it.",
+        merit=Merit(1, "its contact arc follows from both elastic bodies, small or wide, without a fitted constant"),
     ),
     (Compatible,),
     _make_compatible,
@@ -125,7 +126,7 @@ register(
 
 # ---------------------------------------------------------------------------------------------- a power
 
-_POINTS = 200  # of the fit to `compatible`, evenly over the logarithm of the penetration
+_POINTS = 200  # points of the fit to `compatible`, uniform in the logarithm of the penetration
 FIT = Columns(
     "fit",
     "user-defined points, such as a finite-element model's, that the power law is fitted to instead of `compatible`",
@@ -137,7 +138,7 @@ TO = Field("fit_to", "m", "largest penetration of the fit", default=2e-5)
 
 
 class Fitted(NamedTuple):
-    """A power that points were fitted to."""
+    """A power law fitted to points."""
 
     power: Power
     residual: float  # rms of the relative error, 1
@@ -145,7 +146,7 @@ class Fitted(NamedTuple):
 
 
 def fitted(joint: Joint) -> Fitted:
-    """Return the power closest to the points of a joint, or to `compatible` over its range.  Raises InputError."""
+    """Return the best-fitting power law for a joint's points, or for `compatible`.  Raises InputError."""
     values, points = joint.contact.values, joint.contact.fit
     if points is None:
         depths = np.geomspace(values["fit_from"], values["fit_to"], _POINTS)
@@ -176,6 +177,7 @@ register(
         tables=(FIT,),
         notes="K_f, n_f and the rms of the relative error are among the derived values of a run.  The power goes on "
         "outside its range, beyond which a remark says so.  Points of `fit` take the place of fit_from and fit_to.",
+        merit=Merit(2, "it is a power fitted to `compatible`, which models the arc of elastic bodies"),
     ),
     (Power,),
     lambda joint: fitted(joint).power,

@@ -1,4 +1,4 @@
-"""Conformal contact: a journal that nearly fits its bearing.
+"""Conformal contact: journal and bearing of nearly equal radius.
 
 E* is the modulus of the pair, 1 / E* = (1 - nu_b^2) / E_b + (1 - nu_j^2) / E_j, c the radial clearance, L the length of
 the joint, R_b and R_j the radii of bearing and journal.
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contracts.case import Joint
-from ....contracts.catalogue import Field, Law, Range
+from ....contracts.catalogue import Field, Law, Merit, Range
 from ....language.errors import InputError
 from ...compiled import calculus as math
 from ...compiled.family import kernel
@@ -123,7 +123,7 @@ class Foundation(NamedTuple):
 
 @kernel
 def arc_excess(angle):
-    """Return angle - sin(angle) for an angle (rad) of at least 0, without cancellation where it is small."""
+    """Return angle - sin(angle) for an angle (rad) of at least 0, without cancellation at small angles."""
     if angle > 1.0:
         return angle - math.sin(angle)
     x = angle * angle
@@ -140,7 +140,7 @@ def _foundation(elastic, pen):
 
 
 def foundation_modulus(joint: Joint) -> float:
-    """Return (1 - nu) E / ((1 + nu) (1 - 2 nu) t) in Pa/m, the modulus of a thin layer fixed at its back."""
+    """Return (1 - nu) E / ((1 + nu) (1 - 2 nu) t) in Pa/m, the foundation modulus of a thin bonded layer."""
     layer = joint.contact.material.bearing
     young, poisson = layer.young, layer.poisson
     if poisson >= 0.5:
@@ -181,7 +181,7 @@ class Conformal(NamedTuple):
     clearance: float  # c, m
 
 
-#: Where the tangent of Persson's force over penetration is twice the secant, in clearances: a half-angle of 80.41
+#: Where the tangent of Persson's force is twice the secant, in clearances: a half-angle of 80.41
 #: degrees.  The force grows without bound towards 84.83 degrees.
 CONFORMAL_END = 5.004202079905
 
@@ -201,12 +201,12 @@ def _conformal(elastic, pen):
     return elastic.stiffness * conformal_load(CONFORMAL_END) * (2.0 * depth / CONFORMAL_END - 1.0)
 
 
-#: The square of the tangent of half of 84.83 degrees, the half-angle that Persson's load goes to infinity at.
+#: Squared tangent of half of 84.83 degrees, the half-angle at which Persson's load becomes infinite.
 WIDEST = 0.8346152454776572
 
 
 def load_arc(load: np.ndarray) -> np.ndarray:
-    """Return the half-angle (rad) over which Persson's cylinders touch, at loads in units of E* clearance length."""
+    """Return the half-angle (rad) of contact by Persson, for loads in units of E* clearance length."""
     low, high = np.zeros(np.shape(load)), np.full(np.shape(load), WIDEST)  # of b^2
     for _ in range(60):
         b2 = 0.5 * (low + high)
@@ -235,6 +235,7 @@ register(
         "linear at small penetration, (pi/2) E* L pen: 4.4 times johnson's at 1 um and 0.5 mm clearance.  Elastic "
         "bodies touch over less than the rigid arc; compatible models that.  The half-angle cannot pass 84.83 "
         "degrees; beyond 80.41, where the tangent stiffness is twice the secant, the force goes on along the tangent.",
+        merit=Merit(4, "its load over the arc is the theory of conformal contact, the arc that of rigid circles"),
     ),
     (Conformal,),
     _make_persson,
@@ -242,12 +243,12 @@ register(
 )
 
 
-FIT_END = 0.5  # clearances: the penetration up to which conformal-fit follows persson
+FIT_END = 0.5  # clearances: largest penetration of the fit to persson
 
 
 @functools.cache
 def conformal_fit() -> tuple[float, float, float]:
-    """Return (k, n, residual) of the power k x^n that is closest to Persson's load over 0 < x <= FIT_END.
+    """Return (k, n, residual) of the best power law k x^n for Persson's load over 0 < x <= FIT_END.
 
     The load is in units of E* c L, x in clearances; least squares of the relative error, `residual` its rms.
     """

@@ -1,7 +1,7 @@
-"""What an elastic law declares.
+"""The interface of elastic laws.
 
-A law that folds back, or grows without bound, at some penetration is followed up to where its tangent stiffness is
-twice the secant one, and along that tangent from there on: the force always grows, and never ends.
+A law that folds back or diverges at some penetration is used up to where its tangent stiffness is
+twice the secant stiffness, and continued along that tangent: the force always increases and stays finite.
 """
 
 import math
@@ -21,20 +21,20 @@ def elastic_force(elastic, pen):
 
 @family
 def parity(elastic):
-    """Return -1 where the force is, at small penetration, an odd power of the root of the penetration; else 1."""
+    """Return -1 if the force at small penetration is an odd power of the root of the penetration, else 1."""
 
 
 @family
 def elastic_energy(elastic, pen):
     """Return the energy (J) stored at penetration `pen` (m, at least 0), the integral of the force over it.
 
-    A law without a closed form of it need not be a member: the integral is then Gauss's over the root of penetration,
-    of which forces are smooth functions; within 1e-6 of it for all laws here.
+    A law without a closed form need not be a member: the default is Gauss quadrature over the root of penetration,
+    in which forces are smooth; its relative error is below 1e-6 for all laws here.
     """
 
 
 @elastic_energy.member(None)
-def _by_quadrature(elastic, pen):
+def _default_elastic_energy(elastic, pen):
     total = 0.0
     for node, weight in NODES:
         total += weight * elastic_force(elastic, pen * (node * node))
@@ -43,28 +43,28 @@ def _by_quadrature(elastic, pen):
 
 @family
 def energy_stiffness(elastic, pen):
-    """Return F^2 / (2 W) at penetration `pen`, N/m: the stiffness of a linear spring of this force and energy.
+    """Return F^2 / (2 W) at penetration `pen`, N/m: the stiffness of a linear spring with this force and energy.
 
-    A law need not be a member: it follows from the two.
+    A law need not be a member: the default follows from force and energy.
     """
 
 
 @energy_stiffness.member(None)
-def _of_force_and_energy(elastic, pen):
+def _default_energy_stiffness(elastic, pen):
     force, energy = elastic_force(elastic, pen), elastic_energy(elastic, pen)
     return where(energy > 0.0, 0.5 * force * force / where(energy > 0.0, energy, 1.0), as_type_of(0.0, energy))
 
 
-#: Nodes x of Gauss-Legendre's rule on (0, 1), and its weights times 2 x: the integral over pen x^2.
+#: Nodes x of the Gauss-Legendre rule on (0, 1), and weights times 2 x, for an integral over pen x^2.
 NODES = tuple((float(0.5 * x + 0.5), float(w * (0.5 * x + 0.5))) for x, w in zip(*leggauss(5), strict=True))
 
-FAMILIES = (elastic_force, parity)  # a type of this kind is a member of each
+FAMILIES = (elastic_force, parity)  # every type must be a member of these families
 
 
 def elastic_form(form, *, odd: bool):
-    """Return the decorator that enters the `elastic_force` of a type.
+    """Return the decorator that registers the `elastic_force` of a type.
 
-    `odd` : at small penetration the force is an odd power of the root of the penetration.
+    `odd` : whether the force at small penetration is an odd power of the root of the penetration.
     """
 
     def register(body):
@@ -87,7 +87,7 @@ def static_penetration(elastic, load: float) -> float:
     low, high = 0.0, 1e-12
     while elastic_force(elastic, high) < load:
         high *= 2.0
-    for _ in range(200):  # bisection: any increasing law, and never more than one unit in the last place off
+    for _ in range(200):  # bisection works for any increasing law, within one unit in the last place
         middle = 0.5 * (low + high)
         if middle in (low, high):
             break
@@ -96,8 +96,8 @@ def static_penetration(elastic, load: float) -> float:
 
 
 NEEDS = ("length", "material")  # of the laws of cylinders
-#: Half the arc (rad) over which bodies touch under the load, by Hertz's line contact: up to about 10 degrees they are
-#: half-spaces to each other (Johnson 1985, section 4.2).
+#: Half the contact arc (rad) under the load, by Hertz's line contact: up to about 10 degrees the bodies are
+#: approximately half-spaces (Johnson 1985, section 4.2).
 _HALF_SPACES = math.radians(10.0)
 SMALL_ARC = Range("arc", 0.0, _HALF_SPACES, "rad", "it takes the bodies for half-spaces")
 WIDE_ARC = Range(

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ....contracts.case import Joint
-from ....contracts.catalogue import Field, Law, Range
+from ....contracts.catalogue import Field, Law, Merit, Range
 from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..material import line_modulus
@@ -16,7 +16,7 @@ from ..recipe import register
 from .contract import NEEDS, SMALL_ARC, elastic_energy, elastic_force, elastic_form
 from .power import Power, derived_power
 
-#: Where the tangent of pen = g F ln(S / F) is twice the secant, in units of g S.  It folds back at exp(-1).
+#: Where the tangent of pen = g F ln(S / F) is twice the secant, in units of g S.  The law folds back at exp(-1).
 LOGARITHMIC_END = 2.0 * math.exp(-2.0)
 
 
@@ -31,8 +31,8 @@ class Logarithmic(NamedTuple):
 def inverse_lambert(w):
     """Return 1 / v, v = -W(-w) of the lower branch of Lambert's function, the root v >= 2 of v exp(-v) = w.
 
-    `w` : above 0, at most LOGARITHMIC_END.  Relative error below 1e-15: a fraction in the distance from the
-    branch point good to 4e-4, then one step of fourth order (Fritsch, Shafer & Crowley 1973, Commun. ACM 16:123).
+    `w` : above 0, at most LOGARITHMIC_END.  Relative error below 1e-15: a rational function of the distance from the
+    branch point, accurate to 4e-4, then one step of fourth order (Fritsch, Shafer & Crowley 1973, Commun. ACM 16:123).
     """
     q = -math.log(w)  # v - ln v = q
     r = math.sqrt(q - 1.0)
@@ -40,7 +40,7 @@ def inverse_lambert(w):
     z = v - q - math.log(v)
     base = 1.0 - v
     second = 2.0 * base * (base + 2.0 / 3.0 * z)
-    below = base * (second - 2.0 * z)  # v (1 + z (second - z) / below) is the root; inverted, it takes one division
+    below = base * (second - 2.0 * z)  # v (1 + z (second - z) / below) is the root; its inverse needs one division
     return below / (v * (below + z * (second - z)))
 
 
@@ -55,12 +55,12 @@ def _logarithmic(elastic, pen):
 
 
 @elastic_energy.member(Logarithmic)
-def _energy_of_logarithmic(elastic, pen):
-    """By parts: F pen less the integral of pen = g F ln(S / F) over F, which is F pen / 2 + g F^2 / 4."""
+def _elastic_energy_logarithmic(elastic, pen):
+    """Return F pen minus the integral of pen = g F ln(S / F) over F, by parts: F pen / 2 + g F^2 / 4."""
     force = elastic_force(elastic, pen)
     if pen < LOGARITHMIC_END * elastic.depth:
         return 0.5 * force * pen - 0.25 * force * force / elastic.stiffness
-    end = LOGARITHMIC_END * elastic.depth  # where F = pen / (2 g); from there on along the tangent 1 / g
+    end = LOGARITHMIC_END * elastic.depth  # where F = pen / (2 g); beyond along the tangent 1 / g
     return 0.1875 * elastic.stiffness * end * end + 0.5 * (force + 0.5 * elastic.stiffness * end) * (pen - end)
 
 
@@ -76,7 +76,7 @@ _FOLD = (
 
 
 def line_law(law: Law, make: Callable) -> None:
-    """Enter a law pen = g F ln(S / F), g = 1 / (pi E* L), with its S."""
+    """Register a law pen = g F ln(S / F), g = 1 / (pi E* L), with its S."""
     law = law._replace(notes=f"{law.notes}  {_FOLD}", trusted=(SMALL_ARC,))
     register(law, (Logarithmic,), make, limit=lambda joint: LOGARITHMIC_END * make(joint).depth)
 
@@ -95,6 +95,7 @@ line_law(
         contact="line",
         needs=NEEDS,
         notes="Half-spaces, so for contact arcs that are small.",
+        merit=Merit(3, "it is the line contact of elastic half-spaces, and the arc is small"),
     ),
     _johnson,
 )
@@ -193,7 +194,7 @@ line_law(
 
 
 def _pereira(joint):
-    clearance = joint.clearance * 1e3  # mm, as all lengths of the fit; moduli in MPa
+    clearance = joint.clearance * 1e3  # mm, like all lengths of the fit; moduli in MPa
     y = 1.51 * math.log(1e3 * clearance) ** -0.151 if clearance < 0.34954 else 0.0151 * clearance + 1.151
     exponent = y * clearance**-0.005
     stiffness = (0.965 * clearance + 0.0965) * line_modulus(joint) * 1e-3 / clearance  # N/mm^n

@@ -22,12 +22,12 @@ def _power(elastic, pen):
 
 
 @elastic_energy.member(Power)
-def _energy_of_power(elastic, pen):
+def _elastic_energy_power(elastic, pen):
     return elastic.stiffness * pen * pen**elastic.exponent / (elastic.exponent + 1.0)
 
 
 class PowerThreeHalves(NamedTuple):
-    """F = K pen^(3/2), Hertz's exponent: a square root in place of a general power."""
+    """F = K pen^(3/2), Hertz's exponent: a square root instead of a general power."""
 
     stiffness: float  # N m^-1.5
 
@@ -38,12 +38,12 @@ def _power_three_halves(elastic, pen):
 
 
 @elastic_energy.member(PowerThreeHalves)
-def _energy_of_three_halves(elastic, pen):
+def _elastic_energy_power_three_halves(elastic, pen):
     return 0.4 * elastic.stiffness * pen * pen * math.sqrt(pen)
 
 
 @energy_stiffness.member(PowerThreeHalves)
-def _linear_for_three_halves(elastic, pen):
+def _energy_stiffness_power_three_halves(elastic, pen):
     return 1.25 * elastic.stiffness * math.sqrt(pen)
 
 
@@ -59,12 +59,12 @@ def _linear(elastic, pen):
 
 
 @elastic_energy.member(Linear)
-def _energy_of_linear(elastic, pen):
+def _elastic_energy_linear(elastic, pen):
     return 0.5 * elastic.stiffness * pen * pen
 
 
 @energy_stiffness.member(Linear)
-def _linear_as_it_is(elastic, pen):
+def _energy_stiffness_linear(elastic, pen):
     return elastic.stiffness
 
 
@@ -79,13 +79,13 @@ def power_of(stiffness: float, exponent: float):
 
 
 def derived_stiffness(stiffness: float, exponent: float) -> dict:
-    """Return the stiffness (N m^-exponent) as a value that follows from others: path -> (value, unit)."""
+    """Return the stiffness (N m^-exponent) as a derived value: path -> (value, unit)."""
     unit = f"N/m^{exponent:.6g}" if exponent != 1.0 else "N/m"
     return {"contact.stiffness": (stiffness, unit)}
 
 
 def derived_power(term: Power) -> dict:
-    """Return stiffness and exponent as values that follow from others: path -> (value, unit)."""
+    """Return stiffness and exponent as derived values: path -> (value, unit)."""
     return derived_stiffness(term.stiffness, term.exponent) | {"contact.exponent": (term.exponent, "1")}
 
 

@@ -1,1 +1,1 @@
-"""Lubricating films: the force of the oil between journal and bearing, its pressure, the couples of its shear."""
+"""Lubricating films: force and pressure of the oil between journal and bearing, and couples from its shear."""

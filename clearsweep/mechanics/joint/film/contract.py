@@ -1,12 +1,12 @@
-"""What the law of a film declares, and the law of its shear.
+"""The interface of film laws and of shear laws.
 
 A film's force is given in the frame of the line of centres: `radial` along the journal's eccentricity, `tangential`
-along that turned by +90 degrees, both on the journal.  It depends on the eccentricity ratio, on its rate and on the
-effective spin, the spins of journal and bearing less twice that of the line of centres, all of them inertial: so a
-rotation of everything changes nothing.
+along the direction turned by +90 degrees, both on the journal.  It depends on the eccentricity ratio, its rate and the
+effective spin: the spins of journal and bearing minus twice that of the line of centres, all inertial.  So a
+rigid rotation of the whole changes nothing.
 
-The power P that the pressure takes, and the forces, are P = -F_r eps' c + e F_t w / 2; a law should keep it from being
-negative at any motion.
+The power dissipated by the pressure is P = -F_r eps' c + e F_t w / 2; a law should not make it
+negative in any motion.
 """
 
 from typing import NamedTuple
@@ -17,20 +17,20 @@ from ...compiled.family import family, kernel
 
 
 class FilmMotion(NamedTuple):
-    """How the journal moves in the film."""
+    """Motion of the journal in the film."""
 
     ratio: float  # eccentricity over clearance, below 1
     squeeze_rate: float  # 1/s, its rate
-    spin: float  # rad/s, effective: of journal and bearing less twice that of the line of centres
+    spin: float  # rad/s, effective: of journal and bearing minus twice that of the line of centres
 
 
 class Arc(NamedTuple):
-    """The half of the circumference, from an angle to the opposite one, in which a half film has pressure.
+    """The half of the circumference in which a half film has pressure.
 
-    Angles are counted from where the film is thickest, against the line of centres.
+    Angles are measured from the thickest film, opposite to the line of centres.
     """
 
-    cosine: float  # of the angle at which it begins
+    cosine: float  # of the angle where it begins
     sine: float
     ends: float  # product of the film thickness, over the clearance, at both ends
     slow: float  # 1 - ratio^2
@@ -39,64 +39,64 @@ class Arc(NamedTuple):
 
 @family
 def film_force(law, motion):
-    """Return the (radial, tangential) force (N) of a film on the journal that moves as a FilmMotion says."""
+    """Return the (radial, tangential) force (N) of a film on the journal for a FilmMotion."""
 
 
 @family
 def film_pressure(law, motion):
-    """Return the largest pressure (Pa) in the film; a law that knows none need not be a member."""
+    """Return the largest pressure (Pa) in the film; laws without a pressure need not be members."""
 
 
 @film_pressure.member(None)
-def _none_known(law, motion):
+def _default_film_pressure(law, motion):
     return 0.0
 
 
 @family
 def shear_couple(shear, motion, rotation):
-    """Return the couple C (N m) by which the shear of a film slows the journal and drags the bearing along.
+    """Return the couple C (N m) with which film shear brakes the journal and drives the bearing.
 
-    turning : rad/s, spin of the journal less that of the bearing.
+    rotation : rad/s, spin of the journal minus that of the bearing.
     """
 
 
 @family
 def film_couples(shear, motion, rotation, moment):
-    """Return the couples (N m) of a film on journal and bearing; a law of shear need not be a member.
+    """Return the couples (N m) of a film on journal and bearing; shear laws need not be members.
 
     moment : N m, of the tangential force about the bearing's centre; it and the couples add up to 0.
     """
 
 
 @film_couples.member(None)
-def _balanced(shear, motion, rotation, moment):
+def _default_film_couples(shear, motion, rotation, moment):
     couple = shear_couple(shear, motion, rotation)
     return -couple - 0.5 * moment, couple - 0.5 * moment
 
 
 @family
 def dry_share(transition, depth):
-    """Return the share of the dry force, 0 to 1, where the eccentricity exceeds the clearance by `depth` (m)."""
+    """Return the share of the dry force, 0 to 1, if the eccentricity exceeds the clearance by `depth` (m)."""
 
 
 @family
 def asperity_load(transition, depth):
-    """Return the load (N) that asperities bear through the film; a transition without any need not be a member."""
+    """Return the load (N) carried by asperities through the film; transitions without any need not be members."""
 
 
 @asperity_load.member(None)
-def _no_asperities(transition, depth):
+def _default_asperity_load(transition, depth):
     return as_type_of(0.0, depth)
 
 
-FAMILIES = (film_force,)  # a film's law is a member of each
+FAMILIES = (film_force,)  # every film law must be a member of these families
 SHEAR_FAMILIES = (shear_couple,)
 TRANSITION_FAMILIES = (dry_share,)
 
 
 @kernel
 def arc_from(ratio, sine, cosine):
-    """Return the Arc that begins where sine and cosine are in the ratio given; one of them is not 0."""
+    """Return the Arc that begins where sine and cosine have the given ratio; one of them must not be 0."""
     length = math.sqrt(sine * sine + cosine * cosine)
     sine, cosine = sine / length, cosine / length
     slow = 1.0 - ratio * ratio
@@ -109,7 +109,7 @@ def arc_from(ratio, sine, cosine):
 def highest(law, motion, profile, start):
     """Return the largest value of `profile(law, motion, cosine, sine)` over the half circle from the angle `start`."""
     low, high = start, start + math.pi
-    for _ in range(40):  # the golden section: to 1e-8 of the arc
+    for _ in range(40):  # golden section search to 1e-8 of the arc
         reach = 0.3819660112501051 * (high - low)
         a, b = low + reach, high - reach
         if profile(law, motion, math.cos(a), math.sin(a)) < profile(law, motion, math.cos(b), math.sin(b)):

@@ -1,24 +1,24 @@
-"""Depths at which the force of a film has a corner: steps end there, so that none is smoothed over."""
+"""Depths at which the force of a film has a corner: steps end there, so that no step crosses one."""
 
 from typing import NamedTuple
 
 from ..contract import ACTS, MEETS, NEVER, TOUCHING, Guard, guard_values, guards
 
-AFLOAT = ACTS | MEETS  # apart: the film bears, an onset is looked for
-NEAR = 1e-9  # of the clearance: a step that begins as close to a corner has just passed it
+AFLOAT = ACTS | MEETS  # apart: the film carries load, an onset is searched for
+NEAR = 1e-9  # of the clearance: a step that begins this close to a corner has just passed it
 
 
 class Corners(NamedTuple):
-    """The part of a joint with a film that lets steps end where the film's force has a corner."""
+    """The part of a joint with a film that ends steps at corners of the film's force."""
 
-    clamped: float  # m, depth from which the film's formula is kept
-    begin: float  # m, depth from which the dry contact bears; inf: never
-    end: float  # m, depth from which it bears alone; inf: never
+    clamped: float  # m, depth beyond which the film's formula is kept constant
+    begin: float  # m, depth from which the dry contact carries load; inf: never
+    end: float  # m, depth from which only the dry contact carries load; inf: never
     near: float  # m
 
 
 @guards.member(Corners)
-def _both_ways(corners):
+def _guards_corners(corners):
     return (
         Guard((ACTS, AFLOAT)),
         Guard((ACTS, AFLOAT)),
@@ -30,7 +30,7 @@ def _both_ways(corners):
 
 
 @guard_values.member(Corners)
-def _passed(corners, start, contact, root):
+def _guard_values_corners(corners, start, contact, root):
     was, now, near = start.depth, contact.depth, corners.near
     return (
         now - corners.clamped if was < corners.clamped - near else NEVER,

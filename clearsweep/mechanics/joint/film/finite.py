@@ -26,7 +26,7 @@ class Finite(NamedTuple):
 
 
 def butenschoen(force: float, b: float) -> Finite:
-    """Return the compiled form with the factor `force` (N s), of a bearing with length / diameter `b`."""
+    """Return the compiled law with the factor `force` (N s) for a length / diameter `b`."""
     return Finite(
         force,
         b,
@@ -50,7 +50,7 @@ def turning_number(law, ratio):
     size = 0.5 * b * b * ratio / (slow * slow) * math.sqrt(math.pi**2 * slow + 16.0 * ratio * ratio)
     size *= law.a1 * (ratio - 1.0) / (law.a2 + ratio)
     tilt = law.a3 + ratio * (law.a4 + ratio * (law.a5 + ratio * (law.a6 + ratio * law.a7)))
-    # arctan(pi root / (2 ratio)), also where the ratio is 0
+    # arctan(pi root / (2 ratio)), also for a ratio of 0
     attitude = (0.5 * math.pi - math.atan(2.0 * ratio / (math.pi * root))) * tilt
     return size, math.sin(attitude), math.cos(attitude)
 
@@ -66,7 +66,7 @@ def squeeze_number(law, ratio):
 
 
 @film_force.member(Finite)
-def _butenschoen(law, motion):
+def _film_force_finite(law, motion):
     ratio, squeeze_rate, spin = motion.ratio, motion.squeeze_rate, motion.spin
     wedge, sine, cosine = turning_number(law, ratio)
     squeeze = squeeze_number(law, ratio if squeeze_rate >= 0.0 else -ratio)

@@ -1,4 +1,4 @@
-"""Films of a bearing so long that the oil flows round the pin alone."""
+"""Films of an infinitely long bearing, with circumferential flow only."""
 
 from math import inf
 from typing import NamedTuple
@@ -14,14 +14,14 @@ LENGTHY = Range("length / diameter", 4.0, inf, "1", "the oil is to flow round th
 
 
 class Long(NamedTuple):
-    """Sommerfeld's pressure over the half circle at both ends of which it is 0."""
+    """Sommerfeld's pressure over the half circle with zero pressure at both ends."""
 
     force: float  # mu L R^3 / c^2, N s
     pressure: float  # 6 mu R^2 / c^2, Pa s
 
 
 @film_force.member(Long)
-def _half_film(law, motion):
+def _film_force_long(law, motion):
     ratio, squeeze_rate, full = motion.ratio, motion.squeeze_rate, 2.0 + motion.ratio * motion.ratio
     squeeze, wedge = squeeze_rate * full, motion.spin * ratio
     if squeeze == 0.0 and wedge == 0.0:
@@ -31,7 +31,7 @@ def _half_film(law, motion):
     c, s, d, slow, spread = arc.cosine, arc.sine, arc.ends, arc.slow, arc.spread
     begin, inner = 1.0 + ratio * c, ratio * c * c
     share, ends = 6.0 * law.force * wedge / full, (2.0 + ratio * c) / (begin * begin)
-    # the pressure of the wedge, 0 at the beginning, then that of the squeeze
+    # the pressure of the wedge, 0 at the beginning, plus that of the squeeze
     radial = share * (2.0 * s * s * ends - 2.0 * inner * c / d)
     tangential = share * (spread - 2.0 * s * inner / d - 2.0 * s * c * ends)
     rest = 2.0 * c + ratio * (1.0 + 2.0 * c * c) - ratio * ratio * inner
@@ -55,7 +55,7 @@ def _pressure(law, motion, cosine, sine):
 
 
 @film_pressure.member(Long)
-def _highest_of_long(law, motion):
+def _film_pressure_long(law, motion):
     full = 2.0 + motion.ratio * motion.ratio
     return highest(law, motion, _pressure, math.atan2(motion.squeeze_rate * full, motion.spin * motion.ratio))
 
@@ -92,7 +92,7 @@ class PinkusSternlicht(NamedTuple):
 
 
 @film_force.member(PinkusSternlicht)
-def _pinkus_sternlicht(law, motion):
+def _film_force_pinkus_sternlicht(law, motion):
     ratio, squeeze_rate, spin = motion.ratio, motion.squeeze_rate, motion.spin
     squared = ratio * ratio
     slow, full, speed = 1.0 - squared, 2.0 + squared, abs(squeeze_rate)

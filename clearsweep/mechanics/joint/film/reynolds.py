@@ -1,8 +1,8 @@
-"""The film of a bearing of finite length: solutions of Reynolds' equation in two dimensions, as one expansion.
+"""The film of a bearing of finite length: solutions of the two-dimensional Reynolds equation as an expansion.
 
-The film's force is the gradient of half the power P that its pressure takes, by -S and W, the squeeze 2 eps' and the
-wedge w eps.  P is the short film's times exp(g), so that it is positive whatever g is, and the film is passive.
-`clearsweep.verify.film_table` solves the equation and makes the file of the coefficients of g.
+The film's force is the gradient of half the dissipated power P of its pressure by -S and W, the squeeze 2 eps' and the
+wedge w eps.  P is the short film's times exp(g), so it is positive for any g, and the film is passive.
+`clearsweep.verify.film_table` solves the equation and writes the file of the coefficients of g.
 """
 
 import functools
@@ -23,20 +23,20 @@ from .short import Short
 FILE = Path(__file__).with_name("reynolds.npy")  # (lengths, 2, TERMS, POWERS), of power and of largest pressure
 LENGTHS = 10  # length / diameter at which the equation is solved
 SHORTEST, LONGEST = 0.2, 2.0  # length / diameter
-TERMS, POWERS = 18, 12  # of the expansion over directions and over eccentricities; TERMS is even
+TERMS, POWERS = 18, 12  # terms of the expansion over directions and eccentricities; TERMS is even
 DEEPEST = float(np.arctanh(0.999))  # artanh of the largest eccentricity ratio
 
 
 class Reynolds(NamedTuple):
-    """The short film of the same bearing, and what makes of it one of finite length."""
+    """The short film of the same bearing, with correction factors for finite length."""
 
     short: Short
-    power: float  # array (TERMS, POWERS): logarithm of the power over the short film's
-    peak: float  # the same of the largest pressure
+    power: float  # array (TERMS, POWERS): logarithm of power over that of the short film
+    peak: float  # the same for the largest pressure
 
 
 def lengths() -> np.ndarray:
-    """Return the (LENGTHS,) length / diameter of the file: Chebyshev's nodes between logarithms."""
+    """Return the (LENGTHS,) length / diameter of the file: Chebyshev nodes on a logarithmic scale."""
     nodes = np.cos(np.pi * (np.arange(LENGTHS) + 0.5) / LENGTHS)
     low, high = np.log(SHORTEST), np.log(LONGEST)
     return np.exp(0.5 * (low + high) + 0.5 * (high - low) * nodes)
@@ -44,24 +44,24 @@ def lengths() -> np.ndarray:
 
 @functools.cache
 def _file() -> np.ndarray:
-    """Return what is in the file, (lengths, 2, TERMS, POWERS)."""
+    """Return the content of the file, (lengths, 2, TERMS, POWERS)."""
     return np.load(FILE).astype(float)
 
 
 @functools.cache
 def _powers() -> np.ndarray:
-    """Return (POWERS, POWERS): row i has the coefficients of the powers of x in Chebyshev's polynomial i."""
+    """Return (POWERS, POWERS): row i has the power coefficients of the Chebyshev polynomial T_i."""
     rows = np.zeros((POWERS, POWERS))
     for degree in range(POWERS):
         rows[degree, : degree + 1] = np.polynomial.chebyshev.cheb2poly(np.eye(POWERS)[degree])[: degree + 1]
     return rows
 
 
-@functools.lru_cache(maxsize=256)  # a sweep over other values has few lengths
+@functools.lru_cache(maxsize=256)  # most sweeps have few lengths
 def tables(slenderness: float) -> tuple[float, float]:
-    """Return the arrays of power and of largest pressure for a length / diameter, as compiled code finds them."""
+    """Return array handles of power and of largest pressure for a length / diameter."""
     nodes = np.log(lengths())
-    # Lagrange's interpolation in its barycentric form; the weights are those of Chebyshev's nodes
+    # barycentric Lagrange interpolation with the weights of Chebyshev nodes
     weights = (-1.0) ** np.arange(LENGTHS) * np.sin(np.pi * (np.arange(LENGTHS) + 0.5) / LENGTHS)
     distance = np.log(slenderness) - nodes
     at_node = np.flatnonzero(distance == 0.0)
@@ -72,10 +72,10 @@ def tables(slenderness: float) -> tuple[float, float]:
 
 @kernel
 def expansion(table, ratio, direction):
-    """Return the sum of c_k(ratio) T_k(direction) over the TERMS of an array, and its derivative by the direction.
+    """Return the sum of c_k(ratio) T_k(direction) over the TERMS of an array, and its derivative by direction.
 
-    With t = artanh(ratio) / DEEPEST, c_k is a polynomial of 2 t^2 - 1, of odd terms times t: the film is the same
-    where the ratio and both velocities have other signs.
+    With t = artanh(ratio) / DEEPEST, c_k is a polynomial of 2 t^2 - 1, times t for odd terms: the film is the same
+    if the ratio and both velocities change sign.
     """
     depth = 0.5 * math.log((1.0 + ratio) / (1.0 - ratio)) / DEEPEST
     x = 2.0 * depth * depth - 1.0
@@ -101,7 +101,7 @@ def expansion(table, ratio, direction):
 
 @kernel
 def _direction(motion):
-    """Return sine, cosine and size of the velocity that the expansion goes by, and what it multiplies the wedge by."""
+    """Return sine, cosine and magnitude of the velocity in the expansion, and the factor on the wedge."""
     stretch = math.sqrt(math.sqrt(1.0 - motion.ratio * motion.ratio))
     squeeze, wedge = 2.0 * motion.squeeze_rate, motion.spin * motion.ratio * stretch
     size = math.sqrt(squeeze * squeeze + wedge * wedge)
@@ -109,7 +109,7 @@ def _direction(motion):
 
 
 @film_force.member(Reynolds)
-def _finite_film(law, motion):
+def _film_force_reynolds(law, motion):
     squeeze, wedge, size, stretch = _direction(motion)
     if size == 0.0:
         still = as_type_of(0.0, size)
@@ -124,7 +124,7 @@ def _finite_film(law, motion):
 
 
 @film_pressure.member(Reynolds)
-def _highest_of_finite(law, motion):
+def _film_pressure_reynolds(law, motion):
     squeeze, _, size, _ = _direction(motion)
     if size == 0.0:
         return 0.0

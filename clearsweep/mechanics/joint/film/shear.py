@@ -1,8 +1,8 @@
-"""The couples with which the shear of a film drags at journal and bearing.
+"""Couples on journal and bearing from the shear of a film.
 
-The pressure alone exerts a moment: the force on the journal acts along a line through the bearing's centre only where
-its tangential part is 0.  A film has no inertia, so that its couples on both bodies and the moment e F_t of its force
-add up to 0.  With equal shares, M_j = -C - e F_t / 2 and M_b = C - e F_t / 2, what is left to a law is C.
+The pressure alone exerts a moment: the force on the journal acts along a line through the bearing's centre only if
+its tangential part is 0.  A film has no inertia, so its couples on both bodies and the moment e F_t of its force
+add up to 0.  With equal shares, M_j = -C - e F_t / 2 and M_b = C - e F_t / 2, only C is left to a law.
 """
 
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from ..recipe import register
 from .contract import film_couples, shear_couple
 
 BALANCED = "M_j = -C - e F_t / 2, M_b = C - e F_t / 2, C = "
-DEFAULT = "butenschoen"  # what `film.friction: by-law` represents
+DEFAULT = "butenschoen"  # the meaning of `film.friction: by-law`
 
 
 class Unsheared(NamedTuple):
@@ -22,12 +22,12 @@ class Unsheared(NamedTuple):
 
 
 @shear_couple.member(Unsheared)
-def _none(shear, motion, rotation):
+def _shear_couple_unsheared(shear, motion, rotation):
     return as_type_of(0.0, motion.ratio)
 
 
 @film_couples.member(Unsheared)
-def _centres_alone(shear, motion, rotation, moment):
+def _film_couples_unsheared(shear, motion, rotation, moment):
     nothing = as_type_of(0.0, moment)
     return nothing, nothing
 
@@ -54,7 +54,7 @@ class Petroff(NamedTuple):
 
 
 @shear_couple.member(Petroff)
-def _petroff(shear, motion, rotation):
+def _shear_couple_petroff(shear, motion, rotation):
     return as_type_of(shear.drag * rotation, motion.ratio)
 
 
@@ -84,7 +84,7 @@ class Couette(NamedTuple):
 
 
 @shear_couple.member(Couette)
-def _couette(shear, motion, rotation):
+def _shear_couple_couette(shear, motion, rotation):
     return shear.drag * rotation / math.sqrt(1.0 - motion.ratio * motion.ratio)
 
 

@@ -18,7 +18,7 @@ class Short(NamedTuple):
 
 
 @film_force.member(Short)
-def _ocvirk(law, motion):
+def _film_force_short(law, motion):
     ratio, squeeze, wedge = motion.ratio, 2.0 * motion.squeeze_rate, motion.spin * motion.ratio
     if squeeze == 0.0 and wedge == 0.0:
         still = as_type_of(0.0, squeeze * wedge)
@@ -43,7 +43,7 @@ def _pressure(law, motion, cosine, sine):
 
 
 @film_pressure.member(Short)
-def _highest_of_short(law, motion):
+def _film_pressure_short(law, motion):
     return highest(law, motion, _pressure, math.atan2(2.0 * motion.squeeze_rate, motion.spin * motion.ratio))
 
 

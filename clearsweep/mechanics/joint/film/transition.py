@@ -1,4 +1,4 @@
-"""How a film gives way to the dry contact behind it."""
+"""Transition from a film to dry contact."""
 
 import math
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from ..material import plane_strain_modulus
 from ..recipe import register
 from .contract import asperity_load, dry_share
 
-HIGHEST = 5.0  # standard deviations: what is borne further away is below 3e-8 of the load at contact
+HIGHEST = 5.0  # standard deviations: further away the load is below 3e-8 of that at contact
 #: Of ln F_5/2 + 2.5 ln g by powers of g from the sixth to the first, fitted to the integral: F_5/2 within 0.15 % from 0
 #: to 4 standard deviations, and within 1.5 % below and up to HIGHEST.
 FIT = (0.00043721, -0.00780786, 0.05308344, -0.1640149, -0.31382968, -0.05197362)
@@ -22,14 +22,14 @@ NODES = tuple((float(0.5 * x + 0.5), float(0.5 * w)) for x, w in zip(*np.polynom
 
 
 class Ramp(NamedTuple):
-    """The share grows evenly over a width."""
+    """The share grows linearly over a width."""
 
     begin: float  # m, of the depth
     width: float  # m
 
 
 class GreenwoodTripp(NamedTuple):
-    """The same, and before it asperities of both surfaces bear a part of the load."""
+    """A linear ramp, before which asperities of both surfaces carry part of the load."""
 
     begin: float  # m, of the depth
     width: float  # m
@@ -56,7 +56,7 @@ def shared_load(x):
     g = (x + sqrt(x^2 + 4)) / 2 is 1 / -x far below 0, where F_5/2 is (-x)^(5/2), and x far above.
     """
     root = calculus.sqrt(x * x + 4.0)
-    g = 0.5 * (root + x) if x > 0.0 else 2.0 / (root - x)  # the same, without a difference of large numbers
+    g = 0.5 * (root + x) if x > 0.0 else 2.0 / (root - x)  # the same without cancellation
     exponent = as_type_of(0.0, x)
     for coefficient in FIT:
         exponent = (exponent + coefficient) * g
@@ -64,7 +64,7 @@ def shared_load(x):
 
 
 @asperity_load.member(GreenwoodTripp)
-def _greenwood_tripp(transition, depth):
+def _asperity_load_greenwood_tripp(transition, depth):
     eccentricity = transition.clearance + depth
     highest = HIGHEST * transition.roughness + transition.mean_height
     if depth <= -highest:
@@ -81,12 +81,12 @@ def _greenwood_tripp(transition, depth):
 
 
 def bounds(transition) -> tuple[float, float]:
-    """Return the depths (m) at which the dry contact begins to bear, and from which it bears alone."""
+    """Return the depths (m) at which dry contact begins to carry load, and from which it carries all."""
     return transition.begin, transition.begin + transition.width
 
 
 def bears_from(transition) -> float:
-    """Return the depth (m) from which anything but the film bears."""
+    """Return the depth (m) below which only the film carries load."""
     if isinstance(transition, GreenwoodTripp):
         return -HIGHEST * transition.roughness - transition.mean_height
     return transition.begin

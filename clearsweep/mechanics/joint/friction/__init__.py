@@ -1,1 +1,1 @@
-"""Friction laws: the tangential force over sliding speed, one block a law."""
+"""Friction laws: tangential force as a function of sliding speed, one block per law."""

@@ -1,4 +1,4 @@
-"""Friction over bristles that remember how far they are bent."""
+"""Bristle models of friction, with the bristle deflection as internal state."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -22,7 +22,7 @@ def _bend_of_sliding(friction):
 class Dahl(NamedTuple):
     """T = -N sigma0 z with bristles bent by z: z' = slip (1 - x)^shape, x = sigma0 z sgn(slip) / mu.
 
-    In the ledger of energies the work of T is rubbed off, what bristles store included, until they give it back.
+    The energy balance counts all work of T as dissipated, including energy stored in bristles, until it is returned.
     """
 
     coefficient: float  # mu, 1
@@ -32,7 +32,7 @@ class Dahl(NamedTuple):
 
 
 @friction_force.member(Dahl)
-def _dahl(friction, normal, slip):
+def _friction_force_dahl(friction, normal, slip):
     return -normal * friction.bristle_stiffness * friction.bend
 
 
@@ -40,7 +40,7 @@ internal_state.member(Dahl)(_bend_of_sliding)
 
 
 @internal_rates.member(Dahl)
-def _dahl_rate(friction, contact):
+def _internal_rates_dahl(friction, contact):
     slip = contact.slip
     rest = 1.0 - friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip) / friction.coefficient
     return (slip * math.copysign(abs(rest) ** friction.shape, rest),)
@@ -86,16 +86,16 @@ class LuGre(NamedTuple):
 
 @family
 def bend_rate(friction, slip):
-    """Return the rate (m/s) of the bend of bristles that are damped, at sliding speed `slip` (m/s)."""
+    """Return the rate (m/s) of deflection of damped bristles at sliding speed `slip` (m/s)."""
 
 
 @bend_rate.member(LuGre)
-def _bend_rate_of_lugre(friction, slip):
+def _bend_rate_lugre(friction, slip):
     return slip - friction.bristle_stiffness * abs(slip) * friction.bend / stribeck_coefficient(friction, slip)
 
 
 @friction_force.member(LuGre)
-def _damped_bristles(friction, normal, slip):
+def _friction_force_lugre(friction, normal, slip):
     fall = math.exp(-((slip / friction.damping_velocity) ** 2))
     share = friction.bristle_stiffness * friction.bend
     share += friction.bristle_damping * fall * bend_rate(friction, slip)
@@ -106,14 +106,14 @@ internal_state.member(LuGre)(_bend_of_sliding)
 
 
 @internal_rates.member(LuGre)
-def _bends(friction, contact):
+def _internal_rates_lugre(friction, contact):
     return (bend_rate(friction, contact.slip),)
 
 
 def passive_velocity(friction: Mapping[str, float]) -> float:
-    """Return the largest damping_velocity (m/s) with which damped bristles never drive.
+    """Return the largest damping_velocity (m/s) for which damped bristles are passive.
 
-    They do not while sigma1 exp(-(v / v_d)^2) <= 4 g(v) / |v|; the left side times |v| is at most
+    They are passive if sigma1 exp(-(v / v_d)^2) <= 4 g(v) / |v|; the left side times |v| is at most
     sigma1 v_d / sqrt(2 e).
     """
     least = min(friction["coefficient"], friction["static_coefficient"])
@@ -122,7 +122,7 @@ def passive_velocity(friction: Mapping[str, float]) -> float:
 
 
 def _with_damping_velocity(form):
-    """Return what makes a type from the values of a joint, the damping velocity the passive one where none is given."""
+    """Return a function that creates a law from a joint; damping_velocity defaults to the passive one."""
 
     def make(joint):
         given = joint.friction.values
@@ -181,25 +181,25 @@ class ElastoPlastic(NamedTuple):
     viscous: float  # s/m
     bristle_stiffness: float  # sigma0, 1/m, per load
     bristle_damping: float  # sigma1 at rest, s/m, per load
-    elastic_share: float  # sigma0 times the bend up to which all is elastic, over the kinetic coefficient, 1
+    elastic_share: float  # sigma0 times the elastic limit of deflection, over the kinetic coefficient, 1
     damping_velocity: float  # m/s
     bend: float = 0.0  # z, m
 
 
 @bend_rate.member(ElastoPlastic)
-def _bend_rate_of_elasto_plastic(friction, slip):
+def _bend_rate_elasto_plastic(friction, slip):
     bristle_force = (
         friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip)
-    )  # below 0 while bristles unbend
+    )  # negative while bristles relax
     most = stribeck_coefficient(friction, slip)
     elastic = friction.elastic_share * friction.coefficient
     rise = math.sin(0.5 * math.pi * min(max((bristle_force - elastic) / (most - elastic), 0.0), 1.0))
     return slip * (1.0 - rise * rise * bristle_force / most)
 
 
-friction_force.member(ElastoPlastic)(_damped_bristles)
+friction_force.member(ElastoPlastic)(_friction_force_lugre)
 internal_state.member(ElastoPlastic)(_bend_of_sliding)
-internal_rates.member(ElastoPlastic)(_bends)
+internal_rates.member(ElastoPlastic)(_internal_rates_lugre)
 
 
 register(

@@ -1,4 +1,4 @@
-"""What a friction law declares."""
+"""The interface of friction laws."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -11,25 +11,25 @@ from ...compiled.family import family
 def friction_force(friction, normal, slip):
     """Return the tangential force (N) at normal force `normal` (N) and sliding speed `slip` (m/s); it opposes `slip`.
 
-    `normal` is at least 0, but in trial steps past the end of a contact.
+    `normal` is at least 0, except in trial steps past the end of a contact.
     """
 
 
 @family
 def static_limit(friction):
-    """Return the tangential force over the normal one that a law needs while it sticks, 0 if it does not stick.
+    """Return the static limit of tangential over normal force while sticking, 0 if the law does not stick.
 
-    Where a friction law of a scene has a member, contacts in the mode STUCK bear what keeps their surfaces from
+    If a friction law of a scene is a member, contacts in the mode STUCK carry the force that keeps their surfaces from
     sliding.
     """
 
 
 @static_limit.member(None)
-def _slides(friction):
+def _default_static_limit(friction):
     return 0.0
 
 
-FAMILIES = (friction_force,)  # a type of this kind is a member of each
+FAMILIES = (friction_force,)  # every type must be a member of these families
 
 
 class Frictionless(NamedTuple):
@@ -37,7 +37,7 @@ class Frictionless(NamedTuple):
 
 
 @friction_force.member(Frictionless)
-def _frictionless(friction, normal, slip):
+def _friction_force_frictionless(friction, normal, slip):
     return 0.0
 
 
@@ -55,6 +55,6 @@ KINETIC_FIRST = Order("coefficient", "static_coefficient", "friction falls once 
 
 
 def from_values(form) -> Callable:
-    """Return what makes a type from the values that a joint has by the names of its parameters."""
+    """Return a function that creates a law of type `form` from the parameters of a joint."""
     names = [name for name in form._fields if name not in form._field_defaults]
     return lambda joint: form(*(joint.friction.values[name] for name in names))

@@ -1,4 +1,4 @@
-"""Friction that follows the sliding speed: none of these laws sticks."""
+"""Friction as a function of sliding speed; none of these laws sticks."""
 
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ class Tanh(NamedTuple):
 
 
 @friction_force.member(Tanh)
-def _tanh(friction, normal, slip):
+def _friction_force_tanh(friction, normal, slip):
     return -friction.coefficient * normal * math.tanh(slip / friction.velocity_scale)
 
 
@@ -62,7 +62,7 @@ class Ambrosio(NamedTuple):
 
 
 @friction_force.member(Ambrosio)
-def _ambrosio(friction, normal, slip):
+def _friction_force_ambrosio(friction, normal, slip):
     share = min(max((abs(slip) - friction.v0) / (friction.v1 - friction.v0), 0.0), 1.0)
     return -friction.coefficient * normal * math.copysign(share, slip)
 
@@ -96,7 +96,7 @@ class Threlfall(NamedTuple):
 
 
 @friction_force.member(Threlfall)
-def _threlfall(friction, normal, slip):
+def _friction_force_threlfall(friction, normal, slip):
     x = abs(slip) / friction.velocity_scale
     share = (-math.expm1(-3.0 * x) if x <= 1.0 else 0.95) / friction.divisor
     return -friction.coefficient * normal * math.copysign(share, slip)
@@ -142,7 +142,7 @@ class BengisuAkay(NamedTuple):
 
 
 @friction_force.member(BengisuAkay)
-def _bengisu_akay(friction, normal, slip):
+def _friction_force_bengisu_akay(friction, normal, slip):
     beyond = abs(slip) - friction.velocity_scale
     if beyond < 0.0:
         share = friction.static_coefficient * (1.0 - (beyond / friction.velocity_scale) ** 2)
@@ -183,7 +183,7 @@ class BrownMcPhee(NamedTuple):
 
 
 @friction_force.member(BrownMcPhee)
-def _brown_mcphee(friction, normal, slip):
+def _friction_force_brown_mcphee(friction, normal, slip):
     x = slip / friction.stribeck_velocity
     width = 0.25 * x * x + 0.75
     share = friction.coefficient * math.tanh(4.0 * x)
@@ -233,7 +233,7 @@ def stribeck_coefficient(friction, slip):
 
 
 @friction_force.member(Stribeck)
-def _stribeck(friction, normal, slip):
+def _friction_force_stribeck(friction, normal, slip):
     share = stribeck_coefficient(friction, slip)
     return -normal * (share * math.tanh(slip / friction.velocity_scale) + friction.viscous * slip)
 

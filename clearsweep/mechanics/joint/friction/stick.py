@@ -1,4 +1,4 @@
-"""Friction that sticks: below a sliding speed the surfaces hold each other."""
+"""Friction with sticking: below a sliding speed the surfaces stick."""
 
 import math
 from typing import NamedTuple
@@ -9,11 +9,11 @@ from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, static_limit
 from .sliding import stribeck_coefficient
 
-LOOSE = 1.001  # times the sliding speed at which surfaces stick: there they are loose again
+LOOSE = 1.001  # times the sticking speed: sliding speed at which surfaces are released
 
 
 class Karnopp(NamedTuple):
-    """Slides as Stribeck's law down to the sliding speed `band`; below it sticks, see `joint.sticking`."""
+    """Slides by Stribeck's law down to the sliding speed `band`; below it sticks, see `coupling.sticking`."""
 
     coefficient: float  # kinetic, 1
     static_coefficient: float  # 1
@@ -24,24 +24,24 @@ class Karnopp(NamedTuple):
 
 
 @friction_force.member(Karnopp)
-def _karnopp(friction, normal, slip):
-    sign = min(max(slip / friction.band, -1.0), 1.0)  # no jump in a step that runs into the band and is cut there
+def _friction_force_karnopp(friction, normal, slip):
+    sign = min(max(slip / friction.band, -1.0), 1.0)  # continuous in a step that enters the band and is truncated there
     return -normal * (stribeck_coefficient(friction, slip) * sign + friction.viscous * slip)
 
 
 @static_limit.member(Karnopp)
-def _limit_of_karnopp(friction):
+def _static_limit_karnopp(friction):
     edge = stribeck_coefficient(friction, friction.band) + friction.viscous * friction.band
-    return max(friction.static_coefficient, edge)  # else surfaces that let go would be caught again at once
+    return max(friction.static_coefficient, edge)  # otherwise released surfaces would stick again at once
 
 
 @guards.member(Karnopp)
-def _sticks_and_slips(friction):
+def _guards_karnopp(friction):
     return Guard((PRESSED,), STUCK, at_start=True), Guard((STUCK,), PRESSED)
 
 
 @guard_values.member(Karnopp)
-def _within_and_beyond_the_band(friction, start, contact, root):
+def _guard_values_karnopp(friction, start, contact, root):
     slip = math.copysign(1.0, start.slip) * contact.slip
     return friction.band - slip, abs(slip) - LOOSE * friction.band
 

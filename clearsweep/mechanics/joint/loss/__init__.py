@@ -1,1 +1,1 @@
-"""Laws of the normal force: what loss they add to the elastic force, one block a law."""
+"""Laws of the normal force: elastic force plus losses, one block per law."""

@@ -1,4 +1,4 @@
-"""What a law of the normal force declares."""
+"""The interface of laws of the normal force."""
 
 from ....contracts.catalogue import Field
 from ...compiled import calculus as math
@@ -10,71 +10,71 @@ from ..elastic.contract import parity
 def contact_force(law, elastic, pen, rate, onset_rate):
     """Return (force, elastic part) in N, the force not yet clipped at `lowest_force`.
 
-    `pen` : penetration, m; `rate` : its rate, m/s, closing positive; `onset_rate` : the closing rate at which this
+    `pen` : penetration, m; `rate` : its rate, m/s, closing positive; `onset_rate` : the closing rate when this
     contact began, m/s, positive.
     """
 
 
 @family
 def lowest_force(law):
-    """Return the force (N) below which the law is clipped: 0, or -inf where it may pull until the surfaces part."""
+    """Return the force (N) below which the law is clipped: 0, or -inf if it may pull until separation."""
 
 
 @family
 def sign_beyond(law, elastic):
-    """Return the sign with which the force goes on smoothly where a trial step passes the separation.
+    """Return the sign that continues the force smoothly in a trial step past the separation.
 
-    The force is a function of the root of the penetration, which goes through zero like a straight line: one of its odd
-    powers, such as Hertz's third, changes sign there, an even one does not.  Only trial steps go that far.
+    The force is a function of the root of penetration, which crosses zero linearly: an odd
+    power, such as Hertz's third, changes sign there, an even power does not.  Only trial steps go that far.
     """
 
 
 @family
 def with_mass(law, mass):
-    """Return the law, given the mass (kg) that takes part in an impact at its contact as the bodies are.
+    """Return the law with the present effective mass (kg) of an impact at its contact.
 
-    Only a law with a member asks for it; see `joint.impact_mass`.
+    Only laws that are members use it; see `coupling.impact_mass`.
     """
 
 
 @family
 def awaits_mass(law):
-    """Return whether the force of the law, which knows its internal state, depends on the mass as things are."""
+    """Return whether the force of a law depends on the mass in its present internal state."""
 
 
 @with_mass.member(None)
-def _needs_none(law, mass):
+def _default_with_mass(law, mass):
     return law
 
 
 @awaits_mass.member(None)
-def _never_needs(law):
+def _default_awaits_mass(law):
     return False
 
 
 @family
 def keeps_onset(law):
-    """Return whether the force of the law, which knows its internal state, depends on the rate of the onset."""
+    """Return whether the force of a law depends on the onset rate in its present internal state."""
 
 
 @keeps_onset.member(None)
-def _knows_none(law):
+def _default_keeps_onset(law):
     return False
 
 
 def kept_always(law):
-    """Return True: a law depends on the rate of the onset to the end of the contact."""
+    """Return True: the law depends on the onset rate to the end of the contact."""
     return True
 
 
-FAMILIES = (contact_force, lowest_force, sign_beyond)  # a type of this kind is a member of each
+FAMILIES = (contact_force, lowest_force, sign_beyond)  # every type must be a member of these families
 
 
 def loss_form(form, *, pulls: bool, times_elastic: bool):
-    """Return the decorator that enters the `contact_force` of a type, and the two answers that go with it.
+    """Return the decorator that registers `contact_force`, `lowest_force` and `sign_beyond` of a type.
 
-    `pulls` : the force may be negative until the surfaces part, else it is clipped at 0; `times_elastic` : it is the
-    elastic force times a factor, so that it goes on past the separation with the sign of that, else with its own.
+    `pulls` : the force may be negative until separation, otherwise it is clipped at 0; `times_elastic` : it is the
+    elastic force times a factor, so it continues past the separation with that sign, otherwise with its own.
     """
 
     def register(body):
@@ -102,4 +102,4 @@ def _its_own(law, elastic):
 
 
 ANY_RESTITUTION = Field("restitution", "1", "wanted ratio of rebound to approach speed", 0.0, 1.0, False, False)
-RESTITUTION = ANY_RESTITUTION._replace(low_open=True)  # of laws that cannot be asked for none
+RESTITUTION = ANY_RESTITUTION._replace(low_open=True)  # for laws that cannot be lossless

@@ -17,7 +17,7 @@ DAMPER = Field("damping", "N*s/m", "of the damper", low_open=False)
 
 
 class RootDamper(NamedTuple):
-    """F = F_elastic + d sqrt(F_elastic / pen) rate; it pulls towards the end until the surfaces part."""
+    """F = F_elastic + d sqrt(F_elastic / pen) rate; it pulls before the separation."""
 
     damping: float  # d, kg^0.5: sqrt(F_elastic / pen) is the root of a stiffness
 
@@ -25,13 +25,15 @@ class RootDamper(NamedTuple):
 @loss_form(RootDamper, pulls=True, times_elastic=False)
 def _root_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
-    root = math.sqrt(force / pen) if pen > 0.0 else 0.0  # the limit, but for a linear spring: of no account at a point
+    root = (
+        math.sqrt(force / pen) if pen > 0.0 else 0.0
+    )  # the limit, except for a linear spring, where a single point does not matter
     return force + law.damping * root * rate, force
 
 
 def _make_tsuji(joint):
     contact = joint.contact.values
-    # Hertz's exponent where the elastic force is no power
+    # Hertz's exponent if the elastic force is not a power law
     alpha = math.sqrt(2.0 * (contact.get("exponent", 1.5) + 1.0)) * damping_ratio(contact["restitution"])
     return RootDamper(alpha * math.sqrt(contact["mass"]))
 
@@ -55,7 +57,7 @@ register(
 
 
 class ApproachRootDamper(NamedTuple):
-    """The same while the bodies approach, the elastic force alone while they part."""
+    """The same during approach, only the elastic force during rebound."""
 
     damping: float  # kg^0.5
 
@@ -102,7 +104,7 @@ def _viscous_spring(law, elastic, pen, rate, onset_rate):
 
 
 class PullingSpring(NamedTuple):
-    """F = F_elastic + c rate; it pulls towards the end until the surfaces part."""
+    """F = F_elastic + c rate; it pulls before the separation."""
 
     damping: float  # c, N s/m
 
@@ -154,7 +156,7 @@ register(
 
 
 class ViscousSpring(NamedTuple):
-    """The same, clipped where it would pull."""
+    """The same, clipped at 0."""
 
     damping: float  # c, N s/m
 

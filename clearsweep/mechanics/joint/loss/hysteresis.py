@@ -1,12 +1,12 @@
-"""Laws that multiply the elastic force by a factor of the rate over the rate at which the contact began.
+"""Laws that multiply the elastic force by a function of the rate over the onset rate.
 
-To add a law of the form F = F_elastic (1 + chi rate / onset_rate) is to add one block with its chi.
+A new law of the form F = F_elastic (1 + chi rate / onset_rate) is one block with its chi.
 """
 
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ....contracts.catalogue import Law
+from ....contracts.catalogue import Law, Merit
 from ...compiled import calculus as math
 from ..elastic.contract import elastic_force
 from ..rebound import approach_hysteresis_rebound, exact_factor, hysteresis_rebound
@@ -15,7 +15,7 @@ from .contract import ANY_RESTITUTION, RESTITUTION, keeps_onset, kept_always, lo
 
 
 class Lossless(NamedTuple):
-    """The elastic force alone."""
+    """Only the elastic force."""
 
 
 @loss_form(Lossless, pulls=False, times_elastic=True)
@@ -39,7 +39,7 @@ register(
 
 
 class Hysteresis(NamedTuple):
-    """F = F_elastic (1 + chi rate / onset_rate); the laws of this form differ only in chi(restitution)."""
+    """F = F_elastic (1 + chi rate / onset_rate); laws of this form differ only in chi(restitution)."""
 
     factor: float  # chi, 1
 
@@ -55,7 +55,7 @@ FACTOR = "F = F_elastic (1 + chi rate / onset_rate), chi = "
 
 
 def factor_law(law: Law, chi: Callable[[float], float]) -> None:
-    """Enter a law of this form with its chi(restitution)."""
+    """Register a law of this form with its chi(restitution)."""
     register(
         law._replace(uses_onset=True),
         (Hysteresis,),
@@ -259,13 +259,14 @@ factor_law(
         (RESTITUTION,),
         notes="The recommended law: whatever the elastic force, mass and speed, a free impact gives back what was "
         "asked for.",
+        merit=Merit(1, "a free impact gives back the restitution asked for, whatever elastic law, mass and speed"),
     ),
     exact_factor,
 )
 
 
 class ApproachHysteresis(NamedTuple):
-    """The same while the bodies approach, the elastic force alone while they part."""
+    """The same during approach, only the elastic force during rebound."""
 
     factor: float  # chi, 1
 

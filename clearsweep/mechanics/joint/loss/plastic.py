@@ -1,4 +1,4 @@
-"""Contacts that yield: they spring back from an indentation, which they keep until the surfaces part."""
+"""Plastic contacts: they unload to a permanent indentation, which they keep until separation."""
 
 from typing import NamedTuple
 
@@ -19,21 +19,21 @@ from ..material import plane_strain_modulus, relative_radius
 from ..recipe import register
 from .contract import RESTITUTION, keeps_onset, kept_always, loss_form
 
-SHALLOW = 1e-12  # m, the least depth that a contact which yields remembers
-BEYOND = 1.0 + 1e-12  # times the root of the deepest penetration: not reached again by rounding
-UNLOADING, RELOADING = 0, 1  # guards: the contact begins to part; comes back to the deepest point it has been to
+SHALLOW = 1e-12  # m, least recorded depth of a yielding contact
+BEYOND = 1.0 + 1e-12  # times the root of the deepest penetration: keeps rounding from reaching it again
+UNLOADING, RELOADING = 0, 1  # guards: unloading begins; reloading reaches the deepest point
 
 
 class Plastic(NamedTuple):
-    """F = F_elastic(pen) while it deepens, then along the same curve shrunk towards the deepest point.
+    """F = F_elastic(pen) during loading, then along the same curve compressed towards the deepest point.
 
-    Back and forth below the deepest point: F = F_elastic((pen - left) / e^2), left = (1 - e^2) deepest being the
-    indentation that stays.  The share e^2 of the work done while it deepens comes back.
+    Unloading and reloading: F = F_elastic((pen - left) / e^2), where left = (1 - e^2) deepest is the
+    permanent indentation.  The share e^2 of the work of loading is returned.
     """
 
     returned_share: float  # e^2, 1
-    yield_rate: float  # m/s, onset rate up to which all is elastic
-    deepest: float = 0.0  # m, where the contact last turned from deepening to parting; 0 while it deepens
+    yield_rate: float  # m/s, onset rate up to which the contact is elastic
+    deepest: float = 0.0  # m, deepest penetration of the last loading; 0 during loading
 
 
 @loss_form(Plastic, pulls=False, times_elastic=True)
@@ -43,7 +43,7 @@ def _plastic(law, elastic, pen, rate, onset_rate):
         force = elastic_force(elastic, pen)
         return force, share * force
     rest = (pen - (1.0 - share) * law.deepest) / share
-    force = math.copysign(elastic_force(elastic, abs(rest)), rest)  # below 0 where the indentation is clear
+    force = math.copysign(elastic_force(elastic, abs(rest)), rest)  # negative if the indentation is clear
     return force, max(force, 0.0)
 
 
@@ -51,20 +51,20 @@ keeps_onset.member(Plastic)(kept_always)
 
 
 class YieldingSphere(NamedTuple):
-    """F = F_hertz(pen) softened from a yield depth on, then Hertz's force of the flattened contact back.
+    """F = F_hertz(pen), softened beyond the yield depth; unloading by Hertz's force of the flattened contact.
 
-    Back and forth below the deepest point: F = F_m ((pen - left) / (deepest - left))^1.5, left = (1 - s) deepest being
-    the indentation that stays and F_m the force at the deepest point.
+    Unloading and reloading: F = F_m ((pen - left) / (deepest - left))^1.5, where left = (1 - s) deepest is
+    the permanent indentation and F_m the force at the deepest point.
     """
 
     yield_depth: float  # w_c, m
     plastic: float  # 3 / K: the force on a fully plastic contact over pen / w_c, in forces at the yield depth
-    deepest: float = 0.0  # m, where the contact last turned from deepening to parting; 0 while it deepens
+    deepest: float = 0.0  # m, deepest penetration of the last loading; 0 during loading
 
 
 @kernel
 def softening(law, x):
-    """Return the force over Hertz's at `x` >= 1 yield depths, and its power of `x`: the least of the published fits."""
+    """Return the force over Hertz's at `x` >= 1 yield depths, and its exponent in `x`: the least published fit."""
     share, power = 1.03 * x**-0.075, -0.075
     fit = 1.40 * x**-0.237
     if fit < share:
@@ -79,7 +79,7 @@ def softening(law, x):
 
 @kernel
 def widening(x):
-    """Return the area of contact over Hertz's at `x` >= 1 yield depths, and its power of `x`: fit, both ends kept."""
+    """Return the contact area over Hertz's at `x` >= 1 yield depths, and its exponent in `x`: a fit with exact ends."""
     area, power = 0.94 * x**0.146, 0.146
     if area < 1.0:
         area, power = 1.0, 0.0
@@ -100,22 +100,22 @@ def _yielding_sphere(law, elastic, pen, rate, onset_rate):
     )  # s, of the depth: F = (4/3) E* sqrt(R') (s pen)^1.5 with the flattened radius R'
     if deepens:
         force = share * elastic_force(elastic, pen)
-        # what comes back is 0.4 F s pen; this is its derivative
+        # the returned energy is 0.4 F s pen; this is its derivative
         return force, returned * (1.0 + 0.4 * (2.0 * fall - 0.5 * growth)) * force
     rest = (pen - (1.0 - returned) * deepest) / returned
-    force = share * math.copysign(elastic_force(elastic, abs(rest)), rest)  # below 0 where the indentation is clear
+    force = share * math.copysign(elastic_force(elastic, abs(rest)), rest)  # negative if the indentation is clear
     return force, max(force, 0.0)
 
 
 @guards.member(YieldingSphere)
 @guards.member(Plastic)
-def _turns_back_and_comes_again(law):
+def _guards_yielding_sphere_or_plastic(law):
     return Guard(TOUCHING), Guard(TOUCHING, of_state=True)
 
 
 @guard_values.member(YieldingSphere)
 @guard_values.member(Plastic)
-def _parts_and_is_deepest(law, start, contact, root):
+def _guard_values_yielding_sphere_or_plastic(law, start, contact, root):
     if law.deepest == 0.0:
         return -contact.rate, NEVER
     return NEVER, root - BEYOND * math.sqrt(law.deepest)
@@ -123,7 +123,7 @@ def _parts_and_is_deepest(law, start, contact, root):
 
 @latched.member(YieldingSphere)
 @latched.member(Plastic)
-def _deepest(law, event, contact, root):
+def _latched_yielding_sphere_or_plastic(law, event, contact, root):
     if event == UNLOADING:
         return (max(root * root, SHALLOW),)
     return (0.0,)
@@ -157,12 +157,12 @@ register(
 
 
 def _hardness_factor(joint):
-    """Return K = 0.454 + 0.41 nu, the largest Hertzian pressure over the hardness where yielding begins."""
+    """Return K = 0.454 + 0.41 nu, the largest Hertzian pressure over hardness at first yield."""
     return 0.454 + 0.41 * joint.contact.material.bearing.poisson
 
 
 def yield_depth(joint) -> float:
-    """Return the penetration (m) at which a ball in a socket begins to yield: (pi K H / (2 E*))^2 R."""
+    """Return the penetration (m) at first yield of a ball in a socket: (pi K H / (2 E*))^2 R."""
     pressure = math.pi * _hardness_factor(joint) * joint.contact.values["hardness"]
     return (pressure / (2.0 * plane_strain_modulus(joint.contact.material))) ** 2 * relative_radius(joint)
 

@@ -1,18 +1,18 @@
-"""A contact that forgets how it began once it has proved lasting: `contact.onset: renewed`.
+"""A contact that drops its onset rate once it is classified as lasting: `contact.onset: renewed`.
 
-A law F = F_elastic (1 + chi rate / onset_rate) is made for an impact: the rate at which it began says how hard it is.
-A contact that stays has no such rate; kept all the same, that of the first touch decides for ever how much is lost.
-With the energy W of the elastic force and the mass m that takes part, let v = sqrt(2 W / m), the rate of the free,
-lossless impact that would come to a stop at this depth.  Then
+A law F = F_elastic (1 + chi rate / onset_rate) is designed for an impact, whose severity is its onset rate.
+A lasting contact has no such rate; if it kept that of its first touch, that would determine its losses for ever.
+With the elastic energy W and the effective mass m, let v = sqrt(2 W / m), the onset rate of the free,
+lossless impact that would stop at this depth.  Then
 
-    impact     F_elastic (1 + chi rate / v0), from the onset on; where v passes 2 v0, which no free impact comes near,
-               with v / 2 for v0: something else than the impact presses
-    lasting    max(0, F_elastic (1 + 2 zeta rate / v)), from where the rate is zero, so that the force has no jump: the
-               deepest point of a contact that is pressed, else the first point from which it deepens anew
+    impact     F_elastic (1 + chi rate / v0), from the onset on; when v exceeds 2 v0, which no free impact approaches,
+               with v / 2 for v0: another force than the impact presses
+    lasting    max(0, F_elastic (1 + 2 zeta rate / v)), from a zero of the rate, so that the force is continuous: the
+               deepest point of a contact that is pressed, else the first point of renewed loading
 
-sqrt(2 W) and sqrt(m) rate move, in a lasting contact that is left alone, like deflection and speed of a linear
-oscillator of damping ratio zeta (see `rebound`), so it loses per cycle what an impact of the same restitution does: the
-force is F_elastic + 2 zeta sqrt(S m) rate with S = F_elastic^2 / (2 W), the stiffness of that oscillator.
+In an undisturbed lasting contact sqrt(2 W) and sqrt(m) rate behave like deflection and speed of a linear
+oscillator of damping ratio zeta (see `rebound`), so its loss per cycle is that of an impact of the same restitution:
+the force is F_elastic + 2 zeta sqrt(S m) rate with S = F_elastic^2 / (2 W), the stiffness of that oscillator.
 """
 
 from typing import NamedTuple
@@ -35,22 +35,22 @@ from ..elastic.contract import elastic_energy, elastic_force, energy_stiffness
 from ..rebound import damping_ratio
 from .contract import awaits_mass, contact_force, keeps_onset, loss_form, with_mass
 
-PRESSED_ON, TURNED = 0, 1  # guards: v passes 2 v0; the rate passes zero
-APART = 1.0  # J, of no account but that side by side all that are apart go by the rule of an impact
+PRESSED_ON, TURNED = 0, 1  # guards: v exceeds 2 v0; the rate crosses zero
+APART = 1.0  # J, any positive value: separate contacts follow the law of an impact
 
 
 class Renewed(NamedTuple):
-    """A law of an impact until the contact proves lasting, then a damper without memory."""
+    """An impact law until the contact is lasting, then a damper without memory."""
 
-    impact: tuple  # the law until then
-    elastic: tuple  # of the joint: its energy gives when
+    impact: tuple  # the impact law
+    elastic: tuple  # elastic law of the joint: its energy decides when
     damping: float  # 2 zeta, 1
-    mass: float  # kg, that takes part as the bodies are; told in every state
-    doubling_energy: float = 0.0  # J, > 0: energy at which v is 2 v0; < 0: it has passed that, its negative; 0: lasting
+    mass: float  # kg, present effective mass
+    doubling_energy: float = 0.0  # J, > 0: energy at which v is 2 v0; < 0: its negative after that; 0: lasting
 
 
 def renewed(impact: tuple, elastic: tuple, restitution: float) -> Renewed:
-    """Return the compiled form of an impact's law, which gives back `restitution`, for lasting contacts too."""
+    """Return an impact law with `restitution`, extended to lasting contacts."""
     return Renewed(impact, elastic, 2.0 * damping_ratio(restitution), 0.0)
 
 
@@ -71,7 +71,7 @@ def _after_impact(law, elastic, pen, rate, onset_rate):
 
 @kernel
 def _pressed_on(law, elastic, pen, rate, onset_rate):
-    share = elastic_energy(elastic, pen) / -law.doubling_energy  # of the energy at which v / 2 was the onset rate
+    share = elastic_energy(elastic, pen) / -law.doubling_energy  # energy at which v / 2 was the onset rate
     return contact_force(law.impact, elastic, pen, rate, onset_rate * math.sqrt(share))
 
 
@@ -86,27 +86,27 @@ _by_phase, _by_later_phase = either(_impact, _after_impact), either(_pressed_on,
 
 
 @with_mass.member(Renewed)
-def _massive(law, mass):
+def _with_mass_renewed(law, mass):
     return Renewed(law.impact, law.elastic, law.damping, mass, law.doubling_energy)
 
 
 @awaits_mass.member(Renewed)
-def _once_it_lasts(law):
+def _awaits_mass_renewed(law):
     return law.doubling_energy == 0.0
 
 
 @keeps_onset.member(Renewed)
-def _until_pressed_on(law):
+def _keeps_onset_renewed(law):
     return law.doubling_energy > 0.0
 
 
 @guards.member(Renewed)
-def _proves_lasting(law):
+def _guards_renewed(law):
     return Guard(TOUCHING, of_state=True), Guard(TOUCHING)
 
 
 @guard_values.member(Renewed)
-def _beyond_an_impact(law, start, contact, root):
+def _guard_values_renewed(law, start, contact, root):
     if law.doubling_energy > 0.0:
         return elastic_energy(
             law.elastic, root * root
@@ -115,7 +115,7 @@ def _beyond_an_impact(law, start, contact, root):
 
 
 @latched.member(Renewed)
-def _phase(law, event, contact, root):
+def _latched_renewed(law, event, contact, root):
     if event == ENTERED:
         rate = max(contact.rate, ONSET_FLOOR)
         return (2.0 * law.mass * rate * rate,)

@@ -1,1 +1,1 @@
-"""Roughness of the surfaces of a joint, in series with its elastic law: one block a law."""
+"""Surface roughness of a joint, in series with its elastic law; one block per law."""

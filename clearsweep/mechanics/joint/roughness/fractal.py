@@ -1,4 +1,4 @@
-"""Fractal surfaces whose small spots yield and whose large ones are elastic."""
+"""Fractal surfaces with plastic small spots and elastic large spots."""
 
 import math
 
@@ -17,7 +17,7 @@ SERIES = (
     "half-angle theta of Persson's load, it is kept below it, A_r (1 + (A_r / A_n)^8)^(-1/8); from A_r = A_n on a "
     "remark says so.  The asperities are springs: what they lose is left to the contact law."
 )
-NEEDED = ("length", "material", "bearing_radius")  # of the arc of contact and of E*
+NEEDED = ("length", "material", "bearing_radius")  # from the contact arc and E*
 
 
 def yielding(dimension: float, scale: float, hardness: float, modulus: float) -> Surface:

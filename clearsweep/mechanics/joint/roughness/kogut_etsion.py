@@ -1,4 +1,4 @@
-"""Fractal surfaces whose spots go from elastic through elastic-plastic to plastic."""
+"""Fractal surfaces with elastic, elastic-plastic and plastic spots."""
 
 import math
 
@@ -15,7 +15,7 @@ REGIMES = ((1.0, 1.0, 1.5), (6.0, 1.03, 1.425), (110.0, 1.40, 1.263))
 
 
 def hardness_factor(poisson: float) -> float:
-    """Return K = 0.454 + 0.41 nu: the largest pressure of Hertz at which an asperity begins to yield, in hardnesses."""
+    """Return K = 0.454 + 0.41 nu: the largest Hertzian pressure over hardness at first yield of an asperity."""
     return 0.454 + 0.41 * poisson
 
 

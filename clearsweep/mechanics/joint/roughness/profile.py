@@ -1,4 +1,4 @@
-"""What a measured profile says of a fractal surface: its dimension D and scale G.
+"""Fractal dimension D and scale G of a surface from a measured profile.
 
 The heights of a Weierstrass-Mandelbrot profile z = G^(D - 1) sum gamma^((D - 2) n) cos(2 pi gamma^n x + phase) differ,
 at two places a lag t apart, in the mean square by the structure function S = C G^(2 D - 2) t^(4 - 2 D),
@@ -6,7 +6,7 @@ at two places a lag t apart, in the mean square by the structure function S = C 
     C = (2 pi)^s / ln(gamma) pi / (2 Gamma(1 + s) sin(pi s / 2)),  s = 4 - 2 D,
 
 the sum over n taken as an integral (Majumdar & Bhushan 1990, J. Tribol. 112:205; C is derived here).  So the slope of
-ln S over ln t gives D and its height G.  What the profile cannot show, waves shorter than its steps, is missing in S by
+ln S over ln t gives D, and its intercept G.  Waves shorter than the steps of the profile are missing in S by
 the same amount at every lag, and the noise of an instrument adds such an amount: C G^(2 D - 2) t^s - B is fitted, by
 least squares of ln S.
 """
@@ -21,12 +21,12 @@ from ....contracts.case import Joint
 from ....contracts.catalogue import Columns, Field
 from ....language.errors import InputError
 
-GAMMA = 1.5  # of the frequencies of the profile
+GAMMA = 1.5  # ratio of the frequencies of the profile
 LEAST_ROWS = 1000
-PIECES = 8  # of the profile, whose scatter gives the confidence
+PIECES = 8  # pieces of the profile, whose scatter gives the confidence
 _REACH = 40  # the longest lag is this share of the profile, a fifth of a piece
-_EVEN = 0.01  # share by which steps may differ
-_NEAR = 0.02  # of the ends 0 and 2 a power of the lag is no fractal's
+_EVEN = 0.01  # relative tolerance of equal steps
+_NEAR = 0.02  # distance from the ends 0 and 2, where a power of the lag is not fractal
 
 DIMENSION = Field("dimension", "1", "D, fractal dimension of a profile", 1.0, 2.0, optional=True)
 SCALE = Field("scale", "m", "G, the length that scales its heights", optional=True)
@@ -39,7 +39,7 @@ PROFILE = Columns(
 
 
 class Identified(NamedTuple):
-    """What a profile gives; the intervals hold with 95 % confidence."""
+    """Result of a profile, with 95 % confidence intervals."""
 
     dimension: float  # 1
     scale: float  # m
@@ -47,19 +47,19 @@ class Identified(NamedTuple):
     dimension_high: float
     scale_low: float  # m
     scale_high: float
-    residual: float  # rms by which ln S leaves the fit, 1
+    residual: float  # rms residual of ln S, 1
 
 
 def texture(joint: Joint) -> tuple[float, float]:
     """Return dimension and scale (m) of the surfaces of a joint, as given or from its profile.  Raises InputError."""
-    assert joint.roughness is not None  # asked of rough joints
+    assert joint.roughness is not None  # only rough joints
     if joint.roughness.tables:
         return identified(joint)[:2]
     return joint.roughness.values["dimension"], joint.roughness.values["scale"]
 
 
 def identified(joint: Joint) -> Identified:
-    """Return what the profile of a joint gives.  Raises InputError."""
+    """Return the parameters from the profile of a joint.  Raises InputError."""
     assert joint.roughness is not None
     table = joint.roughness.tables[PROFILE.name]
     try:
@@ -69,7 +69,7 @@ def identified(joint: Joint) -> Identified:
 
 
 def derived_texture(joint: Joint) -> dict[str, tuple[float, str]]:
-    """Return what the profile of a joint gives as values that follow from others: path -> (value, unit)."""
+    """Return the parameters from the profile of a joint as derived values: path -> (value, unit)."""
     if not joint.roughness or not joint.roughness.tables:
         return {}
     units = {"scale": "m", "scale_low": "m", "scale_high": "m"}
@@ -78,7 +78,7 @@ def derived_texture(joint: Joint) -> dict[str, tuple[float, str]]:
 
 @functools.lru_cache(maxsize=8)
 def identify(x: tuple[float, ...], height: tuple[float, ...]) -> Identified:
-    """Return what a profile (m, m) gives.  Raises ValueError where it is no profile of a fractal."""
+    """Return the parameters from a profile (m, m).  Raises ValueError if it is not fractal."""
     from scipy.special import stdtrit
 
     places, heights = np.array(x), np.array(height)
@@ -88,7 +88,7 @@ def identify(x: tuple[float, ...], height: tuple[float, ...]) -> Identified:
         raise ValueError(f"has {len(places)} rows; at least {LEAST_ROWS} are needed to estimate a dimension")
     if np.abs(steps - step).max() > _EVEN * step:
         raise ValueError(f"has steps of x from {steps.min():.4g} to {steps.max():.4g} m; expected even steps")
-    heights = heights - np.polyval(np.polyfit(places - places[0], heights, 1), places - places[0])  # levelled
+    heights = heights - np.polyval(np.polyfit(places - places[0], heights, 1), places - places[0])  # remove the tilt
     lags = np.unique(np.geomspace(1, len(heights) // _REACH, 24).round().astype(int))
     distances = step * lags
     power, height, hidden, residual = _fitted(distances, _structure(heights, lags))
@@ -98,7 +98,7 @@ def identify(x: tuple[float, ...], height: tuple[float, ...]) -> Identified:
         squares = _structure(piece, lags) + hidden
         pieces.append(_fractal(*np.polyfit(np.log(distances), np.log(squares), 1)))
     width = stdtrit(PIECES - 1, 0.975) * np.std(pieces, axis=0, ddof=1) / math.sqrt(PIECES)
-    off = residual / math.log(lags[-1] / lags[0])  # of D, were S the residual off at both ends
+    off = residual / math.log(lags[-1] / lags[0])  # error of D if S had the residual at both ends
     width *= math.hypot(1.0, off / float(width[0]))
     return Identified(
         dimension,
@@ -112,7 +112,7 @@ def identify(x: tuple[float, ...], height: tuple[float, ...]) -> Identified:
 
 
 def _structure(heights: np.ndarray, lags: np.ndarray) -> np.ndarray:
-    """Return the mean square (m^2) by which heights (m) differ at each lag, in rows."""
+    """Return the structure function (m^2) of heights (m) at each lag, in rows."""
     squares = np.array([np.mean((heights[lag:] - heights[:-lag]) ** 2) for lag in lags])
     if not squares.all():
         raise ValueError("is flat; expected heights that differ")

@@ -1,9 +1,9 @@
 """An elastic law with rough surfaces in series: pen = bulk(F) + approach(F).
 
-Bodies and asperities bear the same force F.  With u the part of the penetration that the bodies give, F is the elastic
-law's at u, and pen = u + approach(F(u)) grows with u.  A table has ln(u / pen) over ln pen as polynomials of degree
-five with four continuous derivatives, and the elastic law itself is evaluated at u.  So smooth surfaces leave it as it
-is, to the last digits; where the load on the asperities has a kink the table rounds it off over a row.
+Bodies and asperities carry the same force F.  With u the part of the penetration in the bodies, F is the elastic
+law's at u, and pen = u + approach(F(u)) increases with u.  A table has ln(u / pen) over ln pen as polynomials of degree
+five with four continuous derivatives, and the elastic law itself is evaluated at u.  So smooth surfaces do not change
+it, except for rounding; a kink in the load on asperities is smoothed over a row of the table.
 
 The energy is F pen times a second column of the table, from the integral of the force.
 """
@@ -23,20 +23,20 @@ from ..elastic.conformal import load_arc
 from ..elastic.contract import elastic_energy, elastic_force, parity
 from .spots import Surface, approach, contact_area, domain_extension, largest_spot
 
-LEAST, MOST = 1e-13, 0.1  # m, ends of the table: below, the force is a power of the penetration; beyond, u / pen stays
-STEP = 0.04  # of the logarithm of the penetration, from row to row
-SHALLOWEST = 1e-90  # m, that a body is asked the force of
-MOST_STEPS, ENOUGH = 40, 1e-11  # of the search for u at a row: steps, and share by which pen may be off
-BLEND = 8.0  # the spots' area A is kept below that of the arc, A_n, as A (1 + (A / A_n)^8)^(-1/8)
-NOTICED = 0.01  # of the penetration: what rough surfaces give, below which it does not matter that they are flattened
-_POWERS = 6  # of the polynomial between two rows
-_WIDTH = 2 * _POWERS  # numbers of a row
+LEAST, MOST = 1e-13, 0.1  # m, ends of the table: below, the force is a power law; beyond, u / pen is constant
+STEP = 0.04  # step of the logarithm of penetration between rows
+SHALLOWEST = 1e-90  # m, range of penetrations of the bodies
+MOST_STEPS, ENOUGH = 40, 1e-11  # search for u at a row: most steps, and relative tolerance on pen
+BLEND = 8.0  # the area A of the spots is bounded by that of the arc, A_n: A (1 + (A / A_n)^8)^(-1/8)
+NOTICED = 0.01  # of the penetration: below this share of rough surfaces, their flattening does not matter
+_POWERS = 6  # degree of the polynomial between two rows
+_WIDTH = 2 * _POWERS  # numbers in a row
 
 
 class Rough(NamedTuple):
     """An elastic law with rough surfaces in series."""
 
-    elastic: tuple  # of the bodies
+    elastic: tuple  # elastic law of the bodies
     table: ArrayHandle  # address of (rows, _WIDTH) numbers: polynomials of ln(u / pen), then of the energy over F pen
     rows: float
     start: float  # ln pen of the first row
@@ -45,22 +45,22 @@ class Rough(NamedTuple):
 
 
 class Arc(NamedTuple):
-    """What the arc of contact of a joint follows from."""
+    """Parameters that determine the contact arc of a joint."""
 
     stiffness: float  # E* c L, N
     width: float  # 2 R_b L, m^2: the area of an arc over its half-angle
 
 
 class Series(NamedTuple):
-    """Rough surfaces on an elastic law: the compiled form, and how far the spots keep their room."""
+    """Rough surfaces in series with an elastic law: the compiled form and its valid range."""
 
     term: Rough
-    flattened: float  # m, penetration from which on the spots would cover all of the arc; inf where that never matters
+    flattened: float  # m, penetration at which the spots would cover the whole arc; inf if that never matters
     surface: Surface
     arc: Arc
 
     def depth(self, bulk: float) -> float:
-        """Return the penetration (m) at which the bodies give `bulk` (m) of it."""
+        """Return the total penetration (m) at which that of the bodies is `bulk` (m)."""
         if math.isinf(bulk):
             return bulk
         return bulk + float(pressed(self.surface, self.arc, np.log(elastic_force(self.term.elastic, bulk))))
@@ -68,7 +68,7 @@ class Series(NamedTuple):
 
 @kernel
 def _column(rough, x, column):
-    """Return what is in a column of the table at x = ln pen, x at least its start."""
+    """Return the value of a table column at x = ln pen, not below its start."""
     position = (x - rough.start) * (1.0 / STEP)
     last = rough.rows - 1.0
     row = int(min(plain(position), last))
@@ -81,7 +81,7 @@ def _column(rough, x, column):
 
 
 @elastic_force.member(Rough)
-def _in_series(elastic, pen):
+def _elastic_force_rough(elastic, pen):
     if pen <= 0.0:
         return as_type_of(0.0, pen)
     x = calculus.log(pen)
@@ -93,18 +93,18 @@ def _in_series(elastic, pen):
 
 
 @elastic_energy.member(Rough)
-def _energy_in_series(elastic, pen):
+def _elastic_energy_rough(elastic, pen):
     if pen <= 0.0:
         return as_type_of(0.0, pen)
     return elastic_force(elastic, pen) * pen * _column(elastic, max(calculus.log(pen), elastic.start), 1)
 
 
 @parity.member(Rough)
-def _as_at_first_touch(elastic):
+def _parity_rough(elastic):
     return elastic.parity
 
 
-@functools.lru_cache(maxsize=256, typed=True)  # forms of different types may hold the same numbers
+@functools.lru_cache(maxsize=256, typed=True)  # laws of different types may have equal numbers
 def in_series(elastic: tuple, surface: Surface, arc: Arc) -> Series:
     """Return an elastic law with rough surfaces in series."""
     from scipy.interpolate import make_interp_spline
@@ -138,12 +138,12 @@ def _psi(surface: Surface) -> float:
 
 
 def _room(arc: Arc, force: np.ndarray) -> np.ndarray:
-    """Return the logarithm of the area (m^2) of the arc of contact, from that of the force (N)."""
+    """Return the logarithm of the contact arc's area (m^2) from that of the force (N)."""
     return np.log(arc.width * load_arc(np.exp(force) / arc.stiffness))
 
 
 def pressed(surface: Surface, arc: Arc, force: np.ndarray) -> np.ndarray:
-    """Return how deep (m) rough surfaces are pressed together, from the logarithm of the force (N)."""
+    """Return the approach (m) of rough surfaces from the logarithm of the force (N)."""
     psi = _psi(surface)
     largest = largest_spot(surface, force, psi)
     residual = contact_area(surface, largest, psi) - _room(arc, force)
@@ -151,7 +151,7 @@ def pressed(surface: Surface, arc: Arc, force: np.ndarray) -> np.ndarray:
 
 
 def _curve(elastic: tuple, surface: Surface, arc: Arc) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return ln pen in even steps, and at each of them the logarithms of u (m) and of the force (N)."""
+    """Return ln pen in uniform steps, and the logarithms of u (m) and of the force (N) at each step."""
     from scipy.interpolate import PchipInterpolator
 
     def at(bulk: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

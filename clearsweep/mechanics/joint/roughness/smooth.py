@@ -1,4 +1,4 @@
-"""No roughness: for grids that sweep rough surfaces with smooth ones."""
+"""No roughness, for grids that sweep rough and smooth surfaces."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ from ..recipe import register
 
 
 class Smooth(NamedTuple):
-    """Surfaces that give nothing."""
+    """Rigid smooth surfaces."""
 
 
 register(

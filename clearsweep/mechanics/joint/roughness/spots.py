@@ -1,10 +1,10 @@
-"""The load on a fractal surface from that on one spot of contact.
+"""The load on a fractal surface from the load on a single contact spot.
 
 The spots' areas a are spread with the density n(a) = (D / 2) psi^((2 - D) / 2) a_L^(D / 2) a^(-(D + 2) / 2) up to the
 largest, a_L (Majumdar & Bhushan 1991, J. Tribol. 113:1); psi extends the domain over all spots (Wang & Komvopoulos
 1994, J. Tribol. 116:812).  A spot of area a is pressed G^(D - 1) a^((2 - D) / 2) deep.
 
-Areas go by their logarithms, as they differ by hundreds of decades where D is near an end of its range.
+Areas are represented by logarithms, as they span hundreds of decades when D is near an end of its range.
 """
 
 import functools
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-LARGEST = 600.0  # of the logarithm of an area (m^2) at which a spot's load changes its form: beyond it there is none
+LARGEST = 600.0  # bound of the logarithm of areas (m^2) at which a spot's load changes its form
 
 
 class Piece(NamedTuple):
@@ -29,7 +29,7 @@ class Surface(NamedTuple):
 
     dimension: float  # D, 1
     scale: float  # G, m
-    pieces: tuple[Piece, ...]  # from the smallest spots on; the last goes on without end
+    pieces: tuple[Piece, ...]  # from the smallest spots on; the last piece is unbounded
 
 
 @functools.cache
@@ -68,7 +68,7 @@ def load(surface: Surface, largest: np.ndarray, psi: float = 1.0) -> np.ndarray:
     total, low = np.full(largest.shape, -math.inf), -math.inf
     for upto, factor, power in surface.pieces:
         high = np.minimum(largest, upto)
-        # the integral of a^(p - 1), p = power - D / 2, over what of the piece is below the largest spot
+        # integral of a^(p - 1), p = power - D / 2, over the part of the piece below the largest spot
         p, inside = power - half, high > low
         span = np.where(inside, high - low, 1.0)
         if low == -math.inf:
@@ -105,6 +105,6 @@ def contact_area(surface: Surface, largest: np.ndarray, psi: float) -> np.ndarra
 
 
 def approach(surface: Surface, largest: np.ndarray) -> np.ndarray:
-    """Return how deep (m) the surface is pressed together, from the logarithm of the area (m^2) of the largest spot."""
+    """Return the approach (m) of the surface from the logarithm of the area (m^2) of the largest spot."""
     dimension = surface.dimension
     return np.exp((dimension - 1.0) * math.log(surface.scale) + 0.5 * (2.0 - dimension) * largest)

@@ -1,4 +1,4 @@
-"""What the contacts of a spatial joint do to its bodies, and the time histories of it."""
+"""Forces of the contacts of a spatial joint on its bodies, and its time histories."""
 
 from typing import NamedTuple
 
@@ -16,18 +16,18 @@ from .form import EndContacts, Flanged, SpatialGap, SpatialLoad, Spread, SpreadC
 from .points import flange_point, overlap_of, sine_of_tilt, tilt_of, wall_point
 from .spread import as_spread, spread_walls
 
-SHARE = 0.5  # of the stiffness, at each wall
+SHARE = 0.5  # share of the stiffness at each wall
 
 
 class _Moving(NamedTuple):
-    """How the journal moves as seen from the bearing, about its middle."""
+    """Motion of the journal relative to the bearing, about its centre."""
 
     velocity: Vector  # m/s
     spin: Vector  # rad/s
 
 
 class _Laws(NamedTuple):
-    """The laws of a contact, as they are."""
+    """The laws of a contact with their internal state."""
 
     law: tuple
     elastic: tuple
@@ -36,7 +36,7 @@ class _Laws(NamedTuple):
 
 
 class _Now(NamedTuple):
-    """What a contact does now."""
+    """Present state of a contact."""
 
     mode: int
     root: float  # m^0.5, of penetration
@@ -48,7 +48,7 @@ def _touch(point, context, laws, now):
     at, normal, depth = point
     gap, seen = context.gap, context.moving
     arm = minus(at, gap.middle)
-    moving = plus(seen.velocity, cross(seen.spin, arm))  # but for the turning of the bearing over the depth
+    moving = plus(seen.velocity, cross(seen.spin, arm))  # neglects the rotation of the bearing over the depth
     rate = dot(moving, normal)
     if now.mode == FREE:
         zero = as_type_of(0.0, depth)
@@ -80,7 +80,7 @@ def _touch(point, context, laws, now):
 
 
 class _Course(NamedTuple):
-    """What all contacts of a joint share."""
+    """Data that all contacts of a joint share."""
 
     joint: tuple
     gap: SpatialGap
@@ -91,14 +91,14 @@ class _Course(NamedTuple):
 
 @kernel
 def _now(context, number):
-    """Return what contact `number` does now."""
+    """Return the present state of contact `number`."""
     present, c = context.present, context.place.contact + number
     return _Now(present.mode[c], present.y[present.roots + c], present.latched[c])
 
 
 @kernel
 def _laws_at(context, law, elastic, share, here):
-    """Return the laws, which have the Place `here`, with their internal state."""
+    """Return the laws with their internal state at the Offsets `here`."""
     present, friction = context.present, context.joint.friction
     return _Laws(
         with_current_state(law, present.y, present.latched, here),
@@ -124,57 +124,57 @@ def _flange(context, number, end, here):
 
 @family
 def _contact_of(walls, contact):
-    """Return a Contact in the form of all contacts of a joint with such walls."""
+    """Return a Contact in the form of a joint with these walls."""
 
 
 @_contact_of.member(EndContacts)
-def _as_it_is(walls, contact):
+def _contact_of_end_contacts(walls, contact):
     return contact
 
 
 @_contact_of.member(Spread)
-def _with_powers(walls, contact):
+def _contact_of_spread(walls, contact):
     return as_spread(contact, contact.normal)
 
 
 @family
 def _walls(walls, context, second):
-    """Return the Touches of both walls; second : the Place of the laws of the second one."""
+    """Return the Touches of both walls; second : Offsets of the laws of the second wall."""
 
 
 @_walls.member(EndContacts)
-def _at_the_ends(walls, context, second):
+def _walls_end_contacts(walls, context, second):
     return _wall(context, 0, 1.0, context.place), _wall(context, 1, -1.0, second)
 
 
 @_walls.member(Spread)
-def _over_the_length(walls, context, second):
+def _walls_spread(walls, context, second):
     return spread_walls(context)
 
 
 @family
 def force_at_end(contact):
-    """Return the normal force (N) at an end that is reported of a wall."""
+    """Return the reported normal force (N) of a wall at its end."""
 
 
 @force_at_end.member(Contact)
-def _its_normal_force(contact):
+def _force_at_end_contact(contact):
     return contact.normal
 
 
 @force_at_end.member(SpreadContact)
-def _its_equivalent(contact):
+def _force_at_end_spread_contact(contact):
     return contact.at_end
 
 
 @kernel
 def _telling(joint, gap, a, b):
-    """Return the Contacts that only report, from the Touches of both walls."""
+    """Return the auxiliary Contacts from the Touches of both walls."""
     force, whole = plus(a.normal, b.normal), plus(a.force, b.force)
     square = dot(force, force)
     zero = as_type_of(0.0, square)
     resultant = math.sqrt(square) if square > 0.0 else zero
-    rest = dot(whole, whole) - square  # what friction adds to the square of the resultant
+    rest = dot(whole, whole) - square  # contribution of friction to the square of the resultant
     rubbing = math.sqrt(rest) if rest > 0.0 else zero
     difference = abs(force_at_end(a.contact) - force_at_end(b.contact))
     depth = max(a.contact.depth, b.contact.depth)
@@ -193,16 +193,16 @@ def _course_of(joint, gap, place, present):
 
 @kernel
 def _loaded(gap, force, moment, twist, contacts):
-    """Return the SpatialLoad of contacts that come to this force, moment and twist.
+    """Return the SpatialLoad of contacts with this total force, moment and twist.
 
-    On the bearing act the opposite forces, where its surface is: the depth along the normal off the journal's.
+    The opposite forces act on the bearing's surface, at the penetration along the normal from the journal's.
     """
     about_bearing = plus(moment, cross(gap.middle, force))
     return SpatialLoad(force, moment, minus(twist, about_bearing), contacts)
 
 
 @load.member(Through)
-def _load_at_the_walls(joint, gap, place, present):
+def _load_through(joint, gap, place, present):
     context = _course_of(joint, gap, place, present)
     second = after_law(after_law(place, joint.law), joint.friction)
     a, b = _walls(joint.walls, context, second)
@@ -212,7 +212,7 @@ def _load_at_the_walls(joint, gap, place, present):
 
 
 @load.member(Flanged)
-def _load_at_walls_and_flanges(joint, gap, place, present):
+def _load_flanged(joint, gap, place, present):
     context = _course_of(joint, gap, place, present)
     second = after_law(after_law(place, joint.law), joint.friction)
     third = after_law(after_law(second, joint.law), joint.friction)
@@ -237,7 +237,7 @@ CHANNELS = (
     Channel("tilt", "rad", "angle between the axes of bearing and journal"),
     Channel("force_normal", "N", "sum of the normal forces at the walls, as vectors"),
 )
-#: Behind them, of each contact point: 1 and 2 at the walls, 3 and 4 at the flanges.
+#: Then the time histories of each contact point: 1 and 2 at the walls, 3 and 4 at the flanges.
 POINT_CHANNELS = (
     Channel("force_normal_{}", "N", "normal force at contact point {}"),
     Channel("force_friction_{}", "N", "friction at contact point {}, its size"),
@@ -245,30 +245,30 @@ POINT_CHANNELS = (
 
 
 @histories.member(Through)
-def _of_two_points(joint):
+def _histories_through(joint):
     return 12
 
 
 @histories.member(Flanged)
-def _of_four_points(joint):
+def _histories_flanged(joint):
     return 16
 
 
 @gap_histories.member(Through)
 @gap_histories.member(Flanged)
-def _journal_in_space(joint, gap, side):
+def _gap_histories_through_or_flanged(joint, gap, side):
     at, moving = in_fixed(gap.frame, gap.middle), in_fixed(gap.frame, gap.velocity)
     return at.x, at.y, at.z, moving.x, moving.y, moving.z, tilt_of(gap.axis)
 
 
 @load_histories.member(Through)
-def _forces_at_two_points(joint, load):
+def _load_histories_through(joint, load):
     a, b, whole, _ = load.contacts
     return whole.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential)
 
 
 @load_histories.member(Flanged)
-def _forces_at_four_points(joint, load):
+def _load_histories_flanged(joint, load):
     a, b, c, d, whole, _ = load.contacts
     walls = (whole.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential))
     return (*walls, c.normal, abs(c.tangential), d.normal, abs(d.tangential))

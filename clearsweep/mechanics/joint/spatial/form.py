@@ -1,4 +1,4 @@
-"""The compiled form of a spatial joint, how its bodies are, and which contacts and laws it has."""
+"""Types of a spatial joint: compiled form, relative motion, contacts and laws."""
 
 from typing import NamedTuple
 
@@ -22,15 +22,15 @@ from ..dry import Clip
 
 
 class InBore(NamedTuple):
-    """The end circles of the journal bear on the wall of the bore."""
+    """The end circles of the journal touch the wall of the bore."""
 
 
 class AtEdges(NamedTuple):
-    """The edges of the bore bear on the wall of the journal."""
+    """The edges of the bore touch the wall of the journal."""
 
 
 class Overlapping(NamedTuple):
-    """Without flanges: at each end the journal's end circle bears or, where it is beyond the bore, the bore's edge."""
+    """Without flanges: at each end the journal's end circle touches or, if it is beyond the bore, the bore's edge."""
 
 
 class EndContacts(NamedTuple):
@@ -38,15 +38,15 @@ class EndContacts(NamedTuple):
 
 
 class Few(NamedTuple):
-    """Gauss's rule of few nodes, exact for forces that go with the depth or with its power 3/2."""
+    """Gauss rule with few nodes, exact for forces in proportion to depth or depth^(3/2)."""
 
 
 class Many(NamedTuple):
-    """Gauss's rule of many nodes."""
+    """Gauss rule with many nodes."""
 
 
 class Spread(NamedTuple):
-    """The stiffness is spread evenly over the length on which journal and bore overlap."""
+    """The stiffness is distributed uniformly over the overlap of journal and bore."""
 
     rule: tuple  # Few or Many
 
@@ -59,12 +59,12 @@ class Through(NamedTuple):
     """A spatial joint without flanges."""
 
     clearance: float  # m, radial
-    side: float  # +1: that of a gap, journal less bearing
+    side: float  # +1: sign of a gap, journal minus bearing
     bearing_radius: float  # m
     journal_radius: float  # m
     half_length: float  # m, of the bearing
     half_journal: float  # m
-    offset: Vector  # m, of the bearing's middle from the nominal one, in the frame of its body
+    offset: Vector  # m, offset of the bearing's centre, in the frame of its body
     axis: Vector  # unit vector along the bearing, likewise
     ends: tuple  # Overlapping
     walls: tuple  # Ends or Spread
@@ -91,9 +91,9 @@ KINDS: tuple[type, ...] = (Through, Flanged)
 
 
 class SpatialGap(NamedTuple):
-    """The journal in its bearing: all in the frame of the journal, but `frame`."""
+    """Motion of the journal in its bearing; everything but `frame` is in the frame of the journal."""
 
-    middle: Vector  # m, of the journal, from the middle of the bearing
+    middle: Vector  # m, of the journal, from the centre of the bearing
     velocity: Vector  # m/s, of the journal's middle less that of the bearing's
     axis: Vector  # unit vector along the bearing
     on_bearing: Vector  # rad/s, angular velocity of the bearing
@@ -102,7 +102,7 @@ class SpatialGap(NamedTuple):
 
 
 class SpatialLoad(NamedTuple):
-    """What a spatial joint does to the bodies, in the frame of the journal."""
+    """Forces of a spatial joint on its bodies, in the frame of the journal."""
 
     force: Vector  # N, on the journal
     on_journal: Vector  # N m, moment about the journal's middle
@@ -111,19 +111,19 @@ class SpatialLoad(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """What a contact does."""
+    """Force of a contact."""
 
     normal: Vector  # N, normal force on the journal
     force: Vector  # N, with friction
     moment: Vector  # N m, on the journal about its middle
-    twist: Vector  # N m, of the friction on the bearing's surface about the same place on the journal's
+    twist: Vector  # N m, of friction on the bearing's surface about the opposite point of the journal
     contact: tuple  # Contact or SpreadContact
 
 
 class SpreadContact(NamedTuple):
-    """What is seen of a contact of a joint whose walls are spread: as of a Contact, with powers of its own."""
+    """Observables of a contact of spread walls: those of a Contact, plus powers."""
 
-    normal: float  # N, of a wall that of its strip
+    normal: float  # N, for a wall that of its strip
     tangential: float  # N
     slip: float  # m/s
     rate: float  # m/s, at the end
@@ -132,22 +132,20 @@ class SpreadContact(NamedTuple):
     raw: float  # N
     stored: float  # W
     lost: float  # W
-    at_end: (
-        float  # N, of a wall: of two forces at both ends, with the sum and the moment of the strips', that at its end
-    )
+    at_end: float  # N, for a wall: force at its end, of the two end forces with the strips' sum and moment
 
 
 @power_stored.member(SpreadContact)
-def _stored(contact):
+def _power_stored_spread_contact(contact):
     return contact.stored
 
 
 @power_lost.member(SpreadContact)
-def _lost(contact):
+def _power_lost_spread_contact(contact):
     return contact.lost
 
 
-#: Of a wall contact in `Spread`: what is pressed may reach the half of an end that is apart.
+#: Mode of a wall contact in `Spread`: the pressed length may reach the half of an end that is apart.
 APART = ACTS | MEETS
 _WALLS = (ContactModes(FREE, PRESSED), ContactModes(FREE, PRESSED))
 _SPREAD_WALLS = (ContactModes(APART, PRESSED), ContactModes(APART, PRESSED))
@@ -159,22 +157,22 @@ def _walls_of(joint):
 
 
 @contact_modes.member(Through)
-def _two_walls(joint):
+def _contact_modes_through(joint):
     return (*_walls_of(joint), *_TELLING)
 
 
 @contact_modes.member(Flanged)
-def _two_walls_and_two_flanges(joint):
+def _contact_modes_flanged(joint):
     return (*_walls_of(joint), *_WALLS, *_TELLING)
 
 
 @guards.member(Leaving)
-def _has_left(leaving):
+def _guards_leaving(leaving):
     return (Guard((ACTS,), observable=RAW, ends_run=True),)
 
 
 @parts.member(Through)
-def _laws_of_walls(joint):
+def _parts_through(joint):
     return (
         Part(Clip(), 0),
         Part(joint.law, 0),
@@ -187,7 +185,7 @@ def _laws_of_walls(joint):
 
 
 @parts.member(Flanged)
-def _laws_of_walls_and_flanges(joint):
+def _parts_flanged(joint):
     return (
         Part(Clip(), 0),
         Part(joint.law, 0),

@@ -1,9 +1,9 @@
-"""How fast the depth at an end falls along the length, and the forces and couples that turn this lean.
+"""Decrease of depth along the length from an end (lean), and the conjugate forces and couples.
 
-The lean is e . a, e the unit vector from the one body's axis to the middle of the circle that bears, across that axis,
-a the unit vector of the circle's own axis, outwards.  Its rate is linear in the relative motion of the bodies, and the
-same factors give the force and the couple that do the work of a load conjugate to the lean; so the walls' forces have a
-potential.
+The lean is e . a, with e the unit vector from one body's axis to the centre of the touching circle, across that axis,
+and a the unit vector of the circle's own axis, outwards.  Its rate is linear in the relative motion of the bodies, and
+the same factors give the force and the couple that do the work of a load conjugate to the lean; so the walls' forces
+have a potential.
 """
 
 from typing import NamedTuple
@@ -19,15 +19,15 @@ from .points import is_beyond
 class Leaning(NamedTuple):
     """The lean at one of the ENDS."""
 
-    lean: float  # 1, by which the depth falls per length inwards
-    center: Vector  # m, middle of the circle, from the middle of the bearing
+    lean: float  # 1, decrease of the depth per length inwards
+    center: Vector  # m, centre of the circle, from the centre of the bearing
     across: Vector  # 1/m, rate of the lean per velocity (m/s) of the journal at that place, seen from the bearing
     about: Vector  # 1, rate of the lean per angular velocity (rad/s) of the journal, seen from the bearing
 
 
 @kernel
 def _leaning(center, off, outward, other, turn):
-    """Return the Leaning of a circle whose middle is `off` from the `other` axis; turn : 1, -1 of the bore's."""
+    """Return the Leaning of a circle with its centre `off` the `other` axis; turn : 1, or -1 for the bore's circle."""
     square = dot(off, off)
     inverse = 1.0 / math.sqrt(square) if square > 0.0 else as_type_of(0.0, square)
     unit = times(inverse, off)
@@ -42,7 +42,7 @@ def leaning_of(ends, joint, gap, end):
 
 
 @leaning_of.member(InBore)
-def _of_the_journals_circle(ends, joint, gap, end):
+def _leaning_of_in_bore(ends, joint, gap, end):
     middle, zero = gap.middle, as_type_of(0.0, gap.middle.z)
     center = Vector(middle.x, middle.y, middle.z + end * joint.half_journal)
     off = plus_scaled(center, -dot(center, gap.axis), gap.axis)
@@ -50,7 +50,7 @@ def _of_the_journals_circle(ends, joint, gap, end):
 
 
 @leaning_of.member(AtEdges)
-def _of_the_bores_edge(ends, joint, gap, end):
+def _leaning_of_at_edges(ends, joint, gap, end):
     middle, zero = gap.middle, as_type_of(0.0, gap.middle.z)
     inward = times(-end * math.copysign(1.0, gap.axis.z), gap.axis)
     center = times(-joint.half_length, inward)
@@ -60,7 +60,7 @@ def _of_the_bores_edge(ends, joint, gap, end):
 
 
 @leaning_of.member(Overlapping)
-def _of_what_bears(ends, joint, gap, end):
+def _leaning_of_overlapping(ends, joint, gap, end):
     if is_beyond(joint, gap, end):
         return leaning_of(AtEdges(), joint, gap, end)
     return leaning_of(InBore(), joint, gap, end)

@@ -1,4 +1,4 @@
-"""Where the surfaces of a spatial joint come deepest, and how far its journal may tilt."""
+"""Deepest points of the surfaces of a spatial joint, and the largest tilt of its journal."""
 
 import math as std
 from typing import NamedTuple
@@ -10,15 +10,15 @@ from ...compiled.vector import Vector, dot, plus_scaled, times
 from .form import AtEdges, Flanged, InBore, Overlapping
 
 ENDS = (1.0, -1.0)  # of the journal, along its z
-LITTLE = 0.025  # of radius k^2 over the distance: below, what a step of Halley's method leaves is beyond the last bit
-CLOSE = 1e-8  # of the distance: the step of Newton's method that is the last one, as its error is the square of that
+LITTLE = 0.025  # of radius k^2 over the distance: below, the error after a Halley step is under the last bit
+CLOSE = 1e-8  # of the distance: size of the last Newton step, whose error is its square
 MOST_STEPS = 60
 
 
 class Point(NamedTuple):
-    """Where surfaces come deepest."""
+    """A deepest point of the surfaces."""
 
-    at: Vector  # m, on the journal, from the middle of the bearing
+    at: Vector  # m, on the journal, from the centre of the bearing
     normal: Vector  # unit vector, from the journal into the bearing
     depth: float  # m
 
@@ -61,7 +61,7 @@ def farthest(px, py, kx, ky, radius):
 
 @kernel
 def searched(px, py, kx, ky, radius):
-    """Return the same where the circle leans much, or is about the axis: by Newton's method between bounds."""
+    """Return the same for a strongly inclined or centred circle, by Newton's method between bounds."""
     lean = radius * (kx * kx + ky * ky)
     product = kx * px + ky * py
     distance = math.sqrt(px * px + py * py)
@@ -101,7 +101,7 @@ def wall_point(ends, joint, gap, end):
 
 
 @wall_point.member(InBore)
-def _end_circle_in_bore(ends, joint, gap, end):
+def _wall_point_in_bore(ends, joint, gap, end):
     axis, middle, radius = gap.axis, gap.middle, joint.journal_radius
     center = Vector(middle.x, middle.y, middle.z + end * joint.half_journal)
     across = plus_scaled(center, -dot(center, axis), axis)
@@ -116,7 +116,7 @@ def _end_circle_in_bore(ends, joint, gap, end):
 
 
 @wall_point.member(AtEdges)
-def _edge_of_bore_on_journal(ends, joint, gap, end):
+def _wall_point_at_edges(ends, joint, gap, end):
     axis, radius = times(math.copysign(1.0, gap.axis.z), gap.axis), joint.bearing_radius
     share = 1.0 / (1.0 + axis.z)
     first = Vector(1.0 - axis.x * axis.x * share, -axis.x * axis.y * share, -axis.x)
@@ -137,7 +137,7 @@ def _edge_of_bore_on_journal(ends, joint, gap, end):
 def is_beyond(joint, gap, end):
     """Return whether the deepest point of the journal's end circle at one of the ENDS is beyond the edge of the bore.
 
-    The circle's point is searched only where its middle is closer to the edge than the circle reaches along the axis.
+    The circle's point is searched only if its centre is closer to the edge than the circle extends along the axis.
     """
     axis, middle, out = gap.axis, gap.middle, end * math.copysign(1.0, gap.axis.z)
     center = Vector(middle.x, middle.y, middle.z + end * joint.half_journal)
@@ -151,7 +151,7 @@ def is_beyond(joint, gap, end):
 
 
 @wall_point.member(Overlapping)
-def _end_circle_or_edge(ends, joint, gap, end):
+def _wall_point_overlapping(ends, joint, gap, end):
     if is_beyond(joint, gap, end):
         return wall_point(AtEdges(), joint, gap, end)
     return wall_point(InBore(), joint, gap, end)
@@ -161,14 +161,14 @@ def _end_circle_or_edge(ends, joint, gap, end):
 def overlap_of(joint, gap):
     """Return the length (m) on the journal's axis from the inner end of the bore to that of the journal.
 
-    They overlap on this length unless one is shorter; below 0 the journal has left the bore.
+    This is the overlap unless one of them is shorter; below 0 the journal has left the bore.
     """
     return joint.half_journal + joint.half_length - abs(gap.middle.z)
 
 
 @kernel
 def flange_point(joint, gap, end):
-    """Return the Point of the flange contact at one of the ENDS: of a parallel journal the middle of its face."""
+    """Return the Point of the flange contact at one of the ENDS; for a parallel journal, the centre of its face."""
     axis, middle = gap.axis, gap.middle
     facing = end * math.copysign(1.0, axis.z)
     lean = axis.x * axis.x + axis.y * axis.y
@@ -187,12 +187,12 @@ def sine_of_tilt(axis):
 
 @kernel
 def tilt_of(axis):
-    """Return that angle (rad)."""
+    """Return the angle (rad) between bearing and journal; axis : as in SpatialGap."""
     return math.atan(sine_of_tilt(axis) / abs(axis.z))
 
 
 def deepest_of(joint, gap) -> float:
-    """Return the largest depth (m) of a joint's contact points, below 0 where all are apart."""
+    """Return the largest depth (m) of a joint's contact points, negative if all are apart."""
     points = [wall_point(joint.ends, joint, gap, end) for end in ENDS]
     if isinstance(joint, Flanged):
         points += [flange_point(joint, gap, end) for end in ENDS]
@@ -200,7 +200,7 @@ def deepest_of(joint, gap) -> float:
 
 
 def jam_angle(joint) -> float:
-    """Return the tilt (rad) at which a journal in the middle touches both walls, inf where it can turn right over."""
+    """Return the tilt (rad) at which a centred journal touches both walls, inf if it can turn over."""
     if (
         isinstance(joint.ends, Overlapping) and joint.half_journal > joint.half_length
     ):  # bearing_radius cos - half_length sin = journal_radius

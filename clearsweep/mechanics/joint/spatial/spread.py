@@ -1,8 +1,8 @@
-"""The loads of walls whose stiffness is spread over the length: a strip from each end, see `strips`.
+"""Loads of walls with distributed stiffness: a strip from each end, see `strips`.
 
-What a strip stores is a function of the depth and the lean at its end, and of the length on which journal and bore
-overlap.  Its force acts along the normal at its end; the couple of the lean moves it inwards, to where the strip bears.
-Friction acts in the middle of the strip's load.
+The energy stored in a strip is a function of depth and lean at its end and of the length on which journal and bore
+overlap.  Its force acts along the normal at its end; the couple of the lean moves it inwards, to the centre of load.
+Friction acts at the centre of the strip's load.
 """
 
 from typing import NamedTuple
@@ -44,8 +44,8 @@ def as_spread(contact, at_end):
 class Overlap(NamedTuple):
     """The length on which journal and bore overlap."""
 
-    half: float  # m, of it
-    share: float  # 1, of the whole stiffness that it has
+    half: float  # m, overlap
+    share: float  # 1, its share of the whole stiffness
     growth: float  # 1, rate of the length per velocity (m/s) of the journal along its axis, seen from the bearing
 
 
@@ -55,18 +55,18 @@ def bearing_length(ends, joint, gap):
 
 
 @bearing_length.member(InBore)
-def _whole_journal(ends, joint, gap):
+def _bearing_length_in_bore(ends, joint, gap):
     zero = as_type_of(0.0, gap.middle.z)
     return Overlap(zero + joint.half_journal, zero + 1.0, zero)
 
 
 @bearing_length.member(Overlapping)
-def _what_is_in_the_bore(ends, joint, gap):
+def _bearing_length_overlapping(ends, joint, gap):
     whole, length = 2.0 * min(joint.half_journal, joint.half_length), overlap_of(joint, gap)
     zero = as_type_of(0.0, length)
     if length >= whole:
         return Overlap(zero + 0.5 * whole, zero + 1.0, zero)
-    length = max(length, 1e-9 * whole)  # the run ends where it is 0
+    length = max(length, 1e-9 * whole)  # the run ends when it is 0
     return Overlap(0.5 * length, length / whole, zero - math.copysign(1.0, gap.middle.z))
 
 
@@ -97,7 +97,7 @@ def end_of(context, number, end):
 
 @kernel
 def _apart(here, at_end):
-    """Return the Touch of an end whose strip bears nothing; at_end : N, of the other's strip."""
+    """Return the Touch of an unloaded end; at_end : N, from the other end's strip."""
     zero = as_type_of(0.0, here.rate)
     nothing, slip = Vector(zero, zero, zero), math.sqrt(dot(here.moving, here.moving))
     seen = Contact(
@@ -107,7 +107,7 @@ def _apart(here, at_end):
 
 
 class _Bearing(NamedTuple):
-    """How the strip of an end lies."""
+    """Geometry of the strip of an end."""
 
     end: float  # one of the ENDS
     leaning: Leaning
@@ -132,14 +132,14 @@ def _bearing_of(context, here, end, overlap):
 
 
 class Borne(NamedTuple):
-    """What a strip bears."""
+    """Load of a strip."""
 
     force: float  # N, 0 where it is clipped
     inner: float  # N, its moment over the share of the strip from the end: 0 to the force where that is clipped at 0
     elastic: float  # N, the elastic part of the force, clipped or not
     elastic_inner: float  # N
-    raw: float  # N, the force before it is clipped, above the least that its law allows
-    lengthening: float  # N, by what the energy stored grows with the length of the overlap, clipped like the force
+    raw: float  # N, force before clipping, minus the least force of its law
+    lengthening: float  # N, derivative of the stored energy by the overlap, clipped like the force
     elastic_lengthening: float  # N, the same, clipped or not
 
 
@@ -158,7 +158,9 @@ def _borne(context, here, other, bearing):
     elastic, elastic_inner = share * (load.elastic_outer + load.elastic_inner), share * load.elastic_inner
     lowest = lowest_force(joint.law)
     raw = force - lowest
-    if lowest == 0.0:  # no force jumps where it begins or ends to be clipped, or both would follow each other for ever
+    if (
+        lowest == 0.0
+    ):  # forces are continuous where clipping begins or ends; otherwise these events would alternate endlessly
         force = max(force, 0.0) if here.mode != CLIPPED else zero
         inner = min(max(inner, 0.0), force)
     if overlap.growth == 0.0 or elastic <= 0.0:
@@ -169,7 +171,7 @@ def _borne(context, here, other, bearing):
 
 @kernel
 def _energy_per_length(joint, strip, part, overlap):
-    """Return by what the energy stored in a strip (J) grows with the length (m), its depths being the same."""
+    """Return the derivative (N) of a strip's stored energy by its length, at constant depths."""
     total, inverse = as_type_of(0.0, strip.depth), part.begin + part.end
     inverse = 1.0 / inverse if inverse > 0.0 else as_type_of(0.0, inverse)
     for node, weight in nodes_of(joint.walls.rule):
@@ -182,8 +184,8 @@ def _energy_per_length(joint, strip, part, overlap):
 def _pushed(context, here, bearing, borne):
     """Return the normal force (N) of a strip on the journal, and its moment (N m) about the journal's middle.
 
-    At the end it acts along the normal; the lean has a force and a couple; what is stored draws the bodies apart along
-    the axis where that makes the overlap shorter.
+    It acts along the normal at the end; the lean has a force and a couple; stored energy separates the bodies along
+    the axis if that shortens the overlap.
     """
     middle, leaning, lever = context.gap.middle, bearing.leaning, borne.inner * bearing.overlap.half
     pressing, couple = times(-borne.force, here.point.normal), times(lever, leaning.across)
@@ -201,7 +203,7 @@ class _Rubbed(NamedTuple):
     """The friction of a strip."""
 
     force: Vector  # N, on the journal
-    arm: Vector  # m, where it acts, from the journal's middle
+    arm: Vector  # m, its point of action, from the journal's centre
     twist: Vector  # N m, see Touch
     tangential: float  # N
     slip: float  # m/s
@@ -209,7 +211,7 @@ class _Rubbed(NamedTuple):
 
 @kernel
 def _rubbed(context, here, bearing, borne):
-    """Return the friction of a strip, in the middle of its elastic load."""
+    """Return the friction of a strip, at the centre of its elastic load."""
     joint, gap, seen, half = context.joint, context.gap, context.moving, bearing.overlap.half
     rubbing = borne.force if lowest_force(joint.law) == 0.0 else max(borne.force, 0.0)
     weight = borne.elastic if borne.elastic > 0.0 else as_type_of(1.0, borne.elastic)
@@ -225,7 +227,7 @@ def _rubbed(context, here, bearing, borne):
     twist = times(depth, cross(normal, force))
     if touches(here.mode):
         return _Rubbed(force, arm, twist, tangential, slip)
-    speed = math.sqrt(dot(here.moving, here.moving))  # of an end that is apart: it bounds how soon it touches
+    speed = math.sqrt(dot(here.moving, here.moving))  # of a separate end: it bounds the time to the onset
     tangential = tangential * slip / speed if speed > 0.0 else as_type_of(0.0, speed)
     return _Rubbed(force, arm, twist, tangential, speed)
 

@@ -1,14 +1,14 @@
-"""How the force of a wall is spread along the length: half of it from each end inwards, a strip with its own normal.
+"""Distribution of a wall's force along the length: a strip from each end to the middle, each with its own normal.
 
-The depth falls along a strip in proportion to the way, from `depth` at its end to `inner` in the middle of the length;
-the rate is linear likewise.  The force per length is that of the joint's law at the slice's depth and rate, over the
-length.  With the share s of the strip from its end, and the roots x = sqrt(depth) being a and b where what is pressed
+The depth decreases linearly along a strip, from `depth` at its end to `inner` in the middle of the length;
+the rate is also linear.  The force per length is that of the joint's law at the slice's depth and rate, over the
+length.  With the share s of the strip from its end, and the roots x = sqrt(depth) a and b where the pressed part
 begins and ends,
 
     x = a + (b - a) u,    s = u (a + x) / (a + b),    ds = 2 x / (a + b) du,    0 <= u <= 1,
 
-nothing cancels where the journal is parallel, a = b.  In u a Hertzian force is a polynomial, also with a loss that is
-linear in the rate, so that Gauss's rule is exact; it equals the closed form, for a power n of the depth,
+there is no cancellation for a parallel journal, a = b.  In u a Hertzian force is a polynomial, also with a loss
+linear in the rate, so Gauss's rule is exact; it equals the closed form for a power n of the depth,
 
     (depth^(n + 1) - inner^(n + 1)) / ((n + 1) (depth - inner)).
 """
@@ -25,13 +25,13 @@ from ..elastic.power import Linear, PowerThreeHalves
 from ..loss.contract import contact_force, sign_beyond
 from .form import Few, Many, Spread
 
-PAST = -0.5  # of the inner root: how far below 0 the root at an end may be past its separation, in a trial step
+PAST = -0.5  # of the inner root: most negative root at an end past its separation, in a trial step
 
 
 class Strip(NamedTuple):
     """Half of the length, from one end inwards."""
 
-    root: float  # m^0.5, of the depth at the end; below 0 where a trial step is past its separation
+    root: float  # m^0.5, of the depth at the end; negative in a trial step past its separation
     depth: float  # m, at the end
     inner: float  # m, in the middle of the length
     rate: float  # m/s, of the depth at the end
@@ -44,11 +44,11 @@ class Pressed(NamedTuple):
     begin: float  # m^0.5, root of the depth where it begins
     end: float  # m^0.5, where it ends
     first: float  # share of the strip where it begins
-    length: float  # share of the strip that it takes
+    length: float  # its share of the strip
 
 
 class StripLoad(NamedTuple):
-    """The force of a strip, were it the whole joint: its moments over the share s of the strip."""
+    """Moments of a strip's force over the share s of the strip, as if the strip were the whole joint."""
 
     outer: float  # N, integral of the force times 1 - s
     inner: float  # N, times s
@@ -70,17 +70,17 @@ def nodes_of(rule):
 
 
 @nodes_of.member(Few)
-def _few(rule):
+def _nodes_of_few(rule):
     return FEW
 
 
 @nodes_of.member(Many)
-def _many(rule):
+def _nodes_of_many(rule):
     return MANY
 
 
 def spread_over(elastic: tuple) -> Spread:
-    """Return the form of walls whose stiffness is spread, with the rule that the elastic law asks for."""
+    """Return the walls with distributed stiffness, with the quadrature rule for the elastic law."""
     return Spread(Few() if isinstance(elastic, Linear | PowerThreeHalves) else Many())
 
 
@@ -92,7 +92,7 @@ def is_pressed(strip):
 
 @kernel
 def pressed_part(strip, turned):
-    """Return what of a strip is Pressed; turned : whether the other end is past its separation, too, or apart."""
+    """Return the Pressed part of a strip; turned : whether the other end is also past its separation, or apart."""
     depth, inner = strip.depth, strip.inner
     zero, whole = as_type_of(0.0, depth), as_type_of(1.0, depth)
     if inner <= 0.0:
@@ -132,7 +132,7 @@ def load_of(strip, part, laws, rule, onset_rate):
 
 @kernel
 def pressed_between(depths):
-    """Return what is Pressed between two places, from one depth (m) to another in proportion; nothing: of length 0."""
+    """Return the Pressed part between two linear depths (m), of length 0 if none is pressed."""
     strip = Strip(math.sqrt(max(depths[0], 0.0)), depths[0], depths[1], 0.0, 0.0)
     if is_pressed(strip):
         return pressed_part(strip, turned=False)
@@ -141,7 +141,7 @@ def pressed_between(depths):
 
 @kernel
 def mean_elastic(elastic, rule, depths):
-    """Return the mean of the elastic force (N) between two places, from one depth (m) to another in proportion."""
+    """Return the mean elastic force (N) between two linear depths (m)."""
     part, total = pressed_between(depths), 0.0
     if part.length == 0.0:
         return 0.0

@@ -48,6 +48,7 @@ class Shape(NamedTuple):
     most: float  # m
     steepest: float  # m/rad, of |h'|
     bent: float  # m/rad^2, of -h''
+    sharpest: float  # m, the least h + h''
     whole: float  # m rad, integral of h all round
 
 
@@ -93,6 +94,7 @@ def shape_of(spline: "CubicSpline") -> Shape:
         float(values.max()),
         float(np.abs(spline(fine, 1)).max()),
         float(np.max(-spline(fine, 2))),
+        float(np.min(values + spline(fine, 2))),
         float(pieces.sum()),
     )
 

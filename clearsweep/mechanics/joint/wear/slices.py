@@ -76,7 +76,7 @@ def _at_walls(joint, gap, turned, j, moment):
 
 @kernel
 def _see_wall(joint, gap, turned, contact, moment):
-    """Note where a contact, at one of the ENDS, is: its number, its end."""
+    """Record the position of a contact at one of the ENDS: its number, its end."""
     step, i, (c, end) = moment.step, moment.number, contact
     point = wall_point(joint.ends, joint, gap, end)
     across = plus_scaled(point.normal, -dot(point.normal, gap.axis), gap.axis)

@@ -108,7 +108,7 @@ class Moment(NamedTuple):
 
 @family
 def see(joint, gap, turned, j, moment):
-    """Note where the contacts of a joint, of which `j` is the first, are at a Moment; turned : as of body_angles."""
+    """Record the positions of a joint's contacts, the first being `j`, at a Moment; turned : result of body_angles."""
 
 
 @see.member(None)

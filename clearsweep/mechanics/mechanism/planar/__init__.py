@@ -11,7 +11,7 @@ from ....contracts.machine import GROUND, Aim, At, Guide, Machine, Motor, Schedu
 from ...joint.contract import Load
 from ..contract import Built, IdealMotion, Open
 from ..contract import Ideal as Closed
-from . import members  # noqa: F401 - enters the equations of motion
+from . import members  # noqa: F401 - registers the equations of motion
 from .binding import bound_of
 from .closure import Alike, ClosureError, MobilityError, extent
 from .cycle import cycle_of
@@ -28,7 +28,7 @@ __all__ = ["Alike", "ClosureError", "MobilityError", "build", "channels", "ideal
 
 
 def channels(machine: Machine) -> tuple[Channel, ...]:
-    """Return the time histories of a machine, in the order in which its compiled form describes itself."""
+    """Return the time histories of a machine, in the order of `describe`."""
     unit = "m" if machine.aim.point else "rad"
     channels = [
         Channel("crank_angle", "rad", "crank angle, unwrapped"),
@@ -54,10 +54,10 @@ def channels(machine: Machine) -> tuple[Channel, ...]:
 
 
 def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
-    """Return a machine in its compiled form and its start.
+    """Return the compiled form of a machine and its initial state.
 
     joints : compiled form of each joint with clearance, by name; offsets : (2,) m, of the distal point of each from the
-    proximal one where the motion begins, at rest relative to each other.  Raises ClosureError, MobilityError.
+    proximal one at the start, without relative velocity.  Raises ClosureError, MobilityError.
     """
     machine = in_segments(machine)
     known, names = ideal_of(machine), frozenset(joints)
@@ -84,13 +84,13 @@ def ideal(machine: Machine, angles) -> IdealMotion:
 
 
 class _Opened(NamedTuple):
-    """What a machine with some of its joints open is, whatever their clearances and laws: cases of a sweep share it."""
+    """A machine with some of its joints open, for any clearances and laws: cases of a sweep share it."""
 
     value: Planar
     state: list[Coordinate]
     lengths: np.ndarray  # m, as of Built
-    start: np.ndarray  # as of Built, no pins being apart
-    light: list[str]  # bodies without mass or inertia, where something moves that has none
+    start: np.ndarray  # as in Built, with zero offsets
+    light: list[str]  # moving bodies without mass or inertia
 
 
 def _opened(machine: Machine, names: frozenset[str]) -> _Opened:
@@ -111,7 +111,7 @@ def _opened(machine: Machine, names: frozenset[str]) -> _Opened:
 
 
 def _light(machine: Machine, value: Planar, start: np.ndarray) -> list[str]:
-    """Return bodies without mass or moment of inertia, where something moves that has none; else an empty list."""
+    """Return the moving bodies without mass or moment of inertia."""
     none = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in value.joints if isinstance(joint.site, Open))
     try:
         with np.errstate(all="ignore"):
@@ -142,14 +142,14 @@ def _start(known: Ideal, state: list[Coordinate], offsets: Mapping) -> np.ndarra
 
 
 def crank_speed(machine: Machine) -> float:
-    """Return the rate (rad/s) of the crank where the motion begins."""
+    """Return the initial speed (rad/s) of the crank."""
     if isinstance(machine.drive, Motor):
         return machine.drive.initial_speed
     return driven(drive_of(machine.drive), 0.0)[1]
 
 
 def stops(machine: Machine) -> list[float]:
-    """Return the times (s) at which an acceleration or the slope of a load jumps: where steps had better end."""
+    """Return the times (s) at which an acceleration or the slope of a load jumps, where steps should end."""
     times = {time for load in machine.loads for time in stops_of(load)}
     if isinstance(machine.drive, Schedule):
         times |= set(map(float, machine.drive.times))
@@ -157,7 +157,7 @@ def stops(machine: Machine) -> list[float]:
 
 
 def _value(machine: Machine, opened: frozenset[str]) -> Planar:
-    """Return the compiled form with open joints of these names, nothing being bound."""
+    """Return the compiled form with open joints of these names, without dependent coordinates."""
     numbers = {name: numbered(i) for i, name in enumerate([GROUND, *_moving(machine)])}
     placed = []
     for joint in machine.joints:
@@ -208,7 +208,7 @@ def _aim(machine: Machine, aim: Aim, numbers: Mapping) -> tuple:
 
 
 def _length(machine: Machine, item: Coordinate) -> float:
-    """Return how far (m) bodies move for a unit of a coordinate."""
+    """Return the displacement (m) of bodies for a unit of a coordinate."""
     if item.kind != ANGLE:
         return 1.0
     return extent(machine.bodies[_moving(machine)[item.of - 1]]) or 1.0

@@ -1,4 +1,4 @@
-"""Which coordinates of a planar machine its loops determine best."""
+"""Chooses the dependent coordinates of a planar machine, which its loops determine."""
 
 import itertools
 
@@ -11,13 +11,13 @@ from .form import Planar
 from .machine_type import MachineType
 from .spanning_tree import ANGLE, RUN, Coordinate
 
-LOOKS = 36  # places of a turn that are looked at
+LOOKS = 36  # crank angles that are examined
 
 
 def bound_of(value: Planar, machine: MachineType, courses: list) -> list[int]:
-    """Return the numbers of the coordinates that loops determine, those for which they stay farthest from singular.
+    """Return the indices of the dependent coordinates, for which the loops stay furthest from singular.
 
-    value : a machine of which nothing is bound so far; courses : of all coordinates in the machine without clearance.
+    value : a machine without dependent coordinates; courses : of all coordinates in the ideal machine.
     """
     from scipy.linalg import qr
 

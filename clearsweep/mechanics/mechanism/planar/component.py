@@ -1,4 +1,4 @@
-"""The way from one point of a joint to the other along a direction: what is 0 where a joint lets it not change."""
+"""Distance between the points of a joint along a direction, which a constraint keeps at 0."""
 
 from typing import Any
 
@@ -8,9 +8,9 @@ from ....contracts.machine import GROUND, Slot, Stretch
 
 
 def put_component(closure: Any, joint: Slot | Stretch, axis: float, motion: tuple, out: tuple, row: int) -> None:
-    """Put the way along `axis` (rad, in the frame of the proximal body) into `row` of constraints.
+    """Write the distance along `axis` (rad, in the frame of the proximal body) to `row` of the constraints.
 
-    motion : coordinates and their derivatives by the crank's angle, each (..., 3 bodies); out : as of
+    motion : coordinates and their derivatives by the crank's angle, each (..., 3 bodies); out : as in
     `Closure.evaluate`.
     """
     (q, first), (values, jacobian, lacking) = motion, out

@@ -1,7 +1,7 @@
-"""Motions of the machine without clearance as tables over a turn of its crank, in compiled form.
+"""Compiled tables of the ideal machine's motion over a turn of its crank.
 
-Between the stations of a turn a polynomial of degree five meets values and both derivatives at either end: with 720
-stations as exact as the stations themselves.
+Between stations a polynomial of degree five matches values and two derivatives at both ends; with 720
+stations this is as accurate as the stations themselves.
 """
 
 import math
@@ -16,7 +16,7 @@ WIDTH = 3  # numbers at a station: value and its first two derivatives by the cr
 
 
 class Cycle(NamedTuple):
-    """Quantities over a turn: columns of (value, derivative, second derivative) at even stations, from end to end."""
+    """Quantities over a turn: columns of (value, derivative, second derivative) at equidistant stations."""
 
     table: float  # address of (stations + 1, columns, WIDTH) numbers
     stations: float
@@ -25,14 +25,14 @@ class Cycle(NamedTuple):
 
 
 def cycle_of(columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]], start: float) -> Cycle:
-    """Return the Course of quantities, each given with its derivatives at all stations."""
+    """Return the Cycle of quantities, each given with its derivatives at all stations."""
     table = np.array([list(column) for column in columns]).transpose(2, 0, 1)  # (stations + 1, columns, WIDTH)
     return Cycle(array_handle(table), float(table.shape[0] - 1), float(table.shape[1]), start)
 
 
 @kernel
 def at_angle(given, column, angle):
-    """Return value and derivative of a column of a Course at an angle (rad) of the crank; angles wind on every turn."""
+    """Return value and derivative of a column of a Cycle at a crank angle (rad), continuous over turns."""
     stations, columns = int(given.stations), int(given.columns)
     turns = (angle - given.start) * (0.5 / math.pi)
     whole = math.floor(turns)

@@ -1,4 +1,4 @@
-"""What turns the crank of a planar machine: its compiled form, and the same for the machine without clearance."""
+"""Drives of a planar machine: compiled forms, and their motion in the ideal machine."""
 
 import math
 from typing import NamedTuple
@@ -21,22 +21,22 @@ class Steady(NamedTuple):
 
 
 class Scheduled(NamedTuple):
-    """A speed by a table, straight between its rows, so that the angle is a parabola there."""
+    """A speed from a table, linear between its rows, so that the angle is quadratic."""
 
     table: float  # address of (rows, 4): s, rad, rad/s, rad/s^2
     rows: float
 
 
 class Free(NamedTuple):
-    """A torque that falls with the speed, straight; the crank's angle is a coordinate."""
+    """A torque that decreases linearly with speed; the crank's angle is a coordinate."""
 
     torque: float  # N m, at rest
-    slope: float  # N m s, by how much less for every rad/s
+    slope: float  # N m s, decrease of torque per rad/s
 
 
 @family
 def driven(drive, time):
-    """Return angle (rad), rate (rad/s) and angular acceleration (rad/s^2) of a crank that is not free at `time` (s)."""
+    """Return angle (rad), rate (rad/s) and angular acceleration (rad/s^2) of a driven crank at `time` (s)."""
 
 
 @driven.member(Steady)
@@ -76,7 +76,7 @@ def drive_of(drive: Constant | Schedule | Motor) -> tuple:
 
 
 def schedule(drive: Schedule) -> np.ndarray:
-    """Return a speed table as (rows, 4): time (s), angle (rad), speed (rad/s), acceleration (rad/s^2) from there on.
+    """Return a speed table as (rows, 4): time (s), angle (rad), speed (rad/s), acceleration (rad/s^2) after the row.
 
     The speed is constant before the first row and after the last; the angle is `start_angle` at time 0.
     """
@@ -93,7 +93,7 @@ def schedule(drive: Schedule) -> np.ndarray:
 
 
 def when(drive: Schedule, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return time (s), speed (rad/s) and acceleration (rad/s^2) at which the crank, turning on, has `angles` (rad)."""
+    """Return time (s), speed (rad/s) and acceleration (rad/s^2) when the crank reaches `angles` (rad)."""
     rows = schedule(drive)
     row = rows[np.clip(np.searchsorted(rows[:, 1], angles, side="right") - 1, 0, len(rows) - 1)]
     travel, speed, acceleration = angles - row[:, 1], row[:, 2], row[:, 3]

@@ -1,8 +1,8 @@
-"""Accelerations of a planar machine, written out for its type.
+"""Generates the code for the accelerations of a planar machine.
 
 Newton's and Euler's equations of all bodies, multiplied by the derivatives of their places and angles by the
 coordinates (Kane 1961; Shabana 2010, "Computational Dynamics", 3rd ed., chapter 4): a symmetric mass matrix, solved by
-its LDL factors, which are written out as well.  Where loops bind coordinates, these derivatives go through them.
+its LDL factors, which are also generated.  Dependent coordinates contribute through the chain rule.
 """
 
 from .kinematics import Bodies, Columns
@@ -29,7 +29,7 @@ class Dynamics(Bodies):
         self.crank = Coordinate(ANGLE, machine.hang.crank)
         self.unknown = list(machine.state)
         self.every = list(dict.fromkeys([self.crank, *self.unknown]))
-        self.dependent: dict[Coordinate, Row] = {}  # derivatives of what is bound by what is not
+        self.dependent: dict[Coordinate, Row] = {}  # derivatives of dependent coordinates by independent ones
         self.bound_bias: Row = {}
         if machine.dependent:
             self._bind()
@@ -41,7 +41,7 @@ class Dynamics(Bodies):
         }
 
     def _bind(self) -> None:
-        """Find how what loops bind moves."""
+        """Derive the motion of dependent coordinates."""
         loops = equations(self)
         rows = [equation.columns for equation in loops]
         solver = Solver(self.lines, rows, self.machine.dependent)
@@ -54,7 +54,7 @@ class Dynamics(Bodies):
         self.bound_bias = solver.solved([self.lines.minus(equation.bias) for equation in loops])
 
     def unbound(self, columns: Columns) -> Columns:
-        """Return derivatives by the coordinates that are not bound."""
+        """Return derivatives by the independent coordinates."""
         free = {item: vector for item, vector in columns.items() if item not in self.dependent}
         for item in columns:
             for other, value in self.dependent.get(item, {}).items():
@@ -69,7 +69,7 @@ class Dynamics(Bodies):
             if first in columns and second in columns:
                 squares = lines.dot(columns[first], columns[second])
                 if first == second and columns[first] == self.tree[body].get(first):
-                    if first.kind == ANGLE:  # the length of an arm does not depend on where it points
+                    if first.kind == ANGLE:  # the length of an arm is independent of its direction
                         arm = self.ways[body].arms[first.of]
                         squares = lines.dot(arm, arm)
                     else:
@@ -80,7 +80,7 @@ class Dynamics(Bodies):
         return lines.total(*terms)
 
     def factored(self) -> tuple[Matrix, dict[Coordinate, str]]:
-        """Return the LDL factors of the mass matrix of the coordinates: what is below the diagonal of L, and 1 / D."""
+        """Return the LDL factors of the mass matrix: the part of L below the diagonal, and 1 / D."""
         lines, unknown = self.lines, self.unknown
         lower: Matrix = {}
         scaled: Matrix = {}  # L D
@@ -116,7 +116,7 @@ class Dynamics(Bodies):
         return accelerations
 
     def with_bound(self, accelerations: Row) -> Row:
-        """Return accelerations together with those of what is bound."""
+        """Return the accelerations, extended by those of dependent coordinates."""
         lines, every = self.lines, dict(accelerations)
         for item, row in self.dependent.items():
             parts = (lines.product(value, accelerations.get(other)) for other, value in row.items())
@@ -152,7 +152,7 @@ class Dynamics(Bodies):
         return lines.total(lines.product(arm[0], force[1]), lines.minus(lines.product(arm[1], force[0])))
 
     def generalised(self, driven: str | None) -> Row:
-        """Return the generalised forces of all coordinates, less what their rates and a driven crank take of them."""
+        """Return the generalised forces of all coordinates, minus inertia terms from rates and from a driven crank."""
         lines = self.lines
         known = self.with_bound({self.crank: driven})  # accelerations that are known before those of the coordinates
         force, moment = self.forces()
@@ -177,7 +177,7 @@ class Dynamics(Bodies):
         return {item: lines.total(*parts) for item, parts in terms.items()}
 
     def motion(self) -> tuple[str, Row]:
-        """Return a Motion as it is written, and the accelerations of all coordinates."""
+        """Return the code of a Motion, and the accelerations of all coordinates."""
         lines, machine, crank = self.lines, self.machine, self.crank
         alpha = None
         if not (machine.free or machine.steady):
@@ -206,17 +206,17 @@ class Dynamics(Bodies):
 
 
 def accelerate(machine: MachineType) -> str:
-    """Return the code of the family's member of that name."""
+    """Return the code of the family member of that name."""
     write = Dynamics(machine, "mechanism", "pose", "loads")
     motion, _ = write.motion()
     return write.lines.function("accelerate", motion)
 
 
 def impact_masses(machine: MachineType) -> str:
-    """Return the code of the family's member of that name.
+    """Return the code of the family member of that name.
 
-    The mass is 1 / (n^T J M^-1 J^T n), see `contract.impact_masses`; 0 where a gap is closed and has no direction.
-    Elastic links count as rigid: the mass at a pin alone would fall without end with the number of segments.
+    The mass is 1 / (n^T J M^-1 J^T n), see `contract.impact_masses`; 0 if a gap has no direction.
+    Elastic links count as rigid: the mass at a pin would decrease indefinitely with the number of segments.
     """
     write = Dynamics(machine, "mechanism", "pose", "relative")
     prescribed = {Coordinate(RUN, j) for j in machine.sprung}
@@ -225,7 +225,7 @@ def impact_masses(machine: MachineType) -> str:
     lower, inverse = write.factored()
     for i, j in enumerate(machine.open):
         if machine.sites[j].link.slides:
-            masses.append("0.0")  # no law of a guide asks for it
+            masses.append("0.0")  # no law of a guide needs it
             continue
         gap = tuple(lines.let(f"relative[{i}].{part}") for part in ("x", "y"))
         columns = write.unbound(write.columns(write.between(*write.site(j))))

@@ -1,7 +1,7 @@
-"""The functions of a planar machine's compiled form, written out for its type.
+"""Generated functions of a planar machine's compiled form.
 
-A family has one body for all planar machines, which calls what is written for the type of its argument when it is
-first asked for: plain code without loops or tables, so that of a machine nothing is left but sums and products.
+A family has one body for all planar machines, which calls the code generated for the type of its argument at the
+first call: plain code without loops or tables, which consists only of sums and products.
 """
 
 import functools
@@ -30,12 +30,12 @@ from .writer import Lines, number, tupled
 
 
 def function_of(mechanism, name: str) -> Callable:
-    """Return the function called `name` that is written for the type of a machine, to be called from Python."""
+    """Return the generated function `name` for the type of a machine, for calls from Python."""
     return _functions(kinds_of(mechanism))[name]
 
 
 def written(name: str) -> Callable:
-    """Return the function called `name` of whatever type of machine it is called with first."""
+    """Return the function `name`, generated for the type of machine at its first call."""
 
     def dispatch(mechanism, *rest):
         return _functions(kinds_of(mechanism))[name](mechanism, *rest)
@@ -79,7 +79,7 @@ def _functions(kinds: tuple) -> dict[str, Callable]:
 
 
 def _again(take: Callable) -> Callable:
-    """Return `take`, one step of Newton's method, for numbers differentiated twice; others need no further one."""
+    """Return the extra Newton step `take` for numbers differentiated twice; others need none."""
 
     @kernel
     def again(mechanism, known, dependent):
@@ -119,7 +119,7 @@ def _between_walls(write: Bodies, j: int, place: Vector, velocity: Vector) -> tu
     guide_axis = write.axis(j)
     left, spin = write.left(guide_axis), write.spin(link.proximal)
     x, y = (lines.total(*lines.dot(axis, place)) for axis in (guide_axis, left))
-    vx, vy = (lines.total(*lines.dot(axis, velocity)) for axis in (guide_axis, left))  # less the turning of the walls
+    vx, vy = (lines.total(*lines.dot(axis, velocity)) for axis in (guide_axis, left))  # minus the rotation of the walls
     seen = (lines.total(vx, lines.product(spin, y)), lines.total(vy, lines.minus(lines.product(spin, x))))
     (c, s), (cd, sd) = (write.direction(body) for body in (link.proximal, link.distal))
     cosine = lines.total(lines.product(c, cd), lines.product(s, sd))
@@ -165,7 +165,7 @@ def _describe(machine: MachineType) -> str:
 
 
 def _center(write: Bodies, masses: tuple[int, ...]) -> list[str | None]:
-    """Return place and velocity of the centre of mass of a body, or of the masses of an elastic link."""
+    """Return position and velocity of the centre of mass of a body or of an elastic link's masses."""
     lines, ways = write.lines, [write.way(body) for body in masses]
     centers = [(*write.place(way), *write.combination(write.columns(way), write.rate)) for way in ways]
     if not masses[1:]:
@@ -206,7 +206,7 @@ def _rubs(machine: MachineType) -> str:
 
 
 def _aim(write: Bodies) -> tuple[str | None, str | None]:
-    """Return the output's place and its rate."""
+    """Return the output's position and its rate."""
     machine, lines = write.machine, write.lines
     body, point, guide_axis = machine.aim
     if point is None:

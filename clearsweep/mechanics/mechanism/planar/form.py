@@ -1,8 +1,8 @@
-"""The compiled form of a planar machine: its types say how the bodies hang together, its values how large all is.
+"""The compiled form of a planar machine: types define the topology, values the dimensions.
 
-A body is numbered by as many empty tuples as are before it, which take no room; the ground is 0.  Points are measured
-from the centre of mass of their body in its own frame, and those on its x axis or at the centre have types of their
-own, so that nothing is multiplied by their zeros.
+The number of a body is the length of a tuple of empty tuples, which needs no memory; the ground is 0.  Points are
+measured from the centre of mass of their body in its own frame, and those on its x axis or at the centre have types of
+their own, which avoids multiplications by zero.
 """
 
 from typing import NamedTuple
@@ -16,7 +16,7 @@ class Mass(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """A further mass of the elastic link before it, fixed by a spring."""
+    """A further mass of the preceding elastic link, attached by a spring."""
 
     mass: float  # kg
     inertia: float  # kg m^2, about its centre of mass
@@ -96,28 +96,28 @@ class Planar(NamedTuple):
     """The compiled form of a planar machine."""
 
     bodies: tuple  # of Mass and Segment, without the ground
-    joints: tuple  # of Hinge and Slide, in the order in which they were written
-    dependent: tuple  # numbers of the coordinates that loops determine
+    joints: tuple  # of Hinge and Slide, in the order of the grid
+    dependent: tuple  # indices of the dependent coordinates
     crank: tuple  # number of the driven body
     drive: tuple  # of `drive`
     gravity: float  # m/s^2, along -y
     loads: tuple  # of `loads`
     aim: tuple  # PointAim or AngleAim
-    turn: tuple  # Course of the machine without clearance: its output, then what loops determine
+    turn: tuple  # Cycle of the ideal machine: its output, then the dependent coordinates
 
 
 def numbered(count: int) -> tuple:
-    """Return a number as as many empty tuples."""
+    """Return a number as a tuple of empty tuples."""
     return ((),) * count
 
 
 def point_of(x: float, y: float) -> tuple:
-    """Return a point (m, from the centre of mass) in the form that has no zeros."""
+    """Return a point (m, from the centre of mass) in the form without zeros."""
     if y != 0.0:
         return Off(x, y)
     return OnAxis(x) if x != 0.0 else Centre()
 
 
 def direction_of(x: float, y: float) -> tuple:
-    """Return a unit vector in the form that has no zeros."""
+    """Return a unit vector in the form without zeros."""
     return AlongX() if (x, y) == (1.0, 0.0) else Along(x, y)

@@ -1,4 +1,4 @@
-"""When the free crank of a machine without clearance passes angles, and how fast, by its compiled form."""
+"""Times and speeds at which the free crank of an ideal machine passes given angles."""
 
 import math
 from typing import NamedTuple
@@ -9,21 +9,21 @@ from ....contracts.machine import Motor
 from ...compiled.family import entry, flatten, invoke, shaped
 from ..contract import accelerate, place
 
-LONGEST = 30.0  # times as long as it would take at its usual rate, a free crank is waited for
+LONGEST = 30.0  # longest wait for a free crank, in times at its nominal speed
 STEPS = 300  # for a turn of it
-RTOL, ATOL = 1e-9, 1e-11  # of angle (rad) and rate over the usual rate
-HALVINGS = 60  # of a step, at most: Newton's method needs five
-CLOSE = 1e-13  # of a step: two estimates that are no farther apart are one
+RTOL, ATOL = 1e-9, 1e-11  # tolerance of angle (rad) and of rate over the nominal rate
+HALVINGS = 60  # most iterations; Newton's method needs five
+CLOSE = 1e-13  # of a step: closer estimates are equal
 
 
 def rates_entry(machine, y, rates, _):
-    """Put the crank's rate (rad/s) and its acceleration into `rates`; y : (3,) its angle (rad), rate, the time (s)."""
+    """Write the crank's rate (rad/s) and acceleration to `rates`; y : (3,) its angle (rad), rate, and time (s)."""
     here, state, out = machine[0], shaped(y, (3,)), shaped(rates, (2,))
     out[0], out[1] = state[1], accelerate(here, place(here, state), ()).accelerations[0]
 
 
 class FreeMotion(NamedTuple):
-    """Angle (rad) and rate (rad/s) of the crank over n steps, between which DOP853's own polynomials are."""
+    """Angle (rad) and rate (rad/s) of the crank over n steps, with the dense output of DOP853 in between."""
 
     times: np.ndarray  # (n + 1,) s
     states: np.ndarray  # (n + 1, 2)
@@ -39,16 +39,16 @@ class FreeMotion(NamedTuple):
 
 
 class Passage:
-    """The motion of a free crank, up to where it passes the angle `end` (rad) or turns back for good."""
+    """The motion of a free crank until it passes the angle `end` (rad) or turns back for good."""
 
     def __init__(self, drive: Motor, machine: tuple, rate: float, end: float):
-        """Integrate; machine : the compiled form without clearance; rate : rad/s, the usual one."""
+        """Integrate; machine : the compiled ideal machine; rate : rad/s, the nominal speed."""
         self.end = end
         self._course = _integrated(drive, machine, rate, end)
         self._reached = np.maximum.accumulate(self._course.states[:, 0])
 
     def at(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the times (s) at which the crank first passes angles (n,) rad, and its rates; nan: it never does."""
+        """Return the times (s) at which the crank first passes angles (n,) rad, and its rates; nan if it never does."""
         motion, times = self._course, np.full((2, len(angles)), math.nan)
         step = np.searchsorted(self._reached, angles) - 1
         begun, passed = step < 0, (step >= 0) & (step < len(motion.times) - 1)

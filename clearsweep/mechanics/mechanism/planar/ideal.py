@@ -35,7 +35,7 @@ from .loads import by_rows, table_of
 from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
 from .turn import Turn, between
 
-SWEEPS = 200  # over reactions and the friction that they bring
+SWEEPS = 200  # iterations over reactions and the friction that they cause
 SETTLED = 1e-14  # of the largest of these
 
 
@@ -49,11 +49,11 @@ class Ideal:
         masses = masses_of(self.machine)
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
         self.tables = {load.name: table_of(load) for load in machine.loads if isinstance(load, Tabled)}
-        self.opened: dict[frozenset[str], Any] = {}  # what `build` found of it with joints of these names open
-        self._passage: Passage | None = None  # of a free crank, as far as it was asked for
+        self.opened: dict[frozenset[str], Any] = {}  # results of `build` with joints of these names open
+        self._passage: Passage | None = None  # motion of a free crank, as far as requested
 
     def at(self, angles: np.ndarray) -> Turn:
-        """Return the machine at angles (N,) rad of its crank, unwrapped from its start."""
+        """Return the machine at crank angles (N,) rad, unwrapped from its start."""
         q = self.closure.closed(between(self.turn, angles).q, angles)
         return Turn(angles, q, *self.closure.derivatives(q, angles))
 
@@ -79,7 +79,7 @@ class Ideal:
         )
 
     def apart(self, offsets: Mapping, angle: float) -> Turn:
-        """Return the machine at an angle of its crank, joints being apart by `offsets`; nan where they cannot."""
+        """Return the machine at a crank angle with joints displaced by `offsets`; nan if that is impossible."""
         near, apart = int(np.argmin(np.abs(self.turn.angles - angle))), self.closure.apart(offsets)
         q = apart.closed(self.turn.q[near], angle)
         if not np.all(np.isfinite(q)):
@@ -89,7 +89,7 @@ class Ideal:
     def read(self, item: Coordinate, there: Turn) -> tuple[np.ndarray, np.ndarray]:
         """Return a coordinate of the whole machine and its derivative by the crank's angle, each (...).
 
-        That of a body that the ideal machine does not determine stays as it starts.
+        A coordinate that the ideal machine does not determine keeps its initial value.
         """
         if item.kind != RUN:
             name = [name for name in self.whole.bodies if name != GROUND][item.of - 1]
@@ -109,14 +109,14 @@ class Ideal:
         return c * x + s * y, c * dx + s * dy + spin * (c * y - s * x)
 
     def course_of(self, item: Coordinate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return a coordinate over the turn and its derivatives by the crank's angle, the second one nearly."""
+        """Return a coordinate over the turn and its derivatives by the crank's angle, the second approximately."""
         values, slopes = self.read(item, self.turn)
         return values, slopes, np.gradient(slopes, self.turn.angles, edge_order=2)
 
     def motion(self, angles: np.ndarray, form: Callable[[], tuple]) -> IdealMotion:
-        """Return the motion of the output and the reactions at angles (N,) rad of the crank, from its start on.
+        """Return the motion of the output and the reactions at crank angles (N,) rad from its start on.
 
-        form : returns the compiled form of the machine, for a crank that is free.
+        form : returns the compiled form of the machine, for a free crank.
         """
         there, (time, rate) = self.at(angles), self.passed(angles, form)
         place, first, second = self.aimed(there)
@@ -124,7 +124,7 @@ class Ideal:
         return IdealMotion(place, first * rate, second * rate**2 + first * acceleration, reactions, torque)
 
     def passed(self, angles: np.ndarray, form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the time (s) at which the crank passes angles (rad), and its rate (rad/s); nan where it never does.
+        """Return the times (s) at which the crank passes angles (rad), and its rates (rad/s); nan if it never does.
 
         form : as of `motion`.
         """
@@ -143,7 +143,7 @@ class Ideal:
     def balance(
         self, there: Turn, rate: np.ndarray, time: np.ndarray
     ) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
-        """Return the crank's angular acceleration (N,), the force (N, 2) N on the distal body of every joint, torque.
+        """Return the crank's angular acceleration (N,), the force (N, 2) N on each joint's distal body, and the torque.
 
         The torque (N,) N m is the drive's on the crank, by virtual work: joints do none as the crank turns.
         """
@@ -172,7 +172,7 @@ class Ideal:
         return acceleration, reactions, -np.sum(there.first * left, -1)
 
     def outside(self, there: Turn, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """Return the forces (N, 3 bodies) of gravity and of all loads but friction, about the centres of mass."""
+        """Return the forces (N, 3 bodies) of gravity and of all loads except friction, about the centres of mass."""
         force = np.zeros_like(there.q)
         force[:, 1::3] -= self.inertia[1::3] * self.machine.gravity
         for load in self.machine.loads:
@@ -187,7 +187,7 @@ class Ideal:
         return force
 
     def accelerated(self, there: Turn, rate, time, force: np.ndarray) -> np.ndarray:
-        """Return the crank's angular acceleration (rad/s^2): what all forces do at it over what is moved by it."""
+        """Return the crank's angular acceleration (rad/s^2): generalised force over generalised inertia."""
         drive = self.machine.drive
         if isinstance(drive, Constant):
             return np.zeros(len(rate))
@@ -249,7 +249,7 @@ class Ideal:
         return -multipliers
 
     def rate(self) -> float:
-        """Return the rate (rad/s) by which times are measured: of the crank, or one that it reaches."""
+        """Return the reference rate (rad/s): speed of the crank, or one that it reaches."""
         drive, turn = self.machine.drive, self.turn
         if isinstance(drive, Constant):
             return drive.speed
@@ -263,9 +263,9 @@ class Ideal:
 
 
 def determined(machine: Machine) -> Machine:
-    """Return a machine without its free bodies, where its joints do not determine them; raise MobilityError.
+    """Return a machine without the free bodies that its joints do not determine; raise MobilityError.
 
-    A free body is one whose start is given.  Its joints and the loads on it go with it.
+    A free body has a given initial state.  Its joints and the loads on it are also removed.
     """
     free = {name for name, body in machine.bodies.items() if body.initial is not None}
     if not free or _constraints(machine) == 3 * (len(machine.bodies) - 1):
@@ -283,12 +283,12 @@ def determined(machine: Machine) -> Machine:
 
 
 def _constraints(machine: Machine) -> int:
-    """Return how many equations joints and drive make, springs being at rest."""
+    """Return the number of equations of joints and drive, with springs at rest."""
     return 1 + sum({Slot: 1, Stretch: 3}.get(type(joint), 2) for joint in machine.joints)
 
 
 def _bodies_of(load: Any) -> set[str]:
-    """Return the bodies that a load acts on; friction in a joint is given by the joint."""
+    """Return the bodies that a load acts on; for friction in a joint, those of the joint."""
     if isinstance(load, Rubbing | Braking):
         return set()
     return {load.first.body, load.second.body} if isinstance(load, Spring) else {load.at.body}
@@ -299,7 +299,7 @@ def _joints_of(load: Any) -> set[str]:
 
 
 def start_of(initial: Initial, kind: int) -> tuple[float, float]:
-    """Return a coordinate of a free body and its rate where the motion begins."""
+    """Return the initial coordinate of a free body and its rate."""
     return {
         ANGLE: (initial.angle, initial.rate),
         SHIFT_X: (initial.x, initial.vx),
@@ -308,7 +308,7 @@ def start_of(initial: Initial, kind: int) -> tuple[float, float]:
 
 
 def masses_of(machine: Machine) -> list[Mass | Segment]:
-    """Return mass and moment of inertia of every body that moves; a flywheel turns with the crank."""
+    """Return mass and moment of inertia of every moving body; a flywheel turns with the crank."""
     crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
     wheel = machine.drive.inertia if isinstance(machine.drive, Motor) else 0.0
     elastic = {joint.distal.body for joint in machine.joints if isinstance(joint, Stretch)}

@@ -1,8 +1,8 @@
-"""Places, velocities and accelerations of the bodies of a planar machine, written out for what hangs on what.
+"""Generates the code for positions, velocities and accelerations of a planar machine's bodies.
 
-A point is reached from the ground by arms, each fixed in a body that it turns with, and by runs along guides:
+A point is reached from the ground through arms, each fixed in a body, and displacements along guides:
 
-    r = sum over angle groups g of R_g p_g + place of a floating body,    p_g constant but for runs along guides
+    r = sum over angle groups g of R_g p_g + position of a floating body,    p_g constant except along guides
 
 so its derivative by the angle of g is R_g p_g turned by 90 degrees, and its acceleration without any of the coordinates
 is -omega_g^2 R_g p_g + 2 omega_g x (velocity of the runs).
@@ -19,7 +19,7 @@ Columns = dict[Coordinate, Vector]  # derivatives of a place by coordinates
 
 
 class Path(NamedTuple):
-    """The way to a point: what is passed on it, a sign with what may be passed in two directions."""
+    """The path to a point: the arms, guides and floating body on it, with signs for directions."""
 
     arms: dict[int, Vector]  # of each group
     runs: dict[int, str]  # guide -> sign
@@ -27,7 +27,7 @@ class Path(NamedTuple):
 
 
 class Kinematics:
-    """Places and their derivatives in the lines of one function; subclasses know where angles and rates come from."""
+    """Positions and their derivatives in the lines of a function; subclasses define the source of angles and rates."""
 
     def __init__(self, machine: MachineType, lines: Lines):
         self.machine, self.lines, self.hang = machine, lines, machine.hang
@@ -38,7 +38,7 @@ class Kinematics:
         self.shift: dict[int, Vector] = {}
 
     def from_pose(self) -> None:
-        """Take angles, rates and places from the Pose `pose`."""
+        """Take angles, rates and positions from the Pose `pose`."""
         for i, g in enumerate(self.machine.groups):
             self.cosine[g], self.sine[g] = (self.lines.let(f"pose.turns[{i}].{part}") for part in ("c", "s"))
             self.rate[Coordinate(ANGLE, g)] = self.lines.let(f"pose.turns[{i}].rate")
@@ -70,7 +70,7 @@ class Kinematics:
         return vector if sign == "+" else self.minus(vector)
 
     def turned(self, group: int, vector: Vector) -> Vector:
-        """Return a vector that a group turns with, in the fixed frame."""
+        """Return a vector fixed in a group, in the fixed frame."""
         if group == 0:
             return vector
         lines, c, s = self.lines, self.cosine[group], self.sine[group]
@@ -81,13 +81,13 @@ class Kinematics:
         )
 
     def left(self, vector: Vector) -> Vector:
-        """Return a vector turned by 90 degrees, counter-clockwise."""
+        """Return a vector rotated by 90 degrees, counter-clockwise."""
         return self.lines.minus(vector[1]), vector[0]
 
     # ------------------------------------------------------------------------------------------ ways
 
     def way(self, body: int, point: Vector = (None, None)) -> Path:
-        """Return the way to a point of a body, or to its centre of mass."""
+        """Return the path to a point of a body, or to its centre of mass."""
         arms: dict[int, Vector] = {}
         runs: dict[int, str] = {}
         roots: dict[int, str] = {}
@@ -110,7 +110,7 @@ class Kinematics:
         return Path(arms, runs, roots)
 
     def between(self, first: Path, second: Path) -> Path:
-        """Return the way from one point to another."""
+        """Return the path from one point to another."""
         arms = dict(second.arms)
         for g, arm in first.arms.items():
             there = arms.get(g, (None, None))
@@ -118,7 +118,7 @@ class Kinematics:
         return Path(arms, _less(second.runs, first.runs), _less(second.roots, first.roots))
 
     def site(self, j: int) -> tuple[Path, Path]:
-        """Return the ways to both points of a joint."""
+        """Return the paths to both points of a joint."""
         site = self.machine.sites[j]
         return self.way(site.link.proximal, site.near), self.way(site.link.distal, site.far)
 
@@ -134,7 +134,7 @@ class Kinematics:
     # ------------------------------------------------------------------------------------------ motion
 
     def place(self, way: Path) -> Vector:
-        """Return the place at the end of a way."""
+        """Return the position at the end of a path."""
         shifts = (self.signed(sign, self.shift[body]) for body, sign in way.roots.items())
         return self.sum((None, None), *shifts, *(self.turned(g, arm) for g, arm in way.arms.items()))
 
@@ -144,7 +144,7 @@ class Kinematics:
         return self.turned(self.hang.group[site.link.proximal], site.axis)
 
     def columns(self, way: Path) -> Columns:
-        """Return the derivatives of the place at the end of a way."""
+        """Return the derivatives of the position at the end of a path."""
         columns = {Coordinate(ANGLE, g): self.left(self.turned(g, arm)) for g, arm in way.arms.items() if g != 0}
         for j, sign in way.runs.items():
             columns[Coordinate(RUN, j)] = self.signed(sign, self.axis(j))
@@ -158,7 +158,7 @@ class Kinematics:
         return self.sum((None, None), *(self.scaled(rates[item], column) for item, column in columns.items()))
 
     def bias(self, way: Path) -> Vector:
-        """Return the acceleration at the end of a way that the rates alone give."""
+        """Return the acceleration at the end of a path from rates only."""
         terms = []
         for g, arm in way.arms.items():
             if g != 0 and arm != (None, None):
@@ -175,14 +175,14 @@ class Kinematics:
 
 
 class Bodies(Kinematics):
-    """Places of all bodies in a function of their pose."""
+    """Positions of all bodies in a generated function of their pose."""
 
     def __init__(self, machine: MachineType, *arguments: str):
         super().__init__(machine, Lines(*arguments))
         self.from_pose()
 
     def applied(self) -> list[tuple[int, Vector, Vector, str | None]]:
-        """Return body, point, force and torque of everything that acts from outside, but gravity."""
+        """Return body, point, force and torque of every external load except gravity."""
         lines, terms = self.lines, []
         for i, load in enumerate(self.machine.loads):
             path = f"mechanism.loads[{i}]"
@@ -209,7 +209,7 @@ class Bodies(Kinematics):
         return lines.let(lines.total(stretched, lines.product(f"{path}.damping", self.rate[Coordinate(RUN, j)])))
 
     def _springing(self, path: str, load: LoadKind) -> list[tuple[int, Vector, Vector, None]]:
-        """Return what a spring and damper do at both of their ends."""
+        """Return the forces of a spring and damper at both ends."""
         lines = self.lines
         (first, near), (second, far) = load.ends
         between = self.between(self.way(first, near), self.way(second, far))
@@ -224,7 +224,7 @@ class Bodies(Kinematics):
 
 
 def _less(signs: dict, others: dict) -> dict:
-    """Return what is passed with a sign less what others pass with theirs."""
+    """Return the difference of two signed collections."""
     opposite = {"+": "-", "-": "+"}
     return {item: sign for item, sign in signs.items() if item not in others} | {
         item: opposite[sign] for item, sign in others.items() if item not in signs

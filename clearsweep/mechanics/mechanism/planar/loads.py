@@ -1,4 +1,4 @@
-"""What acts on the bodies of a planar machine from outside: the compiled forms, and the forces that they give."""
+"""External loads on the bodies of a planar machine: compiled forms and forces."""
 
 import math
 from collections.abc import Callable
@@ -11,9 +11,9 @@ from ...compiled.array_handle import ArrayHandle, array_handle, load_item, row_o
 from ...compiled.dual import plain
 from ...compiled.family import kernel
 
-_PARTS = 3  # of what a table gives: force x, y, torque
-_POWERS = 4  # of the polynomials between its rows
-_WIDTH = 1 + _PARTS * _POWERS  # numbers of a row: knot, then the polynomials from there on
+_PARTS = 3  # quantities in a table: force x, y, torque
+_POWERS = 4  # coefficients of the polynomials between its rows
+_WIDTH = 1 + _PARTS * _POWERS  # numbers in a row: knot, then the polynomials after it
 
 
 class Pushing(NamedTuple):
@@ -31,7 +31,7 @@ class Table(NamedTuple):
 
     table: ArrayHandle  # address of (rows, _WIDTH) numbers
     rows: float
-    span: float  # rad, after which it repeats; 0: it keeps its ends
+    span: float  # rad, period; 0: constant beyond its ends
 
 
 class ByAngle(NamedTuple):
@@ -100,7 +100,7 @@ def by_table(given, at):
 
 @kernel
 def _polynomial(table, place, x):
-    """Return the cubic whose coefficients, the highest first, are from `place` on."""
+    """Return the value of the cubic with coefficients, highest first, from index `place` on."""
     value = load_item(table, place) * x + load_item(table, place + 1)
     return (value * x + load_item(table, place + 2)) * x + load_item(table, place + 3)
 
@@ -143,7 +143,7 @@ def by_rows(given: Table, at: np.ndarray) -> np.ndarray:
 def loads_of(loads: tuple, place: Callable, joint: Callable) -> tuple:
     """Return the compiled forms of loads.
 
-    place : gives the body's number and the compiled point of an At; joint : gives the number of a joint by its name.
+    place : At -> number of the body and compiled point; joint : name of a joint -> its number.
     """
     compiled_loads: list = []
     for load in loads:
@@ -163,7 +163,7 @@ def loads_of(loads: tuple, place: Callable, joint: Callable) -> tuple:
 
 
 def stops_of(load: Push | Tabled | Spring) -> list[float]:
-    """Return the times (s) at which the slope of a load jumps: where a table over time begins and ends."""
+    """Return the times (s) at which the slope of a load jumps: both ends of a table over time."""
     if isinstance(load, Tabled) and load.over == "time":
         return [float(load.knots[0]), float(load.knots[-1])]
     return []

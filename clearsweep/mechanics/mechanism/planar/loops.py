@@ -1,9 +1,9 @@
-"""Loops of a planar machine that no clearance opens, closed to rounding wherever the machine is looked at.
+"""Closed loops of a planar machine, solved to rounding accuracy at every evaluation.
 
-The joints besides the tree give equations for as many of its coordinates, which are `dependent`: not in the state, but
-found from the others by Newton's method, begun where they are in the machine without clearance at the same angle of the
-crank.  Their rates and accelerations follow from the same equations, differentiated.  So nothing drifts, and nothing
-pulls back what would drift.
+The joints outside the tree give equations for as many of its coordinates, which are `dependent`: not in the state, but
+computed from the others by Newton's method, which starts from the ideal machine at the same angle of the
+crank.  Their rates and accelerations follow from the differentiated equations.  So there is no drift and no
+stabilisation.
 """
 
 import itertools
@@ -53,7 +53,7 @@ def equations(write: Kinematics, *, moving: bool = True) -> list[Equation]:
 
 
 class Solver:
-    """The solution of the linear equations of loops for what is bound: small sets that hang together, one by one."""
+    """Solution of the linear loop equations for dependent coordinates, by blocks of coupled equations."""
 
     def __init__(self, lines: Lines, rows: list[Row], dependent: tuple[Coordinate, ...]):
         self.lines, self.rows = lines, rows
@@ -83,7 +83,7 @@ class Solver:
         return inverse
 
     def solved(self, right: list[str | None]) -> dict[Coordinate, str | None]:
-        """Return the unknowns for right-hand sides, one of each equation."""
+        """Return the unknowns for right-hand sides, one for each equation."""
         lines = self.lines
         done: dict[Coordinate, str | None] = {}
         for block, unknown, inverse in self.blocks:
@@ -96,7 +96,7 @@ class Solver:
         return done
 
     def transposed(self, right: dict[Coordinate, str | None]) -> list[str | None]:
-        """Return the multipliers, one of each equation, that the transposed equations give for right-hand sides."""
+        """Return the multipliers, one for each equation, from the transposed equations."""
         lines = self.lines
         done: dict[int, str | None] = {}
         for block, unknown, inverse in reversed(self.blocks):
@@ -110,7 +110,7 @@ class Solver:
 
 
 def _blocks(rows: list[Row], dependent: tuple[Coordinate, ...]) -> list[tuple[tuple[int, ...], tuple[Coordinate, ...]]]:
-    """Return sets of equations, each with as many unknowns that those before have not: the smallest first."""
+    """Return blocks of equations with as many new unknowns as equations, smallest first."""
     left, known, blocks = list(range(len(rows))), set(), []
     while left:
         for chosen in (some for size in range(1, len(left) + 1) for some in itertools.combinations(left, size)):

@@ -1,4 +1,4 @@
-"""What the type of a compiled planar machine says: read once, for the code that is written for it."""
+"""The structure of a planar machine, read from its compiled type for code generation."""
 
 from typing import Any, NamedTuple
 
@@ -13,7 +13,7 @@ Vector = tuple[str | None, str | None]
 
 
 class Site(NamedTuple):
-    """A joint and where its points are to be read."""
+    """A joint, and the expressions of its points."""
 
     link: Link
     near: Vector  # on the proximal body, from its centre of mass
@@ -22,7 +22,7 @@ class Site(NamedTuple):
 
 
 class LoadKind(NamedTuple):
-    """A load and where it acts."""
+    """A load and its points of action."""
 
     form: type
     ends: tuple[tuple[int, Vector], ...]  # bodies and points
@@ -34,26 +34,26 @@ class Rub(NamedTuple):
     load: int  # its number among the loads
     joint: int
     given: bool  # it does not depend on the reaction
-    sticks: bool = False  # below a rate its law stops the bodies
+    sticks: bool = False  # its law sticks
 
 
 class MachineType(NamedTuple):
-    """A type of machine in words."""
+    """The structure of a planar machine."""
 
     sites: tuple[Site, ...]
     hang: SpanningTree
     crank: int  # number of the driven body
-    free: bool  # the drive leaves the crank's angle to the motion
+    free: bool  # the crank is free
     steady: bool  # the crank's speed is constant
-    dependent: tuple[Coordinate, ...]  # what loops determine
+    dependent: tuple[Coordinate, ...]  # dependent coordinates
     loads: tuple[LoadKind | None, ...]  # None where it is friction
     rubs: tuple[Rub, ...]
     aim: tuple  # (number of the body, point or None, direction)
-    segments: tuple[int, ...] = ()  # numbers of the bodies that are further masses of an elastic link
+    segments: tuple[int, ...] = ()  # numbers of bodies that are further masses of elastic links
 
     @property
     def bodies(self) -> int:
-        """Return how many bodies there are, the ground among them."""
+        """Return the number of bodies, including the ground."""
         return len(self.hang.group)
 
     @property
@@ -63,7 +63,7 @@ class MachineType(NamedTuple):
 
     @property
     def groups(self) -> list[int]:
-        """Return the groups that turn, in the order in which a pose has them."""
+        """Return the rotating groups in the order of a pose."""
         return [g for g in dict.fromkeys(self.hang.group) if g != 0]
 
     @property
@@ -78,7 +78,7 @@ class MachineType(NamedTuple):
 
     @property
     def whole(self) -> list[tuple[int, ...]]:
-        """Return the bodies that move, those together that are the masses of one elastic link."""
+        """Return the moving bodies, with the masses of an elastic link grouped."""
         found: list[tuple[int, ...]] = []
         for body in range(1, self.bodies):
             if body in self.segments:
@@ -89,7 +89,7 @@ class MachineType(NamedTuple):
 
 
 def kinds_of(value: Any) -> Any:
-    """Return the types in nested tuples, or of the compiler's type of them, in one form."""
+    """Return the types in nested tuples, from values or from compiler types."""
     if hasattr(value, "instance_class"):
         return (value.instance_class, *map(kinds_of, value.types))
     if hasattr(value, "types"):
@@ -98,7 +98,7 @@ def kinds_of(value: Any) -> Any:
 
 
 def machine_type(kinds: tuple) -> MachineType:
-    """Return the MachineType of what `kinds_of` gives of a Planar."""
+    """Return the MachineType from the result of `kinds_of` for a Planar."""
     sites = tuple(_site(kind, f"mechanism.joints[{j}]") for j, kind in enumerate(_of(kinds, "joints")[1:]))
     crank, drive = _number(_of(kinds, "crank")), _of(kinds, "drive")[0]
     hang = spanning_tree(len(_of(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free)

@@ -1,4 +1,4 @@
-"""The planar machine's members of the families of `contract`: what is written for its type is called."""
+"""Members of the families of `contract` for planar machines; they call the generated code."""
 
 from ..contract import (
     accelerate,

@@ -1,4 +1,4 @@
-"""The pose of a planar machine from its state, written out for its type."""
+"""Generates the code for the pose of a planar machine from its state."""
 
 from .kinematics import Kinematics
 from .loops import Solver, equations
@@ -16,11 +16,11 @@ _CLOSED = """def closed(mechanism, known, dependent):
     return ({nan},)
 """
 ATTEMPTS = 30
-NEAR = 1e-8  # rad or m, by which the last step of Newton's method but one moves: the last leaves its square
+NEAR = 1e-8  # rad or m, size of the last Newton step but one: the last step squares the error
 
 
 class _Placing(Kinematics):
-    """A pose in the making."""
+    """Code generator of a pose."""
 
     def __init__(self, machine: MachineType, *arguments: str):
         super().__init__(machine, Lines(*arguments))
@@ -35,17 +35,17 @@ class _Placing(Kinematics):
         ]
 
     def name(self, item: Coordinate) -> str:
-        """Return the name of a coordinate in the code."""
+        """Return the name of a coordinate in the generated code."""
         return f"{('angle', 'run', 'x', 'y')[item.kind]}{item.of}"
 
     def known(self) -> list[str]:
-        """Return the names of all that closing the loops begins with."""
+        """Return the names of the initial values for closing the loops."""
         turned = [name for g in self.known_groups for name in (f"c{g}", f"s{g}")]
         others = [Coordinate(RUN, j) for j in self.known_runs] + [Coordinate(*root) for root in self.roots]
         return turned + [self.name(item) for item in others]
 
     def place_all(self) -> None:
-        """Take the names of all coordinates for places."""
+        """Use the named coordinates as positions."""
         for g in self.machine.groups:
             self.cosine[g], self.sine[g] = f"c{g}", f"s{g}"
         for item in self.hang.coordinates:
@@ -55,7 +55,7 @@ class _Placing(Kinematics):
             self.shift[body] = (f"x{body}", f"y{body}")
 
     def take_dependent(self) -> None:
-        """Give names to what the tuple `dependent` contains."""
+        """Name the items of the tuple `dependent`."""
         for i, item in enumerate(self.machine.dependent):
             self.lines.text.append(f"{self.name(item)} = dependent[{i}]")
             if item.kind == ANGLE:
@@ -63,7 +63,7 @@ class _Placing(Kinematics):
 
 
 def place(machine: MachineType) -> str:
-    """Return the code of the family's member of that name."""
+    """Return the code of the family member of that name."""
     write, state = _Placing(machine, "mechanism", "y"), machine.state
     lines, crank = write.lines, Coordinate(ANGLE, machine.hang.crank)
     lines.text.append(f"time = y[{2 * len(state)}]")
@@ -82,7 +82,7 @@ def place(machine: MachineType) -> str:
 
 
 def _close(write: _Placing) -> None:
-    """Write how bound coordinates and their rates are found."""
+    """Write the solution for dependent coordinates and their rates."""
     machine, lines, known = write.machine, write.lines, write.known()
     bare = tupled([f"plain({name})" for name in known])
     angle = lines.let(f"plain({write.name(Coordinate(ANGLE, machine.hang.crank))})")
@@ -116,7 +116,7 @@ def _pose(write: _Placing) -> str:
 
 
 def step(machine: MachineType) -> str:
-    """Return the code of one step of Newton's method towards closed loops."""
+    """Return the code of a Newton step towards closed loops."""
     write = _Placing(machine, "mechanism", "known", "dependent")
     lines = write.lines
     for i, name in enumerate(write.known()):
@@ -131,7 +131,7 @@ def step(machine: MachineType) -> str:
 
 
 def closed(machine: MachineType) -> str:
-    """Return the code that closes loops from where they are nearly closed; nan where that fails."""
+    """Return the code that closes nearly closed loops; nan if that fails."""
     count = len(machine.dependent)
     changes = ", ".join(f"abs(found[{i}] - dependent[{i}])" for i in range(count))
     nan = ", ".join(["math.nan"] * count)
@@ -139,7 +139,7 @@ def closed(machine: MachineType) -> str:
 
 
 def loops(machine: MachineType) -> str:
-    """Return the code of the derivatives of all equations of loops by the coordinates, all of which a pose has."""
+    """Return the code of the derivatives of all loop equations by the coordinates."""
     write = Kinematics(machine, Lines("mechanism", "pose"))
     write.from_pose()
     rows = [packed([e.columns.get(item) for item in machine.hang.coordinates]) for e in equations(write)]

@@ -1,10 +1,10 @@
-"""Where the bodies of a planar machine are and how they move: what everything else follows from."""
+"""The pose of a planar machine: positions and velocities, from which everything else follows."""
 
 from typing import NamedTuple
 
 
 class Turn(NamedTuple):
-    """How the bodies of a group are turned."""
+    """Orientation of the bodies in a group."""
 
     c: float  # cosine of their angle
     s: float
@@ -13,9 +13,9 @@ class Turn(NamedTuple):
 
 
 class Pose(NamedTuple):
-    """Where the bodies are and how they move."""
+    """Positions and velocities of the bodies."""
 
-    turns: tuple  # a Turn for each group but the ground's
+    turns: tuple  # a Turn for each group except the ground's
     runs: tuple  # (m, m/s) along each guide of the tree
-    roots: tuple  # (x m, y m, vx m/s, vy m/s) of the centre of mass of each body that floats
+    roots: tuple  # (x m, y m, vx m/s, vy m/s) of each floating body's centre of mass
     time: float  # s

@@ -1,8 +1,8 @@
-"""Friction in joints of a planar machine that have no clearance, or a size of its own, written out for its type.
+"""Generates the code for friction in joints without clearance and for friction of given size.
 
-The friction in a pin is a couple, in a guide a force, by a friction law of the reaction, and the reactions depend on
-all friction.  Both are found in turn until nothing changes: the couples are small besides what the reactions do at the
-length of a body, so that each turn leaves a tenth or less of what was wrong.
+The friction in a pin is a couple, in a guide a force, from a friction law and the reaction.  The reactions depend on
+all friction.  Both are iterated to convergence: the couples are small compared with the moments of reactions at the
+length of a body, so each iteration reduces the error tenfold or more.
 """
 
 from typing import NamedTuple
@@ -17,9 +17,9 @@ from .spanning_tree import ANGLE, Coordinate
 from .writer import number, tupled
 
 SWEEPS = 200  # over friction and reactions
-LEAST_YIELD = 1e-6  # rad/s^2 for N m, m/s^2 for N: what yields less moves as the crank says, and cannot stick
-SETTLED = 1e-15  # of the largest friction, by which it still changes
-JAMS = 1e-9  # the same after all sweeps: up to it, rounding keeps it from settling, beyond it the joint jams
+LEAST_YIELD = 1e-6  # rad/s^2 per N m, m/s^2 per N: a less compliant joint follows the crank and cannot stick
+SETTLED = 1e-15  # tolerance, relative to the largest friction
+JAMS = 1e-9  # the same after all sweeps: a larger change means that the joint jams
 
 _SOLVED = """def accelerate(mechanism, pose, loads):
     normal = under_friction(mechanism, pose, loads, {zeros})[1]
@@ -47,8 +47,8 @@ _GIVEN = """def accelerate(mechanism, pose, loads):
 """
 
 
-#: Karnopp 1985: below the band each couple or force is the one that lets the slip die away with the rate of the crank,
-#: within its limits; several are found in turn (projected Gauss-Seidel).
+#: Karnopp 1985: below the band each couple or force makes the slip decay with the rate of the crank,
+#: within its limits; several are iterated (projected Gauss-Seidel).
 _STICKING = """def accelerate(mechanism, pose, loads):
     rub = {friction}
     pace = under_friction(mechanism, pose, loads, rub)[2]
@@ -68,12 +68,12 @@ _STICKING = """def accelerate(mechanism, pose, loads):
 
 
 class RubbedMotion(NamedTuple):
-    """How a machine with friction in its ideal joints accelerates: a Motion, and the powers of that friction."""
+    """Motion of a machine with friction in its ideal joints, with the powers of that friction."""
 
     accelerations: tuple
     output: float
     torque: float  # N m
-    powers: tuple  # W, of each friction; nan where friction and reactions were not found
+    powers: tuple  # W, of each friction; nan without convergence
 
 
 @family
@@ -92,7 +92,7 @@ def _powers(motion):
 
 
 class Reacting(Dynamics):
-    """Accelerations under given friction, and the reactions that belong to them."""
+    """Accelerations under given friction, and the corresponding reactions."""
 
     def forces(self):
         """Return the terms of the forces on the bodies and of the moments about their centres of mass."""
@@ -107,12 +107,14 @@ class Reacting(Dynamics):
                 pull = self.signed(sign, self.scaled(size, self.axis(rub.joint)))
                 force[body].append(pull)
                 moment[body].append(self.moment(body, point, pull))
+            if site.link.slides and rub.joint in self.machine.open:  # the walls are loaded at the position of the block
+                moment[site.link.proximal].append(self.lines.product(size, _offset(self, rub.joint)))
         return force, moment
 
     def normals(self, accelerations: Row) -> list[str | None]:
-        """Return the size of the reaction in each joint that rubs, for the accelerations of all coordinates.
+        """Return the magnitude of the reaction in each joint with friction, for the accelerations of all coordinates.
 
-        It is 0 where the friction has a size of its own.
+        It is 0 for friction of given size.
         """
         lines, machine = self.lines, self.machine
         if all(rub.given for rub in machine.rubs):
@@ -137,7 +139,7 @@ class Reacting(Dynamics):
         return [size if size == "0.0" else lines.let(size) for size in sizes]
 
     def pace(self, rub: Rub, accelerations: Row) -> str | None:
-        """Return how the slip of a joint changes (rad/s^2 or m/s^2), for the accelerations of all coordinates."""
+        """Return the derivative of a joint's slip (rad/s^2 or m/s^2), for the accelerations of all coordinates."""
         lines, link = self.lines, self.machine.sites[rub.joint].link
         if not link.slides:
             turned = (
@@ -155,7 +157,7 @@ class Reacting(Dynamics):
         return lines.total(*lines.dot(axis, moved), lines.product(self.spin(link.proximal), across))
 
     def _missing(self, accelerations: Row) -> tuple[dict[int, Vector], dict[int, str | None]]:
-        """Return force and moment on each body that its joints give it."""
+        """Return force and moment of the joints on each body."""
         lines = self.lines
         force, moment = self.forces()
         missing: dict[int, Vector] = {0: (None, None)}
@@ -196,7 +198,7 @@ class Reacting(Dynamics):
         return self.lines.dot(column, missing[body]) if column else ()
 
     def _through(self, joint: int, missing: dict) -> Vector:
-        """Return the force that a joint of the tree passes on to what hangs on it."""
+        """Return the force that a tree joint transmits to its subtree."""
         hung = [body for body in self.ways if self._hangs(body, joint)]
         return self.sum((None, None), *(missing[body] for body in hung))
 
@@ -209,7 +211,7 @@ class Reacting(Dynamics):
 
 
 def accelerate(machine: MachineType) -> str:
-    """Return the code of the family's member of that name, for machines with friction in joints without clearance."""
+    """Return the code of `accelerate` for machines with friction in joints without clearance."""
     write = Reacting(machine, "mechanism", "pose", "loads", "rub")
     motion, accelerations = write.motion()
     sizes, paces = write.normals(accelerations), [write.pace(rub, accelerations) for rub in machine.rubs if rub.sticks]
@@ -294,4 +296,14 @@ def _slip(write: Bodies, rub: Rub) -> str:
         couples = lines.total(write.spin(link.distal), lines.minus(write.spin(link.proximal)))
         return number(lines.let(couples))
     velocity = write.combination(write.columns(write.between(*write.site(rub.joint))), write.rate)
-    return number(lines.total(*lines.dot(write.axis(rub.joint), velocity)))
+    terms = lines.dot(write.axis(rub.joint), velocity)
+    if rub.joint in write.machine.open:
+        terms = (*terms, lines.product(write.spin(link.proximal), _offset(write, rub.joint)))
+    return number(lines.total(*terms))
+
+
+def _offset(write: Bodies, joint: int) -> str | None:
+    """Return the offset (m) of a block from the middle of its guide."""
+    lines = write.lines
+    place = tuple(map(lines.let, write.place(write.between(*write.site(joint)))))
+    return lines.total(*lines.dot(write.left(write.axis(joint)), place))

@@ -2,8 +2,8 @@
 
 The masses are at the ends of the segments (m / 2n at the ends of the bar, m / n between them), the springs have n
 times the stiffness of the whole: the lumped bar of Craig & Kurdila 2006, "Fundamentals of Structural Dynamics", 2nd
-ed., section 9.1.  All masses turn as one, so that mass, centre of mass and moment of inertia of the link are as given
-where nothing is stretched: what the masses on the line lack of them is shared out evenly.
+ed., section 9.1.  All masses rotate together, so mass, centre of mass and moment of inertia of the link are as given
+without stretch: the difference from the masses on the line is distributed evenly.
 """
 
 import math
@@ -14,7 +14,7 @@ from ....contracts.machine import At, Body, Elastic, Machine, Stretch
 
 
 def in_segments(machine: Machine) -> Machine:
-    """Return a machine with a chain of masses in place of every elastic link; others as they are."""
+    """Return a machine with every elastic link replaced by a chain of masses."""
     links = {name: body.elastic for name, body in machine.bodies.items() if body.elastic}
     if not links:
         return machine
@@ -50,8 +50,8 @@ def node(link: str, i: int) -> str:
 
 
 def axial_rate(body: Body) -> float:
-    """Return the angular frequency (rad/s) of the first axial mode of a link that is free at both ends."""
-    assert body.elastic is not None  # asked of elastic links
+    """Return the angular frequency (rad/s) of the first axial mode of a link with free ends."""
+    assert body.elastic is not None  # only elastic links
     return math.pi * math.sqrt(body.elastic.stiffness / body.mass)
 
 
@@ -71,7 +71,7 @@ def _chain(name: str, body: Body, elastic: Elastic) -> dict[str, Body]:
     away = math.fsum(
         part * body.mass * float(np.sum((at - body.center) ** 2)) for part, at in zip(share, places, strict=True)
     )
-    inertia = float(body.inertia - away) / (count + 1)  # below 0 is sound: the masses turn as one
+    inertia = float(body.inertia - away) / (count + 1)  # may be negative: the masses rotate together
     joints = {f"~{i}": tuple(map(float, near + way * (i / count))) for i in range(1, count + 1)}
     points = {**body.points, **joints}
     return {

@@ -1,9 +1,9 @@
-"""How the bodies of a planar machine hang on each other: angles, the tree of joints, coordinates, loops.
+"""Spanning tree of a planar machine: angle groups, tree of joints, coordinates, loops.
 
 Bodies that a guide without clearance keeps parallel share one angle, measured in the fixed frame.  A tree of joints
-without clearance leads from the ground to every body that such joints connect with it; each further one closes a loop.
-What the ground does not hold that way floats: one of its bodies has the place of its centre of mass for
-coordinates, and the others hang on it.  Joints with clearance hold nothing.
+without clearance leads from the ground to every body that such joints connect; each further joint closes a loop.
+The other bodies float: one of each connected set has the position of its centre of mass as
+coordinates, and the others are attached to it.  Joints with clearance constrain nothing.
 """
 
 from typing import NamedTuple
@@ -12,13 +12,13 @@ ANGLE, RUN, SHIFT_X, SHIFT_Y = range(4)  # kinds of coordinates: of an angle gro
 
 
 class Link(NamedTuple):
-    """A joint as it hangs."""
+    """A joint as an edge of the graph."""
 
     slides: bool
     open: bool
     proximal: int  # number of a body, 0 for the ground
     distal: int
-    sprung: bool = False  # keeps two masses of an elastic link together
+    sprung: bool = False  # connects two masses of an elastic link
 
 
 class Coordinate(NamedTuple):
@@ -29,22 +29,22 @@ class Coordinate(NamedTuple):
 
 
 class SpanningTree(NamedTuple):
-    """How everything hangs."""
+    """Spanning tree of a machine."""
 
-    group: tuple  # of each body, the ground's being 0; a group is numbered by its first body
-    parents: tuple  # of each body: (body, joint) it hangs on; None for the ground and what floats
-    order: tuple  # bodies, each after the one it hangs on, without the ground
+    group: tuple  # group of each body, 0 for the ground; a group has the number of its first body
+    parents: tuple  # parent (body, joint) of each body; None for the ground and floating bodies
+    order: tuple  # bodies after their parents, without the ground
     loop_joints: tuple  # joints that close loops
     crank: int  # group that the drive turns
-    coordinates: tuple  # in the order of the state; the crank's angle, where it is one, first
+    coordinates: tuple  # in the order of the state; a free crank's angle first
 
     def roots(self) -> tuple:
-        """Return the bodies that float."""
+        """Return the floating bodies."""
         return tuple(body for body in self.order if self.parents[body] is None)
 
 
 def spanning_tree(count: int, links: tuple, crank: int, *, free: bool) -> SpanningTree:
-    """Return how `count` bodies, the ground among them, hang on each other by `links`.
+    """Return the spanning tree of `count` bodies, including the ground, connected by `links`.
 
     free : the crank's angle is one of the coordinates.
     """
@@ -71,7 +71,7 @@ def _groups(count: int, links: tuple) -> tuple:
 
 
 def _tree(count: int, links: tuple) -> tuple:
-    """Return the parent of each body, the bodies in order, and the joints of the tree: shortest ways to the ground."""
+    """Return the parent of each body, the bodies in order, and the tree joints; paths to the ground are shortest."""
     parents: list = [None] * count
     order: list[int] = []
     used: set[int] = set()
@@ -88,7 +88,7 @@ def _tree(count: int, links: tuple) -> tuple:
 
 
 def _following(links: tuple, layer: list, placed: list, parents: list, used: set) -> list:
-    """Return the bodies that hang on those of `layer`, which are noted in `parents` and `used` with the joint."""
+    """Return the children of the bodies in `layer`; record them in `parents`, and their joints in `used`."""
     found: list[int] = []
     for j, link in enumerate(links):
         for near, far in ((link.proximal, link.distal), (link.distal, link.proximal)):
@@ -101,7 +101,7 @@ def _following(links: tuple, layer: list, placed: list, parents: list, used: set
 
 
 def _chained(links: tuple, body: int, placed: list, parents: list, used: set) -> list:
-    """Return the masses of the elastic link that `body` is one of, hung on each other: no spring closes a loop."""
+    """Return the masses of the elastic link of `body`, attached in a chain: no spring closes a loop."""
     found: list[int] = []
     pending = [body]
     while pending:

@@ -1,4 +1,4 @@
-"""A machine without clearance over a turn of its crank, and between the angles at which it was closed."""
+"""An ideal machine over a turn of its crank, interpolated between the angles at which it was closed."""
 
 import math
 from typing import NamedTuple
@@ -7,7 +7,7 @@ import numpy as np
 
 
 class Turn(NamedTuple):
-    """The machine without clearance at one angle of its crank or at N; q : x, y (m), angle (rad) of moving bodies."""
+    """The ideal machine at one or N crank angles; q : x, y (m), angle (rad) of moving bodies."""
 
     angles: np.ndarray  # () or (N,) rad
     q: np.ndarray  # (..., 3 bodies)
@@ -16,7 +16,7 @@ class Turn(NamedTuple):
 
 
 def between(turn: Turn, angles: np.ndarray) -> Turn:
-    """Return a machine at angles (N,) of its crank as its Turn has it, by quintics between stations."""
+    """Return a machine at crank angles (N,) from its Turn, by quintic interpolation between stations."""
     step = 2.0 * math.pi / (len(turn.angles) - 1)
     whole = np.floor((angles - turn.angles[0]) / (2.0 * math.pi))
     position = (angles - turn.angles[0] - 2.0 * math.pi * whole) / step

@@ -1,11 +1,11 @@
-"""Sums and products written as lines of code; what is zero is not written.
+"""Writes sums and products as lines of code, without zero terms.
 
-A number is the name of one, or None where it is zero.  The same expression is written once.
+A number is represented by its name, or None if zero.  The same expression is written once.
 """
 
 
 class Lines:
-    """Lines of a function in the making."""
+    """Lines of a generated function."""
 
     def __init__(self, *arguments: str):
         self.arguments = arguments
@@ -22,19 +22,19 @@ class Lines:
         return self._names[expression]
 
     def once(self, line: str) -> None:
-        """Write a line, but only the first time that it is asked for."""
+        """Write a line, unless it is there already."""
         if line not in self.text:
             self.text.append(line)
 
     def product(self, *factors: str | None) -> str | None:
-        """Return a product, without a name so far."""
+        """Return a product as an expression without a name."""
         if None in factors:
             return None
         written = [self.let(factor) for factor in factors if factor != "1.0"]
         return " * ".join(written) if written else "1.0"
 
     def total(self, *terms: str | None) -> str | None:
-        """Return a name for a sum of products; of one that begins with '-' the rest is subtracted."""
+        """Return a name for a sum of products; a product that begins with '-' is subtracted."""
         there = [term for term in terms if term is not None]
         if not there:
             return None
@@ -54,21 +54,21 @@ class Lines:
         return tuple(self.product(a, b) for a, b in zip(first, second, strict=True))
 
     def function(self, name: str, result: str) -> str:
-        """Return the function as a whole."""
+        """Return the code of the whole function."""
         body = "".join(f"    {line}\n" for line in [*self.text, f"return {result}"])
         return f"def {name}({', '.join(self.arguments)}):\n{body}"
 
 
 def number(name: str | None) -> str:
-    """Return a name as it is written where a number has to appear."""
+    """Return a name, or '0.0' for None."""
     return "0.0" if name is None else name
 
 
 def packed(names: list) -> str:
-    """Return a tuple of numbers as it is written."""
+    """Return the code of a tuple of numbers."""
     return tupled(list(map(number, names)))
 
 
 def tupled(items: list[str]) -> str:
-    """Return a tuple of what is written already."""
+    """Return the code of a tuple of expressions."""
     return f"({''.join(f'{item}, ' for item in items)})"

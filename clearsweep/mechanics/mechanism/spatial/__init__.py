@@ -1,8 +1,8 @@
-"""Machines in space whose bodies hang on each other in a tree: what the joints with clearance leave of their loops.
+"""Spatial machines whose bodies form a tree, once the joints with clearance have opened all loops.
 
-A body hangs on the ground or on another one by a joint without clearance: `form` has the kinds.  What is left after
-every loop is opened by a clearance has no constraints, so there are as many coordinates as degrees of freedom, but for
-the length of quaternions.
+A body is attached to the ground or to another body by a joint without clearance; `form` has the kinds.  After
+all loops are opened by clearances there are no constraints, so there are as many coordinates as degrees of freedom,
+except for the length of quaternions.
 """
 
 from .build import build, seats

@@ -1,4 +1,4 @@
-"""From a planar machine, what its bodies are in space and its clearances to a tree and its start."""
+"""Builds the tree of a spatial machine and its initial state from the planar machine, its solids and clearances."""
 
 import math
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from ..planar.closure import MobilityError, extent
 from ..planar.cycle import cycle_of
 from ..planar.form import numbered
 from ..planar.ideal import ideal_of
-from . import members  # noqa: F401 - enters the equations of motion
+from . import members  # noqa: F401 - registers the equations of motion
 from .form import AngleAim, Ball, Driven, Hinge, Loose, Opening, Part, PointAim, Sleeve, Slide, Tree
 from .spanning_tree import CYLINDRICAL, SPHERICAL, Hang, spanning_tree
 
@@ -22,7 +22,7 @@ STILL = Vector(0.0, 0.0, 0.0)
 
 
 class Solid(NamedTuple):
-    """A body in space, on the axes of its frame."""
+    """A body in space, in its own frame."""
 
     mass: float  # kg
     inertia: tuple[float, ...]  # kg m^2, principal, about the centre of mass
@@ -31,17 +31,17 @@ class Solid(NamedTuple):
 
 
 class Assembly(NamedTuple):
-    """A machine in space: the planar one, its bodies, what its closed pins allow, and its gravity."""
+    """A spatial machine: the planar machine, its bodies, the freedom of its ideal pins, and gravity."""
 
     machine: Machine
     solids: Mapping[str, Solid]
-    ideal: Mapping[str, str]  # pin -> 'spherical', 'cylindrical'; else it is a revolute joint
+    ideal: Mapping[str, str]  # pin -> 'spherical', 'cylindrical'; default: revolute
     gravity: tuple[float, ...]  # m/s^2
-    journals: Mapping[str, str]  # joint -> the body that its journal sits on
+    journals: Mapping[str, str]  # joint -> the body that carries the journal
 
 
 class Stand(NamedTuple):
-    """Where a body of the machine without clearance is at crank angle 0, by its planar motion."""
+    """Position of a body of the ideal machine at crank angle 0, from its planar motion."""
 
     x: float  # m, centre of mass
     y: float
@@ -52,7 +52,7 @@ class Stand(NamedTuple):
 
 
 def build(assembly: Assembly, joints: Mapping) -> Built:
-    """Return a tree at crank angle 0, its bodies placed and moving as in the planar machine without clearance.
+    """Return a tree at crank angle 0, with positions and velocities of the ideal planar machine.
 
     joints : compiled form of each joint with clearance, in the order of the machine's.  Raises ClosureError,
     MobilityError, UntiedError.
@@ -81,14 +81,14 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
 
 
 class Seat(NamedTuple):
-    """How a journal sits in its bearing."""
+    """Position of a journal in its bearing."""
 
-    depth: float  # m, largest penetration, below 0 where it is apart everywhere
-    overlap: float  # m, of journal and bore along the journal's axis; 0 or less: it is outside its bearing
+    depth: float  # m, largest penetration, negative if separate
+    overlap: float  # m, overlap of journal and bore along the journal's axis; 0 or less: outside the bearing
 
 
 def seats(built: Built, joints: Mapping) -> dict[str, Seat]:
-    """Return how each journal sits in its bearing at the start.
+    """Return the initial position of each journal in its bearing.
 
     joints : compiled forms in the order of the mechanism's sites.
     """
@@ -110,14 +110,14 @@ def _joint(assembly: Assembly, name: str):
 
 
 def _ends(assembly: Assembly, hang: Hang) -> tuple[At, At]:
-    """Return the points of the joint by which a body hangs, that of what it hangs on first."""
+    """Return the points of the joint that attaches a body, that of its parent first."""
     joint = _joint(assembly, hang.joint)
     ends = (joint.proximal, joint.distal)
     return ends if joint.distal.body == hang.body else ends[::-1]
 
 
 def _hung(assembly: Assembly, hang: Hang, numbers: Mapping) -> tuple:
-    """Return how a body hangs in compiled form."""
+    """Return the attachment of a body in compiled form."""
     if not hang.joint:
         return Loose()
     near, far = (_point(assembly, at) for at in _ends(assembly, hang))
@@ -159,7 +159,7 @@ def _aim(assembly: Assembly, numbers: Mapping) -> tuple:
 
 
 def _stands(assembly: Assembly) -> dict[str, Stand]:
-    """Return where the bodies are."""
+    """Return the positions of the bodies."""
     machine, known = assembly.machine, ideal_of(assembly.machine)
     there, speed = known.at(np.array([0.0])), machine.drive.speed
     poses = {GROUND: Stand(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
@@ -193,7 +193,7 @@ def _quaternion(here: Stand) -> tuple[list, list]:
 
 
 def _along(assembly: Assembly, hang: Hang, body_poses: Mapping) -> tuple[list, list]:
-    """Return how far a body has slid and how fast."""
+    """Return displacement and speed of a sliding body."""
     axis = body_poses[hang.parent].angle + _joint(assembly, hang.joint).axis
     direction = np.array([math.cos(axis), math.sin(axis)])
     (near, moving), (far, following) = (_seen(assembly, at, body_poses) for at in _ends(assembly, hang))
@@ -203,7 +203,7 @@ def _along(assembly: Assembly, hang: Hang, body_poses: Mapping) -> tuple[list, l
 
 
 def _seen(assembly: Assembly, at: At, body_poses: Mapping) -> tuple[np.ndarray, np.ndarray]:
-    """Return where a point is in the plane, and its velocity."""
+    """Return position and velocity of a point in the plane."""
     here, solid = body_poses[at.body], assembly.solids[at.body]
     x, y = np.subtract(solid.points[at.point], solid.center)[:2]
     c, s = math.cos(here.angle), math.sin(here.angle)
@@ -212,7 +212,7 @@ def _seen(assembly: Assembly, at: At, body_poses: Mapping) -> tuple[np.ndarray, 
 
 
 def _height(assembly: Assembly, body: str, joints: Mapping) -> float:
-    """Return how high (m) the centre of mass of a loose body is: the first of its open joints is in the middle."""
+    """Return the height (m) of a loose body's centre of mass, with the first of its open joints centred."""
     joint = next(joint for joint in assembly.machine.joints if joint.name in joints and body in _bodies(joint))
     own, other = (joint.proximal, joint.distal) if joint.proximal.body == body else (joint.distal, joint.proximal)
     return _raised(assembly, other, joints) - _point(assembly, own).z + assembly.solids[body].center[2]
@@ -223,7 +223,7 @@ def _bodies(joint) -> tuple[str, str]:
 
 
 def _raised(assembly: Assembly, at: At, joints: Mapping) -> float:
-    """Return how high (m) a point is where bodies hang as in the plane; on one that is loose itself, in its frame."""
+    """Return the height (m) of a point; on a loose body, in its own frame."""
     height = _point(assembly, at).z
     if at.body == GROUND:
         return height
@@ -235,7 +235,7 @@ def _raised(assembly: Assembly, at: At, joints: Mapping) -> float:
 
 
 def _lengths(assembly: Assembly, hang: Hang) -> list[float]:
-    """Return how far (m) a body moves for a unit of each of its coordinates."""
+    """Return the displacement (m) of a body for a unit of each of its coordinates."""
     reach = (
         extent(assembly.machine.bodies[hang.body])
         or max(extent(each) for each in assembly.machine.bodies.values())
@@ -252,7 +252,7 @@ def _lengths(assembly: Assembly, hang: Hang) -> list[float]:
 
 
 def _check_masses(value: Tree, start: np.ndarray) -> None:
-    """Raise MobilityError where something turns that has no moment of inertia."""
+    """Raise MobilityError if a turning body has no moment of inertia."""
     none = tuple(SpatialLoad(STILL, STILL, STILL, ()) for _ in value.openings)
     try:
         with np.errstate(all="ignore"):

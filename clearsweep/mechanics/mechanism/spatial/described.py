@@ -1,4 +1,4 @@
-"""What mechanisms in space have in common: their keys and channels, and the planar machine that they come from."""
+"""Shared parts of spatial mechanisms: keys, channels, and the underlying planar machine."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -14,9 +14,9 @@ from .build import Assembly, Solid, build
 from .spanning_tree import UntiedError, spanning_tree
 
 AXES = ("x", "y", "z")
-_CENTRE = "its centre of mass"  # a point of every body, besides those that the grid names
+_CENTRE = "its centre of mass"  # a point of every body, besides user-defined points
 
-#: The key of a mechanism that has its bodies move in space.
+#: The key that makes a mechanism spatial.
 FLAG = ("spatial", "its bodies move in space, between spatial joints")
 #: The time histories of every moving body.
 BODY = (
@@ -56,12 +56,12 @@ def site_of(outline: Outline, joint: JointOutline) -> JointSite:
 
 
 def body_channels(bodies: tuple[str, ...]) -> tuple[Channel, ...]:
-    """Return the time histories of bodies that move, by the names that channels have for them."""
+    """Return the time histories of moving bodies, by their names in channels."""
     return tuple(Channel(f"{body}/{name}", unit, text.format(body)) for body in bodies for name, unit, text in BODY)
 
 
 def flattened(solids: Mapping[str, Solid], gravity: tuple[float, ...]) -> tuple[dict[str, Body], tuple[Push, ...]]:
-    """Return bodies as they are in the plane, and what gravity along x does to them."""
+    """Return the planar bodies, and the loads from gravity along x."""
     bodies, loads = {}, []
     for name, solid in solids.items():
         center = solid.center[:2]
@@ -84,12 +84,12 @@ class Building(NamedTuple):
     outline: Outline
 
     def __call__(self, bodies: Mapping, drive: float, joints: Mapping, offsets: Mapping) -> Built:
-        """Return it at crank angle 0; joints : compiled; offsets : of no meaning here, a joint in space is centred."""
+        """Return the mechanism at crank angle 0; joints : compiled; offsets : unused, spatial joints start centred."""
         return build(self.assembly(self.outline, bodies, drive), joints)
 
 
 def planar_of(assembly: Callable[[Outline, Mapping, float], Assembly]) -> Callable:
-    """Return what gives the planar machine of a case: what pictures and comparisons are with."""
+    """Return a function that gives the planar machine of a case, for pictures and comparisons."""
 
     def machine(case: Case):
         speed = case.drive.speed if case.drive else 0.0
@@ -99,8 +99,8 @@ def planar_of(assembly: Callable[[Outline, Mapping, float], Assembly]) -> Callab
 
 
 def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
-    """Return the path below `mechanism` that is to blame, and a sentence, where a case's bodies cannot be or hang."""
-    assert isinstance(mechanism.build, Building)  # what moves in space is built so
+    """Return the path below `mechanism` at fault, and a sentence, if bodies are impossible or cannot be attached."""
+    assert isinstance(mechanism.build, Building)  # spatial mechanisms are built in this way
     assembly = mechanism.build.assembly(case.outline, case.mechanism.values, case.drive.speed if case.drive else 0.0)
     for body, solid in assembly.solids.items():
         largest, others = max(solid.inertia), sum(solid.inertia) - max(solid.inertia)

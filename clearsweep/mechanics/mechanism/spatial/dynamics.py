@@ -1,9 +1,9 @@
-"""Accelerations of a tree, written out for its type.
+"""Generates the code for the accelerations of a tree.
 
 Newton's and Euler's equations of all bodies, multiplied by the derivatives of their velocities by the speeds of the
-tree (Kane & Levinson 1985, "Dynamics: Theory and Applications", chapter 6): a symmetric mass matrix, solved by its LDL
-factors.  The speeds are the rates of the coordinates, but of a quaternion those of the body's angular velocity in its
-own frame, where its inertia is, too.
+tree (Kane & Levinson 1985, "Dynamics: Theory and Applications", chapter 6): a symmetric mass matrix, solved by LDL
+factors.  The speeds are the rates of the coordinates; for a quaternion they are the body's angular velocity in its
+own frame, as is its inertia.
 """
 
 from typing import Any
@@ -22,15 +22,15 @@ class Unit:
 
 
 class Dynamics(Posed):
-    """The equations of motion; the last speed is that of the crank, which the drive keeps."""
+    """The equations of motion; the last speed is that of the crank, which the drive prescribes."""
 
     def __init__(self, tree: MachineType):
         super().__init__(tree, "mechanism", "pose", "loads")
         self.known = tree.speeds  # the crank's speed
-        self.angular: list[dict[int, Any]] = [{}]  # of each body: speed -> angular velocity in its own frame
+        self.angular: list[dict[int, Any]] = [{}]  # for each body: speed -> angular velocity in its own frame
         self.spinning: list[dict[int, str]] = [{}]  # the same in the fixed frame
         self.moving: list[dict[int, str]] = [{}]  # velocity of its centre of mass
-        self.alpha: list[str | None] = [None]  # without the accelerations of the speeds
+        self.alpha: list[str | None] = [None]  # acceleration without those of the speeds
         self.bias: list[str | None] = [None]
         for body in range(1, len(tree.parts) + 1):
             self._hang(body)
@@ -39,7 +39,7 @@ class Dynamics(Posed):
         self._load()
 
     def _hang(self, body: int) -> None:
-        """Find how a body moves with the speeds."""
+        """Derive the motion of a body from the speeds."""
         part = self.tree.part(body)
         p, first = part.parent, part.speed
         if part.form is Loose:
@@ -85,7 +85,7 @@ class Dynamics(Posed):
             self.bias.append(self.let(f"transported({at_hinge or ZERO}, {alpha or ZERO}, {spun}, {own})"))
 
     def _carried(self, body: int, arm: str | None) -> str | None:
-        """Return the acceleration of a point of a body, without those of the speeds."""
+        """Return the acceleration of a point of a body, without the accelerations of the speeds."""
         if not body or self.spin_free(body):
             return self.bias[body]
         return self.let(f"transported({self.bias[body] or ZERO}, {self.alpha[body] or ZERO}, {self.spin(body)}, {arm})")
@@ -97,7 +97,7 @@ class Dynamics(Posed):
         return body == 0
 
     def _own_speeds(self, body: int, moving: dict, spinning: dict) -> dict:
-        """Enter a body's own speeds where it hangs; return angular velocities that are axes of its frame."""
+        """Add a body's own speeds at its attachment; return angular velocities that are axes of its frame."""
         part, p = self.tree.part(body), self.tree.part(body).parent
         first, axes = part.speed, {}
         if part.form is Driven:
@@ -113,7 +113,7 @@ class Dynamics(Posed):
                 moving[first] = self.z_of(p)
             turn = first + (part.form is Sleeve)
             spinning[turn], axes[turn] = self.z_of(p), Unit(2)
-        if not part.turns_freely:  # it shares its z axis with what it hangs on
+        if not part.turns_freely:  # it shares its z axis with its parent
             axes |= {u: seen for u, seen in self.angular[p].items() if isinstance(seen, Unit) and seen.axis == 2}
         return axes
 
@@ -121,7 +121,7 @@ class Dynamics(Posed):
         return self.let(f"in_body({self.frame(body)}, {spin})")
 
     def _load(self) -> None:
-        """Enter gravity, what accelerations there are already, and the loads of the joints with clearance."""
+        """Add gravity, known accelerations, and the loads of the joints with clearance."""
         for body in range(1, len(self.tree.parts) + 1):
             part = f"mechanism.parts[{body - 1}]"
             lifted = "mechanism.gravity" if self.bias[body] is None else f"minus(mechanism.gravity, {self.bias[body]})"
@@ -238,7 +238,7 @@ class Dynamics(Posed):
 
 
 def accelerate(tree: MachineType) -> str:
-    """Return the code of the family's member of that name."""
+    """Return the code of the family member of that name."""
     write = Dynamics(tree)
     lines, solution = write.lines, write.solved()
     pulled = (lines.product(write.entry(write.known, u), solution[u]) for u in range(tree.speeds))

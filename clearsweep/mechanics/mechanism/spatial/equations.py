@@ -1,4 +1,4 @@
-"""The functions of a tree's compiled form, written out for its type when it is first met."""
+"""Generated functions of a tree's compiled form, created at the first use of its type."""
 
 import functools
 import linecache
@@ -15,7 +15,7 @@ from .places import across, describe, energy, gaps, output, place
 
 
 def written(name: str) -> Callable:
-    """Return the function called `name` of whatever type of tree it is called with first."""
+    """Return the function `name`, generated for the type of tree at its first call."""
 
     def body_of(mechanism):
         return _functions(kinds_of(mechanism))[name]

@@ -1,6 +1,6 @@
-"""The compiled form of a tree in space: its types say how bodies hang together, its values how large all is.
+"""The compiled form of a spatial tree: types define the topology, values the dimensions.
 
-Bodies are numbered as they hang, each after the one on which it hangs, by as many empty tuples; the ground is 0.  All
+Bodies are numbered after their parents, by the number of empty tuples in a tuple; the ground is 0.  All
 points are in the frame of their body, which is the planar machine's, z along the pins.
 """
 
@@ -25,7 +25,7 @@ class Driven(NamedTuple):
 
 
 class Hinge(NamedTuple):
-    """Turns about the z axis of what it hangs on."""
+    """Rotates about the z axis of its parent."""
 
     parent: tuple  # number of the body
     near: Vector  # m, the pin on it
@@ -33,7 +33,7 @@ class Hinge(NamedTuple):
 
 
 class Slide(NamedTuple):
-    """Slides along an axis of what it hangs on, without turning."""
+    """Slides along an axis of its parent without rotation."""
 
     parent: tuple
     near: Vector
@@ -42,7 +42,7 @@ class Slide(NamedTuple):
 
 
 class Ball(NamedTuple):
-    """Turns about a point in every way."""
+    """Rotates freely about a point."""
 
     parent: tuple
     near: Vector
@@ -50,7 +50,7 @@ class Ball(NamedTuple):
 
 
 class Sleeve(NamedTuple):
-    """Turns about the z axis of what it hangs on, and slides along it."""
+    """Rotates about the z axis of its parent and slides along it."""
 
     parent: tuple
     near: Vector
@@ -58,7 +58,7 @@ class Sleeve(NamedTuple):
 
 
 class Loose(NamedTuple):
-    """Hangs on nothing: there is clearance all round."""
+    """Not attached: all its joints have clearance."""
 
 
 class Opening(NamedTuple):
@@ -90,7 +90,7 @@ class Tree(NamedTuple):
     """The compiled form of a machine in space."""
 
     parts: tuple  # of Part
-    hangs: tuple  # how each of them hangs
+    hangs: tuple  # the attachment of each body
     openings: tuple  # of Opening, in the order of the joints with clearance
     reported: tuple  # numbers of the bodies in the order of the channels
     aim: tuple  # PointAim or AngleAim

@@ -1,4 +1,4 @@
-"""What the type of a compiled tree says: read once, for the code that is written for it."""
+"""The structure of a tree, read from its compiled type for code generation."""
 
 from .form import Ball, Driven, Hinge, Loose, Sleeve, Slide, Tree
 
@@ -7,19 +7,19 @@ SPEEDS = {Driven: 0, Hinge: 1, Slide: 1, Sleeve: 2, Ball: 3, Loose: 6}
 
 
 class Limb:
-    """A body as its type describes: how it hangs, on which, where its coordinates and speeds begin."""
+    """A body in the type of a tree: attachment, parent, first coordinate and first speed."""
 
     def __init__(self, form: type, parent: int, coordinate: int, speed: int):
         self.form, self.parent, self.coordinate, self.speed = form, parent, coordinate, speed
 
     @property
     def turns_freely(self) -> bool:
-        """Return whether it has a quaternion."""
+        """Return whether the body has a quaternion."""
         return self.form in (Ball, Loose)
 
 
 class MachineType:
-    """What the type of a Tree says."""
+    """The structure of a Tree."""
 
     def __init__(self, kinds: tuple):
         assert kinds[0] is Tree

@@ -1,4 +1,4 @@
-"""The tree's members of the families of `contract`: what is written for its type is called."""
+"""Members of the families of `contract` for trees; they call the generated code."""
 
 from ..contract import accelerate, body_angles, describe, energy, gaps, output_error, place
 from ..planar.cycle import at_angle
@@ -11,37 +11,37 @@ _placed, _gaps_of, _across, _energy_of, _described, _judged, _accelerated = map(
 
 
 @place.member(Tree)
-def _place(mechanism, y):
+def _place_tree(mechanism, y):
     return _placed(mechanism, y)
 
 
 @gaps.member(Tree)
-def _gaps(mechanism, pose):
+def _gaps_tree(mechanism, pose):
     return _gaps_of(mechanism, pose)
 
 
 @accelerate.member(Tree)
-def _accelerate(mechanism, pose, loads):
+def _accelerate_tree(mechanism, pose, loads):
     return _accelerated(mechanism, pose, loads)
 
 
 @energy.member(Tree)
-def _energy(mechanism, pose):
+def _energy_tree(mechanism, pose):
     return _energy_of(mechanism, pose)
 
 
 @body_angles.member(Tree)
-def _bearings(mechanism, y):
+def _body_angles_tree(mechanism, y):
     return _across(mechanism, _placed(mechanism, y))
 
 
 @output_error.member(Tree)
-def _output_error(mechanism, pose):
+def _output_error_tree(mechanism, pose):
     here, moving = _judged(mechanism, pose)
     there, slope = at_angle(mechanism.turn, 0, pose.angle)
     return here - there, moving - slope * mechanism.speed
 
 
 @describe.member(Tree)
-def _describe(mechanism, y, pose, motion, out):
+def _describe_tree(mechanism, y, pose, motion, out):
     return _described(mechanism, y, pose, motion, out)

@@ -1,4 +1,4 @@
-"""Where the bodies of a tree are, how they move and what is seen of them, written out for its type."""
+"""Generates the code for positions, velocities and observables of a tree's bodies."""
 
 from ..planar.writer import number, tupled
 from .form import AngleAim, Driven, Loose, Sleeve, Slide
@@ -7,7 +7,7 @@ from .writer import AXES, ZERO, Posed, Writer
 
 
 def place(tree: MachineType) -> str:
-    """Return the code of the family's member of that name."""
+    """Return the code of the family member of that name."""
     write, n = Writer(tree, "mechanism", "y"), tree.coordinates
     lines = write.lines
     for i, part in enumerate(tree.parts):
@@ -43,7 +43,7 @@ def place(tree: MachineType) -> str:
 
 
 def _put_center(write: Writer, body: int) -> None:
-    """Write where the centre of mass of a body is, and its velocity."""
+    """Write position and velocity of a body's centre of mass."""
     tree, lines = write.tree, write.lines
     part, n = tree.part(body), tree.coordinates
     k, p = part.coordinate, part.parent
@@ -62,7 +62,7 @@ def _put_center(write: Writer, body: int) -> None:
 
 
 def gaps(tree: MachineType) -> str:
-    """Return the code of the family's member of that name."""
+    """Return the code of the family member of that name."""
     write, written = Posed(tree, "mechanism", "pose"), []
     for j, (bearing, journal) in enumerate(tree.openings):
         site, frame = f"mechanism.openings[{j}]", write.frame(journal)
@@ -96,7 +96,7 @@ def across(tree: MachineType) -> str:
 
 
 def energy(tree: MachineType) -> str:
-    """Return the code of the family's member of that name."""
+    """Return the code of the family member of that name."""
     write, doubled, falling = Posed(tree, "mechanism", "pose"), [], []
     for body in range(1, len(tree.parts) + 1):
         part, velocity = f"mechanism.parts[{body - 1}]", write.velocity(body)
@@ -107,7 +107,7 @@ def energy(tree: MachineType) -> str:
 
 
 def describe(tree: MachineType) -> str:
-    """Return the code of the family's member of that name."""
+    """Return the code of the family member of that name."""
     write = Posed(tree, "mechanism", "y", "pose", "motion", "out")
     here, rate = aim(write)
     values = [f"y[{2 * tree.coordinates}]", "pose.angle", "motion.torque", here, rate, "motion.output"]
@@ -122,7 +122,7 @@ def describe(tree: MachineType) -> str:
 
 
 def _quaternion(write: Writer, body: int) -> str:
-    """Return the quaternion of a body, of length 1: of one hung on others by its turn about its own z axis."""
+    """Return the unit quaternion of a body; for an attached body, from its rotation about its own z axis."""
     part = write.tree.part(body)
     if part.turns_freely:
         return f"quaternion_of(pose.turnings[{body - 1}])"
@@ -134,7 +134,7 @@ def _quaternion(write: Writer, body: int) -> str:
 
 
 def aim(write: Posed) -> tuple[str | None, str | None]:
-    """Return the output's place and its rate."""
+    """Return the output's position and its rate."""
     tree, body = write.tree, write.tree.aimed
     if tree.aim is AngleAim:
         angles = {"q": [], "rates": []}

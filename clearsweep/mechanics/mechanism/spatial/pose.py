@@ -1,4 +1,4 @@
-"""Where the bodies of a tree are, and what the functions written for it are made of."""
+"""The pose of a tree, and functions that the generated code calls."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from ...compiled.vector import Vector
 
 
 class Pose(NamedTuple):
-    """Where the bodies are and how they move; those of each body are at its number less one."""
+    """Positions and velocities of the bodies; index: number of the body minus one."""
 
     angle: float  # rad, of the crank
     q: tuple  # coordinates
@@ -18,19 +18,19 @@ class Pose(NamedTuple):
     spins: tuple  # rad/s, Vector in the fixed frame
     places: tuple  # m, centres of mass
     velocities: tuple  # m/s
-    turnings: tuple  # Turning of each body that has a quaternion, () of the others
+    turnings: tuple  # Turning of each body with a quaternion, () for the others
 
 
 @inlined
 def on_ground(c, s):
-    """Return the Frame of a body that is turned about z by the angle of this cosine and sine."""
+    """Return the Frame of a body rotated about z by the angle of this cosine and sine."""
     zero, unit = 0.0 * c, 0.0 * c + 1.0
     return Frame(Vector(c, -s, zero), Vector(s, c, zero), Vector(zero, zero, unit))
 
 
 @inlined
 def turned_about_z(frame, c, s):
-    """Return a Frame turned about its own z axis."""
+    """Return a Frame rotated about its own z axis."""
     return Frame(_row(frame.x, c, s), _row(frame.y, c, s), _row(frame.z, c, s))
 
 
@@ -47,25 +47,25 @@ def axis_x(frame):
 
 @inlined
 def axis_y(frame):
-    """Return its y axis."""
+    """Return the y axis of a body in the fixed frame."""
     return Vector(frame.x.y, frame.y.y, frame.z.y)
 
 
 @inlined
 def axis_z(frame):
-    """Return its z axis."""
+    """Return the z axis of a body in the fixed frame."""
     return Vector(frame.x.z, frame.y.z, frame.z.z)
 
 
 @inlined
 def by_axes(a, b):
-    """Return a vector whose numbers are those of two multiplied one by one."""
+    """Return the element-wise product of two vectors."""
     return Vector(a.x * b.x, a.y * b.y, a.z * b.z)
 
 
 @inlined
 def transported(acceleration, alpha, spin, arm):
-    """Return the acceleration of a point `arm` (m) from one that has `acceleration`, of a body that turns."""
+    """Return the acceleration of a point at `arm` (m) from a point with `acceleration`, on a rotating body."""
     wx, wy, wz = spin.y * arm.z - spin.z * arm.y, spin.z * arm.x - spin.x * arm.z, spin.x * arm.y - spin.y * arm.x
     return Vector(
         acceleration.x + alpha.y * arm.z - alpha.z * arm.y + spin.y * wz - spin.z * wy,
@@ -84,7 +84,7 @@ def quaternion_of(orientation):
 
 @inlined
 def turned_quaternion(before, angle):
-    """Return a quaternion turned by an angle (rad) about the z axis of its body."""
+    """Return a quaternion rotated by an angle (rad) about the z axis of its body."""
     w, x, y, z = before
     c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
     return w * c - z * s, x * c + y * s, y * c - x * s, w * s + z * c

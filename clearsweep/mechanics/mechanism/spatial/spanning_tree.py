@@ -1,4 +1,4 @@
-"""Which body of a machine in space hangs on which, and why some machines cannot."""
+"""The spanning tree of a spatial machine, and the checks that it exists."""
 
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
@@ -10,15 +10,15 @@ TILTING = (SPHERICAL, CYLINDRICAL)
 
 
 class Hang(NamedTuple):
-    """How a body hangs: by which joint on which body."""
+    """Attachment of a body: joint and parent."""
 
     body: str
-    joint: str  # '': it is loose
+    joint: str  # '': loose
     parent: str = GROUND
 
 
 class UntiedError(ValueError):
-    """A machine that is no tree, or in which nothing leaves the plane; `joint` is to blame."""
+    """A machine that is not a tree, or that cannot leave the plane; `joint` is at fault."""
 
     def __init__(self, joint: str, text: str):
         super().__init__(text)
@@ -26,9 +26,9 @@ class UntiedError(ValueError):
 
 
 def spanning_tree(machine: Machine, opened: Collection[str], ideal: Mapping[str, str]) -> list[Hang]:
-    """Return how the moving bodies hang, each behind the one it hangs on, the crank first.
+    """Return the attachments of the moving bodies, parents first, beginning with the crank.
 
-    opened : joints with clearance; ideal : what each other pin allows.  Raises UntiedError.
+    opened : joints with clearance; ideal : freedom of each other pin.  Raises UntiedError.
     """
     closed = [joint for joint in machine.joints if joint.name not in opened]
     crank = next(joint for joint in closed if joint.name == machine.driven)
@@ -60,7 +60,7 @@ def spanning_tree(machine: Machine, opened: Collection[str], ideal: Mapping[str,
 
 
 def _check_ways(machine: Machine, opened: Collection[str], ideal: Mapping[str, str], found: list[Hang]) -> None:
-    """Raise UntiedError where pins keep both bodies of an open joint in the plane."""
+    """Raise UntiedError if pins keep both bodies of an open joint in the plane."""
     flat = {GROUND}
     for hang in found:
         if hang.parent in flat and hang.joint and ideal.get(hang.joint, REVOLUTE) not in TILTING:

@@ -1,6 +1,6 @@
-"""Vectors of a tree, as they are written into the functions of its type.
+"""Writes vector expressions into the generated functions of a tree.
 
-A vector is the name of one, or None where it is zero; what it is at a body is in the fixed frame.
+A vector is represented by its name, or None if zero; vectors of a body are in the fixed frame.
 """
 
 from ..planar.writer import Lines
@@ -13,7 +13,7 @@ AXES = "xyz"
 
 
 class Writer:
-    """Lines of a function of a tree."""
+    """Lines of a generated function of a tree."""
 
     def __init__(self, tree: MachineType, *arguments: str):
         self.tree, self.lines = tree, Lines(*arguments)
@@ -59,17 +59,17 @@ class Writer:
         return self.let(f"in_fixed({self.frame(body)}, minus({point}, mechanism.parts[{body - 1}].center))")
 
     def near(self, body: int) -> str | None:
-        """Return where the point is, from the centre of mass of what a body hangs on, on which it hangs."""
+        """Return the attachment point of a body from the centre of mass of its parent."""
         return self.arm(self.tree.part(body).parent, f"mechanism.hangs[{body - 1}].near")
 
     def own(self, body: int) -> str | None:
-        """Return the centre of mass of a body from the point by which it hangs."""
+        """Return the centre of mass of a body from its attachment point."""
         return self.let(
             f"in_fixed({self.frame(body)}, minus(mechanism.parts[{body - 1}].center, mechanism.hangs[{body - 1}].far))"
         )
 
     def shift(self, body: int, amount: str) -> str | None:
-        """Return by how much (m) a body that slides has shifted, in the fixed frame."""
+        """Return the displacement (m) of a sliding body, in the fixed frame."""
         part = self.tree.part(body)
         if part.form is Slide:
             return self.let(f"times({amount}, {self.axis(body)})")
@@ -82,7 +82,7 @@ class Writer:
 
 
 class Posed(Writer):
-    """Lines of a function that is given a pose."""
+    """Lines of a generated function of a pose."""
 
     def frame(self, body: int) -> str:
         """Return the Frame of a body or the ground."""
@@ -95,13 +95,13 @@ class Posed(Writer):
         return self.let(f"pose.spins[{body - 1}]") if body else None
 
     def at(self, body: int) -> str | None:
-        """Return where the centre of mass of a body is."""
+        """Return the position of a body's centre of mass."""
         return self.let(f"pose.places[{body - 1}]") if body else None
 
     def velocity(self, body: int) -> str | None:
-        """Return the velocity of its centre of mass."""
+        """Return the velocity of a body's centre of mass."""
         return self.let(f"pose.velocities[{body - 1}]") if body else None
 
     def fixed(self, body: int, own: str) -> str | None:
-        """Return a vector of a body's own frame in the fixed one."""
+        """Return a vector of a body's frame in the fixed frame."""
         return self.let(f"in_fixed({self.frame(body)}, {own})") if body else self.let(own)

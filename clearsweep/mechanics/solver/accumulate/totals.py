@@ -164,7 +164,7 @@ def raise_to(maxima, place, value):
 
 @inlined
 def seek_above(step, place, some, least):
-    """Note that a maximum at `place` is to be found between the stages if `some` and if it is above `least`."""
+    """Request a search between the stages for the maximum at `place`, if `some`, where it exceeds `least`."""
     if some and step[place] > least:
         step[NEEDS_PEAK_SEARCH] = 1.0
     else:

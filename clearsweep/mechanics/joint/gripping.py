@@ -1,0 +1,272 @@
+"""Grips: tangential forces of surfaces that stick, and the sliding speeds that these forces work on.
+
+A force and its sliding speed belong together, so that their product is its power.  The pin in its bearing and the pin
+in a slot touch at one point, which has one force.  The corners of a block on the same wall slide as one but for how
+fast the block turns times how far it is tilted.  They share one force, each as much of it as it presses, so that no
+corner has more than its limit.  The two walls have a force each, for a block that is jammed between them.
+"""
+
+from typing import NamedTuple
+
+from ..compiled.choosing import where
+from ..compiled.family import family, inlined, kernel
+from .contract import STUCK, Contact, Load
+from .dry import Joint
+from .friction.contract import static_limit
+from .guide import CORNERS, Guide, corner_place
+from .slot import SlotJoint, normal_of
+
+
+@family
+def grips_of(joint, gap, load, mode, first):
+    """Return the grips of a joint under its Load, of which `first` is the first contact; () of one that cannot stick.
+
+    mode : (contacts,) what each contact does.  A grip has the fields `contacts`, the numbers of its contacts, and
+    `force` (N), that of those that stick, `limit` (N), their largest, and `slip` (m/s).
+    """
+
+
+@family
+def slip_rate(grip, gap):
+    """Return the rate (m/s^2) of the sliding speed of a grip, from the GapAcceleration of its joint."""
+
+
+@family
+def with_tangential(grip, load, force):
+    """Return the Load of a joint with `force` (N) in place of the tangential force of one of its grips."""
+
+
+@grips_of.member(None)
+def _never_sticks(joint, gap, load, mode, first):
+    return ()
+
+
+@inlined
+def with_friction(contact, force):
+    """Return a Contact with another tangential force (N)."""
+    return Contact(
+        normal=contact.normal,
+        tangential=force,
+        slip=contact.slip,
+        rate=contact.rate,
+        depth=contact.depth,
+        elastic=contact.elastic,
+        raw=contact.raw,
+    )
+
+
+# ---------------------------------------------------------------------------------------------- a pin in its bearing
+
+
+class Surface(NamedTuple):
+    """The grip of a pin in its bearing."""
+
+    contacts: tuple
+    force: float  # N
+    limit: float  # N
+    slip: float  # m/s
+    bearing_radius: float  # m
+    journal_radius: float  # m
+    side: float
+    x: float  # m
+    y: float
+    vx: float  # m/s
+    vy: float
+
+
+@grips_of.member(Joint)
+def _of_a_pin(joint, gap, load, mode, first):
+    if type(joint.friction) not in static_limit.members:
+        return ()
+    contact = load.contacts[0]
+    return (
+        Surface(
+            contacts=(first,),
+            force=contact.tangential,
+            limit=static_limit(joint.friction) * max(contact.normal, 0.0),
+            slip=contact.slip,
+            bearing_radius=joint.bearing_radius,
+            journal_radius=joint.journal_radius,
+            side=joint.side,
+            x=gap.x,
+            y=gap.y,
+            vx=gap.vx,
+            vy=gap.vy,
+        ),
+    )
+
+
+@slip_rate.member(Surface)
+def _round_the_bearing(surface, gap):
+    x, y, vx, vy = surface.x, surface.y, surface.vx, surface.vy
+    squared = x * x + y * y
+    across = x * gap.ay - y * gap.ax - (x * vy - y * vx) * (x * vx + y * vy) / squared
+    spin = gap.distal * surface.journal_radius - gap.proximal * surface.bearing_radius
+    if surface.side < 0.0:
+        spin = gap.proximal * surface.journal_radius - gap.distal * surface.bearing_radius
+    return across / squared**0.5 + spin
+
+
+@with_tangential.member(Surface)
+def _on_the_pin(surface, load, force):
+    contact = load.contacts[0]
+    more = force - contact.tangential
+    share = more / (surface.x * surface.x + surface.y * surface.y) ** 0.5
+    bearing, journal = -surface.bearing_radius * more, surface.journal_radius * more
+    if surface.side < 0.0:
+        bearing, journal = journal, bearing
+    return Load(
+        fx=load.fx - share * surface.y,
+        fy=load.fy + share * surface.x,
+        moment_proximal=load.moment_proximal + bearing,
+        moment_distal=load.moment_distal + journal,
+        contacts=(with_friction(contact, force),),
+    )
+
+
+# ---------------------------------------------------------------------------------------------- a pin in a slot
+
+
+class SlotSurface(NamedTuple):
+    """The grip of a pin in a slot."""
+
+    contacts: tuple
+    force: float  # N
+    limit: float  # N
+    slip: float  # m/s
+    journal_radius: float  # m
+    nx: float  # normal, in the frame of the slot
+    ny: float
+    drift: float  # m/s^2, rate of the sliding speed as the normal turns
+    gap: tuple  # GuideGap
+
+
+@grips_of.member(SlotJoint)
+def _of_a_pin_in_a_slot(joint, gap, load, mode, first):
+    if type(joint.friction) not in static_limit.members:
+        return ()
+    contact, normal = load.contacts[0], normal_of(joint, gap)
+    at_end = abs(gap.x) > joint.half_length
+    axial, across = where(at_end, gap.vx, 0.0), gap.vy
+    per_eccentricity = 1.0 / (contact.depth + joint.clearance)
+    approach = normal.x * axial + normal.y * across
+    swing = (axial - normal.x * approach) * per_eccentricity, (across - normal.y * approach) * per_eccentricity
+    return (
+        SlotSurface(
+            contacts=(first,),
+            force=contact.tangential,
+            limit=static_limit(joint.friction) * max(contact.normal, 0.0),
+            slip=contact.slip,
+            journal_radius=joint.journal_radius,
+            nx=normal.x,
+            ny=normal.y,
+            drift=gap.vy * swing[0] - gap.vx * swing[1],
+            gap=gap,
+        ),
+    )
+
+
+@slip_rate.member(SlotSurface)
+def _along_the_wall(surface, gap):
+    spin = surface.journal_radius * (gap.distal - gap.proximal)
+    return surface.nx * gap.ay - surface.ny * gap.ax + spin + surface.drift
+
+
+@with_tangential.member(SlotSurface)
+def _on_the_pin_in_a_slot(surface, load, force):
+    contact, gap = load.contacts[0], surface.gap
+    more = force - contact.tangential
+    axial, across, on_pin = -more * surface.ny, more * surface.nx, surface.journal_radius * more
+    return Load(
+        fx=load.fx + (gap.axis_x * axial - gap.axis_y * across),
+        fy=load.fy + (gap.axis_y * axial + gap.axis_x * across),
+        moment_proximal=load.moment_proximal + (gap.y * axial - gap.x * across - on_pin),
+        moment_distal=load.moment_distal + on_pin,
+        contacts=(with_friction(contact, force),),
+    )
+
+
+# ---------------------------------------------------------------------------------------------- a block in a guide
+
+
+class Wall(NamedTuple):
+    """The grip of the corners of a block on one wall."""
+
+    contacts: tuple
+    force: float  # N
+    limit: float  # N
+    slip: float  # m/s
+    corners: tuple  # their numbers in the joint
+    shares: tuple  # of the force on each corner: 0 on one that does not stick
+    heights: tuple  # m, of the corners across the walls, from the block's point
+    sign: float  # +1: the wall on the left of the direction of the guide
+    drift: float  # m/s^2, rate of the sliding speed as the block turns
+    stuck: tuple  # whether each corner sticks
+    gap: tuple  # GuideGap
+
+
+@grips_of.member(Guide)
+def _of_a_block(joint, gap, load, mode, first):
+    if type(joint.friction) not in static_limit.members:
+        return ()
+    return _wall(joint, gap, load, mode, first, (0, 1)), _wall(joint, gap, load, mode, first, (2, 3))
+
+
+@inlined
+def _wall(joint, gap, load, mode, first, corners):
+    sign, (a, b) = CORNERS[corners[0]][1], (load.contacts[corner] for corner in corners)
+    contacts = first + corners[0], first + corners[1]
+    stuck = mode[contacts[0]] == STUCK, mode[contacts[1]] == STUCK
+    loads = where(stuck[0], max(a.normal, 0.0), 0.0), where(stuck[1], max(b.normal, 0.0), 0.0)
+    pressed = loads[0] + loads[1]
+    per_load = 1.0 / where(pressed > 0.0, pressed, 1.0)
+    shares = loads[0] * per_load, loads[1] * per_load
+    (ax, ay), (bx, by) = (corner_place(joint, gap, CORNERS[corner]) for corner in corners)
+    spin, height = gap.spin_distal - gap.spin_proximal, shares[0] * ay + shares[1] * by
+    return Wall(
+        contacts=contacts,
+        force=where(stuck[0], a.tangential, 0.0) + where(stuck[1], b.tangential, 0.0),
+        limit=static_limit(joint.friction) * pressed,
+        slip=-sign * (gap.vx - spin * height),
+        corners=corners,
+        shares=shares,
+        heights=(ay, by),
+        sign=sign,
+        drift=sign * spin * spin * (shares[0] * ax + shares[1] * bx),
+        stuck=stuck,
+        gap=gap,
+    )
+
+
+@slip_rate.member(Wall)
+def _along_a_wall(wall, gap):
+    height = wall.shares[0] * wall.heights[0] + wall.shares[1] * wall.heights[1]
+    return wall.drift - wall.sign * (gap.ax - height * (gap.distal - gap.proximal))
+
+
+@with_tangential.member(Wall)
+def _on_the_corners(wall, load, force):
+    contacts, more, swing = load.contacts, 0.0, 0.0
+    for i in range(2):
+        corner, old = wall.corners[i], contacts[wall.corners[i]]
+        new = where(wall.stuck[i], wall.shares[i] * force, old.tangential)
+        more += new - old.tangential
+        swing += wall.heights[i] * (new - old.tangential)
+        contacts = (*contacts[:corner], with_friction(old, new), *contacts[corner + 1 :])
+    gap, axial, on_block = wall.gap, -wall.sign * more, wall.sign * swing
+    return Load(
+        fx=load.fx + gap.axis_x * axial,
+        fy=load.fy + gap.axis_y * axial,
+        moment_proximal=load.moment_proximal + (gap.y * axial - on_block),
+        moment_distal=load.moment_distal + on_block,
+        contacts=contacts,
+    )
+
+
+@kernel
+def sticks(grip, mode):
+    """Return whether a contact of a grip sticks."""
+    stuck = 0
+    for contact in grip.contacts:
+        stuck += mode[contact] == STUCK
+    return stuck > 0

@@ -1,0 +1,194 @@
+"""A pin in a slot whose worn surfaces act: `wear.evolve`.
+
+What is worn off the wall is h(s) by the way s along it, see `slot`; what is worn off the pin is h_j by its angle.  Near
+the point of the wall that is closest to the pin's centre, the gap of the new surfaces grows by K t^2 / 2 with the way t
+along the wall.  K is 1 / R_j on a flat wall and c / (R_b R_j) at an end.  So the pin touches the worn wall where
+
+    g(s) = min over t of  K t^2 / 2 + h(s + t)
+
+says, s being the closest point: a groove narrower than the pin is one into which the pin does not reach.  The surfaces
+penetrate by the eccentricity less c + g(s) + h_j.  By virtual work the normal force also acts along the wall, by the
+slopes of g and h_j, so that what a law stores over the depth is a potential.  The pin's own wear shifts the point of
+contact by a share h_j'' / K of the way, which is left out.
+"""
+
+import math as plain_math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiled import calculus as math
+from ..compiled.choosing import where
+from ..compiled.direction import direction
+from ..compiled.dual import as_type_of, plain
+from ..compiled.family import inlined
+from .contract import FREE, PRESSED, Contact, ContactModes, Load, Part, contact_modes, load, parts, touches
+from .dry import Clip, normal_forces
+from .friction.contract import friction_force
+from .nearest import about, with_angles
+from .places import with_laws_as_they_are
+from .slot import SlotJoint, local_by_way, normal_of, note_contact, on_flat_wall
+from .wear.contract import local_clearance, middle_arc
+from .wear.passage import rubbing_at
+from .wear.shape import AT_POINT, PLACES, STEP, WIDER, WIDTH, Shape, shape_of, shapes_of, smoothed, worn_at
+from .wear.step import see
+
+_FIELDS = [*SlotJoint.__annotations__.items(), ("bearing", Shape), ("journal", Shape)]
+WornSlot = NamedTuple("WornSlot", _FIELDS)
+WornSlot.__doc__ = "A pin in a slot, and what is worn off both; the Shape of the slot is that of g."
+NEWTON = 50  # steps to where the pin touches the wall: the function has one minimum, so that they settle
+
+
+class TurnedSlotGap(NamedTuple):
+    """A GuideGap, and how far the body of the pin is turned."""
+
+    x: float  # m, of the pin from the middle of the slot, along it
+    y: float  # m, across
+    vx: float  # m/s, as seen from the slot
+    vy: float
+    spin_proximal: float  # rad/s
+    spin_distal: float
+    axis_x: float  # direction of the slot in the fixed frame
+    axis_y: float
+    angle_distal: float  # rad
+
+
+class _Worn(NamedTuple):
+    """Where a pin is in a worn slot."""
+
+    normal: tuple  # of `normal_of`: of the new slot
+    depth: float  # m
+    rate: float  # m/s, of the depth
+    sideways: float  # 1, force along the wall over the normal force, against the direction of the way
+    couple: float  # m, h_j': couple on the slot's body over the normal force
+
+
+@with_angles.member(WornSlot)
+def _with_the_angle_of_the_pin(joint, gap, angles):
+    return TurnedSlotGap(
+        x=gap.x,
+        y=gap.y,
+        vx=gap.vx,
+        vy=gap.vy,
+        spin_proximal=gap.spin_proximal,
+        spin_distal=gap.spin_distal,
+        axis_x=gap.axis_x,
+        axis_y=gap.axis_y,
+        angle_distal=angles[1],
+    )
+
+
+@inlined
+def _angle_of(x, y):
+    """Return the angle (rad) of a unit vector, with its derivatives."""
+    near = about(plain(y), plain(x))
+    c, s = direction(near)
+    rest = y * c - x * s  # its sine
+    return near + rest * (1.0 + rest * rest * (1.0 / 6.0))
+
+
+@inlined
+def _worn_at_the_pin(joint, gap):
+    normal, half = normal_of(joint, gap), joint.half_length
+    radius, nearest = joint.journal_radius + joint.clearance, min(max(gap.x, -half), half)
+    angle = _angle_of(normal.x, normal.y)
+    way = radius * angle + where(normal.y >= 0.0, half - nearest, nearest - half)
+    at_end, inverse = abs(gap.x) > half, 1.0 / (normal.depth + joint.clearance)
+    g, slope, _, _ = worn_at(joint.bearing.table, way / joint.bearing_radius)
+    on_pin = angle + _angle_of(gap.axis_x, gap.axis_y) - gap.angle_distal
+    h, turned, _, _ = worn_at(joint.journal.table, on_pin)
+    sideways = slope / joint.bearing_radius * where(at_end, radius * inverse, 1.0) + where(
+        at_end, turned * inverse, 0.0
+    )
+    travels = gap.vy * normal.x - gap.vx * normal.y
+    rate = normal.rate - sideways * travels - turned * (gap.spin_proximal - gap.spin_distal)
+    return _Worn(normal, normal.depth - (g + h), rate, sideways, turned)
+
+
+@contact_modes.member(WornSlot)
+def _one_contact(joint):
+    return (ContactModes(FREE, PRESSED),)
+
+
+@parts.member(WornSlot)
+def _clip_and_laws(joint):
+    return Part(Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0)
+
+
+@load.member(WornSlot)
+def _load_on_worn_walls(joint, gap, place, present):
+    here, mode = _worn_at_the_pin(joint, gap), present.mode[place.contact]
+    if mode == FREE:
+        zero = as_type_of(0.0, here.depth)
+        steep = 1.0 + (joint.bearing.steepest + joint.journal.steepest) / joint.clearance
+        speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy) * steep
+        reach = speed + joint.journal.steepest * abs(gap.spin_proximal - gap.spin_distal)
+        apart = Contact(zero, zero, as_type_of(reach, here.depth), here.rate, here.depth, zero, zero)
+        return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(apart,))
+    root, normal = present.y[present.roots + place.contact], here.normal
+    now = with_laws_as_they_are(joint, place, present)
+    force, rubbing, elastic, raw = normal_forces(now, mode, root * abs(root), here.rate, present.latched[place.contact])
+    tangential = as_type_of(friction_force(now.friction, rubbing, normal.slip), normal.slip)
+    contact = Contact(force, tangential, normal.slip, here.rate, here.depth, elastic, raw)
+    pull = tangential + force * here.sideways  # along the normal turned by +90 degrees
+    axial, across = -force * normal.x - pull * normal.y, -force * normal.y + pull * normal.x
+    on_pin = joint.journal_radius * tangential - force * here.couple
+    return Load(
+        fx=gap.axis_x * axial - gap.axis_y * across,
+        fy=gap.axis_y * axial + gap.axis_x * across,
+        moment_proximal=-on_pin - gap.x * across + gap.y * axial,
+        moment_distal=on_pin,
+        contacts=(contact,),
+    )
+
+
+# ---------------------------------------------------------------------------------------------- its wear
+
+
+@see.member(WornSlot)
+def _where_worn_surfaces_touch(joint, gap, turned, j, moment):
+    if touches(moment.step.mode[j]):
+        note_contact(joint, gap, turned, j, moment)
+
+
+@local_clearance.member(WornSlot)
+def _of_worn_walls(joint, on_wall, on_pin):
+    """The curvatures differ by K + h'' = K^2 / (K - g''), over K as the clearances."""
+    new = local_by_way(joint, on_wall)
+    _, _, bend, _ = worn_at(joint.bearing.table, on_wall)
+    radii = (joint.journal_radius + joint.clearance) * joint.journal_radius
+    rest = new - radii / (joint.bearing_radius * joint.bearing_radius) * bend
+    return new * new / max(rest, AT_POINT * new)
+
+
+@middle_arc.member(WornSlot)
+def _swept_by_the_pin(joint, workspace):
+    return 2.0 * math.pi, rubbing_at(joint, workspace, 0.5)
+
+
+# ---------------------------------------------------------------------------------------------- its shapes
+
+
+def slot_shapes(joint: SlotJoint, bearing: np.ndarray, journal: np.ndarray) -> tuple[Shape, Shape, float]:
+    """Return the shapes of slot (g) and pin by the mean depths of their bins (m), and the Gaussian's width (rad).
+
+    The Gaussian smooths the wall as far as is needed for the pin to touch it at one point.
+    """
+    from scipy.interpolate import CubicSpline
+
+    around, radii = joint.bearing_radius, (joint.journal_radius + joint.clearance) * joint.journal_radius
+    places, width = np.arange(PLACES) * STEP, WIDTH
+    flat = np.array([on_flat_wall(joint, place) for place in places])
+    curvature = np.where(flat, 1.0 / joint.journal_radius, joint.clearance / radii) * around**2  # per rad^2
+    while True:
+        h = smoothed(bearing, width)
+        if np.all(curvature + h(places, 2) >= AT_POINT * curvature):
+            break
+        width *= WIDER
+    moved = np.zeros(PLACES)
+    for _ in range(NEWTON):
+        moved -= (curvature * moved + h(places + moved, 1)) / (curvature + np.maximum(h(places + moved, 2), 0.0))
+    reached = 0.5 * curvature * moved**2 + h(places + moved)
+    spline = CubicSpline(np.append(places, 2.0 * plain_math.pi), np.append(reached, reached[0]), bc_type="periodic")
+    _, pin, own = shapes_of(np.zeros_like(journal), journal, joint.clearance, AT_POINT)
+    return shape_of(spline), pin, max(width, own)

@@ -1,0 +1,62 @@
+"""The deciding case under the other laws that hold in its joints, where the grid asks for it (`check_laws`)."""
+
+import math
+
+from ...judging import law_check
+from ...judging.verdict import MARGIN
+from ...language import wording
+from ..picture import capital
+from ..section import Points, Section, filled
+from ..study import Study
+from ..table import Column, Quantity, Table
+from ..worst_case import worst_case
+
+
+def sections(study: Study) -> list[Section]:
+    """Return the section; [] where no law is checked."""
+    points = sentences(study)
+    return [Section("law_check", "The deciding case under other laws", filled([Points(points), _table(study)]))]
+
+
+def sentences(study: Study) -> list[str]:
+    """Return whether other laws move the verdict; [] where none is checked."""
+    own = _deciding(study)
+    if own is None or not study.law_checks:
+        return []
+    said = law_check.sentence(own, [*study.law_checks], lambda column, value: _text(study, column, value))
+    return [f"{capital(said)}"]
+
+
+def _deciding(study: Study) -> law_check.Row | None:
+    """Return the worst case of the grid under the laws that it has."""
+    worst = worst_case(study)
+    if worst is None:
+        return None
+    case_id, candidate = worst
+    column = candidate.columns[0]
+    return law_check.Row(case_id, "", "", column, float(study.cases.at[case_id, column]))
+
+
+def _text(study: Study, column: str, value: float) -> str:
+    if math.isnan(value):
+        return wording.DASH
+    if column == MARGIN:
+        return f"{wording.short(100.0 * value, 3)}{wording.BLANK}%"
+    hours = column.endswith("_life_hours")
+    return f"{wording.plain(value)}{wording.BLANK}h" if hours else wording.text(value, study.unit(column))
+
+
+def _table(study: Study) -> Table:
+    """Return the leading figure of the case under each law."""
+    own = _deciding(study)
+    heads = (Column("joint"), Column("law"), Column("of"), Column("figure"), Column("value"), Column("case_id"))
+    if own is None or not study.law_checks:
+        return Table("law_check", "", "", heads, [])
+    rows = []
+    for row in sorted(study.law_checks, key=lambda row: (math.isnan(row.value), row.value)):
+        _, joint, _, family = row.path.split(".")
+        value = Quantity(row.value, _text(study, row.column, row.value))
+        kind = "elastic" if family == "elastic" else "contact"
+        rows.append((joint, row.law, kind, row.column.replace("_", " "), value, row.case_id))
+    note = f"As written: {_text(study, own.column, own.value)}, case {wording.short_id(own.case_id)}."
+    return Table("law_check", "Under each other valid law", note, heads, rows)

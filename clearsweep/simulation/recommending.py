@@ -1,0 +1,178 @@
+"""Which law is recommended for a joint, and which others hold there: for `list --for`, dry runs, pages and runs."""
+
+from collections.abc import Iterable, Sequence
+from os import PathLike
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import grid
+from ..contracts.case import Case, Joint
+from ..language import wording
+from ..language.errors import InputError, nearest
+from ..mechanics.joint import registry
+from .advice import DOUBTFUL, HOLDS, KEYS, OUT, WORDS, Advice, Verdict, advice, of_joint
+from .scene import catalogue
+
+FAMILIES = ("elastic", "law")  # of which one law each is recommended
+MOST_CASES = 25  # of a grid that are looked at
+DEPTH = 1e-6  # m, at which the forces of laws are compared
+_CAVEAT = (
+    "The load is the largest reaction without clearance; impacts are harder. clearsweep list NAME says what a law is."
+)
+
+
+class Recommendation(NamedTuple):
+    """The law of one family that is recommended for a joint."""
+
+    joint: str
+    key: str  # 'contact.elastic' or 'contact.law'
+    law: str  # '' where none holds
+    reason: str
+    used: str  # the law that the grid has
+    word: str  # HOLDS, DOUBTFUL or OUT, of the law that the grid has
+    objection: str  # what is to be said of that
+
+    def sentence(self) -> str:
+        """Return it in words, with what the grid has."""
+        if not self.law:
+            return f"Recommended for {self.joint}: no {self.key}, as none holds there.{self._used()}"
+        same = self.law == self.used
+        law = f"{self.key} {self.law}{' (in use)' if same else ''}"
+        head = f"Recommended for {self.joint}: {law}, because {self.reason}."
+        return head if same else f"{head}{self._used()}"
+
+    def _used(self) -> str:
+        """Return what is to be said of the law in use."""
+        said = HOLDS if self.word == HOLDS else f"is {self.word}: {self.objection}"
+        return f" In use is {self.used}, which {said}."
+
+
+def recommendations(case: Case) -> list[Recommendation]:
+    """Return what is recommended for each dry joint of a case."""
+    return [each for joint, known in zip(case.joints, advice(case), strict=True) for each in _of(joint, known.verdicts)]
+
+
+def recommendations_for(joint: Joint, load: float | None) -> list[Recommendation]:
+    """Return what is recommended for a joint under a load (N)."""
+    return _of(joint, of_joint(joint, load).verdicts)
+
+
+def elastic_words(joint: Joint, load: float | None) -> dict[str, tuple[str, str]]:
+    """Return elastic law -> whether it holds for a joint under a load (N), and why."""
+    return {each.law: (each.word, each.reason) for each in of_joint(joint, load).verdicts if each.family == "elastic"}
+
+
+def alternatives(case: Case) -> dict[str, list[str]]:
+    """Return path of a law's name -> the other laws that hold in its joint."""
+    names: dict[str, list[str]] = {}
+    for joint, known in zip(case.joints, advice(case), strict=True):
+        for each in known.verdicts:
+            if each.family in FAMILIES and each.word == HOLDS and each.law != _used(joint, each.family):
+                names.setdefault(f"joints.{joint.name}.{KEYS[each.family]}", []).append(each.law)
+    return names
+
+
+def advice_text(source: str | PathLike, name: str | None = None) -> str:
+    """Return what suits the joints of a grid, law by law, or what is to be said there of the law `name`.
+
+    Of many cases some are looked at, and a law is called by the worst that is to be said of it.  Raises InputError.
+    """
+    cases = grid.load(source, catalogue())
+    places = np.unique(np.linspace(0, len(cases) - 1, MOST_CASES).round().astype(int)).tolist()
+    looked = [cases.case(place) for place in places]
+    by_case = [advice(case) for case in looked]
+    blocks: dict[str, list[str]] = {}  # text -> the joints that it is of
+    for number, section in enumerate(looked[0].joints):
+        text = _text(section, [each[number] for each in by_case], name)
+        blocks.setdefault(text, []).append(section.name)
+    named = (f"{', '.join(joints)}: {text}" for text, joints in blocks.items())
+    return "\n\n".join([*named, _CAVEAT])
+
+
+def _text(joint: Joint, looked: Sequence[Advice], name: str | None) -> str:
+    """Return what is to be said of the laws for a joint in some cases, `joint` that of the first."""
+    settings = dict.fromkeys((looked[0].setting, looked[-1].setting))
+    worst = [_worst(verdicts) for verdicts in _by_law(looked).values()]
+    if name is not None:
+        chosen = [each for each in worst if each.law == name]
+        if not chosen:
+            known = dict.fromkeys(each.law for each in worst)
+            raise InputError(f"list: nothing is known of '{name}' there{nearest(name, known)}")
+        return "\n".join([" ... ".join(settings), *(line for each in chosen for line in ("", *_rows([each])))])
+    lines = [" ... ".join(settings), "", *(each.sentence() for each in _of(joint, worst))]
+    if factor := _factor(joint, [each.law for each in worst if each.family == "elastic" and each.word == HOLDS]):
+        lines.append(factor)
+    for family in sorted({each.family for each in worst}, key=[*KEYS].index):
+        lines += ["", *_rows([each for each in worst if each.family == family])]
+    return "\n".join(lines)
+
+
+def _rows(verdicts: list[Verdict]) -> list[str]:
+    """Return the laws of a family: those that hold row by row, of many others the names alone."""
+    alone = len(verdicts) == 1
+    shown = [each for each in verdicts if alone or each.word == HOLDS]
+    wide = max((len(each.law) for each in shown), default=0)
+    lines = [KEYS[verdicts[0].family], *(f"  {each.law:{wide}}  {each.word:8}  {each.reason}" for each in shown)]
+    for word in () if alone else (DOUBTFUL, OUT):
+        if names := [each.law for each in verdicts if each.word == word]:
+            lines.append(f"  {word}: {', '.join(names)} (clearsweep list NAME --for GRID says why)")
+    return lines
+
+
+def _factor(joint: Joint, names: list[str]) -> str:
+    """Return by which factor the forces of elastic laws that hold differ; '' of fewer than two."""
+    candidates = registry.elastic_candidates(joint)
+    forces = {law: registry.elastic_forces(candidates[law][0], [DEPTH])[0] for law in names}
+    if len(forces) < 2:
+        return ""
+    softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
+    at = wording.text(DEPTH, "m", 1)
+    return (
+        f"The {len(forces)} elastic laws that hold differ by a factor of "
+        f"{wording.plain(forces[stiffest] / forces[softest])} in force at {at}, from {softest} to {stiffest}."
+    )
+
+
+def _of(joint: Joint, verdicts: Iterable[Verdict]) -> list[Recommendation]:
+    """Return what is recommended for a joint, by what is to be said of each law."""
+    listed = list(verdicts)
+    recommended = []
+    for family in FAMILIES:
+        own = {each.law: each for each in listed if each.family == family}
+        if not own or all(each.reason == _NO_RESTITUTION for each in own.values() if each.word == HOLDS):
+            continue
+        used = _used(joint, family)
+        mine = own.get(used, Verdict(family, used, HOLDS, ""))
+        holding = [each for each in own.values() if each.word == HOLDS]
+        best = min(holding, key=_rank, default=None)
+        law, reason = (best.law, best.merit.reason if best.merit else best.reason) if best else ("", "")
+        recommended.append(Recommendation(joint.name, KEYS[family], law, reason, used, mine.word, mine.reason))
+    return recommended
+
+
+_NO_RESTITUTION = "the joint asks for no restitution"
+
+
+def _rank(verdict: Verdict) -> int:
+    return verdict.merit.rank if verdict.merit else len(WORDS) + 10
+
+
+def _used(joint: Joint, family: str) -> str:
+    return joint.contact.law if family == "law" else joint.contact.elastic or ""
+
+
+def _by_law(advices: Iterable[Advice]) -> dict[tuple[str, str], list[Verdict]]:
+    """Return what is to be said of each law in some cases."""
+    verdicts: dict[tuple[str, str], list[Verdict]] = {}
+    for verdict in (verdict for each in advices for verdict in each.verdicts):
+        verdicts.setdefault((verdict.family, verdict.law), []).append(verdict)
+    return verdicts
+
+
+def _worst(verdicts: list[Verdict]) -> Verdict:
+    """Return the worst of what is to be said of a law, and in how many cases it is."""
+    worst = max(verdicts, key=lambda verdict: WORDS.index(verdict.word))
+    count = sum(verdict.word == worst.word for verdict in verdicts)
+    share = f" ({count} of {len(verdicts)} cases)" if count < len(verdicts) else ""
+    return worst._replace(reason=f"{worst.reason}{share}")

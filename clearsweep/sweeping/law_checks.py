@@ -1,0 +1,90 @@
+"""Runs the deciding case of a grid again under the other laws that hold in its joints (`check_laws`)."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from .. import store
+from ..grid import Grid, leaves
+from ..judging import law_check, order
+from .adaptive import Point
+from .settings import friendly
+from .worker import Simulator
+
+
+class LawCheck:
+    """The search that adds these cases: one round, after all cases of the grid."""
+
+    def __init__(self, grid: Grid, simulator: Simulator):
+        self.simulator, self.points, self.done = simulator, list[Point](), False
+        self.lead = order.lead_of(grid.layout, grid.verdict.limits)
+
+    def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
+        """Take the worst of the cases of the grid, which decides, and the laws that hold in its joints."""
+        if self.done or not self.lead.candidates or not len(results.status):
+            self.points = []
+            return
+        self.done = True
+        values, _ = self.lead.worst(results.columns)
+        badness = self.lead.ranking(values)
+        if np.isneginf(badness).all():
+            return
+        place = first + int(np.flatnonzero(badness == badness.max())[-1])
+        point, case = grid.point(place), grid.case(place)
+        for path, laws in self.simulator.alternatives(case).items():
+            changed = [point | {path: law} for law in laws if path in grid.checked_laws]
+            self.points += [each for each in changed if _uses_all(grid, each)]
+
+    def wanted(self) -> Sequence[Point]:
+        """Return the deciding case under each other law, once."""
+        return self.points
+
+
+def _uses_all(grid: Grid, point: Point) -> bool:
+    """Return whether the laws at a point use every value that is swept."""
+    used = dict(leaves(grid.case_tree(point)))
+    return all(path in used for path, value in point.items() if value is not None)
+
+
+class LawChecks:
+    """Separates the cases that check laws from those of the grid, and keeps what they came to."""
+
+    def __init__(self, base: dict[str, str], lead: order.Lead):
+        """base : path -> law of the grid, {} where none is checked."""
+        self.base, self.lead = base, lead
+        self.rows: list[law_check.Row] = []
+
+    def of_grid(self, block: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return which cases of a block are those of the grid."""
+        own = np.ones(len(block["status"]), bool)
+        for path, law in self.base.items():
+            own &= np.array([value is None or value == law for value in block[path].tolist()], bool)
+        return own
+
+    def add(self, block: Mapping[str, np.ndarray]) -> None:
+        """Take in finished cases that check laws."""
+        self.rows += law_check.rows_of(block, self.base, self.lead)
+
+    def facts(self, deciding: dict[str, Any] | None) -> dict[str, Any] | None:
+        """Return what the checks came to next to the deciding case (its entry in the closing table); None: none ran."""
+        if not self.rows or deciding is None:
+            return None
+        own = deciding["figures"][0]
+        rows = [row._asdict() for row in self.rows]
+        return {"case_id": deciding["case_id"], "column": own["column"], "value": own["value"], "rows": rows}
+
+
+def law_lines(check: dict[str, Any] | None, units: Mapping[str, str]) -> list[str]:
+    """Return the closing lines on the checked laws."""
+    if not check:
+        return []
+    rows = [law_check.Row(**row) for row in check["rows"]]
+
+    def text(column: str, value: float) -> str:
+        return f"{value:.4g} h" if column.endswith("_life_hours") else friendly(value, units.get(column, "1"))
+
+    value = math.nan if check["value"] is None else check["value"]
+    own = law_check.Row(check["case_id"], "", "", check["column"], value)
+    return ["", f"Laws: {law_check.sentence(own, rows, text)}"]

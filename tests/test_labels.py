@@ -1,0 +1,116 @@
+"""Values of an axis may have labels: shown in all output, stored with the numbers, without effect on identities."""
+
+import csv
+import dataclasses
+import io
+import json
+
+import pyarrow.parquet as pq
+import pytest
+from fake_runs import Run
+from test_written_units import BASE, CLEARANCE, RESTITUTION, SPEED, loaded
+
+import clearsweep
+from clearsweep import grid, simulation
+from clearsweep.language.errors import InputError
+from clearsweep.report import study
+from clearsweep.report.table import Column, Table
+from clearsweep.sweeping import run_summary, settings
+
+LABELLED = {"tight": "20 um", "loose": "0.1 mm"}
+
+
+def test_labels_leave_values_and_identities_as_a_list_has_them():
+    named, listed = loaded(sweep={CLEARANCE: LABELLED}), loaded(sweep={CLEARANCE: [*LABELLED.values()]})
+    assert named.axes == listed.axes
+    assert [named.case_id(k) for k in range(2)] == [listed.case_id(k) for k in range(2)]
+    assert named.frame() == listed.frame()
+    assert named.labels == {CLEARANCE: {"tight": 2e-5, "loose": 1e-4}}
+    assert named.written_units[CLEARANCE].unit == "um"
+
+
+def test_axes_in_step_fits_and_own_quantities_have_labels_too():
+    step = {CLEARANCE: LABELLED, RESTITUTION: [0.5, 0.9]}
+    assert loaded(zip=step).labels[CLEARANCE] == {"tight": 2e-5, "loose": 1e-4}
+    fits = loaded(sweep={CLEARANCE: {"tight": {"fit": "H7/g6"}, "loose": {"fit": "H8/e8"}}})
+    assert [*fits.labels[CLEARANCE]] == ["tight", "loose"]
+    assert [fit.name for fit in fits.fits[CLEARANCE]] == ["H7/g6", "H8/e8"]
+    scene = json.loads(json.dumps(BASE))
+    scene["joints"]["rod-slider"]["clearance"] = "= play"
+    own = grid.load(scene | {"define": {"play": "50 um"}, "sweep": {"define.play": LABELLED}}, simulation.catalogue())
+    assert own.labels == {"define.play": {"tight": 2e-5, "loose": 1e-4}}
+
+
+def test_a_grid_read_from_its_record_keeps_labels():
+    first = loaded(sweep={CLEARANCE: LABELLED})
+    record = json.loads(json.dumps(first.resolved() | {"labels": first.labels}))
+    second = dataclasses.replace(grid.load(first.resolved(), simulation.catalogue()), **grid.as_written(record))
+    assert second.labels == first.labels
+
+
+@pytest.mark.parametrize(
+    ("way", "axis", "said"),
+    [
+        ("sweep", {"linspace": "1 um", "loose": "2 um"}, "'linspace' is reserved and cannot label a value"),
+        ("sweep", {"fit": "1 um", "loose": "2 um"}, "'fit' is reserved"),
+        ("sweep", {"1": "1 um", "2": "2 um"}, "found the label '1'"),
+        ("sweep", {"x" * 41: "1 um", "y": "2 um"}, "at most 40 printable characters"),
+        ("sweep", {"tight": "1 um", "loose": "1 um"}, "duplicate value '1 um'"),
+        ("sweep", {"tight": "1 um", "loose": "2 kg"}, "another dimension"),
+        ("sweep", {"tight": ["1 um"], "loose": "2 um"}, "expected a list such as [a, b], {label: a, other label: b}"),
+        ("zip", {"tight": "1 um", "loose": "1 um"}, "value under two labels"),
+    ],
+)
+def test_wrong_labels_are_refused(way, axis, said):
+    with pytest.raises(InputError, match=r"clearance") as raised:
+        loaded(**{way: {CLEARANCE: axis, SPEED: [10.0, 20.0]}})
+    assert said in str(raised.value)
+
+
+def test_names_of_laws_are_their_own_labels():
+    with pytest.raises(InputError, match="labels are for numbers"):
+        loaded(sweep={"joints.rod-slider.contact.law": {"a": "hertz", "b": "flores"}})
+
+
+def test_the_schema_takes_labels_but_no_reserved_word():
+    schemas = grid.schema(simulation.catalogue())["$defs"]["axis"]["anyOf"]
+    (labels,) = (each for each in schemas if "propertyNames" in each)
+    assert {"linspace", "fits", "normal"} <= {*labels["propertyNames"]["not"]["enum"]}
+
+
+def axis_of(labels):
+    run = Run(histories=False)
+    run.grid["labels"] = {CLEARANCE: labels}
+    return next(axis for axis in study.prepare(run).axes if axis.path == CLEARANCE)
+
+
+def test_a_label_stands_before_the_number_and_alone_at_the_edge_of_a_figure():
+    values = axis_of({}).values
+    axis = axis_of({"tight": values[0]})
+    assert axis.text(values[0]).startswith("tight (")
+    assert axis.short(values[0]) == "tight"
+    assert "tight" not in axis.text(values[1])
+    assert axis.listed().startswith("tight (")
+
+
+def test_a_csv_file_has_a_column_of_labels():
+    values = axis_of({}).values
+    axis = axis_of({"tight": values[0]})
+    table = Table("key", "title", "", (Column("clearance", "m", axis),), [(values[0],), (values[1],)])
+    head, first, second = csv.reader(io.StringIO(table.csv()))
+    assert head == ["clearance [m]", "clearance label"]
+    assert (first[1], second[1]) == ("tight", "")
+    assert float(first[0]) == values[0]
+
+
+def test_a_run_stores_labels_and_its_closing_lines_show_them(tmp_path):
+    short = {"simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-4}, "save": {"orbits": "none"}}
+    result = clearsweep.sweep(BASE | short | {"sweep": {CLEARANCE: LABELLED}}, tmp_path / "run", executor="serial")
+    run = clearsweep.open(tmp_path / "run")
+    assert run.grid["labels"] == {CLEARANCE: {"tight": 2e-5, "loose": 1e-4}}
+    field = pq.read_schema(tmp_path / "run" / "summary.parquet").field(CLEARANCE)
+    assert json.loads(field.metadata[b"labels"]) == {"tight": 2e-5, "loose": 1e-4}
+    assert sorted(run.summary[CLEARANCE]) == [2e-5, 1e-4]
+    facts = run_summary.of_run(result)
+    assert settings.value_text(CLEARANCE, 2e-5, facts) == "tight (20 um)"
+    assert "loose (100 um)" in run_summary.run_text(facts)
