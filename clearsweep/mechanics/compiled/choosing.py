@@ -47,11 +47,6 @@ def either(first, second):
     return chosen
 
 
-def all_of(condition):
-    """Return whether a condition is true in every lane."""
-    return condition
-
-
 def none_of(condition):
     """Return whether a condition is true in no lane."""
     return not condition
@@ -66,7 +61,6 @@ def _selected(condition, a, b):
     return rebuilt(a, iter([symbols.selected(condition, x, y) for x, y in pairs]))
 
 
-primitive(all_of)(lanes.all_of)
 primitive(none_of)(lanes.none_of)
 traceable(total_of)
 LOOPS.append(turns)
