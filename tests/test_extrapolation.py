@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from clearsweep.simulation.extrapolation import Plan, lived, misplaced
+from clearsweep.simulation.extrapolation import StepControl, extrapolated_life, redistributed_share
 from clearsweep.simulation.first_touch import first_touch
 
 SCALE, RATE = 0.3, 1e-6  # m, over which the made-up rates change; m per revolution
@@ -47,12 +47,14 @@ def plan(**other):
         "constant": False,
         "alike": False,
     }
-    return Plan(**usual | other)
+    return StepControl(**usual | other)
 
 
 def life(rates, share=0.0, **other):
     asked = plan(**other)
-    return lived(lambda state: BlockRecord(rates(state), share), Deepest(), asked, np.zeros(asked.first.size))
+    return extrapolated_life(
+        lambda state: BlockRecord(rates(state), share), Deepest(), asked, np.zeros(asked.first.size)
+    )
 
 
 #: Rates over what has worn, and the revolutions until it is 1 m: the integral of 1 / rate.
@@ -127,7 +129,7 @@ def run_in(turns, *, drifting, initial, tolerance=1e-3):
 
     first = np.array([math.inf, 500.0])
     asked = plan(limit=0.02, tolerance=tolerance, blocks=20000, first=first, alike=True, drifting=drifting)
-    return lived(measure, Depth(), asked, np.zeros(2))
+    return extrapolated_life(measure, Depth(), asked, np.zeros(2))
 
 
 @pytest.mark.parametrize("initial", [4.0, 0.25])
@@ -168,7 +170,7 @@ def test_what_intervals_explain_does_not_shorten_jumps():
     chance = np.random.default_rng(5)
     rates, exact = LAWS["growing"]
     lives = [
-        lived(
+        extrapolated_life(
             lambda h: BlockRecord(rates(h) * (1.0 + 0.1 * chance.standard_normal(1)), 0.196),
             Deepest(),
             plan(),
@@ -201,9 +203,9 @@ def test_a_pit_that_wanders_is_followed():
 def test_a_rate_that_moves_elsewhere_is_seen_though_its_sum_stays():
     here, there = BlockRecord([1.0, 0.0]), BlockRecord([0.0, 1.0])
     here.block = here
-    assert misplaced(here, there, (slice(0, 2),)) == 1.0
-    assert misplaced(here, here, (slice(0, 2),)) == 0.0
-    assert misplaced(here, there, (slice(0, 0),)) == 0.0
+    assert redistributed_share(here, there, (slice(0, 2),)) == 1.0
+    assert redistributed_share(here, here, (slice(0, 2),)) == 0.0
+    assert redistributed_share(here, there, (slice(0, 0),)) == 0.0
 
 
 def test_a_life_that_does_not_come_to_its_end_is_as_long_as_it_was_run():
@@ -220,8 +222,11 @@ def test_a_life_that_does_not_come_to_its_end_is_as_long_as_it_was_run():
 
 def test_a_block_that_fails_ends_it():
     count = iter(range(3))
-    assert lived(lambda h: BlockRecord([RATE]) if next(count) < 2 else None, Deepest(), plan(), np.zeros(1)) is None
-    assert lived(lambda h: None, Deepest(), plan(), np.zeros(1)) is None
+    assert (
+        extrapolated_life(lambda h: BlockRecord([RATE]) if next(count) < 2 else None, Deepest(), plan(), np.zeros(1))
+        is None
+    )
+    assert extrapolated_life(lambda h: None, Deepest(), plan(), np.zeros(1)) is None
 
 
 # ---------------------------------------------------------------------------------------------- first touch

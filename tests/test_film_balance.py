@@ -62,7 +62,7 @@ def test_the_couples_of_a_film_and_the_moment_of_its_force_add_up_to_nothing(nam
     for journal in (None, "rod"):
         term = film_of(name, friction, journal)
         for gap in MOTIONS:
-            film = lubricated.floating(term, gap)
+            film = lubricated.film_load(term, gap)
             moment = math.hypot(gap.x, gap.y) * film.tangential
             size = abs(film.on_journal) + abs(film.on_bearing) + abs(moment)
             assert film.on_journal + film.on_bearing == pytest.approx(-moment, rel=0.0, abs=1e-14 * size)
@@ -75,10 +75,10 @@ def test_the_couples_of_a_film_and_the_moment_of_its_force_add_up_to_nothing(nam
 @pytest.mark.parametrize("name", LAWS)
 def test_by_law_and_butenschoen_are_the_same_couple_and_none_is_no_couple(name):
     for gap in MOTIONS[::7]:
-        assert lubricated.floating(film_of(name, "by-law"), gap) == lubricated.floating(
+        assert lubricated.film_load(film_of(name, "by-law"), gap) == lubricated.film_load(
             film_of(name, "butenschoen"), gap
         )
-        film = lubricated.floating(film_of(name, "none"), gap)
+        film = lubricated.film_load(film_of(name, "none"), gap)
         assert (film.on_journal, film.on_bearing) == (0.0, 0.0)
 
 
@@ -101,7 +101,7 @@ def test_sommerfelds_couple_beside_the_moment_of_his_full_film_is_the_published_
 def test_a_rotation_of_everything_changes_no_force_no_shear_and_no_loss(name):
     for journal, friction in itertools.product((None, "rod"), SHEARS):
         term = film_of(name, friction, journal)
-        still, turned = (lubricated.floating(term, gap) for gap in (GAP, spun(GAP, 314.0)))
+        still, turned = (lubricated.film_load(term, gap) for gap in (GAP, spun(GAP, 314.0)))
         for field in ("radial", "tangential", "on_journal", "on_bearing", *(["lost"] if friction != "none" else [])):
             assert getattr(turned, field) == pytest.approx(getattr(still, field), rel=1e-10)
 
@@ -110,7 +110,7 @@ def test_a_rotation_of_everything_changes_no_force_no_shear_and_no_loss(name):
 def test_what_a_film_takes_is_what_its_forces_do_to_both_bodies(name):
     for journal, friction in itertools.product((None, "rod"), SHEARS):
         term = film_of(name, friction, journal)
-        film = lubricated.floating(term, GAP)
+        film = lubricated.film_load(term, GAP)
         load = lubricated.load_of(term, film, 0.0)
         power = load.fx * GAP.vx + load.fy * GAP.vy
         power += load.moment_proximal * GAP.spin_proximal + load.moment_distal * GAP.spin_distal
@@ -124,7 +124,7 @@ def test_what_a_film_takes_is_what_its_forces_do_to_both_bodies(name):
 def test_a_film_takes_energy_at_any_motion(name, friction):
     term = film_of(name, friction)
     for gap in MOTIONS:
-        film = lubricated.floating(term, gap)
+        film = lubricated.film_load(term, gap)
         assert film.pumped >= 0.0
         assert film.lost >= film.pumped
 
@@ -133,7 +133,7 @@ def test_a_film_takes_energy_at_any_motion(name, friction):
 def test_a_film_that_only_turns_or_only_is_squeezed_takes_energy(name, friction):
     term = film_of(name, friction)
     for ratio, squeeze_rate in itertools.product((0.05, 0.4, 0.8, 0.97), (-300.0, 0.0, 300.0)):
-        film = lubricated.floating(term, gap_of(ratio, squeeze_rate, 0.0 if squeeze_rate else 200.0))
+        film = lubricated.film_load(term, gap_of(ratio, squeeze_rate, 0.0 if squeeze_rate else 200.0))
         assert film.pumped > 0.0
         assert film.lost >= film.pumped
 
@@ -141,8 +141,8 @@ def test_a_film_that_only_turns_or_only_is_squeezed_takes_energy(name, friction)
 def test_a_finite_film_that_opens_while_it_turns_feeds_energy_in_and_the_one_of_reynolds_does_not():
     """What its notes say of it, and why there is the law `reynolds`."""
     gap = gap_of(0.9, -150.0, 300.0)
-    assert lubricated.floating(film_of("finite", "butenschoen"), gap).pumped < 0.0
-    assert lubricated.floating(film_of("reynolds", "butenschoen"), gap).pumped > 0.0
+    assert lubricated.film_load(film_of("finite", "butenschoen"), gap).pumped < 0.0
+    assert lubricated.film_load(film_of("reynolds", "butenschoen"), gap).pumped > 0.0
 
 
 def arc(start):
@@ -183,7 +183,7 @@ def test_the_loss_of_a_film_is_the_quadrature_of_its_flow_and_its_shear(name):
     flow_of, tolerance = FLOWS[name]
     for ratio, squeeze_rate, spin in itertools.product((0.1, 0.6, 0.9), (-90.0, 0.0, 50.0), (-120.0, 250.0)):
         gap = gap_of(ratio, squeeze_rate, spin, bearing=15.0, around=40.0)
-        film = lubricated.floating(film_of(name, "butenschoen"), gap)
+        film = lubricated.film_load(film_of(name, "butenschoen"), gap)
         flow = flow_of(ratio, 2.0 * squeeze_rate, spin * ratio)
         angles = 2.0 * math.pi * np.arange(400) / 400.0
         speed = RADIUS * (gap.spin_distal - gap.spin_proximal)

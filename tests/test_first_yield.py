@@ -40,7 +40,7 @@ def test_the_load_of_a_line_is_the_integral_of_the_pressure_over_its_arc(degrees
         return modulus * whole / RADIUS * math.cos(0.5 * phi) * math.sqrt(max(s * s - math.sin(0.5 * phi) ** 2, 0.0))
 
     load = RADIUS * LENGTH * quad(lambda phi: pressure(phi) * math.cos(phi), -half, half, epsrel=1e-10)[0]
-    assert first_yield.load_at("line", pressure(0.0), made, modulus) == pytest.approx(load, rel=1e-6)
+    assert first_yield.load_at_pressure("line", pressure(0.0), made, modulus) == pytest.approx(load, rel=1e-6)
 
 
 def test_narrow_contacts_have_the_loads_of_hertz():
@@ -49,8 +49,8 @@ def test_narrow_contacts_have_the_loads_of_hertz():
     line = math.pi * radius * LENGTH * (0.1e9) ** 2 / modulus  # p0 = sqrt(f E* / (pi R))
     # R = R_b R_j / c of the line is R_b^2 / c here: the bodies are bent to one radius
     line *= RADIUS / (RADIUS - made.clearance)
-    assert first_yield.load_at("line", 0.1e9, made, modulus) == pytest.approx(line, rel=2e-3)
-    ball = first_yield.load_at("ball", 0.1e9, made, modulus)
+    assert first_yield.load_at_pressure("line", 0.1e9, made, modulus) == pytest.approx(line, rel=2e-3)
+    ball = first_yield.load_at_pressure("ball", 0.1e9, made, modulus)
     assert (6.0 * ball * modulus**2 / (math.pi**3 * radius**2)) ** (1.0 / 3.0) == pytest.approx(0.1e9, rel=1e-12)
 
 
@@ -58,7 +58,7 @@ def test_a_ball_that_fills_its_socket_bears_what_a_pressure_over_half_of_it_does
     made = joint("power", 20e-6)
     modulus, pressure = plane_strain_modulus(made.contact.material), 1e9
     bore = quad(lambda t: 2.0 * math.pi * RADIUS**2 * pressure * math.cos(t) ** 2 * math.sin(t), 0.0, 0.5 * math.pi)[0]
-    assert first_yield.load_at("ball", pressure, made, modulus) == pytest.approx(bore, rel=1e-9)
+    assert first_yield.load_at_pressure("ball", pressure, made, modulus) == pytest.approx(bore, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -74,8 +74,8 @@ def test_steel_first_yields_at_metres_a_second_and_not_at_centimetres(elastic, c
 def test_the_energy_is_the_work_up_to_the_load_at_first_yield(elastic):
     made = joint(elastic)
     term, modulus = registry.contact_terms(made)[1], plane_strain_modulus(made.contact.material)
-    kind = first_yield.kind_of(made)
-    load = first_yield.load_at(kind, {"line": 1.67, "ball": 1.6}[kind] * 600e6, made, modulus)
+    kind = first_yield.contact_kind(made)
+    load = first_yield.load_at_pressure(kind, {"line": 1.67, "ball": 1.6}[kind] * 600e6, made, modulus)
     depth = static_penetration(term, load)
     work = quad(partial(elastic_force, term), 0.0, depth, limit=200, epsrel=1e-9)[0]
     assert first_yield.yield_energy(made, term) == pytest.approx(work, rel=1e-5)

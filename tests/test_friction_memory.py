@@ -16,7 +16,7 @@ from clearsweep.mechanics.joint.dry import FREE, PRESSED
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.places import with_internal_state
 from clearsweep.mechanics.mechanism.contract import gaps, place
-from clearsweep.simulation.run import integrated
+from clearsweep.simulation.run import integration_of
 
 pytestmark = pytest.mark.heavy
 
@@ -302,7 +302,7 @@ def test_only_the_separating_joint_forgets():
         simulate__method="explicit",
         **{"joints__rod-slider__friction": DAHL},
     )
-    done = integrated(made, np.empty(0), 0.3 * 2.0 * math.pi / made.value.reference_rate)
+    done = integration_of(made, np.empty(0), 0.3 * 2.0 * math.pi / made.value.reference_rate)
     assert list(done.work.ended_by) == [0, 1]
     for part, contact in enumerate(done.work.mode):
         assert (done.work.y[-2 + part] == 0.0) == (contact == FREE)

@@ -12,7 +12,7 @@ import clearsweep
 from clearsweep.contracts.layout import Layout
 from clearsweep.report.sections import headline
 from clearsweep.report.study import prepare
-from clearsweep.simulation.run import integrated
+from clearsweep.simulation.run import integration_of
 
 HISTORIES = {"save__orbits": "all", "save__samples": 40000}
 PRELOADED = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 0.01, "preload": 200.0}
@@ -62,7 +62,7 @@ def test_loads_in_one_joint_are_added_and_each_joint_has_its_own():
 def test_the_power_of_a_reaction_and_of_a_joint_that_sticks_is_that_of_the_ledger(friction):
     source = grid(loads={"blade": {"on": "rocker-ground", "friction": friction}}, simulate__revolutions=0.2)
     scene = clearsweep.load_case(source)
-    done = integrated(scene, np.empty(0), scene.crank_clock.at(0.2), turned=True)
+    done = integration_of(scene, np.empty(0), scene.crank_clock.at(0.2), turned=True)
     outside = done.totals.whole[1]  # the work of gravity, of which there is none here, and of loads
     assert done.totals.friction.sum() == pytest.approx(-outside, rel=1e-12)
     assert outside < -0.01

@@ -44,7 +44,7 @@ def balanced(monkeypatch, width, scatter=0.0):
         return np.array([loss(tried[-1]) + scatter * random.standard_normal()]), np.array([width])
 
     monkeypatch.setattr(heat, "_losses", losses)
-    _, balance = heat.balanced(clearsweep.load_case(a_film()))
+    _, balance = heat.at_equilibrium(clearsweep.load_case(a_film()))
     return balance, tried
 
 

@@ -30,7 +30,7 @@ from clearsweep.mechanics.joint.friction.contract import Frictionless, friction_
 from clearsweep.mechanics.observe.stages import STAGES
 from clearsweep.mechanics.solver import event
 from clearsweep.mechanics.solver.accumulate import totals
-from clearsweep.simulation.run import integrated
+from clearsweep.simulation.run import integration_of
 
 
 def with_joint(scene, joint):
@@ -50,7 +50,7 @@ def rubbing(friction, **changes):
 
 def run_to(scene, end):
     """Return the Run of a scene from its start to `end` (s)."""
-    return integrated(scene, np.empty(0), end)
+    return integration_of(scene, np.empty(0), end)
 
 
 TURN = 60.0 / 5000.0  # s
@@ -147,7 +147,7 @@ def _spends(friction, contact):
 
 @contract.guards.member(Fuse)
 def _blows(friction):
-    return (Guard(TOUCHING, of_state=True),)
+    return (Guard(TOUCHING),)
 
 
 @contract.guard_values.member(Fuse)

@@ -13,7 +13,7 @@ from clearsweep.mechanics.joint.dry import PRESSED, STUCK, surface_speed
 from clearsweep.mechanics.joint.loads import loads_of
 from clearsweep.mechanics.mechanism.contract import accelerate, gap_accelerations, gaps, place
 from clearsweep.simulation.outcome import trajectory_of
-from clearsweep.simulation.run import integrated
+from clearsweep.simulation.run import integration_of
 
 pytestmark = pytest.mark.heavy
 
@@ -204,7 +204,7 @@ def test_only_joints_with_the_law_stick():
         "simulate.revolutions": 0.2,
     }
     made = clearsweep.load_case(slider_crank("crank-rod", "rod-slider", changes=written))
-    run = integrated(made, np.empty(0), 0.2 * 2.0 * math.pi / made.value.reference_rate)
+    run = integration_of(made, np.empty(0), 0.2 * 2.0 * math.pi / made.value.reference_rate)
     guards = run.work.guards
     assert list(guards.contact[guards.leads_to == STUCK]) == [1]
     assert np.all(guards.leads_to[guards.contact == 0] != STUCK)

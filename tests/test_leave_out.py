@@ -12,7 +12,7 @@ import clearsweep
 from clearsweep.mechanics.compiled import family
 from clearsweep.mechanics.coupling import trial_step
 from clearsweep.mechanics.trace import objects
-from clearsweep.simulation.run import integrated
+from clearsweep.simulation.run import integration_of
 
 pytestmark = pytest.mark.heavy
 
@@ -55,7 +55,7 @@ def test_only_a_scene_with_wear_has_code_columns_and_arrays_for_it():
     assert any("wear" in column.name for column in worn.layout.columns)
     assert not any("wear" in column.name for column in bare.layout.columns)
     end = 1e-5
-    run = integrated(bare, np.empty(0), end)
+    run = integration_of(bare, np.empty(0), end)
     assert run.work.wear == family.NO_ENTRY
     assert run.work.sample == family.NO_ENTRY
     assert run.totals.wear.size == 0

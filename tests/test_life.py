@@ -17,10 +17,10 @@ from clearsweep.mechanics.joint.wear.contract import Worn
 from clearsweep.mechanics.solver import run_control
 from clearsweep.mechanics.solver.accumulate.totals import FORCE_MAX
 from clearsweep.simulation import life as lives
-from clearsweep.simulation.life_block import BlockRecord, read, written
+from clearsweep.simulation.life_block import BlockRecord, encoded, read
 from clearsweep.simulation.run import Run
 from clearsweep.simulation.start import control_of, start_of
-from clearsweep.simulation.watch import go_to, moment_of
+from clearsweep.simulation.watch import restore, snapshot_of
 
 LIFE = {"limit": "20 um", "joint": "rod-slider", "max_revolutions": 12, "tolerance": 0.2}
 WORN = {
@@ -195,7 +195,7 @@ def test_what_blocks_told_is_read_as_it_was_written_and_nothing_else_is():
         )
         for k in range(3)
     ]
-    content = written(message)
+    content = encoded(message)
     again = read(content, 7)
     assert len(again) == 3
     for first, other in zip(message, again, strict=True):
@@ -363,7 +363,7 @@ def test_time_that_a_killed_life_took_counts_towards_its_budget(monkeypatch):
     message = read(log.content, 2 * 72 + 2)
     spent = [each._replace(seconds=np.array([0.1, 1000.0])) for each in message]
     resumed = Memory()
-    resumed.content = written(spent)
+    resumed.content = encoded(spent)
     assert lived({"simulate.time_budget": 900.0}, log=resumed).status == "time-budget"
 
 
@@ -414,7 +414,7 @@ def worn_on(case, turns):
         run = Run(start_of(scene, np.empty(0)))
         control = control_of(scene, math.inf, keep_events=False)._replace(window=0.0, step_budget=10**9)
         if last:
-            go_to(moment_of(last.work), run.work)
+            restore(snapshot_of(last.work), run.work)
         status, _ = run.go(control._replace(pause=scene.crank_clock.at(case.simulate.discard + k)))
         assert status == run_control.PAUSED
         last = run

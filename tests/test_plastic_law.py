@@ -15,7 +15,7 @@ from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.mechanics.joint.places import with_internal_state
 from clearsweep.mechanics.solver.accumulate import totals
 from clearsweep.simulation.outcome import trajectory_of
-from clearsweep.simulation.run import integrated
+from clearsweep.simulation.run import integration_of
 
 pytestmark = pytest.mark.heavy
 
@@ -125,7 +125,7 @@ def test_restitution_does_not_depend_on_mass_speed_or_elastic_law(changes):
 
 def test_the_first_half_is_that_of_hertz_and_the_loss_is_the_loop_s():
     made = bounce()
-    run = integrated(made, np.empty(0), math.inf)
+    run = integration_of(made, np.empty(0), math.inf)
     lost, stored = run.totals.whole[totals.ENERGY_LOST], run.totals.whole[totals.ENERGY_STORED]
     assert lost == pytest.approx((1.0 - 0.49) * 0.5 * 0.1 * 1.0**2, rel=1e-9)
     assert stored == pytest.approx(0.0, abs=1e-9 * lost)
@@ -192,7 +192,7 @@ def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
         "simulate.revolutions": 0.2,
     }
     scene = clearsweep.load_case(slider_crank("crank-rod", "rod-slider", changes=changes))
-    run = integrated(scene, np.empty(0), 0.2 * 2.0 * math.pi / scene.value.reference_rate)
+    run = integration_of(scene, np.empty(0), 0.2 * 2.0 * math.pi / scene.value.reference_rate)
     assert list(run.work.ended_by) == [0, 1]  # of the bristles, which are integrated
     assert [type(law).__name__ for law, _ in every_latched(scene.value.joints)] == ["Renewed", "Plastic"]
     assert run.work.latched.size == 2 + 2

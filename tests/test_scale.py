@@ -15,8 +15,8 @@ from clearsweep.contracts.results import Trajectory
 from clearsweep.language import wording
 from clearsweep.report import case_table, rows, study
 from clearsweep.report.draw import comparison
-from clearsweep.sweeping.shard import each_once
-from clearsweep.sweeping.worker_pool import within
+from clearsweep.sweeping.shard import distinct
+from clearsweep.sweeping.worker_pool import common_values
 
 
 @pytest.fixture
@@ -95,8 +95,8 @@ def test_the_page_that_is_kept_has_parts_that_commands_write():
 def test_identities_are_found_as_numpy_finds_them(chance):
     for many in (0, 1, 200):
         values, those = (chance.integers(0, 100, many, dtype="u8") for _ in range(2))
-        np.testing.assert_array_equal(each_once(values), np.unique(values))
-        np.testing.assert_array_equal(within(values, each_once(those)), np.isin(values, those))
+        np.testing.assert_array_equal(distinct(values), np.unique(values))
+        np.testing.assert_array_equal(common_values(values, distinct(those)), np.isin(values, those))
 
 
 def test_values_are_found_on_their_axis(chance):

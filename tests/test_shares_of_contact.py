@@ -15,7 +15,7 @@ from clearsweep.mechanics.observe.histogram import BINS, FORCE, KAPPA_COURSE, PA
 from clearsweep.mechanics.solver.accumulate.totals import ENERGY_RUBBED, JOINT, LOAD_TIME
 from clearsweep.simulation import figures
 from clearsweep.simulation.outcome import trajectory_of
-from clearsweep.simulation.run import integrated
+from clearsweep.simulation.run import integration_of
 from clearsweep.simulation.sums import DryTime, Share
 
 J = "joints.rod-slider"
@@ -152,7 +152,7 @@ def test_friction_at_walls_and_flanges_of_a_joint_in_space_is_all_that_is_rubbed
     scene = clearsweep.load_case(source)
     end = scene.crank_clock.at(0.1)
     with np.errstate(all="ignore"):  # as compiled code does
-        run = integrated(scene, np.empty(0), end)
+        run = integration_of(scene, np.empty(0), end)
     rubbed = run.work.totals.whole[ENERGY_RUBBED]
     summary = trajectory_of(scene, run, end).summary
     assert summary["crank_rod_axial_force_peak"] > 0.0

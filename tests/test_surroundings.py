@@ -248,11 +248,11 @@ def test_nothing_is_left_of_threads_that_asked_in_vain(monkeypatch):
     monkeypatch.setattr(executors, "PATIENCE", 0.05)
     end = threading.Event()
     with pytest.raises(TimeoutError, match="no answer within"):
-        executors.in_time(end.wait)
+        executors.with_timeout(end.wait)
     end.set()
     with pytest.raises(ZeroDivisionError):
-        executors.in_time(lambda: 1 / 0)
-    assert executors.in_time(lambda: 5) == 5
+        executors.with_timeout(lambda: 1 / 0)
+    assert executors.with_timeout(lambda: 5) == 5
 
 
 def test_errors_name_their_own_space_only(monkeypatch):

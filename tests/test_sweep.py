@@ -411,10 +411,10 @@ def test_a_dry_run_sums_up_a_table():
 
 
 def test_what_a_first_case_compiles_and_cases_that_differ_do_not_spoil_the_estimate():
-    counts = np.bincount(np.array(estimate.chosen(6400)) // 100)
+    counts = np.bincount(np.array(estimate.timed_indices(6400)) // 100)
     assert counts.tolist() == [1] * 64  # one of each stretch
-    assert len(set(np.array(estimate.chosen(6400)) % 5)) == 5  # of an axis of five values each is met
-    assert sorted(estimate.chosen(3)) == [0, 1, 2]
+    assert len(set(np.array(estimate.timed_indices(6400)) % 5)) == 5  # of an axis of five values each is met
+    assert sorted(estimate.timed_indices(3)) == [0, 1, 2]
 
 
 class Warming(Fake):

@@ -39,7 +39,7 @@ def test_a_factor_is_a_third_to_three_times_the_value_of_each_case():
     made = loaded(FACTOR, **{"sweep": {COEFFICIENT: [1e-15, 4e-15]}})
     for index, value in enumerate((1e-15, 4e-15)):
         for end, times in ((uncertain.LOW, 1.0 / 3.0), (uncertain.HIGH, 3.0)):
-            wear = uncertain.at_end(made.case(index), end).joints[0].wear
+            wear = uncertain.with_bounding_coefficients(made.case(index), end).joints[0].wear
             assert wear.values["bearing_coefficient"] == pytest.approx(times * value, rel=1e-12)
             assert wear.values["journal_coefficient"] == pytest.approx(times * value, rel=1e-12)
 
@@ -225,7 +225,9 @@ def test_lives_that_do_not_evolve_follow_from_the_one_block():
     result = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
     assert block.runs == 1
     for end, coefficient in (("low", 6e-14), ("high", 2e-14 / 3.0)):
-        again = ageing(uncertain.at_end(made.case(0), uncertain.HIGH if end == "low" else uncertain.LOW))
+        again = ageing(
+            uncertain.with_bounding_coefficients(made.case(0), uncertain.HIGH if end == "low" else uncertain.LOW)
+        )
         message = block(again, again.start)
         assert message.rate[again.parts[0].first] == pytest.approx(coefficient * 1e6, rel=1e-12)
         length = result[f"rod_slider_life_{end}_uncertain"]

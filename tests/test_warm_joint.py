@@ -43,7 +43,7 @@ def with_losses(monkeypatch, loss):
 
 def test_a_joint_with_a_constant_loss_stands_where_the_closed_form_says(monkeypatch):
     with_losses(monkeypatch, lambda clearance: 124.0)
-    warm, balance = heat.balanced(scene())
+    warm, balance = heat.at_equilibrium(scene())
     assert balance.converged
     temperature = 303.15 + 124.0 / 2.0
     assert balance.temperature["rod_slider"] == pytest.approx(temperature, rel=1e-9)
@@ -55,7 +55,7 @@ def test_a_joint_with_a_constant_loss_stands_where_the_closed_form_says(monkeypa
 def test_a_loss_that_follows_the_clearance_has_its_closed_form_too(monkeypatch):
     slope, pull = 2e6, 0.01 * (ALPHA["bearing"] - ALPHA["journal"])  # W/m, m/K
     with_losses(monkeypatch, lambda clearance: slope * clearance)
-    _, balance = heat.balanced(scene())
+    _, balance = heat.at_equilibrium(scene())
     # T = Ta + slope (c + pull (T - 293.15)) / G
     temperature = (303.15 + slope / 2.0 * (5e-5 - pull * 293.15)) / (1.0 - slope / 2.0 * pull)
     assert balance.temperature["rod_slider"] == pytest.approx(temperature, rel=1e-6)
@@ -92,12 +92,12 @@ def test_a_joint_whose_clearance_closes_has_seized():
 def test_a_clearance_that_narrows_without_closing_is_found(monkeypatch):
     # constant loss: c = 50 um - 6e-6 * 0.01 m * (T - 293.15 K); 10 um are left at 960 K
     with_losses(monkeypatch, lambda clearance: 1300.0)
-    _, balance = heat.balanced(scene(thermal={"expansion": {"bearing": 12e-6, "journal": 18e-6}}))
+    _, balance = heat.at_equilibrium(scene(thermal={"expansion": {"bearing": 12e-6, "journal": 18e-6}}))
     assert balance.converged
     assert not balance.seized
     assert balance.temperature["rod_slider"] == pytest.approx(953.15, rel=1e-9)
     with_losses(monkeypatch, lambda clearance: 1700.0)
-    _, balance = heat.balanced(scene(thermal={"expansion": {"bearing": 12e-6, "journal": 18e-6}}))
+    _, balance = heat.at_equilibrium(scene(thermal={"expansion": {"bearing": 12e-6, "journal": 18e-6}}))
     assert balance.seized == ("rod_slider",)
 
 
@@ -120,7 +120,7 @@ def test_named_materials_bring_their_expansion():
 def test_without_expansion_the_clearance_stays(monkeypatch):
     with_losses(monkeypatch, lambda clearance: 10.0)
     changes = copy.deepcopy(DRY) | {"joints.rod-slider.thermal": {"conductance": "2 W/K", "ambient": "30 degC"}}
-    warm, _ = heat.balanced(clearsweep.load_case(slider_crank("rod-slider", changes=changes)))
+    warm, _ = heat.at_equilibrium(clearsweep.load_case(slider_crank("rod-slider", changes=changes)))
     assert warm.case.joints[0].clearance == 5e-5
     assert math.isclose(warm.case.joints[0].temperature, 308.15)
 

@@ -353,7 +353,7 @@ def test_an_error_check_that_fails_says_so():
 
 def test_the_window_of_an_impact_pair_ends_with_its_last_separation():
     scene = clearsweep.load_case(changed(PAIR, {"save.orbits": "all", "save.samples": 10}))
-    run = running.integrated(scene, np.empty(0), np.inf)
+    run = running.integration_of(scene, np.empty(0), np.inf)
     assert window_of(outcome_of(scene, run, np.inf), None).duration == run.events[-1, 0]
     assert clearsweep.simulate(scene).t[-1] == run.events[-1, 0]
 

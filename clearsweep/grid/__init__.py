@@ -6,7 +6,7 @@ from .changes import SET, SWEEP, Changed, read_options
 from .defined import NOTHING, Definitions
 from .defined import of_resolved as defined_by
 from .enumeration import Words
-from .fits import noted as noted_fits
+from .fits import fits_of_record as noted_fits
 from .grid import SCHEMA_VERSION, Grid, identity, load, starter
 from .identified import Identify, Turned, turns_of
 from .iso286 import Fit
@@ -15,7 +15,7 @@ from .key_help import key_names, key_text
 from .key_units import key_units
 from .labels import noted as noted_labels
 from .law_check import base_laws
-from .memory import check_disk, check_memory, history_bytes, largest_history, recorded_history, usual_history
+from .memory import check_disk, check_memory, first_case_history, history_bytes, largest_history, recorded_history
 from .optimised import Optimise
 from .reference import markdown
 from .refine import Refine
@@ -45,6 +45,7 @@ __all__ = [
     "check_disk",
     "check_memory",
     "defined_by",
+    "first_case_history",
     "history_bytes",
     "identity",
     "key_names",
@@ -61,5 +62,4 @@ __all__ = [
     "schema",
     "starter",
     "turns_of",
-    "usual_history",
 ]

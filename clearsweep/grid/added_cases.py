@@ -99,7 +99,7 @@ def count(
     return int(value)
 
 
-def always_used(reader: Reader, place: WrittenValue, section: str, path: str) -> None:
+def check_always_used(reader: Reader, place: WrittenValue, section: str, path: str) -> None:
     """Report a swept key that some of the swept laws do not use: every added case has a value of each key."""
     node = value_key(reader.shape, path)
     if isinstance(node, Word):

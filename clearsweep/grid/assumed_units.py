@@ -6,7 +6,7 @@ from typing import Any
 from ..language.quantity import WrittenUnit, is_bare, written_unit
 from . import labels
 from .document import WrittenValue
-from .fits import noted
+from .fits import fits_of_record
 from .key_units import unit
 from .keys import Number
 from .reader import Reader
@@ -61,7 +61,7 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
 def as_written(record: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fits, labels and units that the user wrote; a grid read back from its `record` in SI has lost them."""
     units = {path: WrittenUnit(**known) for path, known in record.get("written_units", {}).items()}
-    return {"fits": noted(record), "labels": labels.noted(record), "written_units": units}
+    return {"fits": fits_of_record(record), "labels": labels.noted(record), "written_units": units}
 
 
 def _texts(written: WrittenValue) -> Iterator[Any]:

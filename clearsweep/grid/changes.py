@@ -38,7 +38,7 @@ def read_options(option: str, given: tuple[str, ...]) -> dict[str, str]:
     return options
 
 
-def put(root: WrittenValue, changed: Changed, problems: Problems) -> WrittenValue:
+def apply_overrides(root: WrittenValue, changed: Changed, problems: Problems) -> WrittenValue:
     """Return the document with the overrides applied; an empty value removes the key."""
     for path in sorted(changed.fixed.keys() & changed.swept.keys()):
         problems.add(WrittenValue(None, SET), path, f"is given with {SWEEP}, too; give it with one of them")

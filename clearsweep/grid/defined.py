@@ -73,7 +73,7 @@ class Definitions(NamedTuple):
 
     def said(self, name: str) -> str:
         """Return the value of a name as grid text: in SI, with its unit."""
-        return _said(self.values[name], self.units[name])
+        return _quantity_text(self.values[name], self.units[name])
 
     def reached(self, path: str, axes: Mapping[str, tuple[Any, ...]], way: Mapping[str, str]) -> tuple[float, ...]:
         """Return every value of a number whose names vary on these axes."""
@@ -119,7 +119,7 @@ def resolve(
     if section is not None and (not isinstance(section.value, dict) or not section.value):
         problems.add(section, DEFINE, "defines nothing; for example: `play: 50 um`, or leave the key out")
         section = None
-    varied = {path: place for path, place in _varied(top) if path not in fixed}
+    varied = {path: place for path, place in _varied_paths(top) if path not in fixed}
     written: dict[str, WrittenValue] = section.value if section is not None else {}
     good = {name: each for name, each in written.items() if _named(section, name, problems)}
     known = _values(good, problems)
@@ -196,7 +196,7 @@ class _Reader:
             else:
                 sentence = f"is made of {START}{min(names)}, which varies; only the numbers of a case may be"
                 self.problems.add(written, path, sentence)
-        return self.worked(written, _said(value, unit))
+        return self.worked(written, _quantity_text(value, unit))
 
     def refuse_axis(self, path: str, written: WrittenValue) -> None:
         """Report a varied path whose value is an expression."""
@@ -262,7 +262,7 @@ def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definiti
             values[name], units[name] = _value(text, definitions) if text else _quantity(each.value)
             texts[name] = text
         except InputError as error:
-            if name not in wrong and not _told(each, written, wrong):
+            if name not in wrong and not _already_reported(each, written, wrong):
                 problems.add(each, START + name, str(error))
             wrong.add(name)
         open_names.pop()
@@ -272,7 +272,7 @@ def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definiti
     return definitions
 
 
-def _told(each: WrittenValue, written: Mapping[str, WrittenValue], wrong: set[str]) -> bool:
+def _already_reported(each: WrittenValue, written: Mapping[str, WrittenValue], wrong: set[str]) -> bool:
     """Return whether an expression contains a name that was already reported."""
     try:
         text = text_of(each.value) if is_expression(each.value) else ""
@@ -295,11 +295,11 @@ def _quantity(value: Any) -> tuple[Fraction, str]:
     return Fraction(repr(quantity.read(value, "1"))), "1"
 
 
-def _said(value: Fraction, unit: str) -> str:
+def _quantity_text(value: Fraction, unit: str) -> str:
     return f"{float(value) + 0.0!r} {unit}".removesuffix(" 1")
 
 
-def _varied(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
+def _varied_paths(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
     """Yield the dotted paths that a document varies, each with its place in the document."""
     for way in _WAYS:
         section = top.get(way)

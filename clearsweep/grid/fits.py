@@ -110,15 +110,15 @@ class _Reader:
     def numbers(self, written: WrittenValue) -> WrittenValue:
         """Return a written axis with its fits replaced by radial clearances (m)."""
         if self.grid_reader.way.get(self.path) == "sample":
-            return _like(written, self._spread(written))
+            return _replaced(written, self._spread(written))
         items = written.value
         if isinstance(items, dict):
             if set(items) != {"fits"} or not isinstance(items["fits"].value, list):
                 raise _WrongFitError(written, f"found {shown(items)}; expected {{fits: [H7/g6, H7/f7]}}")
-            items = [_like(item, {"fit": item}) for item in items["fits"].value]
+            items = [_replaced(item, {"fit": item}) for item in items["fits"].value]
         in_step = self.radius in self.grid_reader.swept and self.grid_reader.in_step(self.path, self.radius)
         radii = [self.radii[row : row + 1] if in_step else self.radii for row in range(len(items))]
-        return _like(written, list(map(self._mean, items, radii)))
+        return _replaced(written, list(map(self._mean, items, radii)))
 
     def _mean(self, written: WrittenValue, radii: tuple[float, ...]) -> WrittenValue:
         """Return the mean clearance of `{fit: NAME}` at a bearing radius (m); other values are returned unchanged."""
@@ -126,7 +126,7 @@ class _Reader:
             return written
         if set(written.value) != {"fit"}:
             raise _WrongFitError(written, f"found {shown(written.value)}; expected {{fit: H7/f7}}")
-        return _like(written, _metres(self.fit(written.value["fit"], radii).mean))
+        return _replaced(written, _metres(self.fit(written.value["fit"], radii).mean))
 
     def _spread(self, written: WrittenValue) -> Any:
         """Return the distribution of a fit, as a grid section."""
@@ -138,7 +138,7 @@ class _Reader:
             near = nearest(name, SPREADS) if isinstance(name, str) else ""
             known = ", ".join(SPREADS)
             raise _WrongFitError(written, f"unknown distribution {shown(name)} of a fit{near} (known: {known})")
-        return _placed(SPREADS[name](self.fit(written.value["fit"], self.radii)), written)
+        return _lengths_like(SPREADS[name](self.fit(written.value["fit"], self.radii)), written)
 
     def fit(self, name: WrittenValue, radii: tuple[float, ...]) -> Fit:
         """Return the fit called `name` at a bearing radius (m), and record it."""
@@ -155,28 +155,28 @@ class _Reader:
             known = fit(name.value, Fraction(repr(radii[0])) * 2000)
         except InputError as error:
             raise _WrongFitError(name, str(error)) from None
-        noted = self.grid_reader.fits.setdefault(self.path, [])
-        if known not in noted:
-            noted.append(known)
+        fits_of_record = self.grid_reader.fits.setdefault(self.path, [])
+        if known not in fits_of_record:
+            fits_of_record.append(known)
         return known
 
 
-def noted(record: Mapping[str, Any]) -> dict[str, tuple[Fit, ...]]:
+def fits_of_record(record: Mapping[str, Any]) -> dict[str, tuple[Fit, ...]]:
     """Return path of a clearance -> its fits as the user wrote them, from run.json."""
     return {path: tuple(Fit(**known) for known in fits) for path, fits in record.get("fits", {}).items()}
 
 
-def _like(written: WrittenValue, value: Any) -> WrittenValue:
+def _replaced(written: WrittenValue, value: Any) -> WrittenValue:
     """Return a new value at the position of another."""
     return WrittenValue(value, written.origin, written.line, written.column)
 
 
-def _placed(value: Any, written: WrittenValue) -> Any:
+def _lengths_like(value: Any, written: WrittenValue) -> Any:
     """Return dicts and lists of numbers as lengths, each at the position of `written`."""
     if isinstance(value, dict):
-        return {key: _like(written, _placed(item, written)) for key, item in value.items()}
+        return {key: _replaced(written, _lengths_like(item, written)) for key, item in value.items()}
     if isinstance(value, list):
-        return [_like(written, _placed(item, written)) for item in value]
+        return [_replaced(written, _lengths_like(item, written)) for item in value]
     return _metres(value)
 
 

@@ -9,7 +9,7 @@ from .keys import Number, Section, Shape, Use
 from .reader import Reader
 
 
-def shape_of(definitions: Definitions) -> Shape:
+def keys_of(definitions: Definitions) -> Shape:
     """Return the keys of the user-defined quantities that an axis varies."""
     if not definitions.varied:
         return {}

@@ -19,7 +19,7 @@ from . import checks, identified, labels, law_check, save_keys, variations
 from .added_cases import ADDED
 from .added_cases import rows as added_rows
 from .assumed_units import WrittenUnit, assumed_units, written_units
-from .changes import Changed, put
+from .changes import Changed, apply_overrides
 from .defined import NOTHING, START, Definitions
 from .document import Problems, name_of_run, override, read
 from .enumeration import Factor, Step, Words, combined, factor_of, step_of, words_at
@@ -61,7 +61,7 @@ def load(
         raise InputError(
             f"{root.place}found {shown(root.value)}; expected a grid with the keys mechanism, drive, joints"
         )
-    root = put(root, changed, problems)
+    root = apply_overrides(root, changed, problems)
     for path, value in (overrides or {}).items():
         root = override(root, path, value, problems)
     file = fspath(source) if isinstance(source, (str, PathLike)) else None

@@ -8,7 +8,7 @@ from ..contracts.layout import Layout
 from ..judging import features
 from ..language.errors import InputError, nearest, shown
 from . import measured, optimised
-from .added_cases import always_used, count, over_of, section_in, section_of
+from .added_cases import check_always_used, count, over_of, section_in, section_of
 from .document import WrittenValue
 from .keys import Number
 from .optimised import Choice
@@ -110,7 +110,7 @@ def read(reader: Reader, root: WrittenValue) -> Identify | None:
     noted = len(reader.problems)
     for path in paths:
         optimised.check_range(reader, path, IDENTIFY)
-        always_used(reader, reader.swept[path], IDENTIFY, path)
+        check_always_used(reader, reader.swept[path], IDENTIFY, path)
     signals, chosen = _signals(reader, section), _features(reader, section)
     cases = count(reader, section, (IDENTIFY, "cases"), (optimised.ROUND, MOST_CASES), None)
     seed = count(reader, section, (IDENTIFY, "seed"), (0, 2**31), 0)

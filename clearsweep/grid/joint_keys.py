@@ -4,7 +4,7 @@ from ..contracts.case import Materials
 from ..contracts.catalogue import Catalogue, Field, Law
 from ..contracts.layout import PRELOAD
 from .film_keys import THERMAL
-from .keys import Condition, Name, Number, Rather, Section, Shape, Table, Use, Word, word_key
+from .keys import Condition, ConditionalDefault, Name, Number, Section, Shape, Table, Use, Word, word_key
 from .library import MATERIALS
 from .naming import MATERIAL
 
@@ -30,31 +30,31 @@ _ONSET = Word(
 )
 
 
-def enter_numbers(tree: Shape, path: str, fields: tuple[Field, ...], *, sweep: bool = True) -> None:
+def add_numbers(tree: Shape, path: str, fields: tuple[Field, ...], *, sweep: bool = True) -> None:
     """Add keys that are in use with any choice of laws."""
     for field in fields:
         tree[f"{path}.{field.name}"] = Number((Use(field),), sweep)
 
 
-def enter_friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
+def add_friction(tree: Shape, path: str, catalogue: Catalogue) -> None:
     """Add the keys of friction in a joint."""
     tree[f"{path}.friction"] = Section("friction; left out: none", "optional")
     tree[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", sweep=True, noun="law")
-    enter_laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
+    add_laws(tree, f"{path}.friction", "law", catalogue.of("friction"))
 
 
 _COUPLE = "constant force on the joint, such as a seal's; its friction acts as a couple, friction x bearing_radius"
 ALONG = "constant force on the block, such as a seal's; its friction acts along the guide"
 
 
-def enter_preload(tree: Shape, path: str, catalogue: Catalogue, text: str = _COUPLE) -> None:
+def add_preload(tree: Shape, path: str, catalogue: Catalogue, text: str = _COUPLE) -> None:
     """Add the keys of the preload of a pin, or of a guide, which also acts without contact."""
     laws = frozenset(law.name for law in catalogue.of("friction") if not law.remembers)
     use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))
     tree[f"{path}.friction.{PRELOAD}"] = Number((use,))
 
 
-def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "") -> None:
+def add_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "") -> None:
     """Add the keys of a joint's normal force, or of that at `contact`: law, elastic part, and parameters."""
     contact = contact or f"{path}.contact"
     elastic = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
@@ -63,13 +63,13 @@ def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "
     tree[f"{contact}.elastic"] = _elastic(path, catalogue, contact)._replace(when=elastic)
     onset = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_onset)),)
     tree[f"{contact}.onset"] = _ONSET._replace(when=onset)
-    enter_laws(tree, contact, "elastic", catalogue.of("elastic"), elastic)
-    enter_laws(tree, contact, "law", catalogue.of("law"))
+    add_laws(tree, contact, "elastic", catalogue.of("elastic"), elastic)
+    add_laws(tree, contact, "law", catalogue.of("law"))
     material = f"{contact}.material"
     tree[material] = Section(
         "the material of both bodies, or its name; gives the stiffness unless that is written", "optional"
     )
-    enter_material_name(tree, material, "of both bodies")
+    add_material_name(tree, material, "of both bodies")
     for field in _MATERIAL:
         both = field._replace(text=f"{field.text} of both bodies; required unless each has its own", optional=True)
         tree[f"{material}.{field.name}"] = Number((Use(both, elastic),))
@@ -77,13 +77,13 @@ def enter_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "
         tree[f"{material}.{body}"] = Section(
             f"the material of the {body}, or its name; write both bodies' materials or neither", "optional"
         )
-        enter_material_name(tree, f"{material}.{body}", f"of the {body}")
+        add_material_name(tree, f"{material}.{body}", f"of the {body}")
         for field in _MATERIAL:
             own = field._replace(text=f"{field.text} of the {body}")
             tree[f"{material}.{body}.{field.name}"] = Number((Use(own, elastic),))
 
 
-def enter_material_name(tree: Shape, path: str, whose: str) -> None:
+def add_material_name(tree: Shape, path: str, whose: str) -> None:
     """Add the key that names a material; the name may also replace the section."""
     text = f"the name {whose}' material" if whose.endswith("s") else f"the name of the material {whose}"
     tree[f"{path}.{MATERIAL}"] = Name(
@@ -98,7 +98,7 @@ def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
     if JOURNAL not in names:
         return plain
     hertzian = frozenset(law.name for law in catalogue.of("law") if "hertz" in law.needs)
-    rather = Rather(
+    rather = ConditionalDefault(
         JOURNAL,
         all_of=(f"{contact}.material", f"{path}.length", f"{path}.bearing_radius"),
         none_of=(f"{contact}.stiffness", f"{contact}.exponent"),
@@ -108,20 +108,20 @@ def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
     return plain._replace(text=f"{plain.text}; {more}", rather=rather)
 
 
-def enter_thermal(tree: Shape, path: str) -> None:
+def add_thermal(tree: Shape, path: str) -> None:
     """Add the keys of a dry joint's heat balance."""
     thermal = f"{path}.thermal"
     text = "heat balance of dry friction: temperature = ambient + mean friction power / conductance"
     tree[thermal] = Section(f"{text}; left out: the joint stays cold", "optional")
-    enter_numbers(tree, thermal, THERMAL)
+    add_numbers(tree, thermal, THERMAL)
     text = "thermal expansion, which changes the clearance; left out: none"
     tree[f"{thermal}.expansion"] = Section(text, "optional")
     for body in Materials._fields:
         field = Field(body, "1/K", f"expansion of the {body}; default: that of its named material", low_open=False)
-        enter_numbers(tree, f"{thermal}.expansion", (field,))
+        add_numbers(tree, f"{thermal}.expansion", (field,))
 
 
-def enter_laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:
+def add_laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:
     """Add the keys of the laws that `key` chooses from; the chosen law decides the meaning of a shared key."""
     for law in laws:
         for field in law.fields:
@@ -142,7 +142,7 @@ def moduli(joint: str) -> tuple[str, ...]:
     return f"{joint}.contact.material", f"{joint}.wear.pressure_modulus"
 
 
-def pointed(catalogue: Catalogue) -> tuple[Law, ...]:
+def point_laws(catalogue: Catalogue) -> tuple[Law, ...]:
     """Return the contact laws that suit a point without a radius."""
     return tuple(law for law in catalogue.laws if law.family != "elastic" or not law.needs)
 

@@ -299,7 +299,7 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
         else:
             key_trees = [
                 {"$ref": "#/$defs/quantity"},
-                *(_object(tree, each) for each in (inner,) if _holds(tree, each)),
+                *(_object(tree, each) for each in (inner,) if _has_keys_below(tree, each)),
             ]
             key_trees += [_FIT] if any(use.field.fit for use in node.uses) else []
             value = {"anyOf": key_trees} if key_trees[1:] else key_trees[0]
@@ -315,7 +315,7 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
     return whole
 
 
-def _holds(tree: Shape, path: str) -> bool:
+def _has_keys_below(tree: Shape, path: str) -> bool:
     """Return whether there are keys below `path`."""
     return any(inner.rpartition(".")[0] == path for inner in tree)
 

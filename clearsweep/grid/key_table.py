@@ -6,22 +6,22 @@ from ..contracts.outline import ANY
 from . import life_keys
 from .joint_keys import (
     ALONG,
-    enter_contact,
-    enter_friction,
-    enter_laws,
-    enter_numbers,
-    enter_preload,
-    enter_thermal,
+    add_contact,
+    add_friction,
+    add_laws,
+    add_numbers,
+    add_preload,
+    add_thermal,
     first_onset,
     moduli,
-    pointed,
+    point_laws,
 )
-from .keys import Flag, Name, Number, Rather, Section, Shape, Table, Use, Word, word_key
+from .keys import ConditionalDefault, Flag, Name, Number, Section, Shape, Table, Use, Word, word_key
 from .library import PAIRS
 from .naming import LAW, PAIR
 from .save_keys import enter_save
 from .spatial_keys import flanged, through
-from .surface_keys import enter_film, enter_roughness
+from .surface_keys import add_film, add_roughness
 
 DIMENSIONLESS = "dimensionless"
 _COEFFICIENT = Field(
@@ -78,6 +78,11 @@ _SLOT = (
     Field("length", "m", "length along the pin; wear needs it", optional=True),
 )
 _ON_FLAT = "hertz-line"  # the pressure law of wear in a slot; others assume a journal in a bearing
+_BRISTLES = "bristles need a joint with clearance; write it as joints.NAME.friction, or take a law without bristles"
+_STICKS = (
+    "it needs a size that does not depend on the reactions; write `force` in a guide or `torque` in a pin in place of "
+    "`coefficient`, or give the joint clearance"
+)
 _TIME_LIMIT = Field(
     "time_limit",
     "s",
@@ -175,7 +180,7 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     else:
         life_keys.add_keys(tree)
     if mechanism.free:
-        enter_numbers(tree, "simulate", (_TIME_LIMIT,), sweep=False)
+        add_numbers(tree, "simulate", (_TIME_LIMIT,), sweep=False)
         del tree["simulate.horizon"]  # a disturbed free crank turns at another speed, so two motions cannot be compared
     return tree
 
@@ -193,9 +198,11 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
         usable = tuple(law for law in catalogue.of(keys.family) if not law.remembers or (sticks and law.sticks))
         usable = tuple(sized(law, keys.given) for law in usable) if keys.given else usable
         names = tuple(law.name for law in usable)
-        tree[f"{keys.path}.law"] = Word(names, f"the {keys.family} law", sweep=True, noun="law")
-        enter_laws(tree, keys.path, "law", usable)
-    enter_numbers(tree, keys.path, keys.fields)
+        others = {law.name: _BRISTLES for law in catalogue.of(keys.family) if law.remembers and not law.sticks}
+        others |= {} if sticks else {law.name: _STICKS for law in catalogue.of(keys.family) if law.sticks}
+        tree[f"{keys.path}.law"] = Word(names, f"the {keys.family} law", sweep=True, noun="law", refused=others)
+        add_laws(tree, keys.path, "law", usable)
+    add_numbers(tree, keys.path, keys.fields)
     for columns in keys.tables:
         tree[f"{keys.path}.{columns.name}"] = Table(columns)
 
@@ -203,24 +210,24 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
 def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...]) -> None:
     """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts `figures`, but no `others`."""
     tree["simulate"] = Section("how long, how exactly and from where", "implied")
-    enter_numbers(tree, "simulate", _SIMULATE)
+    add_numbers(tree, "simulate", _SIMULATE)
     tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
     tree["simulate.method"] = _METHOD
-    enter_numbers(tree, "simulate", _BUDGETS)
-    enter_numbers(tree, "simulate", (life_keys.TIME_BUDGET,), sweep=False)
+    add_numbers(tree, "simulate", _BUDGETS)
+    add_numbers(tree, "simulate", (life_keys.TIME_BUDGET,), sweep=False)
     tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
     tree["simulate.until"] = Section("end a case when a figure has settled or the motion is periodic", "optional")
     text = "the column of the summary with the 95 % interval in question"
     tree["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(others, _NO_INTERVAL))
-    enter_numbers(tree, "simulate.until", _UNTIL, sweep=False)
+    add_numbers(tree, "simulate.until", _UNTIL, sweep=False)
     enter_save(tree, turns=True)
 
 
 def _impacts(tree: Shape) -> None:
     """Add the keys of `simulate` and `save` for mechanisms that do not turn."""
     tree["simulate"] = Section("how long and how exactly", "implied")
-    enter_numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
-    enter_numbers(tree, "simulate", (life_keys.TIME_BUDGET,), sweep=False)
+    add_numbers(tree, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGETS))
+    add_numbers(tree, "simulate", (life_keys.TIME_BUDGET,), sweep=False)
     tree["simulate.method"] = _METHOD
     tree["simulate.error_check"] = _ERROR_CHECK
     enter_save(tree, turns=False)
@@ -229,10 +236,10 @@ def _impacts(tree: Shape) -> None:
 def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a gap on a line, which always has clearance."""
     tree[path] = Section("the gap between the bodies")
-    enter_numbers(tree, path, (Field("clearance", "m", "half the gap in all"),))
-    enter_contact(tree, path, catalogue)
-    enter_roughness(tree, path, catalogue)
-    enter_film(tree, path, catalogue)
+    add_numbers(tree, path, (Field("clearance", "m", "half the gap in all"),))
+    add_contact(tree, path, catalogue)
+    add_roughness(tree, path, catalogue)
+    add_film(tree, path, catalogue)
     elastic, film = (word_key(tree, f"{path}.{key}") for key in ("contact.elastic", "film.law"))
     for field in _GAP_SIZES:
         tree[f"{path}.{field.name}"] = Number(
@@ -243,7 +250,7 @@ def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
 def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a revolute joint with clearance."""
     tree[path] = Section("a revolute joint with clearance", "optional")
-    enter_numbers(
+    add_numbers(
         tree,
         path,
         (
@@ -253,12 +260,12 @@ def _revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> 
         ),
     )
     tree[f"{path}.journal"] = Word(site.journals, "the body of the journal", site.journals[0])
-    enter_contact(tree, path, catalogue)
-    enter_roughness(tree, path, catalogue)
-    enter_film(tree, path, catalogue)
-    enter_friction(tree, path, catalogue)
-    enter_preload(tree, path, catalogue)
-    enter_thermal(tree, path)
+    add_contact(tree, path, catalogue)
+    add_roughness(tree, path, catalogue)
+    add_film(tree, path, catalogue)
+    add_friction(tree, path, catalogue)
+    add_preload(tree, path, catalogue)
+    add_thermal(tree, path)
     _wear(tree, path, catalogue)
 
 
@@ -280,19 +287,19 @@ def _wear(tree: Shape, path: str, catalogue: Catalogue) -> None:
     tree[f"{wear}.running_in"] = Section("a coefficient that falls as the surfaces run in", "optional")
     _coefficients(tree, wear, _WEAR)
     _coefficients(tree, f"{wear}.running_in", _RUNNING_IN)
-    enter_numbers(tree, f"{wear}.running_in", (_DISTANCE,))
-    enter_numbers(tree, wear, (_HARDNESS, _PV_LIMIT))
-    enter_numbers(tree, wear, (_BINS,), sweep=False)
+    add_numbers(tree, f"{wear}.running_in", (_DISTANCE,))
+    add_numbers(tree, wear, (_HARDNESS, _PV_LIMIT))
+    add_numbers(tree, wear, (_BINS,), sweep=False)
     tree[f"{wear}.pressure"] = Word(
         catalogue.names("pressure"),
         "the pressure over the contact arc; default hertz-line with a material or a pressure_modulus",
         "mean",
         sweep=True,
         noun="law",
-        rather=Rather("hertz-line", one_of=moduli(path)),
+        rather=ConditionalDefault("hertz-line", one_of=moduli(path)),
     )
-    enter_laws(tree, wear, "law", catalogue.of("wear"))
-    enter_laws(tree, wear, "pressure", catalogue.of("pressure"))
+    add_laws(tree, wear, "law", catalogue.of("wear"))
+    add_laws(tree, wear, "pressure", catalogue.of("pressure"))
 
 
 def _coefficients(tree: Shape, path: str, fields: tuple[Field, ...]) -> None:
@@ -307,50 +314,50 @@ def _coefficients(tree: Shape, path: str, fields: tuple[Field, ...]) -> None:
 def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a prismatic joint with clearance: a block between two walls."""
     tree[path] = Section("a prismatic joint with clearance, a block between two walls", "optional")
-    enter_numbers(tree, path, _GUIDE)
-    enter_contact(tree, path, catalogue._replace(laws=pointed(catalogue)))
+    add_numbers(tree, path, _GUIDE)
+    add_contact(tree, path, catalogue._replace(laws=point_laws(catalogue)))
     for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
         del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
-    enter_friction(tree, path, catalogue)
-    enter_preload(tree, path, catalogue, ALONG)
+    add_friction(tree, path, catalogue)
+    add_preload(tree, path, catalogue, ALONG)
 
 
 def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a pin in a straight slot, which always has clearance."""
     tree[path] = Section("a pin in a straight slot with rounded ends")
-    enter_numbers(tree, path, _SLOT)
-    enter_contact(tree, path, catalogue._replace(laws=pointed(catalogue)))
+    add_numbers(tree, path, _SLOT)
+    add_contact(tree, path, catalogue._replace(laws=point_laws(catalogue)))
     for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
         del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
-    enter_friction(tree, path, catalogue)
+    add_friction(tree, path, catalogue)
     laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _ON_FLAT)
     _wear(tree, path, catalogue._replace(laws=laws))
     tree[f"{path}.wear.pressure"] = Word((_ON_FLAT,), "the pressure of the pin on a flat wall or a round end", _ON_FLAT)
 
 
-def _either(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+def _pin_or_guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a joint that the grid declares as a pin or a guide: all keys of both."""
     _revolute(tree, path, site, catalogue)
     tree[path] = Section("a joint with clearance", "optional")
-    enter_numbers(
+    add_numbers(
         tree, path, tuple(field._replace(text=f"of a guide: {field.text}", optional=True) for field in _GUIDE[2:])
     )
-    enter_numbers(tree, path, (_SLOT[2]._replace(text=f"of a slot: {_SLOT[2].text}", optional=True),))
+    add_numbers(tree, path, (_SLOT[2]._replace(text=f"of a slot: {_SLOT[2].text}", optional=True),))
 
 
-def _through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+def _spatial_revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a spatial revolute joint without flanges, and of its wear."""
     through(tree, path, site, catalogue)
     _wear(tree, path, catalogue)
     del tree[f"{path}.wear.evolve"]  # worn shapes affect contact only in the plane
-    enter_numbers(tree, f"{path}.wear", (_LENGTH_BINS,), sweep=False)
+    add_numbers(tree, f"{path}.wear", (_LENGTH_BINS,), sweep=False)
 
 
-def _flanged(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
+def _flanged_revolute(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a spatial revolute joint with flanges."""
-    _through(tree, path, site, catalogue)
+    _spatial_revolute(tree, path, site, catalogue)
     flanged(tree, path, catalogue)
 
 
@@ -359,7 +366,7 @@ _SITES = {
     "revolute": _revolute,
     "guide": _guide,
     "slot": _slot,
-    "spatial": _flanged,
-    "through": _through,
-    ANY: _either,
+    "spatial": _flanged_revolute,
+    "through": _spatial_revolute,
+    ANY: _pin_or_guide,
 }

@@ -24,7 +24,7 @@ class Number(NamedTuple):
 
     def fields(self, names: Names) -> tuple[Field, ...]:
         """Return the meanings of the key with these law names, or () if it is unused."""
-        return tuple(dict.fromkeys(use.field for use in self.uses if _met(use.when, names)))
+        return tuple(dict.fromkeys(use.field for use in self.uses if _conditions_met(use.when, names)))
 
     def used(self, names: Names) -> bool:
         """Return whether the key is in use with these law names."""
@@ -35,7 +35,7 @@ class Number(NamedTuple):
         return tuple(dict.fromkeys(path for use in self.uses for path, _ in use.when))
 
 
-class Rather(NamedTuple):
+class ConditionalDefault(NamedTuple):
     """A conditional default of a Word; a path counts if it is written or swept."""
 
     word: str
@@ -61,12 +61,12 @@ class Word(NamedTuple):
     noun: str = "word"  # its name in messages
     when: tuple[Condition, ...] = ()
     idle: bool = False  # may be written even if it is not in use
-    rather: Rather | None = None
+    rather: ConditionalDefault | None = None
     refused: Mapping[str, str] = {}  # a plausible word -> why it is not allowed
 
     def used(self, names: Names) -> bool:
         """Return whether the key is in use with these law names."""
-        return _met(self.when, names)
+        return _conditions_met(self.when, names)
 
     def choosers(self) -> tuple[str, ...]:
         """Return the paths of the law names that decide whether the key is in use."""
@@ -127,7 +127,7 @@ class Table(NamedTuple):
 
     def used(self, names: Names) -> bool:
         """Return whether the key is in use with these law names."""
-        return _met(self.when, names)
+        return _conditions_met(self.when, names)
 
     @property
     def sweep(self) -> bool:
@@ -139,7 +139,7 @@ class Table(NamedTuple):
         return tuple(path for path, _ in self.when)
 
 
-def _met(when: tuple[Condition, ...], names: Names) -> bool:
+def _conditions_met(when: tuple[Condition, ...], names: Names) -> bool:
     """Return whether every condition allows one of the names in use; a missing section has none."""
     return all(not wanted.isdisjoint(names.get(path, ())) for path, wanted in when)
 

@@ -33,7 +33,7 @@ def check(reader: Reader, catalogue: Catalogue) -> None:
     _guides(reader)
 
 
-def _ends(reader: Reader, joint: JointOutline) -> tuple[str, str] | None:
+def _bodies_of_joint(reader: Reader, joint: JointOutline) -> tuple[str, str] | None:
     """Return the bodies that a joint connects, or None if they were unreadable and are already reported."""
     known = {body.name for body in reader.outline.bodies}
     return joint.bodies if known.issuperset(joint.bodies) else None
@@ -54,7 +54,7 @@ def _bodies(reader: Reader) -> None:
                 reader.place(path), f"{path}.type", "a slot is not known in space; write a planar mechanism"
             )
     for joint in outline.joints:
-        ends = _ends(reader, joint)
+        ends = _bodies_of_joint(reader, joint)
         path = f"mechanism.joints.{joint.name}"
         if ends is None:
             return
@@ -75,7 +75,7 @@ def _driven(reader: Reader) -> None:
     """Check that the driven body is on the ground, in a joint without clearance."""
     path = "mechanism.driven"
     joint = next((each for each in reader.outline.joints if each.name == reader.values.get(path)), None)
-    ends = _ends(reader, joint) if joint else None
+    ends = _bodies_of_joint(reader, joint) if joint else None
     if joint is None or ends is None:
         return
     if ends[0] != GROUND:

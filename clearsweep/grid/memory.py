@@ -23,7 +23,7 @@ def _bytes(layout: Layout, channels: tuple[Column, ...], save: Save, revolutions
     return float(8.0 * (turns * save.samples * len(channels) + sections))
 
 
-def usual_history(grid: Grid) -> float:
+def first_case_history(grid: Grid) -> float:
     """Return the most bytes of history that the first case of a grid stores, without events."""
     case = grid.case(0)
     lasting = case.simulate.until or case.life

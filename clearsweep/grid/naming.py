@@ -44,16 +44,16 @@ class _Named:
             return thermal
         both = f"{path.rpartition('.')[0]}.contact.material"
         known = {body: self.materials.get(f"{both}.{body}", self.materials.get(both)) for body in BODIES}
-        written = thermal.value.get("expansion", _like(thermal, {}))
+        written = thermal.value.get("expansion", _replaced(thermal, {}))
         if None in known.values() or not isinstance(written.value, dict):
             return thermal
         inside = dict(written.value)
         for body, entry in known.items():
             if body not in inside and entry is not None:
                 value = entry.values["expansion"]
-                inside[body] = _like(written, _written(value))
+                inside[body] = _replaced(written, _written(value))
                 self.taken.append(Taken(f"{path}.expansion.{body}", entry.name, value))
-        return _like(thermal, thermal.value | {"expansion": _like(written, inside)})
+        return _replaced(thermal, thermal.value | {"expansion": _replaced(written, inside)})
 
     def _contact(self, path: str, contact: WrittenValue) -> WrittenValue:
         def material(inner: str, written: WrittenValue) -> WrittenValue:
@@ -72,7 +72,7 @@ class _Named:
         else:
             return written
         entry = self.materials[path] = self._entry(library.MATERIALS, path, name)
-        return _like(written, self._filled(path, inside, entry, OF_MATERIAL, name))
+        return _replaced(written, self._filled(path, inside, entry, OF_MATERIAL, name))
 
     def _film(self, path: str, film: WrittenValue) -> WrittenValue:
         if not isinstance(film.value, dict) or OIL not in film.value:
@@ -81,21 +81,21 @@ class _Named:
         if viscosity is not None and not isinstance(viscosity.value, dict):
             sentence = "conflicts with `viscosity`, which it determines; remove one of the two"
             self.problems.add(film.key_place(OIL), f"{path}.{OIL}", sentence)
-            return _like(film, {key: value for key, value in film.value.items() if key != OIL})
+            return _replaced(film, {key: value for key, value in film.value.items() if key != OIL})
         inside = {} if viscosity is None else viscosity.value
         entry = self._entry(library.OILS, f"{path}.{OIL}", name)
         filled = self._filled(f"{path}.viscosity", inside, entry, tuple(entry.values), name)
         whole = {key: value for key, value in film.value.items() if key != OIL}
-        return _like(film, whole | {"viscosity": _like(viscosity or name, filled)})
+        return _replaced(film, whole | {"viscosity": _replaced(viscosity or name, filled)})
 
     def _wear(self, path: str, wear: WrittenValue) -> WrittenValue:
         if not isinstance(wear.value, dict) or PAIR not in wear.value:
             return wear
         name = wear.value[PAIR]
         inside = {key: value for key, value in wear.value.items() if key != PAIR}
-        inside.setdefault("law", _like(name, LAW))
+        inside.setdefault("law", _replaced(name, LAW))
         entry = self._entry(library.PAIRS, f"{path}.{PAIR}", name)
-        return _like(wear, self._filled(path, inside, entry, ("coefficient",), name))
+        return _replaced(wear, self._filled(path, inside, entry, ("coefficient",), name))
 
     def _entry(self, known: Mapping[str, Entry], path: str, name: WrittenValue) -> Entry:
         """Return the entry of a name; a wrong name is reported and gets any entry, whose numbers are never used."""
@@ -139,10 +139,10 @@ def _within(
     if not isinstance(section.value, dict) or key not in section.value:
         return section
     changed = change(path, section.value[key])
-    return section if changed is section.value[key] else _like(section, section.value | {key: changed})
+    return section if changed is section.value[key] else _replaced(section, section.value | {key: changed})
 
 
-def _like(written: WrittenValue, value: object) -> WrittenValue:
+def _replaced(written: WrittenValue, value: object) -> WrittenValue:
     """Return a new value at the position of another."""
     return WrittenValue(value, written.origin, written.line, written.column, written.keys)
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from ..language import quantity
 from ..language.errors import nearest, shown
-from .added_cases import always_used, count, over_of, section_in, section_of
+from .added_cases import check_always_used, count, over_of, section_in, section_of
 from .document import WrittenValue
 from .keys import Number, Word
 from .reader import Reader
@@ -143,7 +143,7 @@ def read(reader: Reader, root: WrittenValue) -> Optimise | None:
     noted = len(reader.problems)
     for path in paths:
         check_range(reader, path, OPTIMISE)
-        always_used(reader, reader.swept[path], OPTIMISE, path)
+        check_always_used(reader, reader.swept[path], OPTIMISE, path)
     objectives = _objectives(reader, section)
     cases = count(reader, section, (OPTIMISE, "cases"), (1, MOST_CASES), None)
     seed = count(reader, section, (OPTIMISE, "seed"), (0, 2**31), 0)

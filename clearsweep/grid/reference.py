@@ -83,7 +83,7 @@ def parts(catalogue: Catalogue) -> list[Part]:
     alike: dict[tuple[Row, ...], list[str]] = {}
     tops = list(dict.fromkeys(path.partition(".")[0] for path in sections))
     for path, places in sorted(sections.items(), key=lambda item: tops.index(item[0].partition(".")[0])):
-        alike.setdefault(tuple(_together(places)), []).append(path)
+        alike.setdefault(tuple(_merged_rows(places)), []).append(path)
     made = []
     for rows, paths in alike.items():
         like = [other for other, (path, _) in _LIKE.items() if path in paths]
@@ -124,7 +124,7 @@ def _overview(trees: Iterable[KeyTree]) -> Iterator[str]:
     yield ""
 
 
-def _together(places: _Places) -> Iterator[Row]:
+def _merged_rows(places: _Places) -> Iterator[Row]:
     """Yield the rows of a section; a row that only some mechanisms or joints have names them.
 
     Rows that differ only in units, laws or options are merged; the row of `law` lists the laws of each joint.
@@ -147,9 +147,11 @@ def _together(places: _Places) -> Iterator[Row]:
         for place, each in owners.items():
             lacking.setdefault(tuple(word for word in options if word not in each[0].options), []).append(place)
         for words, those in lacking.items():
-            text += f"; {_only(those, owners)}: without {_quoted(words)}" if words else ""
+            text += f"; {_owners_text(those, owners)}: without {_quoted(words)}" if words else ""
         having = {place for place, (_, own) in places.items() if any({*laws} & {*each.options} for each in own)}
-        only = "" if having == set(owners) else _only(owners, places)  # the row of `law` says which joints have a law
+        only = (
+            "" if having == set(owners) else _owners_text(owners, places)
+        )  # the row of `law` says which joints have a law
         text = f"*{only}*: {text}" if only else text
         yield row._replace(units=units, text=text, options=options, example=every[0].example)
 
@@ -162,7 +164,7 @@ def _laws(own: Collection[str], known: Collection[str]) -> str:
     return "all" if {*own} == {*known} else _quoted(own)
 
 
-def _only(owners: Collection[str], places: Collection[str]) -> str:
+def _owners_text(owners: Collection[str], places: Collection[str]) -> str:
     """Return in words which owners have a row, or '' if all have it."""
     if len(owners) == len(places):
         return ""
@@ -185,7 +187,7 @@ def _sentences(sections: Mapping[str, _Places]) -> str:
             text = "" if section.text.endswith(f" {path.rpartition('.')[2]}") else _of_body(path, section.text)
             of.setdefault((text, need), []).append(place)
         for (text, need), own in of.items():
-            only = _only(own, places)
+            only = _owners_text(own, places)
             texts[f"{text} ({only})" if only and text else text, need] = None
     needs = {need for _, need in texts}
     lines = [text if len(needs) == 1 else f"{text}; {need}" if text and need else text or need for text, need in texts]

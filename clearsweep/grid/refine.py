@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from ..language.errors import shown
-from .added_cases import always_used, count, section_of
+from .added_cases import check_always_used, count, section_of
 from .document import WrittenValue
 from .keys import Number, value_key
 from .reader import Reader
@@ -47,7 +47,7 @@ def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Refin
         sentence = "nothing can lie between the cases: `sweep` at least one quantity with two values or more"
         reader.problems.add(section, REFINE, sentence)
     for path in reader.axes:
-        always_used(reader, section, REFINE, path)
+        check_always_used(reader, section, REFINE, path)
     cases = count(reader, section, (REFINE, "cases"), (1, MOST_CASES), None)
     return None if cases is None or len(reader.problems) > noted else Refine(cases, paths)
 

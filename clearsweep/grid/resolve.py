@@ -39,7 +39,7 @@ class Shared(dict):
     form: Any = None
 
 
-def _formed(make: Callable[..., Any], section: Tree, *more: Any) -> Any:
+def _typed(make: Callable[..., Any], section: Tree, *more: Any) -> Any:
     """Return the typed form of a section."""
     if not isinstance(section, Shared):
         return make(section, *more)
@@ -50,17 +50,17 @@ def _formed(make: Callable[..., Any], section: Tree, *more: Any) -> Any:
 
 def case_of(tree: Tree, outline: Outline) -> Case:
     """Return the typed form of a case given as nested sections in SI with defaults and only keys in use."""
-    joints = tuple([_formed(_joint, section, name) for name, section in tree["joints"].items()])
+    joints = tuple([_typed(_joint, section, name) for name, section in tree["joints"].items()])
     return Case(
-        mechanism=_formed(_mechanism, tree["mechanism"]),
+        mechanism=_typed(_mechanism, tree["mechanism"]),
         joints=joints,
-        simulate=_formed(_simulate, tree["simulate"]),
-        save=_formed(_save, tree["save"]),
-        drive=_formed(_drive, tree["drive"]) if "drive" in tree else None,
-        loads=(*[_formed(_load, tree["loads"][load.name], load) for load in outline.loads], *_preloads(joints)),
+        simulate=_typed(_simulate, tree["simulate"]),
+        save=_typed(_save, tree["save"]),
+        drive=_typed(_drive, tree["drive"]) if "drive" in tree else None,
+        loads=(*[_typed(_load, tree["loads"][load.name], load) for load in outline.loads], *_preloads(joints)),
         outline=outline,
-        life=_formed(_life, tree["life"]) if "life" in tree else None,
-        uncertain=_formed(uncertain_of, tree[UNCERTAIN]) if UNCERTAIN in tree else (),
+        life=_typed(_life, tree["life"]) if "life" in tree else None,
+        uncertain=_typed(uncertain_of, tree[UNCERTAIN]) if UNCERTAIN in tree else (),
     )
 
 
@@ -74,7 +74,7 @@ def _preloads(joints: tuple[Joint, ...]) -> Iterator[Load]:
 
 
 def _mechanism(section: Tree) -> Mechanism:
-    kind, bodies = _taken(section, "type")
+    kind, bodies = _split_keys(section, "type")
     return Mechanism(kind, dict(leaves(bodies)))
 
 
@@ -93,7 +93,7 @@ def _life(section: Tree) -> Life:
 
 
 def _drive(section: Tree) -> Drive:
-    speed, motor, values = _taken(section, "speed", "motor")
+    speed, motor, values = _split_keys(section, "speed", "motor")
     if isinstance(speed, dict):
         return Drive(table=_table(speed["table"]), **values)
     if motor:
@@ -102,7 +102,7 @@ def _drive(section: Tree) -> Drive:
 
 
 def _load(section: Tree, load: LoadOutline) -> Load:
-    table, friction, rest = _taken(section, "table", "friction")
+    table, friction, rest = _split_keys(section, "table", "friction")
     rubbing = _friction(friction) if friction else None
     return Load(load.name, load.form, dict(leaves(rest)), _table(table) if table else None, rubbing)
 
@@ -116,30 +116,30 @@ def _joint(section: Tree, name: str) -> Joint:
     values.pop("type", None)
     for key, make in _OF_JOINT:
         if key in section:
-            values[key] = _formed(make, section[key])
+            values[key] = _typed(make, section[key])
     return Joint(name=name, **values)
 
 
 def _friction(section: Tree) -> Friction:
-    return Friction(*_taken(section, "law"))
+    return Friction(*_split_keys(section, "law"))
 
 
 def _wear(section: Tree) -> Wear:
-    law, pressure, bins, unit, running_in, evolve, axial_bins, values = _taken(
+    law, pressure, bins, unit, running_in, evolve, axial_bins, values = _split_keys(
         section, "law", "pressure", "bins", "coefficient_unit", "running_in", "evolve", "length_bins"
     )
     return Wear(law, pressure, bins, values, unit == DIMENSIONLESS, running_in, bool(evolve), axial_bins or 1)
 
 
 def _thermal(section: Tree) -> Thermal:
-    expansion, values = _taken(section, "expansion")
+    expansion, values = _split_keys(section, "expansion")
     return Thermal(**values, **(expansion or {}))
 
 
 def _film(section: Tree) -> Film:
-    transition, viscosity, thermal, values = _taken(section, "transition", "viscosity", "thermal")
+    transition, viscosity, thermal, values = _split_keys(section, "transition", "viscosity", "thermal")
     if transition:
-        law, begin, width, rest = _taken(transition, "law", "from", "width")
+        law, begin, width, rest = _split_keys(transition, "law", "from", "width")
         values |= {"transition": law, "begin": begin, "width": width, "asperities": rest}
     if not isinstance(viscosity, dict):
         return Film(viscosity=viscosity, **values)
@@ -151,14 +151,14 @@ def _film(section: Tree) -> Film:
 
 
 def _contact(section: Tree) -> Contact:
-    law, elastic, material, onset, fit, values = _taken(section, "law", "elastic", "material", "onset", "fit")
+    law, elastic, material, onset, fit, values = _split_keys(section, "law", "elastic", "material", "onset", "fit")
     return Contact(
         law, elastic, values, _materials(material) if material else None, onset, _table(fit) if fit else None
     )
 
 
 def _roughness(section: Tree) -> Roughness:
-    law, values = _taken(section, "law")
+    law, values = _split_keys(section, "law")
     tables = {key: _table(value) for key, value in values.items() if isinstance(value, dict)}
     return Roughness(law, {key: value for key, value in values.items() if key not in tables}, tables)
 
@@ -182,7 +182,7 @@ def _materials(section: Tree) -> Materials:
     return Materials(*(Material(**(section[body] if own else section)) for body in Materials._fields))
 
 
-def _taken(section: Tree, *keys: str) -> tuple[Any, ...]:
+def _split_keys(section: Tree, *keys: str) -> tuple[Any, ...]:
     """Return the values of some keys, None for missing ones, and a dict of all others."""
     return (*(section.get(key) for key in keys), {key: value for key, value in section.items() if key not in keys})
 

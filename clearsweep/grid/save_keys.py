@@ -4,7 +4,7 @@ from ..contracts.catalogue import Field
 from ..contracts.layout import ALWAYS_STORED, Layout
 from ..language.errors import nearest, shown
 from .document import WrittenValue
-from .joint_keys import enter_numbers
+from .joint_keys import add_numbers
 from .keys import NameList, Section, Shape, Word
 from .reader import Reader
 
@@ -45,7 +45,7 @@ _WORST = Field(
 def enter_save(tree: Shape, *, turns: bool) -> None:
     """Enter what is kept of a case; of one that turns also of how many revolutions."""
     tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
-    enter_numbers(tree, "save", (_SAVED, _SAMPLES, _WORST) if turns else (_SAMPLES,), sweep=False)
+    add_numbers(tree, "save", (_SAVED, _SAMPLES, _WORST) if turns else (_SAMPLES,), sweep=False)
     tree[CHANNELS] = _CHANNELS
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from ..language import quantity
 from ..language.errors import InputError, shown
-from .added_cases import always_used, section_in, section_of
+from .added_cases import check_always_used, section_in, section_of
 from .document import WrittenValue
 from .fits import fits_among
 from .iso286 import Fit
@@ -165,7 +165,7 @@ def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Seek 
             sentence = f"found {shown(given[key].value)}; expected {' or '.join(allowed)}"
             reader.problems.add(given[key], f"{SEEK}.{key}", sentence)
     for other in reader.axes:
-        always_used(reader, given[end], SEEK, other)
+        check_always_used(reader, given[end], SEEK, other)
     each = "for" not in given or given["for"].value == FOR[0]
     if reader.among:
         fits = Seek(end, paths, (low, high), 0.0, each, reader.among)

@@ -3,7 +3,7 @@
 import math
 
 from ..contracts.catalogue import Catalogue, Field, JointSite
-from .joint_keys import enter_contact, enter_friction, enter_numbers, first_onset, pointed
+from .joint_keys import add_contact, add_friction, add_numbers, first_onset, point_laws
 from .keys import Flag, Section, Shape, Word
 
 _SLEEVE = (
@@ -23,9 +23,9 @@ _MISALIGNED = (
 
 def flanged(tree: Shape, path: str, catalogue: Catalogue) -> None:
     """Add the further keys of a spatial revolute joint with flanges."""
-    enter_numbers(tree, path, (_AXIAL,))
+    add_numbers(tree, path, (_AXIAL,))
     axial = f"{path}.axial"
-    _pointed_contact(tree, axial, catalogue._replace(laws=pointed(catalogue)))
+    _pointed_contact(tree, axial, catalogue._replace(laws=point_laws(catalogue)))
     for inner in [inner for inner in tree if inner.startswith(f"{axial}.material")]:
         del tree[inner]
     tree[axial] = Section("the normal force at a flange; left out: as `contact`", "optional")
@@ -35,7 +35,7 @@ def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
     """Add the keys of a spatial revolute joint without flanges."""
     tree[path] = Section("a revolute joint with radial and axial clearance, in which the journal may tilt", "optional")
     tree[f"{path}.type"] = Word(("spatial",), "the kind of the joint")
-    enter_numbers(tree, path, _SLEEVE)
+    add_numbers(tree, path, _SLEEVE)
     tree[f"{path}.flange"] = Flag(
         "the bearing has flanges, `axial_clearance` away from the journal on each side", default=True
     )
@@ -55,13 +55,13 @@ def through(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> No
             Field(str(k), unit, f"about {axis}" if unit == "rad" else f"along {axis}", -math.inf, default=0.0)
             for k, axis in enumerate("xyz"[:count])
         )
-        enter_numbers(tree, f"{path}.{name}", tuple(axes))
+        add_numbers(tree, f"{path}.{name}", tuple(axes))
     _pointed_contact(tree, f"{path}.contact", catalogue)
     laws = tuple(law for law in catalogue.laws if not (law.remembers or law.sticks))
-    enter_friction(tree, path, catalogue._replace(laws=laws))
+    add_friction(tree, path, catalogue._replace(laws=laws))
 
 
 def _pointed_contact(tree: Shape, contact: str, catalogue: Catalogue) -> None:
     """Add the keys of the normal force at contact points, whose effective impact mass is unknown."""
-    enter_contact(tree, contact.rpartition(".")[0], catalogue, contact)
+    add_contact(tree, contact.rpartition(".")[0], catalogue, contact)
     tree[f"{contact}.onset"] = first_onset(tree, contact)

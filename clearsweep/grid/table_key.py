@@ -37,7 +37,9 @@ def read(problems: Problems, path: str, written: WrittenValue, columns: Columns)
     values = _columns(
         problems, path, WrittenValue(table, written.origin, written.line, written.column, places), columns
     )
-    return values if len(problems) == before and _sound(problems, path, written, table, values, columns) else None
+    return (
+        values if len(problems) == before and _is_increasing(problems, path, written, table, values, columns) else None
+    )
 
 
 def _from_file(
@@ -110,7 +112,9 @@ def _value(problems: Problems, path: str, cell: WrittenValue, unit: str, field: 
     return value
 
 
-def _sound(problems: Problems, path: str, written: WrittenValue, table: dict, values: Values, columns: Columns) -> bool:
+def _is_increasing(
+    problems: Problems, path: str, written: WrittenValue, table: dict, values: Values, columns: Columns
+) -> bool:
     """Return whether a table is complete and increasing; report mistakes."""
     over = [field.name for field in columns.over if field.name in values]
     sentence = ""

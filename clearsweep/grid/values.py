@@ -54,17 +54,17 @@ def read_keys(
         mechanism = mechanism.outlined(outline)
     root, taken = naming.put_numbers(root, problems)
     reader = Reader(problems, mechanism, outline, defined=definitions)
-    whole = followers.shape_of(definitions) | shape(mechanism, catalogue)
+    whole = followers.keys_of(definitions) | shape(mechanism, catalogue)
     _walk(reader, root, "", whole)
     _activate(reader, whole)
     variations.find(reader, root, whole, fixed)
     variations.find_optimised(reader, root, whole)
     labels.put_lists(reader)
     law_check.read(reader, root)
-    fits.put_numbers(reader, lambda path: _ahead(reader, path))
+    fits.put_numbers(reader, lambda path: _values_before_reading(reader, path))
     reader.taken = {each.path: each for each in taken if each.path not in reader.swept}
     wear_unit.put_units(reader)
-    variations.find_sought(reader, root, whole, lambda path: _ahead(reader, path))
+    variations.find_seek(reader, root, whole, lambda path: _values_before_reading(reader, path))
     added_cases.find(reader, root, (*_SEARCHES, law_check.CHECK))
     for path, node in reader.shape.items():
         if isinstance(node, Word):
@@ -130,7 +130,7 @@ def _walk(reader: Reader, written: WrittenValue, path: str, whole: Shape) -> Non
             reader.problems.add(written.key_place(key), inner, f"'{key}' {wrong[key]}")
             continue
         node = None if "." in key else whole.get(inner)
-        instead = isinstance(node, Number) and isinstance(below.value, dict) and _holds(whole, inner)
+        instead = isinstance(node, Number) and isinstance(below.value, dict) and _has_keys_below(whole, inner)
         if isinstance(node, Section) or instead:  # a section, or a section that replaces a quantity
             _walk(reader, below, inner, whole)
         elif node is not None:
@@ -173,7 +173,7 @@ def _activate(reader: Reader, whole: Shape) -> None:
     """Reduce the whole shape to the keys in use; wear and roughness also get keys that otherwise only laws have."""
     for path, node in whole.items():
         parent = path.rpartition(".")[0]
-        there = not isinstance(node, Section) or _is_there(reader, path, node)
+        there = not isinstance(node, Section) or _exists(reader, path, node)
         if isinstance(whole.get(parent), Number):
             there = parent in reader.sections
         elif isinstance(node, Number) and path in reader.sections:  # a section replaces it
@@ -194,12 +194,12 @@ def _activate(reader: Reader, whole: Shape) -> None:
             reader.shape[path] = Number(tuple(use._replace(when=()) for use in node.uses))
 
 
-def _holds(whole: Shape, path: str) -> bool:
+def _has_keys_below(whole: Shape, path: str) -> bool:
     """Return whether there are keys below `path`."""
     return any(inner.rpartition(".")[0] == path for inner in whole)
 
 
-def _is_there(reader: Reader, path: str, node: Section) -> bool:
+def _exists(reader: Reader, path: str, node: Section) -> bool:
     """Return whether the section at `path` exists: written or implied, together with the sections it needs."""
     required = f"{path.rpartition('.')[0].rpartition('.')[0]}.{node.needs}"
     return (path in reader.sections or node.need == "implied") and (not node.needs or required in reader.shape)
@@ -237,7 +237,7 @@ def _word(reader: Reader, path: str, node: Word) -> None:
             reader.problems.add(
                 reader.place(path), path, f"is missing; write one of {', '.join(node.options)} ({node.text})"
             )
-    elif not node.idle and not node.used(reader.names) and _meant(reader, path, node):
+    elif not node.idle and not node.used(reader.names) and _seems_used(reader, path, node):
         reader.problems.add(reader.place(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
     reader.names[path] = frozenset(values or node.options)
     law_check.put_axis(reader, path)
@@ -246,7 +246,7 @@ def _word(reader: Reader, path: str, node: Word) -> None:
 def _table(reader: Reader, path: str, node: Table) -> None:
     """Read one table."""
     if node.when and not node.used(reader.names):
-        if _meant(reader, path, node):
+        if _seems_used(reader, path, node):
             reader.problems.add(reader.place(path), path, f"is not used by {_chosen(reader, node)}; leave it out")
         return
     if path not in reader.written and node.optional:
@@ -273,7 +273,7 @@ def _flag(reader: Reader, path: str) -> None:
 def _number(reader: Reader, path: str, node: Number) -> None:
     """Read a quantity, or its axis, with the meaning that each law in use gives it."""
     fields = node.fields(reader.names)
-    if not fields and _meant(reader, path, node):
+    if not fields and _seems_used(reader, path, node):
         owners = sorted({name for use in node.uses for name in use.when[-1][1]})
         sentence = (
             f"is not used by {_chosen(reader, node)}, only by {', '.join(owners)}; leave it out or choose another law"
@@ -281,7 +281,7 @@ def _number(reader: Reader, path: str, node: Number) -> None:
         reader.problems.add(reader.place(path), path, sentence)
         return
     meanings = [(field, _units(reader, path, field)) for field in fields or (node.uses[0].field,)]
-    if _doubtful(reader, node):  # which meaning applies is unknown; any that fits will do
+    if _depends_on_unreadable(reader, node):  # which meaning applies is unknown; any that fits will do
         quiet = Reader(Problems(), reader.mechanism, reader.outline)
         written = reader.written.get(path)
         if path in reader.swept or (
@@ -297,7 +297,7 @@ def _number(reader: Reader, path: str, node: Number) -> None:
         value = _quantity(reader, path, reader.written[path], meanings)
         if value is not None and path not in reader.swept:
             reader.values[path] = value
-    elif path not in reader.swept and not _doubtful(reader, node):
+    elif path not in reader.swept and not _depends_on_unreadable(reader, node):
         for field in fields:
             if field.default is None and not field.optional and not _from_material(reader, path, field):
                 _missing(reader, path, node, field)
@@ -345,10 +345,10 @@ def _units(reader: Reader, path: str, field: Field) -> list[str]:
 
 def exponent_values(reader: Reader, path: str) -> tuple[float, ...]:
     """Return the values of the key `exponent` next to `path`, or (1.5,) if unreadable."""
-    return _ahead(reader, f"{path.rpartition('.')[0]}.exponent") or (1.5,)
+    return _values_before_reading(reader, f"{path.rpartition('.')[0]}.exponent") or (1.5,)
 
 
-def _ahead(reader: Reader, path: str) -> tuple[float, ...]:
+def _values_before_reading(reader: Reader, path: str) -> tuple[float, ...]:
     """Return every value of the number at `path` before it is read in turn, or () if unreadable or drawn."""
     node = reader.shape.get(path)
     if path in reader.defined.follow:
@@ -380,16 +380,16 @@ def _from_material(reader: Reader, path: str, missing: Field) -> bool:
     return True
 
 
-def _doubtful(reader: Reader, node: Word | Number | Table) -> bool:
+def _depends_on_unreadable(reader: Reader, node: Word | Number | Table) -> bool:
     """Return whether this key depends on a law name that could not be read and is reported already."""
     return any(path in reader.unsure for path in node.choosers())
 
 
-def _meant(reader: Reader, path: str, node: Word | Number | Table) -> bool:
+def _seems_used(reader: Reader, path: str, node: Word | Number | Table) -> bool:
     """Return whether an unused key was written as if it were used; it may belong to another law that is swept."""
     switched = any(chooser in reader.swept for chooser in node.choosers())
     there = path in reader.swept or (path in reader.written and not switched)
-    return there and not _doubtful(reader, node)
+    return there and not _depends_on_unreadable(reader, node)
 
 
 def _chosen(reader: Reader, node: Word | Number | Table) -> str:

@@ -60,17 +60,15 @@ def find_optimised(reader: Reader, root: WrittenValue, whole: Shape) -> None:
         _enter(reader, identified.IDENTIFY, path, place, values, whole)
 
 
-def find_sought(
-    reader: Reader, root: WrittenValue, whole: Shape, values_of: Callable[[str], tuple[float, ...]]
-) -> None:
+def find_seek(reader: Reader, root: WrittenValue, whole: Shape, values_of: Callable[[str], tuple[float, ...]]) -> None:
     """Record the range of a search, as an axis of its two ends or of all values to try."""
     between = seek.range_of(reader, root, values_of)
     for place in between[0] if between else ():
         assert between is not None  # there is at least one path
-        _enter_sought(reader, place.value, place, between[1], whole)
+        _enter_seek(reader, place.value, place, between[1], whole)
 
 
-def _enter_sought(reader: Reader, path: str, place: WrittenValue, between: WrittenValue, whole: Shape) -> None:
+def _enter_seek(reader: Reader, path: str, place: WrittenValue, between: WrittenValue, whole: Shape) -> None:
     """Record the values of one path of a search."""
     node = whole.get(path)
     if isinstance(node, Word) or (isinstance(node, Number) and any(use.field.whole for use in node.uses)):

@@ -26,15 +26,15 @@ def put_units(reader: Reader) -> None:
 
 def _bare(written: WrittenValue) -> bool:
     """Return whether only numbers without a unit are written."""
-    leaves = list(_leaves(written))
+    leaves = list(_texts(written))
     return bool(leaves) and all(map(_is_number, leaves))
 
 
-def _leaves(written: WrittenValue) -> Iterator[object]:
+def _texts(written: WrittenValue) -> Iterator[object]:
     """Yield every text in a value, an axis or a distribution."""
     if isinstance(written.value, (dict, list)):
         for item in written.value.values() if isinstance(written.value, dict) else written.value:
-            yield from _leaves(item)
+            yield from _texts(item)
     else:
         yield written.value
 

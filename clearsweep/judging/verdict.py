@@ -90,7 +90,7 @@ def units_of(record: Mapping[str, Any]) -> dict[str, str]:
     return {column["name"]: column["unit"] for column in record["layout"]["columns"]} | own
 
 
-class Own(NamedTuple):
+class UserFigure(NamedTuple):
     """A user-defined figure."""
 
     name: str
@@ -101,7 +101,7 @@ class Own(NamedTuple):
 class Verdict(NamedTuple):
     """User-defined figures and limits of a grid."""
 
-    figures: tuple[Own, ...] = ()
+    figures: tuple[UserFigure, ...] = ()
     limits: tuple[Limit, ...] = ()
 
     @property
@@ -204,10 +204,10 @@ def of_record(record: Mapping[str, Any]) -> Verdict:
     return Verdict(figures_of(record.get("figures") or {}, units), limits)
 
 
-def figures_of(written: Mapping[str, str], units: Mapping[str, str]) -> tuple[Own, ...]:
+def figures_of(written: Mapping[str, str], units: Mapping[str, str]) -> tuple[UserFigure, ...]:
     """Return the user-defined figures of a grid, functions of columns and earlier figures; InputError for a mistake."""
     known, figures = dict(units), []
     for name, text in written.items():
         known[name] = expression.unit_of(text, known)
-        figures.append(Own(name, text, known[name]))
+        figures.append(UserFigure(name, text, known[name]))
     return tuple(figures)

@@ -75,7 +75,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return f"; did you mean '{near[0]}'?" if near else ""
 
 
-def likely(word: str, known: Iterable[str]) -> list[str]:
+def similar_words(word: str, known: Iterable[str]) -> list[str]:
     """Return the known words that contain `word`, or else those most similar to it; [] for none."""
     known = list(known)
     parts = [other for other in known if word and word.lower() in other.lower()]

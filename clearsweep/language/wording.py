@@ -146,7 +146,7 @@ def text(value: float | None, unit: str, digits: int = 3) -> str:
     return DASH if value is None or missing(value) else scale(unit, value).text(value, digits)
 
 
-def alike(values: Iterable[float | None], unit: str) -> list[str]:
+def in_common_unit(values: Iterable[float | None], unit: str) -> list[str]:
     """Return SI values of one quantity, each as number and unit, with the prefix that suits the largest.
 
     Values in one sentence are compared, and 18.8 kN next to 2,720 N is easily misread.

@@ -100,7 +100,7 @@ def _sentences(forces: dict[str, np.ndarray], holding: list[str]) -> list[str]:
     own = np.array([forces[law] for law in holding])
     factors = [wording.plain(factor) for factor in own.max(axis=0) / own.min(axis=0)]
     more = [f"{factor} at {depth}" for k, (factor, depth) in enumerate(zip(factors, at, strict=True)) if k != FIRST]
-    least, most = wording.alike((forces[law][FIRST] for law in (holding[0], holding[-1])), "N")
+    least, most = wording.in_common_unit((forces[law][FIRST] for law in (holding[0], holding[-1])), "N")
     return [
         f"At a penetration of {at[FIRST]} the {len(holding)} elastic laws that hold in this joint differ by a factor "
         f"of {factors[FIRST]}: {least} ({holding[0]}) to {most} ({holding[-1]}). {rest}".rstrip(),

@@ -222,7 +222,7 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
     drawn = []
     if clearance is not None and not _straight(study, joint):
         reach = float(np.hypot(x, y).max())
-        farthest, free = wording.alike((reach, float(clearance)), "m")
+        farthest, free = wording.in_common_unit((reach, float(clearance)), "m")
         drawn.append(
             Picture(
                 f"Journal orbit{where}",
@@ -331,4 +331,4 @@ def _most(values: np.ndarray, unit: str) -> str:
 
 def most_of(histories: Iterable[np.ndarray], unit: str) -> list[str]:
     """Return the largest magnitudes of histories that are compared, all in one unit."""
-    return wording.alike((float(np.abs(values).max()) for values in histories), unit)
+    return wording.in_common_unit((float(np.abs(values).max()) for values in histories), unit)

@@ -194,7 +194,7 @@ def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]
                 if effect.chaotic:
                     chaotic[figure.name] = None
                 numbers = (effect.low, effect.middle, effect.high, effect.scatter)
-                texts = wording.alike(numbers, figure.unit)
+                texts = wording.in_common_unit(numbers, figure.unit)
                 cells = [Quantity(value, text) for value, text in zip(numbers, texts, strict=True)]
                 head = (figure.name, figure.unit, *point_cells(study, sample), names[effect.path])
                 rows.append((*head, *cells, _blur(effect)))

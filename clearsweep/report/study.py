@@ -143,7 +143,7 @@ class Study(NamedTuple):
 
     def texts(self, *figures: tuple[str, str]) -> list[str]:
         """Return figures (case_id, column) of one quantity for one sentence, all in the unit of the largest."""
-        return wording.alike((self.cases.at[figure] for figure in figures), self.unit(figures[0][1]))
+        return wording.in_common_unit((self.cases.at[figure] for figure in figures), self.unit(figures[0][1]))
 
     def has(self, column: str) -> bool:
         """Return whether any finished case has this figure."""

@@ -111,5 +111,5 @@ def _drawn(study: Study, joint: Joint, case_id: str) -> dict:
 def depth_text(depth: np.ndarray) -> str:
     """Return where a body is worn deepest, and its mean depth, in words."""
     angle = 360.0 * (int(depth.argmax()) + 0.5) / len(depth)
-    deepest, mean = wording.alike((float(depth.max()), float(depth.mean())), "m")
+    deepest, mean = wording.in_common_unit((float(depth.max()), float(depth.mean())), "m")
     return f"deepest {deepest} at {angle:.0f}°, mean {mean}"

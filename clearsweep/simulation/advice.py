@@ -10,7 +10,7 @@ from ..contracts.case import Case, Joint
 from ..contracts.catalogue import Law, Merit
 from ..grid import library
 from ..language import wording
-from ..language.errors import InputError, likely
+from ..language.errors import InputError, similar_words
 from ..mechanics import describe
 from ..mechanics.describe import WIDTH
 from ..mechanics.joint import registry
@@ -70,7 +70,7 @@ def laws_text(name: str | None = None) -> str:
     if texts := [text for text in (library.text(name), describe.text(name), grid.key_text(name, known)) if text]:
         return "\n\n".join(texts)
     word = name.rpartition(".")[2]
-    like = likely(word, (*describe.names(), *library.names())) or likely(word, grid.key_names(known))
+    like = similar_words(word, (*describe.names(), *library.names())) or similar_words(word, grid.key_names(known))
     near = f"; did you mean '{like[0]}'?" if len(like) == 1 else f"; there are {', '.join(like)}" if like else ""
     raise InputError(
         f"list: unknown name '{name}'{near} (`clearsweep list` prints laws and libraries; a key of a grid has a path "

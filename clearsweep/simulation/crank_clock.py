@@ -11,7 +11,7 @@ from ..mechanics.mechanism import planar
 PATIENCE = 100.0  # turns at nominal speed after which a free crank that hardly moves counts as stalled
 
 
-class Steady(NamedTuple):
+class SteadyClock(NamedTuple):
     """Clock of a crank at constant speed, or of a machine without a crank; it shows time."""
 
     turn: float  # s, of a revolution
@@ -26,7 +26,7 @@ class Steady(NamedTuple):
         return revolutions * self.turn
 
 
-class Followed(NamedTuple):
+class ScheduledClock(NamedTuple):
     """Clock of a crank whose speed follows a table; it shows time."""
 
     times: np.ndarray  # (rows,) s, first row at 0 or before
@@ -53,7 +53,7 @@ class Followed(NamedTuple):
         return float(self.times[row] + 2.0 * rest / (speed + root))
 
 
-class Free(NamedTuple):
+class FreeClock(NamedTuple):
     """Clock of a free crank; it shows the crank angle."""
 
     start: float  # rad
@@ -68,22 +68,22 @@ class Free(NamedTuple):
         return self.start + 2.0 * math.pi * revolutions
 
 
-def turning_of(machine: Machine | None, turn: float) -> Steady | Followed | Free:
+def clock_of(machine: Machine | None, turn: float) -> SteadyClock | ScheduledClock | FreeClock:
     """Return the clock of a machine; `turn` (s): a revolution at its nominal speed."""
     if machine is None or not isinstance(machine.drive, (Schedule, Motor)):
-        return Steady(turn)
+        return SteadyClock(turn)
     if isinstance(machine.drive, Motor):
-        return Free(machine.drive.start_angle)
+        return FreeClock(machine.drive.start_angle)
     return followed(machine.drive)
 
 
-def followed(schedule: Schedule) -> Followed:
+def followed(schedule: Schedule) -> ScheduledClock:
     """Return the clock of a table of speeds from t = 0 on, constant before its first row."""
     later = schedule.times > 0.0
     times = np.concatenate([[0.0], schedule.times[later]])
     speeds = np.concatenate([[np.interp(0.0, schedule.times, schedule.speeds)], schedule.speeds[later]])
     angles = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times))])
-    return Followed(times, speeds, angles)
+    return ScheduledClock(times, speeds, angles)
 
 
 def knots_of(machine: Machine | None) -> np.ndarray:

@@ -9,16 +9,16 @@ from ..contracts.results import Trajectory
 from .figures import SETUP
 from .heat import has_balance
 from .outcome import Outcome, outcome_of, periods_of, to_trajectory
-from .run import integrate, run_at, use_no_more, wants_events
+from .run import integrate, keeps_events, release, run_at
 from .scene import Scene, build
-from .trajectory import extent_of, simulate, timed, with_limits
+from .trajectory import horizon_of, simulate, with_deadline, with_limits
 
 OFTEN = 0.05  # s of processor time after which finished cases are reported together
 
 Ended = tuple[int, Trajectory | Exception]
 
 
-class Integrated(NamedTuple):
+class PendingResult(NamedTuple):
     """A case that is integrated but not reported yet."""
 
     place: int  # index among the cases
@@ -31,14 +31,14 @@ def solve_each(cases: Iterable[Case]) -> Iterator[Ended]:
 
     Figures of plain cases are computed for many cases at a time, which halves the time.
     """
-    waiting: list[Integrated] = []
+    waiting: list[PendingResult] = []
     reported = time.process_time()
     for place, case in enumerate(cases):
         try:
             begin = time.perf_counter()
             scene = build(case)
             if is_plain(scene):
-                waiting.append(_integrated(place, scene, begin))
+                waiting.append(_integrate_plain(place, scene, begin))
                 if time.process_time() - reported > OFTEN:
                     yield from _results(waiting)
                     waiting, reported = [], time.process_time()
@@ -57,19 +57,19 @@ def is_plain(scene: Scene) -> bool:
     return turns and single
 
 
-def _integrated(place: int, scene: Scene, begin: float) -> Integrated:
+def _integrate_plain(place: int, scene: Scene, begin: float) -> PendingResult:
     """Return a plain scene with its integration; building it began at `begin` (s)."""
-    scene = timed(scene)
-    extent = extent_of(scene)
+    scene = with_deadline(scene)
+    extent = horizon_of(scene)
     run = run_at(scene, extent.times, turned=False, marks=extent.marks)
     seconds = time.perf_counter() - begin
-    integrate(scene, run, extent.end, keep_events=wants_events(scene, extent.times))
+    integrate(scene, run, extent.end, keep_events=keeps_events(scene, extent.times))
     outcome = outcome_of(scene, run, extent.end)
-    use_no_more(run)
-    return Integrated(place, seconds, outcome)
+    release(run)
+    return PendingResult(place, seconds, outcome)
 
 
-def _results(waiting: list[Integrated]) -> Iterator[Ended]:
+def _results(waiting: list[PendingResult]) -> Iterator[Ended]:
     """Yield the results of cases."""
     try:
         periods = iter(periods_of([case.outcome for case in waiting]))

@@ -35,7 +35,7 @@ class Block(Protocol):
     turns: float  # revolutions over which the rates are averaged
 
 
-class Judge(Protocol):
+class LimitedQuantity(Protocol):
     """The limited quantity as a function of the worn state."""
 
     def value(self, state: np.ndarray, /) -> float:
@@ -45,7 +45,7 @@ class Judge(Protocol):
         """Return its derivatives (n,)."""
 
 
-class Plan(NamedTuple):
+class StepControl(NamedTuple):
     """Limit and step control of an extrapolation."""
 
     limit: float
@@ -85,7 +85,9 @@ class Life(NamedTuple):
         return self.nodes[-1].revolutions
 
 
-def lived(measure: Callable[[np.ndarray], Any], criterion: Judge, settings: Plan, start: np.ndarray) -> Life | None:
+def extrapolated_life(
+    measure: Callable[[np.ndarray], Any], criterion: LimitedQuantity, settings: StepControl, start: np.ndarray
+) -> Life | None:
     """Return the life from the worn state `start`, (n,), to its limit, or None if a block failed.
 
     measure : worn state -> Block run in this state, or None if it failed
@@ -113,7 +115,7 @@ def lived(measure: Callable[[np.ndarray], Any], criterion: Judge, settings: Plan
         blocks += 1
         if there is None:
             return None
-        off = misplaced(here, there, settings.groups)
+        off = redistributed_share(here, there, settings.groups)
         if off > settings.tolerance and jump > settings.least:
             jump *= SHRINKAGE
             continue
@@ -147,13 +149,13 @@ def _within(here: Node, end: Node, part: float) -> Node:
     return Node(here.revolutions + part, here.state + 0.5 * part * (here.rate + rate), rate, end.block)
 
 
-def _cut(limit: float, criterion: Judge, here: Node, end: Node) -> Node:
+def _cut(limit: float, criterion: LimitedQuantity, here: Node, end: Node) -> Node:
     """Return the node at which the limit is reached, between two nodes."""
     jump = end.revolutions - here.revolutions
     return _within(here, end, _root(lambda part: criterion.value(_within(here, end, part).state) - limit, jump))
 
 
-def misplaced(here: Node, there: Block, groups: tuple[slice, ...]) -> float:
+def redistributed_share(here: Node, there: Block, groups: tuple[slice, ...]) -> float:
     """Return the share of the wear that two rates distribute differently, in the worst group."""
     allowed = np.hypot(*(np.where(np.isfinite(block.width), block.width, 0.0) for block in (here.block, there)))
     off = np.maximum(np.abs(there.rate - here.rate) - allowed, 0.0)
@@ -164,7 +166,7 @@ def misplaced(here: Node, there: Block, groups: tuple[slice, ...]) -> float:
     return max(shares)
 
 
-def revolutions_to(limit: float, criterion: Judge, here: Node, fastest: float) -> float:
+def revolutions_to(limit: float, criterion: LimitedQuantity, here: Node, fastest: float) -> float:
     """Return the revolutions to the limit at constant rates, `fastest` being the largest; inf if never."""
 
     def value(part: float) -> float:
@@ -185,7 +187,9 @@ def _root(function: Callable[[float], float], last: float) -> float:
     return float(brentq(function, 0.0, last, xtol=1e-14 * last, rtol=1e-14))
 
 
-def _interval(nodes: list[Node], blocks: int, criterion: Judge, settings: Plan, jump: float | None = None) -> Life:
+def _interval(
+    nodes: list[Node], blocks: int, criterion: LimitedQuantity, settings: StepControl, jump: float | None = None
+) -> Life:
     """Return a life that reached its limit, in a `jump` that was extended, with its interval.
 
     With q the rate of the limited quantity, the life is the integral of dq / q.  A relative error of a rate is
@@ -198,20 +202,20 @@ def _interval(nodes: list[Node], blocks: int, criterion: Judge, settings: Plan, 
     floor = LEAST_GROWTH * settings.limit / total
     growth = [max(float(slope @ node.rate), floor) for slope, node in zip(slopes, nodes, strict=True)]
     weights: dict[int, float] = {}  # per block: revolutions to which its rate applies, times its relative error
-    for k, offsets in enumerate(_standing(nodes, jump)):
+    for k, offsets in enumerate(_revolutions_by_block(nodes, jump)):
         block = nodes[k].block
-        weights[id(block)] = weights.get(id(block), 0.0) + offsets * _width(slopes[k], block) / growth[k]
+        weights[id(block)] = weights.get(id(block), 0.0) + offsets * _rate_half_width(slopes[k], block) / growth[k]
     spread = (math.fsum(weights.values()) if settings.alike else math.hypot(*weights.values())) / total
-    error = abs(_coarser(nodes, slopes, growth)) / total
+    error = abs(_change_without_every_other(nodes, slopes, growth)) / total
     off = math.hypot(spread, error)
     low, high = total / (1.0 + off), total / (1.0 - off) if off < 1.0 else math.inf
     if settings.drifting:
-        lag = _lag(nodes, growth)
+        lag = _drift_bias(nodes, growth)
         low, high = max(low - lag, 0.0), high + lag
     return Life(tuple(nodes), reached=True, low=low, high=high, jump_error=error, blocks=blocks)
 
 
-def _lag(nodes: list[Node], growth: list[float]) -> float:
+def _drift_bias(nodes: list[Node], growth: list[float]) -> float:
     """Return the error (revolutions) of a life because mid-block rates are used at the start of a block.
 
     With rates r(n + h) in place of r(n), h half a block, the limit q is reached where q(n + h) - q(h) = limit: to first
@@ -226,7 +230,7 @@ def _lag(nodes: list[Node], growth: list[float]) -> float:
     return math.fsum(changes) / growth[-1]
 
 
-def _standing(nodes: list[Node], jump: float | None) -> list[float]:
+def _revolutions_by_block(nodes: list[Node], jump: float | None) -> list[float]:
     """Return the revolutions to which each node's block applies; the last jump may have been longer."""
     offsets = [0.0] * len(nodes)
     for k in range(len(nodes) - 1):
@@ -237,13 +241,13 @@ def _standing(nodes: list[Node], jump: float | None) -> list[float]:
     return offsets
 
 
-def _width(slope: np.ndarray, block: Block) -> float:
+def _rate_half_width(slope: np.ndarray, block: Block) -> float:
     """Return the half-width of the 95 % interval of the limited quantity's rate; bin errors are fully correlated."""
     counts = slope != 0.0
     return float(np.abs(slope[counts]) @ block.width[counts])
 
 
-def _coarser(nodes: list[Node], slopes: list[np.ndarray], growth: list[float]) -> float:
+def _change_without_every_other(nodes: list[Node], slopes: list[np.ndarray], growth: list[float]) -> float:
     """Return the change (revolutions) of a life without every other node; for one jump, with the rate after it.
 
     slopes, growth : derivatives of the limited quantity at the end of each jump, and its rate at each node

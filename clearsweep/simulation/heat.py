@@ -19,7 +19,7 @@ from ..contracts.layout import Layout
 from ..mechanics.solver import run_control
 from ..mechanics.solver.accumulate.totals import FRICTION_ENERGY, HEAT
 from ..mechanics.solver.event import Work
-from .run import integrated
+from .run import integration_of
 from .scene import Scene, build
 from .sums import half_width
 from .window import by_joint
@@ -54,7 +54,7 @@ class Balance(NamedTuple):
         }
 
 
-class _Blocks:
+class HeatObserver:
     """Records the heat of the observed joints at the end of each revolution."""
 
     parts = 1
@@ -78,7 +78,7 @@ def has_balance(case: Case) -> bool:
     return any(joint.balance for joint in case.joints)
 
 
-def balanced(scene: Scene) -> tuple[Scene, Balance]:
+def at_equilibrium(scene: Scene) -> tuple[Scene, Balance]:
     """Return the scene with its joints at equilibrium temperature, and the temperatures.
 
     If a run fails, its scene is returned.
@@ -155,9 +155,9 @@ def _losses(scene: Scene, names: list[str]) -> tuple[np.ndarray, np.ndarray] | N
     """Return the mean loss (W) of joints over the window and half of its 95 % interval, or None if the run failed."""
     looked = [(row, joint) for row, joint in enumerate(scene.layout.joints) if joint.name in names]
     rows, columns = [row for row, _ in looked], [HEAT if joint.film else FRICTION_ENERGY for _, joint in looked]
-    settings, blocks = scene.case.simulate, _Blocks(scene.layout, rows, columns)
+    settings, blocks = scene.case.simulate, HeatObserver(scene.layout, rows, columns)
     end = scene.crank_clock.at(settings.revolutions)
-    run = integrated(scene, np.empty(0), end, (blocks,), turned=True)
+    run = integration_of(scene, np.empty(0), end, (blocks,), turned=True)
     if run.status != run_control.OK:
         return None
     blocks.see(run.work)

@@ -76,7 +76,7 @@ def _jumps(functions: Functions, places: np.ndarray, values: np.ndarray) -> list
 def _maxima(functions: Functions, places: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the largest value of each function, refining around every maximum that may be the largest."""
     most: np.ndarray = values.max(axis=1)
-    of, x, y = _brackets(places, values)
+    of, x, y = _candidates(places, values)
     share = np.arange(1, INSIDE + 1) / (INSIDE + 1.0)
     for _ in range(ROUNDS):
         fall = y[:, 1] - y.min(axis=1)
@@ -113,7 +113,7 @@ def _slope(rise: np.ndarray, run: np.ndarray) -> np.ndarray:
     return slope
 
 
-def _brackets(places: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _candidates(places: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the candidates for the largest value: function index (b,), places and values (b, 3) around each."""
     step = np.diff(values)
     rises, falls = np.pad(step, ((0, 0), (1, 0))), np.pad(step, ((0, 0), (0, 1)))  # before and behind each sample

@@ -17,9 +17,9 @@ from ..judging.validity import UNREACHED, smoothed
 from ..language.wording import count
 from ..mechanics.joint import registry
 from ..mechanics.joint.wear.contract import Worn
-from .extrapolation import Life, Node, Plan
+from .extrapolation import Life, Node, StepControl
 from .first_touch import Touch, first_touch, first_touch_in_slot
-from .life_block import BlockRecord, Log, Part, parts_of, read, written
+from .life_block import BlockRecord, Log, Part, encoded, parts_of, read
 from .progress import Life as LifePhase
 from .progress import LifeLimits
 from .scene import Scene, build
@@ -75,7 +75,7 @@ class Ageing:
         """Return whether the wear rates are independent of wear."""
         return self.alike and not any(joint.wear.running_in for joint in self.scene.case.joints if joint.wear)
 
-    def settings(self) -> Plan:
+    def settings(self) -> StepControl:
         """Return limit and step control of the extrapolation."""
         case, life, first = self.scene.case, self.life, np.full(self.size, math.inf)
         for part in self.parts:
@@ -83,7 +83,7 @@ class Ageing:
             wear = case.joints[part.place].wear
             if wear and wear.running_in:
                 first[part.slid] = FRESH * wear.running_in["distance"]
-        return Plan(
+        return StepControl(
             limit=life.limit,
             tolerance=life.tolerance,
             blocks=life.blocks,
@@ -120,7 +120,7 @@ class Ageing:
         self.progress.reached(self.value(state))
         self.recalled += 1
         if self.log:
-            self.log.keep(written([*self.before, *self.records]))
+            self.log.keep(encoded([*self.before, *self.records]))
 
     def measured(
         self, run: Callable[["Ageing", np.ndarray], BlockRecord | None]

@@ -18,7 +18,7 @@ from .batch_means import Blocks, Interval
 from .run import Run
 from .scene import Scene
 from .sums import half_width
-from .watch import Moment, moment_of
+from .watch import Moment, snapshot_of
 from .window import by_joint
 
 PARTS = 24  # phases of a revolution at which relative body angles are recorded
@@ -74,7 +74,7 @@ class BlockRecord(NamedTuple):
     life: int = 0  # index of the life: 0 for the case's own
 
 
-class Rates:
+class RateObserver:
     """Ends a block when the wear rate of the limited joint is accurate enough."""
 
     parts = PARTS
@@ -101,7 +101,7 @@ class Rates:
             self.turned.append([side * (far - near) for side, (near, far) in zip(self.sides, angles, strict=True)])
         if part:
             return False
-        self.starts.append(moment_of(work))
+        self.starts.append(snapshot_of(work))
         if self.seen == 1:
             return False  # a revolution has just begun; all other pauses are at the same distance from its end
         self.revolutions = self.discard + (self.seen - 1) // PARTS
@@ -122,7 +122,7 @@ def longest_block(case: Case) -> float:
     return discard + math.floor(case.life.max_revolutions - discard + 1e-9)
 
 
-def told_by(scene: Scene, run: Run, watch: Rates, process_time: float) -> BlockRecord:
+def block_record_of(scene: Scene, run: Run, watch: RateObserver, process_time: float) -> BlockRecord:
     """Return the result of a finished block; `process_time`: s, total processor time so far."""
     parts = parts_of(scene.case)
     turns = watch.revolutions - watch.discard
@@ -135,13 +135,13 @@ def told_by(scene: Scene, run: Run, watch: Rates, process_time: float) -> BlockR
         rate[part.both] = depths[part.place, :, : part.bins].ravel() / turns
         before = scene.worn[part.name].slid
         rate[part.slid] = (totals.account[part.place, SLID] - before) / turns
-        width[part.both] = _widths(watch.blocks, part) * rate[-1]
+        width[part.both] = _half_widths(watch.blocks, part) * rate[-1]
     peaks = np.array(totals.joint[:, FORCE_MAX])
     seconds = np.array([run.duration, process_time])
     return BlockRecord(rate, width, peaks, np.array(watch.turned), run.counts.copy(), seconds, turns)
 
 
-def _widths(blocks: Blocks, part: Part) -> np.ndarray:
+def _half_widths(blocks: Blocks, part: Part) -> np.ndarray:
     """Return the half-widths of the 95 % intervals of bin wear rates (m/s); inf for fewer than two blocks."""
     widths = np.full(2 * part.bins, math.inf)
     if len(blocks.ends) > 2:
@@ -164,7 +164,7 @@ class Log(Protocol):
         """Replace the stored content."""
 
 
-def written(records: Sequence[BlockRecord]) -> bytes:
+def encoded(records: Sequence[BlockRecord]) -> bytes:
     """Return the results of blocks as bytes; `read` restores them to the last bit."""
     content = io.BytesIO()
     rows: dict[str, Any] = {name: np.array([getattr(each, name) for each in records]) for name in BlockRecord._fields}
@@ -173,7 +173,7 @@ def written(records: Sequence[BlockRecord]) -> bytes:
 
 
 def read(content: bytes | None, size: int) -> list[BlockRecord]:
-    """Return the results stored by `written`, for vectors of this size; [] for any other content."""
+    """Return the results stored by `encoded`, for vectors of this size; [] for any other content."""
     if content is None:
         return []
     try:

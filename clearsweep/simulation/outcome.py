@@ -17,7 +17,7 @@ from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, LOAD_TIME, OPENED,
 from .figures import figures_of, shared_by
 from .ideal import ideal_peaks
 from .remarks import remarks
-from .revolutions import Marks, begun, periods_in, reached, spreads_of
+from .revolutions import Marks, peak_spreads, periods_in, reached, start_turns
 from .run import TIME_BUDGET, FinalContacts, Run, onset_rates
 from .scene import Scene
 from .start import control_of
@@ -75,7 +75,7 @@ _AT_REST = (
 REST = 1e-3  # of the initial speed: slower bodies count as at rest when no step is small enough
 
 
-def _ended(scene: Scene, run: Run) -> tuple[str, str]:
+def _status_of(scene: Scene, run: Run) -> tuple[str, str]:
     """Return the status of an integration and its message."""
     film = any(joint.film for joint in scene.layout.joints)
     if run.status == run_control.STEP_UNDERFLOW and film and not scene.mechanism.turns:
@@ -181,7 +181,7 @@ def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
 
 def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
     """Return the status of a failed integration and its message."""
-    status, text = _ended(scene, run)
+    status, text = _status_of(scene, run)
     whole = f" of {end:.6g} s" if math.isfinite(end) else ""
     if scene.crank_clock.free:
         whole = f" of {scene.case.simulate.revolutions:.6g} revolutions"
@@ -194,12 +194,12 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
         rejected=int(run.work.counts[events.REJECTED]),
         patience=scene.case.simulate.time_budget,
         budget=control_of(scene, end, keep_events=False).step_budget,
-        **(_leaving(scene, run) if run.status == run_control.LEFT_BEARING else {}),
+        **(_escaped_journal(scene, run) if run.status == run_control.LEFT_BEARING else {}),
     )
     return status, message
 
 
-def _leaving(scene: Scene, run: Run) -> dict[str, str | float]:
+def _escaped_journal(scene: Scene, run: Run) -> dict[str, str | float]:
     """Return which journal left its bearing, when (s, revolutions) and its eccentricity (mm)."""
     work, contact = run.work, int(run.work.stepper[run_control.CONTACT])
     ends = np.cumsum([len(joint.contacts) for joint in scene.layout.joints])
@@ -225,7 +225,7 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
     values = np.zeros((len(sections), len(channels)))
     sample_states(run.work, turns.states[sections], values)
     columns = {channel.name: values[:, place].copy() for place, channel in enumerate(channels)}
-    counted = np.round(run.marks.turns[sections] + begun(scene)).astype("i8")
+    counted = np.round(run.marks.turns[sections] + start_turns(scene)).astype("i8")
     return {SECTION_COUNT: counted} | {section: columns[name] for name, section in scene.layout.sections}
 
 
@@ -268,7 +268,7 @@ def window_of(outcome: Outcome, period: int | None) -> Window:
         seconds=outcome.seconds,
         duration=outcome.duration,
         turns=settings.revolutions - settings.discard if scene.mechanism.turns else 1.0,
-        spreads=spreads_of(scene, outcome.marks, outcome.turns),
+        spreads=peak_spreads(scene, outcome.marks, outcome.turns),
         period=period,
         slid=[scene.worn[joint.name].slid if joint.name in scene.worn else 0.0 for joint in scene.case.joints],
         onset=onset_rates(outcome.ends),

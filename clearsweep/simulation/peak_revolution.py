@@ -6,10 +6,10 @@ import numpy as np
 
 from ..contracts.case import Case
 from ..contracts.results import Peak
-from .heat import balanced, has_balance
+from .heat import at_equilibrium, has_balance
 from .outcome import trajectory_of
 from .revolutions import marks_of, peaks_of
-from .run import integrated
+from .run import integration_of
 from .scene import build
 
 FINE, MOST = 20, 1_000_000  # times the usual number of samples
@@ -31,17 +31,17 @@ def peak_revolution(case: Case, joint: int, revolutions: float) -> Peak:
     bare = case.simulate._replace(until=None, horizon=False, error_check=False, revolutions=revolutions)
     scene = build(case._replace(simulate=bare, save=case.save._replace(orbits="none")))
     if has_balance(case):
-        scene, _ = balanced(scene)
+        scene, _ = at_equilibrium(scene)
     at, turned = scene.crank_clock.at, scene.crank_clock.free
     end, marks = at(revolutions), marks_of(scene, revolutions)
-    run = integrated(scene, np.empty(0), end, turned=turned, marks=marks)
+    run = integration_of(scene, np.empty(0), end, turned=turned, marks=marks)
     peaks, window = peaks_of(scene, marks, run.work.turns), marks.turns[marks.window]
     place = int(peaks[:, joint].argmax()) if len(peaks) else 0
     first, last = window[place : place + 2].tolist() if len(peaks) else (max(revolutions - 1.0, 0.0), revolutions)
     samples, fine = case.save.samples, max(min(FINE, MOST // case.save.samples), 1)
     counts = np.arange(round(first * samples) * fine, round(last * samples) * fine + 1)
     times = np.minimum([at(count / (fine * samples)) for count in counts.tolist()], end)
-    path = trajectory_of(scene, integrated(scene, times, end, turned=turned, marks=marks), end)
+    path = trajectory_of(scene, integration_of(scene, times, end, turned=turned, marks=marks), end)
     if path.status != "ok":
         return Peak(first, path)
     largest = int(path[f"joints/{case.joints[joint].column}/force_normal"].argmax())

@@ -42,7 +42,7 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
     ideal = [(name, summary[f"{column_name(name)}_{FRICTION_POWER}"], None) for name in _rubbing(scene)]
     heat = friction_heat([*((*power, lead) for power, lead in zip(powers, leads, strict=True)), *ideal])
     balls = ball_stiffness([joint.name for _, joint in parts if scene.mechanism.turns and registry.is_ball(joint)])
-    return limits, kept_onsets(_lasting(scene, window)), *oiled, heat, balls, *_nonsense(scene, window, summary)
+    return limits, kept_onsets(_lasting(scene, window)), *oiled, heat, balls, *_implausible(scene, window, summary)
 
 
 def _rubbing(scene: Scene) -> list[str]:
@@ -86,7 +86,7 @@ def passive_film(joint: Joint) -> str:
     return "reynolds" if slenderness <= reynolds.LONGEST else "long"
 
 
-def _nonsense(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
+def _implausible(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the remarks on implausible figures of a finished case, '' for each that does not apply."""
     joints = [
         Reached(

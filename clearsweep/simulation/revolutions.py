@@ -9,7 +9,7 @@ import numpy as np
 
 from ..contracts.layout import MOST_REVOLUTIONS
 from ..mechanics.solver.accumulate.turns import Turns
-from .scene import Scene, unit_of
+from .scene import Scene, state_units
 from .spread import Spread, quantiles
 from .window import bearing_of
 
@@ -33,15 +33,15 @@ def marks_of(scene: Scene, revolutions: float) -> Marks:
     """Return the marks of a run of `revolutions`; none if nothing turns."""
     if not scene.mechanism.turns:
         return NO_MARKS
-    phase = None if scene.case.save.orbits == "none" else -begun(scene) % 1.0
+    phase = None if scene.case.save.orbits == "none" else -start_turns(scene) % 1.0
     return _marks(scene.case.simulate.discard, revolutions, phase)
 
 
 @functools.lru_cache(maxsize=64)  # the cases of a sweep share them
 def _marks(discard: float, revolutions: float, phase: float | None) -> Marks:
     """Return the marks of a run whose window begins at `discard`; sections begin at `phase`, None for no sections."""
-    window = _each(discard, revolutions)
-    sections = np.empty(0) if phase is None else _each(phase, revolutions)
+    window = _consecutive(discard, revolutions)
+    sections = np.empty(0) if phase is None else _consecutive(phase, revolutions)
     if np.array_equal(window, sections[len(sections) - len(window) :]):  # almost always
         turns = sections
     else:
@@ -50,13 +50,13 @@ def _marks(discard: float, revolutions: float, phase: float | None) -> Marks:
     return Marks(np.minimum(turns, revolutions), _nearest(turns, window), _nearest(turns, sections))
 
 
-def _each(first: float, last: float) -> np.ndarray:
+def _consecutive(first: float, last: float) -> np.ndarray:
     """Return first, first + 1, ... up to `last`; if there are many, only the last ones."""
     count = max(math.floor(last - first + SAME) + 1, 0)
     return first + np.arange(max(count - MOST_REVOLUTIONS - 1, 0), count)
 
 
-def begun(scene: Scene) -> float:
+def start_turns(scene: Scene) -> float:
     """Return the crank angle at the start, in turns."""
     return scene.case.drive.start_angle / (2.0 * math.pi) if scene.case.drive else 0.0
 
@@ -65,7 +65,7 @@ def _nearest(turns: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return np.searchsorted(turns, wanted - SAME)
 
 
-def room_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., np.ndarray]) -> Turns:
+def buffers_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., np.ndarray]) -> Turns:
     """Return the buffers for values at the `marks` of a run whose state has `n` numbers, except those in lanes.
 
     `zeros` creates the arrays.
@@ -81,7 +81,7 @@ def room_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., np.n
     )
 
 
-def spreads_of(scene: Scene, marks: Marks, turns: Any) -> tuple[Spread, ...]:
+def peak_spreads(scene: Scene, marks: Marks, turns: Any) -> tuple[Spread, ...]:
     """Return the distribution of each joint's force peaks over the window's revolutions."""
     begins = marks.turns[reached(marks.window, turns)]
     return tuple([_spread(peaks, begins) for peaks in peaks_of(scene, marks, turns).T])
@@ -138,7 +138,7 @@ def periods_in(runs: Sequence[tuple[Scene, Marks, Any]]) -> list[int | None]:
     for place, (_, marks, turns) in enumerate(runs):
         alike.setdefault(len(reached(marks.window, turns)), []).append(place)
     for places in [places for rows, places in alike.items() if rows > REPEATS]:
-        units = np.array([unit_of(runs[place][0]) for place in places])[:, None]
+        units = np.array([state_units(runs[place][0]) for place in places])[:, None]
         states = np.array([_returns(*runs[place]) for place in places])
         turn = 2.0 * math.pi / units[..., : units.shape[-1] // 2]
         for place, period in zip(places, periods_of(states / units, turn), strict=True):

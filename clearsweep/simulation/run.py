@@ -36,12 +36,13 @@ from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.record import Record
 from ..mechanics.solver.accumulate.step_sums import step_width
 from ..mechanics.solver.accumulate.turns import Turns
+from ..mechanics.solver.bernstein import COEFFICIENTS, ROWS
 from ..mechanics.trace.symbols import WIDTH
 from . import watch
-from .lyapunov import Perturbed
+from .lyapunov import Branches, Perturbed
 from .progress import Revolutions
-from .revolutions import NO_MARKS, Marks, room_for
-from .scene import Scene, unit_of
+from .revolutions import NO_MARKS, Marks, buffers_for
+from .scene import Scene, state_units
 from .start import NOWHERE, Start, control_of, first_forms, parts_of, period, start_of
 from .watch import Observer
 
@@ -67,6 +68,7 @@ def arrays_of(scene: Scene) -> Arrays:
         "o": (observed_width(scene.value), PLACES),
         "nodes": (n + 1, STAGES),
         "f": (n, STAGES),
+        "polynomials": (ROWS, COEFFICIENTS),
         "step": (step_width(contacts),),
         "spent": (contacts, total_columns.SPENT, histogram.PARTS),
         "end": (n,),
@@ -88,7 +90,7 @@ def _aligned(shape: tuple[int, ...]) -> np.ndarray:
     return numbers[first : first + math.prod(shape)].reshape(shape)
 
 
-def _of(form: type, arrays: Arrays) -> Arrays:
+def _fields_from(form: type, arrays: Arrays) -> Arrays:
     """Return the arrays that are fields of a NamedTuple."""
     return {name: arrays[name] for name in form.__annotations__ if name in arrays}
 
@@ -116,7 +118,7 @@ class _Memory:
             piece.fill(0)
 
 
-def _tally_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> total_columns.Totals:
+def _accumulators_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> total_columns.Totals:
     """Return the accumulators of `contacts`; `zeros` creates the arrays."""
     parts = scene.layout.joints
     worn = any(part.wear_bins for part in parts)
@@ -160,7 +162,7 @@ class Run:
         independent = 0 if scene.crank_clock.free else moment
         self.given = start.given.copy()
         given = parts_of(self.given, start.form, many, len(internal))
-        self.totals = _tally_of(scene, many, zeros)._replace(**_of(total_columns.Totals, arrays))
+        self.totals = _accumulators_of(scene, many, zeros)._replace(**_fields_from(total_columns.Totals, arrays))
         samples = zeros((given.times.size, len(scene.layout.channels)))
         self.record = Record(given.times, samples, independent if turned else moment)
         self.work = events.Work(
@@ -192,8 +194,8 @@ class Run:
             implicit=newton.implicit_of(n, zeros),
             totals=self.totals,
             record=self.record,
-            turns=room_for(given.marks, n, many, zeros)._replace(**_of(Turns, arrays)),
-            **_of(events.Work, arrays),
+            turns=buffers_for(given.marks, n, many, zeros)._replace(**_fields_from(Turns, arrays)),
+            **_fields_from(events.Work, arrays),
         )
         self.kept = Pinned(self.work)
         self._begin(start)
@@ -236,11 +238,11 @@ class Run:
 
     def go(self, control: run_control.Control) -> tuple[int, np.ndarray]:
         """Return the status and events of an integration from the present state to the end in `control`."""
-        self.heed(control)
-        self.go_on()
+        self.use_control(control)
+        self.run_to_end()
         return self.status, self.log()
 
-    def go_on(self) -> None:
+    def run_to_end(self) -> None:
         """Integrate to the end in one call."""
         waits = True
         while waits:
@@ -249,7 +251,7 @@ class Run:
             self.duration += time.perf_counter() - began
             waits = not self.ended(int(self.work.stepper[run_control.STATUS]))
 
-    def heed(self, control: run_control.Control) -> None:
+    def use_control(self, control: run_control.Control) -> None:
         """Use `control` from the present state on."""
         self.work.control[:], self.work.stepper[run_control.BEGUN], self.logs = control, 0.0, []
 
@@ -308,7 +310,7 @@ def run_at(scene: Scene, times: np.ndarray, *, turned: bool, marks: Marks) -> Ru
     return Run(start, turned=turned)
 
 
-def use_no_more(run: Run) -> None:
+def release(run: Run) -> None:
     """Release a run for reuse, except one with time histories, which are large."""
     if not run.record.times.size:
         _spare[:] = [run]
@@ -318,26 +320,29 @@ def onset_rates(ends: FinalContacts) -> list[float]:
     """Return the onset rate (m/s) that each joint's law uses at the end of an integration, nan without one."""
     rates, contact = [math.nan] * len(ends.joints), 0
     for j, joint in enumerate(ends.joints):
-        if touches(ends.mode.item(contact)) and keeps_onset(_law_at(ends, j)):
+        if touches(ends.mode.item(contact)) and keeps_onset(_law_at_end(ends, j)):
             rates[j] = ends.latched.item(contact)
         contact += len(contact_modes(joint))
     return rates
 
 
-def _law_at(ends: FinalContacts, place: int) -> Any:
+def _law_at_end(ends: FinalContacts, place: int) -> Any:
     """Return the law of a joint with its internal state at the end of an integration."""
     law: Any = ends.joints[place].law  # mypy takes it for a tuple of anything
     return with_current_state(law, ends.state, ends.latched, ends.places[place]) if law._field_defaults else law
 
 
-def _phases(scene: Scene) -> list[int]:
+def _branches(scene: Scene) -> Branches:
     """Return the indices of the latched numbers that select a branch of a law."""
     joints = scene.value.joints
-    listed = enumerate(every_latched(joints), start=len(every_contact(joints)))
-    return [place for place, (law, _) in listed if type(law) in awaits_mass.members]
+    listed = list(enumerate(every_latched(joints), start=len(every_contact(joints))))
+    return Branches(
+        signs=[place for place, (law, _) in listed if type(law) in awaits_mass.members],
+        pieces=[place for place, (law, _) in listed if hasattr(law, "piece")],
+    )
 
 
-def integrated(
+def integration_of(
     scene: Scene,
     times: np.ndarray,
     end: float,
@@ -348,11 +353,11 @@ def integrated(
 ) -> Run:
     """Return the integration of a scene up to `end` (s, or rad for a free crank), reported at `times`."""
     run = run_at(scene, times, turned=turned, marks=marks)
-    integrate(scene, run, end, keep_events=wants_events(scene, times), watchers=watchers)
+    integrate(scene, run, end, keep_events=keeps_events(scene, times), watchers=watchers)
     return run
 
 
-def wants_events(scene: Scene, times: np.ndarray) -> bool:
+def keeps_events(scene: Scene, times: np.ndarray) -> bool:
     """Return whether the events of a run are kept if it is reported at `times`."""
     return scene.case.save.orbits != "none" or times.size > 0
 
@@ -364,7 +369,7 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers
         call(run, control, scene, watchers)
         return
     neighbour = Run(start_of(scene, NOWHERE))
-    perturbed = Perturbed(control, neighbour, unit_of(scene), scene.case.simulate.tolerance, _phases(scene))
+    perturbed = Perturbed(control, neighbour, state_units(scene), scene.case.simulate.tolerance, _branches(scene))
     call(run, control, scene, (*watchers, perturbed))
     run.figures = perturbed.figures(period(scene))
     neighbour.counts += neighbour.work.counts
@@ -375,7 +380,7 @@ def start(run: Run, control: run_control.Control) -> None:
     """Start a run with `control` and its initial method."""
     if control.method == events.IMPLICIT and run.work.stepper[run_control.NEXT] == 0.0:
         run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)
-    run.heed(control)
+    run.use_control(control)
 
 
 def call(run: Run, control: run_control.Control, scene: Scene, watchers: Sequence[Observer] = ()) -> None:

@@ -23,7 +23,7 @@ from ..mechanics.joint.elastic.contract import static_penetration
 from ..mechanics.joint.guide import Guide as GuideTerm
 from ..mechanics.joint.guide import deepest_corner
 from ..mechanics.joint.wear.contract import Worn
-from ..mechanics.joint.worn import seat, worn_in
+from ..mechanics.joint.worn import has_worn_shape, seat
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built, body_angles, gaps, place
 from ..mechanics.mechanism.spatial import seats
@@ -47,7 +47,7 @@ class Scene:
     start: np.ndarray  # (n,) initial state, see mechanics.rates
     in_contact: bool  # all joints start in contact
     machine: Machine | None  # planar machine; None: the mechanism has its own equations
-    crank_clock: crank_clock.Steady | crank_clock.Followed | crank_clock.Free
+    crank_clock: crank_clock.SteadyClock | crank_clock.ScheduledClock | crank_clock.FreeClock
     worn: Mapping[str, Worn] = field(default_factory=dict)  # earlier wear by joint; a missing joint is unworn
     deadline: float = math.inf  # s, processor time at which the case is abandoned
     verdict: Verdict = NO_VERDICT  # user-defined figures and limits, which are not part of the case
@@ -102,10 +102,10 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         offsets, roots = _seated(ideal.reactions, joints)
         pressed = bool(roots.any())
     built, seated = _built(case, mechanism, machine, joints, offsets), offsets
-    for _ in range(SEATINGS if pressed and any(worn_in(term) for term in terms) else 0):
+    for _ in range(SEATINGS if pressed and any(has_worn_shape(term) for term in terms) else 0):
         offsets = dict(seated)
         for index, angles in enumerate(body_angles(built.value, built.start)):
-            if worn_in(terms[index]):
+            if has_worn_shape(terms[index]):
                 name, side = case.joints[index].name, terms[index].side
                 where, depth = seat(terms[index], side * seated[name], angles)
                 offsets[name], roots[index] = side * where, math.sqrt(depth)
@@ -118,12 +118,12 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
     internal = every_internal_state(terms) if states_of(value).integrated else []
     start = np.array([*built.start.tolist(), *roots.tolist(), *[began for _, _, began in internal]])
-    layout, clock = layout_of(case), crank_clock.turning_of(machine, 2.0 * math.pi / built.rate)
+    layout, clock = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
     spent = time.perf_counter() - begin
     return Scene(case, mechanism, built, value, layout, start, pressed, machine, clock, worn, build_time=spent)
 
 
-def unit_of(scene: Scene) -> np.ndarray:
+def state_units(scene: Scene) -> np.ndarray:
     """Return the change of each coordinate for one clearance, and of each rate for clearance times crank speed."""
     unit = min(joint.clearance for joint in scene.value.joints) / scene.built.lengths
     return np.concatenate([unit, unit * scene.value.reference_rate])

@@ -46,7 +46,7 @@ def _quantile(ordered: list[float], independent: int, share: float) -> Quantile:
     place = share * (count - 1)
     below = min(int(place), count - 1)
     value = ordered[below] + (place - below) * (ordered[min(below + 1, count - 1)] - ordered[below])
-    low, high = _ranks(independent, share)
+    low, high = _enclosing_ranks(independent, share)
     bottom = None if low is None else ordered[low * count // independent]
     top = None if high is None else ordered[min(-(-(high + 1) * count // independent), count) - 1]
     return Quantile(value, bottom, top)
@@ -63,7 +63,7 @@ def dependence(values: np.ndarray) -> float:
 
 
 @lru_cache(1024)
-def _ranks(count: int, share: float) -> tuple[int | None, int | None]:
+def _enclosing_ranks(count: int, share: float) -> tuple[int | None, int | None]:
     """Return the ranks, from 0, that enclose a quantile, or None for too few values."""
     from scipy.special import bdtr
 

@@ -114,7 +114,7 @@ def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
     first = InitialState(
         parameters=numbers_of(scene.value),
         y=scene.start.tolist(),
-        weight=[1.0 / error for error in _scale(scene, len(contacts), [state.scale for _, state, _ in internal])],
+        weight=[1.0 / error for error in _error_scale(scene, len(contacts), [state.scale for _, state, _ in internal])],
         latched=[ONSET_FLOOR] * len(contacts) + [began for _, began in latched],
         clearance=[joint.clearance for joint, _ in contacts],
         film=chain.from_iterable([film_depths(joint) for joint, _ in contacts]),
@@ -144,7 +144,7 @@ def _states(scene: Scene) -> tuple[list, list]:
     return every_internal_state(joints) if there.integrated else [], every_latched(joints) if there.latched else []
 
 
-def _scale(scene: Scene, contacts: int, internal: list[float]) -> list[float]:
+def _error_scale(scene: Scene, contacts: int, internal: list[float]) -> list[float]:
     """Return the allowed error (n,) of one step in each component of the state; `internal`: scales of its laws."""
     value, tolerance = scene.value, scene.case.simulate.tolerance
     clearance, size = min([joint.clearance for joint in value.joints]), scene.built.size

@@ -20,20 +20,20 @@ from ..mechanics.compiled.family import empty_entries
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop, run_control
 from ..mechanics.solver.accumulate.record import Record
-from .extrapolation import lived
+from .extrapolation import extrapolated_life
 from .figures import COST, SETUP
-from .heat import Balance, balanced, has_balance
+from .heat import Balance, at_equilibrium, has_balance
 from .life import Ageing
-from .life_block import BlockRecord, Log, Rates, longest_block, told_by
+from .life_block import BlockRecord, Log, RateObserver, block_record_of, longest_block
 from .outcome import trajectory_of
 from .revolutions import Marks, marks_of
-from .run import Run, call, integrate, integrated, use_no_more
+from .run import Run, call, integrate, integration_of, release
 from .scene import Scene, build
 from .start import NOWHERE, control_of, start_of
 from .uncertain import failures, further_lives
 from .uncertain import figures as uncertain_figures
 from .until import Until, longest, marks
-from .watch import Moment, Observer, go_to
+from .watch import Moment, Observer, restore
 
 
 def simulate(
@@ -65,24 +65,28 @@ def simulate(
         )
     begin = time.perf_counter()
     with phases.shown(progress):
-        trajectory = _simulated(timed(scene), times, watchers, log)
+        trajectory = _all_integrations(with_deadline(scene), times, watchers, log)
     summary, spent = trajectory.summary, scene.build_time + time.perf_counter() - begin
     summary[SETUP.name] = max(spent - (summary.get("run_time") or 0.0), 0.0)
     return with_limits(scene, trajectory)
 
 
-def _simulated(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], log: Log | None) -> Trajectory:
+def _all_integrations(
+    scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], log: Log | None
+) -> Trajectory:
     """Return the trajectory of a scene, with all integrations that its case requires."""
     balance = None
     if has_balance(scene.case):
         with phases.phase("temperature of the joints", whole=True):
-            scene, balance = balanced(scene)
+            scene, balance = at_equilibrium(scene)
         if balance.seized:
             return _seized(scene, balance)
     if scene.case.life:
-        trajectory = _live(scene, times, watchers, Ageing(scene, log))
+        trajectory = _run_life(scene, times, watchers, Ageing(scene, log))
     else:
-        trajectory = _settle(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
+        trajectory = (
+            _run_until_converged(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
+        )
     if balance:
         trajectory = _with_balance(scene, trajectory, balance)
     if scene.layout.error_check:
@@ -127,7 +131,7 @@ def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Tra
     return dataclasses.replace(trajectory, message=message_of(trajectory.message, remark))
 
 
-def timed(scene: Scene) -> Scene:
+def with_deadline(scene: Scene) -> Scene:
     """Return a scene with a deadline: its time budget from now."""
     return dataclasses.replace(scene, deadline=time.process_time() + scene.case.simulate.time_budget)
 
@@ -154,7 +158,7 @@ class Horizon(NamedTuple):
     marks: Marks
 
 
-def extent_of(scene: Scene, times: ArrayLike | None = None) -> Horizon:
+def horizon_of(scene: Scene, times: ArrayLike | None = None) -> Horizon:
     """Return the horizon of a scene, reported at `times` (s) or at the samples of its case."""
     end, free = end_of(scene), scene.crank_clock.free
     if times is not None:
@@ -162,7 +166,7 @@ def extent_of(scene: Scene, times: ArrayLike | None = None) -> Horizon:
     elif scene.case.save.orbits == "none":
         reported = NOWHERE
     elif not scene.mechanism.turns:  # its duration is unknown before the run
-        last = integrated(scene, NOWHERE, end)
+        last = integration_of(scene, NOWHERE, end)
         reported = np.linspace(0.0, last.work.end[last.work.time], scene.case.save.samples + 1)
     else:
         check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
@@ -172,12 +176,12 @@ def extent_of(scene: Scene, times: ArrayLike | None = None) -> Horizon:
 
 def _simulate(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer] = ()) -> Trajectory:
     """Return the trajectory of a scene of given length."""
-    end, reported, turned, marked = extent_of(scene, times)
-    run = integrated(scene, reported, end, watchers, turned=turned, marks=marked)
+    end, reported, turned, marked = horizon_of(scene, times)
+    run = integration_of(scene, reported, end, watchers, turned=turned, marks=marked)
     if scene.crank_clock.free and times is not None and run.status == run_control.OK:
         finish_samples(scene, run)
     trajectory = trajectory_of(scene, run, end)
-    use_no_more(run)
+    release(run)
     return trajectory
 
 
@@ -196,13 +200,13 @@ def finish_samples(scene: Scene, run: Run) -> None:
     run.status = run_control.OK
 
 
-def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer]) -> Trajectory:
+def _run_until_converged(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer]) -> Trajectory:
     """Return the trajectory of a scene that runs until a figure has converged.
 
     The samples come from a second, bit-identical run over the saved revolutions, as their times were unknown.
     """
     settings, at, orbits = scene.case.simulate, scene.crank_clock.at, scene.case.save.orbits
-    whole = _changed(scene, revolutions=longest(settings))
+    whole = _with_settings(scene, revolutions=longest(settings))
     end = at(whole.case.simulate.revolutions)
     run = Run(start_of(scene, marks(settings, at), marks_of(scene, longest(settings))), turned=True)
     watch = Until(scene, run.record.samples)
@@ -211,15 +215,15 @@ def _settle(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer])
     run.record = Record(NOWHERE, NOWHERE, run.record.independent)
     if run.status != run_control.OK:
         return trajectory_of(whole, run, end)
-    trajectory = _settled(scene, run, watch, times)
+    trajectory = _converged_trajectory(scene, run, watch, times)
     trajectory.summary.update(watch.figures())
     return trajectory
 
 
-def _settled(scene: Scene, run: Run, watch: Until | Rates, times: ArrayLike | None) -> Trajectory:
+def _converged_trajectory(scene: Scene, run: Run, watch: Until | RateObserver, times: ArrayLike | None) -> Trajectory:
     """Return the trajectory of a run that has determined its length."""
     at, orbits = scene.crank_clock.at, scene.case.save.orbits
-    settled = _changed(scene, revolutions=watch.revolutions)
+    settled = _with_settings(scene, revolutions=watch.revolutions)
     end = at(watch.revolutions)
     if times is not None or orbits != "none":
         check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, watch.revolutions))
@@ -230,11 +234,11 @@ def _settled(scene: Scene, run: Run, watch: Until | Rates, times: ArrayLike | No
     return trajectory_of(settled, run, end)
 
 
-def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], ageing: Ageing) -> Trajectory:
+def _run_life(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], ageing: Ageing) -> Trajectory:
     """Return the trajectory of a life: its last block, with the history up to the limit."""
     begin = time.process_time()
     ageing.scene = scene = dataclasses.replace(scene, deadline=scene.deadline - ageing.spent)
-    last: list[tuple[Scene, Run, Rates]] = []
+    last: list[tuple[Scene, Run, RateObserver]] = []
 
     def run_block(ageing: Ageing, state: np.ndarray) -> BlockRecord | None:
         last[:] = [_block(ageing.scene_at(state), watchers)]
@@ -242,10 +246,10 @@ def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], a
         if run.status != run_control.OK:
             ageing.failure = _failed_block(aged, run).status
             return None
-        return told_by(aged, run, watch, ageing.spent + time.process_time() - begin)
+        return block_record_of(aged, run, watch, ageing.spent + time.process_time() - begin)
 
     with phases.phase(ageing.progress):
-        life = lived(ageing.measured(run_block), ageing, ageing.settings(), ageing.start)
+        life = extrapolated_life(ageing.measured(run_block), ageing, ageing.settings(), ageing.start)
         if life and not ageing.constant:
             ended = run_block(ageing, life.nodes[-1].state)
             life = ageing.ended(life, ended) if ended else None
@@ -262,7 +266,7 @@ def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], a
     ]:
         run.counts += block_record.counts
         run.duration += float(block_record.seconds[0])
-    trajectory = _settled(aged, run, watch, times)
+    trajectory = _converged_trajectory(aged, run, watch, times)
     trajectory.summary.update(ageing.figures(life))
     trajectory.summary.update(uncertain_figures(ageing.target.column, further) if further else {})
     message = message_of(trajectory.message, *ageing.remarks(life), *failures(further))
@@ -271,15 +275,15 @@ def _live(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], a
 
 def _failed_block(scene: Scene, run: Run) -> Trajectory:
     """Return the trajectory of a failed block."""
-    whole = _changed(scene, revolutions=longest_block(scene.case))
+    whole = _with_settings(scene, revolutions=longest_block(scene.case))
     return trajectory_of(whole, run, scene.crank_clock.at(whole.case.simulate.revolutions))
 
 
-def _block(scene: Scene, watchers: Sequence[Observer]) -> tuple[Scene, Run, Rates]:
+def _block(scene: Scene, watchers: Sequence[Observer]) -> tuple[Scene, Run, RateObserver]:
     """Return a scene, the run of a block of revolutions, and its observer."""
     most = longest_block(scene.case)
-    whole = _changed(scene, revolutions=most)
-    run, watch = Run(start_of(whole, NOWHERE, marks_of(whole, most))), Rates(scene)
+    whole = _with_settings(scene, revolutions=most)
+    run, watch = Run(start_of(whole, NOWHERE, marks_of(whole, most))), RateObserver(scene)
     keep_events = scene.case.save.orbits != "none"
     integrate(whole, run, scene.crank_clock.at(most), keep_events=keep_events, watchers=(watch, *watchers))
     return scene, run, watch
@@ -290,7 +294,7 @@ def _retrace(scene: Scene, run: Run, again: Run, end: float, starts: Iterable[Mo
     times, independent = again.record.times, again.record.independent
     before = [start for start in starts if times.size and start["y"][independent] <= times[0]]
     if before:
-        go_to(before[-1], again.work)
+        restore(before[-1], again.work)
     call(again, control_of(scene, end, keep_events=False), scene)
     if scene.crank_clock.free and independent == again.work.time and again.status == run_control.OK:
         finish_samples(scene, again)
@@ -298,7 +302,7 @@ def _retrace(scene: Scene, run: Run, again: Run, end: float, starts: Iterable[Mo
     run.spent(again)
 
 
-def _changed(scene: Scene, **settings: Any) -> Scene:
+def _with_settings(scene: Scene, **settings: Any) -> Scene:
     """Return a scene with changed values in `simulate`."""
     simulate = scene.case.simulate._replace(**settings)
     return dataclasses.replace(scene, case=scene.case._replace(simulate=simulate))
@@ -311,15 +315,15 @@ def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
     tighter = {"tolerance": 0.1 * scene.case.simulate.tolerance}
     if scene.layout.until:
         tighter["revolutions"] = trajectory.summary["revolutions_run"]
-    other = _simulate(_changed(scene, **tighter), NOWHERE)
-    _differ(trajectory.summary, other.summary)
+    other = _simulate(_with_settings(scene, **tighter), NOWHERE)
+    _add_differences(trajectory.summary, other.summary)
     if other.status == "ok":
         return trajectory
     failure = f"{UNCHECKED}the run at a tenth of the tolerance has the status {other.status}: {other.message}"
     return dataclasses.replace(trajectory, message=message_of(trajectory.message, failure))
 
 
-def _differ(summary: dict, tighter: dict) -> None:
+def _add_differences(summary: dict, tighter: dict) -> None:
     """Add to a summary the differences of its figures from a tighter tolerance, and the work of that run."""
     for name in [name for name in summary if name.endswith(DIFFERENCE)]:
         values = (summary[name.removesuffix(DIFFERENCE)], tighter[name.removesuffix(DIFFERENCE)])
@@ -364,7 +368,7 @@ def sampling_times(case: Case, at: Callable[[float], float]) -> np.ndarray:
 
 def work_counts(scene: Scene) -> dict[str, int]:
     """Return the work counts of a slider-crank: steps, rejected steps, evaluations, evaluations for events."""
-    counts = integrated(scene, NOWHERE, scene.crank_clock.at(scene.case.simulate.revolutions)).work.counts
+    counts = integration_of(scene, NOWHERE, scene.crank_clock.at(scene.case.simulate.revolutions)).work.counts
     places = {
         "steps": events.STEPS,
         "steps_rejected": events.REJECTED,

@@ -9,14 +9,14 @@ import numpy as np
 from ..contracts.case import Case
 from ..judging.validity import LIFE_FAILED
 from ..language import phases
-from .extrapolation import Life, lived
+from .extrapolation import Life, extrapolated_life
 from .life import Ageing
 from .life_block import BlockRecord, Part
 
 LOW, HIGH = "low", "high"
 
 
-class Further(NamedTuple):
+class BoundingLife(NamedTuple):
     """A life with all wear coefficients at one end of their intervals."""
 
     life: Life | None  # None: a block of it failed
@@ -24,7 +24,7 @@ class Further(NamedTuple):
     failure: str = ""  # status of the block that failed
 
 
-def at_end(case: Case, end: str) -> Case:
+def with_bounding_coefficients(case: Case, end: str) -> Case:
     """Return a case whose uncertain wear coefficients are all at one end of their 95 % intervals, LOW or HIGH."""
     joints = {joint.name: joint for joint in case.joints}
     for each in case.uncertain:
@@ -35,7 +35,7 @@ def at_end(case: Case, end: str) -> Case:
     return case._replace(joints=tuple(joints.values()))
 
 
-def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], BlockRecord | None]) -> dict[str, Further]:
+def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], BlockRecord | None]) -> dict[str, BoundingLife]:
     """Return the lives with the coefficients at their LOW and HIGH ends.
 
     If wear rates are independent of wear, every rate is proportional to the coefficient of its body, so
@@ -48,18 +48,20 @@ def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], BlockRecor
     """
     lives = {}
     for end in (LOW, HIGH):
-        case = at_end(ageing.scene.case, end)
+        case = with_bounding_coefficients(ageing.scene.case, end)
         if ageing.constant:
-            lives[end] = Further(lived(_always(_scaled(ageing, case)), ageing, ageing.settings(), ageing.start), ())
+            lives[end] = BoundingLife(
+                extrapolated_life(_repeated(_scaled(ageing, case)), ageing, ageing.settings(), ageing.start), ()
+            )
             continue
         aged = ageing.further(case, f"life with the wear coefficients at their {end} ends")
         with phases.phase(aged.progress):
-            life = lived(aged.measured(run), aged, aged.settings(), aged.start)
-        lives[end] = Further(life, tuple(aged.records), aged.failure)
+            life = extrapolated_life(aged.measured(run), aged, aged.settings(), aged.start)
+        lives[end] = BoundingLife(life, tuple(aged.records), aged.failure)
     return lives
 
 
-def _always(records: BlockRecord) -> Callable[[np.ndarray], BlockRecord]:
+def _repeated(records: BlockRecord) -> Callable[[np.ndarray], BlockRecord]:
     """Return a function that repeats the result of one block, for motion that is independent of wear."""
     return lambda state: records
 
@@ -87,7 +89,7 @@ def _coefficient(case: Case, part: Part, body: str) -> float:
     return wear.values[f"{body}_coefficient"]
 
 
-def failures(lives: dict[str, Further]) -> tuple[str, ...]:
+def failures(lives: dict[str, BoundingLife]) -> tuple[str, ...]:
     """Return a remark for each life with a failed block, whose column is null."""
     return tuple(
         f"{LIFE_FAILED}the life with the wear coefficients at their {end} ends is not known: its block "
@@ -97,7 +99,7 @@ def failures(lives: dict[str, Further]) -> tuple[str, ...]:
     )
 
 
-def figures(column: str, lives: dict[str, Further]) -> dict[str, float | None]:
+def figures(column: str, lives: dict[str, BoundingLife]) -> dict[str, float | None]:
     """Return both ends of a joint's life by column, None if unknown; more wear means a shorter life."""
     ends = {"low": lives[HIGH].life, "high": lives[LOW].life}
     turns = {end: life.revolutions if life and life.reached else math.nan for end, life in ends.items()}

@@ -12,13 +12,13 @@ from ..mechanics.solver.event import Work
 from .batch_means import Blocks, Interval
 from .revolutions import period_of
 from .scene import Scene
-from .watch import Moment, mark, moment_of
+from .watch import Moment, pause_at, snapshot_of
 
 
 def marks(settings: Simulate, at: Callable[[float], float]) -> np.ndarray:
     """Return the pauses: one per revolution, at a fixed crank angle, up to the longest run."""
     count = math.ceil(longest(settings) - settings.discard - 1e-9)
-    return np.array([mark(k, settings.discard, at) for k in range(1, count + 1)])
+    return np.array([pause_at(k, settings.discard, at) for k in range(1, count + 1)])
 
 
 class Until:
@@ -43,7 +43,7 @@ class Until:
         """Return whether the run may end with this revolution."""
         turns = self.blocks.turns
         self.revolutions = self.discard + turns
-        self.starts.append(moment_of(work))
+        self.starts.append(snapshot_of(work))
         if self.blocks.note(work) or self.interval is None:
             self.interval = self.blocks.interval(self.figure)
         self.period = period_of(self.samples[:turns, self.places] / self.units)

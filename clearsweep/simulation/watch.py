@@ -52,7 +52,7 @@ def drive(
     """
     work, logs, parts = run.work, [], max(watcher.parts for watcher in watchers)
     for k in itertools.count():
-        pause = mark(k / parts, discard, at)
+        pause = pause_at(k / parts, discard, at)
         if pause >= control.end:
             break
         status, log = run.go(control._replace(pause=pause))
@@ -67,18 +67,18 @@ def drive(
     return status, np.concatenate([*logs, log])
 
 
-def mark(turns: float, discard: float, at: Callable[[float], float]) -> float:
+def pause_at(turns: float, discard: float, at: Callable[[float], float]) -> float:
     """Return the pause for `turns` after the first `discard`: LEAD earlier, except at the start."""
     return at(discard + turns - LEAD if turns else discard)
 
 
-def moment_of(work: Work) -> Moment:
+def snapshot_of(work: Work) -> Moment:
     """Return copies of all arrays of `work` (event.Work) that determine the further motion."""
     return {name: array.copy() for name, array in _arrays(work).items() if name not in _OWN}
 
 
-def go_to(moment: Moment, work: Work) -> None:
-    """Restore `work` from the result of `moment_of`, of this or another run of the same scene."""
+def restore(moment: Moment, work: Work) -> None:
+    """Restore `work` from the result of `snapshot_of`, of this or another run of the same scene."""
     arrays = _arrays(work)
     for name, array in moment.items():
         arrays[name][...] = array

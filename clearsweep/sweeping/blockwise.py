@@ -20,7 +20,7 @@ from .driver import MOST_RESTARTS, TICK
 from .run_facts import RunFacts
 from .shard import Shard
 from .worker import Job, Simulator
-from .worker_pool import Options, Pending, WorkerPool, missing, most, within
+from .worker_pool import Options, Pending, WorkerPool, common_values, failure_limit, missing
 
 
 class BlockJob(NamedTuple):
@@ -42,7 +42,7 @@ class BlockJob(NamedTuple):
         first, last = np.searchsorted(self.doubles, (part.start, part.stop))
         own[self.doubles[first:last] - part.start] = False
         if self.shard:
-            own &= within(ids, self.shard.ids(ids[own]))
+            own &= common_values(ids, self.shard.ids(ids[own]))
         places = np.flatnonzero(own)
         return part.start + places, ids[places]
 
@@ -115,7 +115,7 @@ def committed(job: BlockJob, number: int) -> int:
     directory.look()
     if not directory.batches:
         return 0
-    return int(np.count_nonzero(within(directory.rows()["id"], np.sort(job.cases(number)[1]))))
+    return int(np.count_nonzero(common_values(directory.rows()["id"], np.sort(job.cases(number)[1]))))
 
 
 class BlockRunner:
@@ -177,7 +177,7 @@ class BlockRunner:
         """Take over batches with cases of this block from before the run was divided."""
         if self.earlier is None or self._earlier_ids is None:
             return
-        numbers = np.unique(self._earlier_ids["batch"][within(self._earlier_ids["id"], np.sort(ids))])
+        numbers = np.unique(self._earlier_ids["batch"][common_values(self._earlier_ids["id"], np.sort(ids))])
         other = store.RunDirectory(self.earlier.path)
         other.batches = [self.earlier.batches[each] for each in numbers.tolist()]
         directory.take(other)
@@ -247,7 +247,7 @@ def run_blocks(job: BlockJob, worker_pool: WorkerPool, directory: store.RunDirec
 def most_failures(job: BlockJob, left: list[int]) -> int | None:
     """Return how many cases of some blocks may fail."""
     cases = sum(len(job.cut.part(number)) for number in left)
-    return most(job.options.max_failures, cases)
+    return failure_limit(job.options.max_failures, cases)
 
 
 def conclude(

@@ -78,7 +78,7 @@ class Batches:
             return None
         here = slice(self.taken, self.taken + size)
         self.taken += size
-        return fresh(Tasks(self.pending[here], self.ids[here]))
+        return new_batch(Tasks(self.pending[here], self.ids[here]))
 
     def _drop(self, done: np.ndarray) -> None:
         """Drop finished cases from those not handed out yet."""
@@ -94,7 +94,7 @@ class Batches:
         return max(1, min(int(max(min(TARGET / mean, share), LEAST / mean)), GROWTH * self.largest, self.most))
 
 
-def fresh(cases: Tasks, tried: int = 0) -> Batch:
+def new_batch(cases: Tasks, tried: int = 0) -> Batch:
     """Return a batch with a unique name."""
     return Batch(secrets.token_hex(8), cases, tried)
 
@@ -187,7 +187,7 @@ class Driver:
         self.case_seconds += manifest.seconds
         self.progress.advance(manifest.done, self.failed)
         if left := batch.cases.part(manifest.done):
-            self.batches.again.append(fresh(left))  # its worker was asked to stop
+            self.batches.again.append(new_batch(left))  # its worker was asked to stop
 
     def _was_committed(self, batch: Batch) -> bool:
         """Return whether a worker committed this batch before it died; if so, record it."""
@@ -204,7 +204,7 @@ class Driver:
         if self._was_committed(batch):
             return
         if note is None:  # it died before the first case
-            self.batches.again.append(fresh(batch.cases, batch.tried + 1))
+            self.batches.again.append(new_batch(batch.cases, batch.tried + 1))
             if batch.tried < MOST_RESTARTS:
                 return
             raise ClearsweepError(
@@ -213,17 +213,17 @@ class Driver:
         place = note.batch_index
         culprit, others = batch.cases.part(place, place + 1), batch.cases.without(place)
         if others:
-            self.batches.again.append(fresh(others, 1))  # one by one
+            self.batches.again.append(new_batch(others, 1))  # one by one
         if note.late:
             self._give_up(culprit, "timeout", f"did not end within the {self.job.case_timeout:g} s of --case-timeout")
         elif others or not batch.tried:
-            self.batches.again.append(fresh(culprit, 1))
+            self.batches.again.append(new_batch(culprit, 1))
         else:
             self._give_up(culprit, "crashed", f"its worker died twice ({_cause(exitcode)})")
 
     def _give_up(self, culprit: Tasks, status: str, message: str) -> None:
         """Commit a failed row for a case that cannot be computed."""
-        batch, (case,) = fresh(culprit), culprit.listed()
+        batch, (case,) = new_batch(culprit), culprit.listed()
         row = store.Row(case.case_id, self.job.grid.point(case.grid_index), failure(status, message))
         committed = store.commit(self.job.directory, self.job.form, batch.name, [row])
         self._take(batch, Manifest(committed, 1, 1, 0.0))
@@ -237,7 +237,7 @@ class Driver:
         self.executor.restart()
         for batch in window.values():
             if not self._was_committed(batch):
-                self.batches.again.append(fresh(batch.cases, batch.tried))
+                self.batches.again.append(new_batch(batch.cases, batch.tried))
 
     def _orphans(self) -> list[Future]:
         """Return futures that will not end: their worker died some time ago, unnoticed by the pool.

@@ -216,7 +216,7 @@ def sample(likelihood: LikelihoodModel, inputs: int, chance: np.random.Generator
         middle = flat @ points
         spread = np.einsum("i,ij,ik->jk", flat, points - middle, points - middle)
         root = WIDTH * np.linalg.cholesky(spread + 1e-6 * np.eye(inputs))
-        points = _drawn(centres, root, chance, size)
+        points = _proposed_points(centres, root, chance, size)
         whitened = np.linalg.inv(root)
         apart = cdist(points @ whitened.T, centres @ whitened.T, "sqeuclidean")
         normal = (2.0 * np.pi) ** (inputs / 2.0) * abs(np.prod(np.diag(root)))
@@ -227,7 +227,7 @@ def sample(likelihood: LikelihoodModel, inputs: int, chance: np.random.Generator
     return Posterior(points, weights / weights.sum(), squares, volumes)
 
 
-def _drawn(centres: np.ndarray, root: np.ndarray, chance: np.random.Generator, size: int) -> np.ndarray:
+def _proposed_points(centres: np.ndarray, root: np.ndarray, chance: np.random.Generator, size: int) -> np.ndarray:
     """Return points of the unit cube: some uniform, the others around the centres; points outside are drawn again."""
     points = np.empty((0, centres.shape[1]))
     while len(points) < size:

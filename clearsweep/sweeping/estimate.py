@@ -12,12 +12,12 @@ import numpy as np
 
 from .. import store
 from ..contracts.case import Case
-from ..grid import Grid, check_memory, key_units, leaves, recorded_history, usual_history
+from ..grid import Grid, check_memory, first_case_history, key_units, leaves, recorded_history
 from ..language import phases
 from ..language.wording import count
 from . import blockwise, executors, signals, sweep, worker_pool
 from .bisection import usual_probes
-from .shard import Shard, each_once
+from .shard import Shard, distinct
 from .simulator import SIMULATION
 from .worker import Simulator, Timed, time_case
 
@@ -102,7 +102,7 @@ def estimate(
         mean,
         max(times, default=None),
         seconds,
-        _give_or_take(times, left.pending) / jobs if seconds else None,
+        _standard_error(times, left.pending) / jobs if seconds else None,
         int(left.pending * _case_bytes(grid, float(np.mean(events)) if events else 0.0)),
         {
             path: {"unit": units[path], "values": ends}
@@ -144,10 +144,10 @@ def _left(grid: Grid, directory: store.RunDirectory, part: Shard | None, simulat
         return _Left(wanted, pending, timed, list(scenes.values()))
     directory.look()
     ids = worker_pool.case_ids(grid)
-    asked = part.ids(ids) if part else each_once(ids)
+    asked = part.ids(ids) if part else distinct(ids)
     left = worker_pool.missing(ids, asked, directory.rows(), retry_failed=False)
-    scenes_left = worker_pool.kinds(grid, left, simulator) if len(left) else []
-    return _Left(len(asked), len(left), left[chosen(len(left))] if len(left) else left, scenes_left)
+    scenes_left = worker_pool.one_per_kind(grid, left, simulator) if len(left) else []
+    return _Left(len(asked), len(left), left[timed_indices(len(left))] if len(left) else left, scenes_left)
 
 
 def _ends(grid: Grid, path: str) -> list[Any]:
@@ -169,14 +169,14 @@ def _first(grid: Grid, units: dict[str, str]) -> dict[str, Any]:
     }
 
 
-def _give_or_take(times: list[float], pending: int) -> float:
+def _standard_error(times: list[float], pending: int) -> float:
     """Return twice the standard error (s) of the total time of pending cases; 0 if all were timed."""
     if not 1 < len(times) < pending:
         return 0.0
     return 2.0 * pending * float(np.std(times, ddof=1)) * math.sqrt((1.0 - len(times) / pending) / len(times))
 
 
-def chosen(count: int) -> list[int]:
+def timed_indices(count: int) -> list[int]:
     """Return which of `count` cases to time: a random one from each of equal intervals, in random order.
 
     Equal steps would repeat the same values of the last axes.  Any first few are also a fair sample.
@@ -194,7 +194,7 @@ def _pilot(grid: Grid, left: _Left, simulator: Simulator) -> list[Timed]:
         (directory / store.SCRATCH).mkdir()
         workers = executors.Local(1, load=simulator.load)
         try:
-            worker_pool.warm(workers, left.kinds, simulator, directory)
+            worker_pool.compile_all(workers, left.kinds, simulator, directory)
             working = store.Working(directory, "0" * 16)
             return _timed(workers, simulator, [grid.case(k) for k in left.timed.tolist()], working)
         finally:
@@ -247,7 +247,7 @@ def _joined(first: Timed, second: Timed) -> Timed:
 def _case_bytes(grid: Grid, events: float) -> float:
     """Return the bytes of one case in its batch and in the merged files together."""
     layout = grid.layout
-    history = usual_history(grid)
+    history = first_case_history(grid)
     wear = sum(2 * 8 * joint.wear_bins * joint.wear_rows for joint in layout.joints)
     row = 8 * (len(layout.columns) + len(grid.axes)) + 32
     return 2.0 * (history + (events * EVENT_BYTES if history else 0.0) + wear + row)

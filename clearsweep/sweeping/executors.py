@@ -192,7 +192,7 @@ class Dask:
         """Return the number of workers, at least 1, counted at most every COUNTING seconds."""
         if time.monotonic() - self._counted > COUNTING:
             try:
-                self._jobs = max(1, len(in_time(self._client.nthreads)))
+                self._jobs = max(1, len(with_timeout(self._client.nthreads)))
             except Exception as error:
                 raise self._lost(error) from None
             self._counted = time.monotonic()
@@ -242,7 +242,7 @@ def close_peer(peer: Any) -> None:
     it locked for ever. The interpreter must not close an abandoned cluster again at its end.
     """
     with contextlib.suppress(Exception):
-        in_time(functools.partial(peer.close, timeout=PATIENCE))
+        with_timeout(functools.partial(peer.close, timeout=PATIENCE))
         return
     with contextlib.suppress(AttributeError, KeyError):
         type(peer)._instances.discard(peer)
@@ -255,7 +255,7 @@ def reach(scheduler: str | None) -> None:
         return
     asked = client(scheduler)
     try:
-        several = [address for address, threads in in_time(asked.nthreads).items() if threads > 1]
+        several = [address for address, threads in with_timeout(asked.nthreads).items() if threads > 1]
     except Exception as error:
         raise _no_answer(scheduler, error) from None
     finally:
@@ -271,7 +271,7 @@ def client(address: Any) -> Any:
     """Return a client of the scheduler at `address`, or of a cluster."""
     make = functools.partial(_distributed().Client, address, timeout=PATIENCE, set_as_default=False)
     try:
-        return in_time(make)
+        return with_timeout(make)
     except Exception as error:  # many kinds: a wrong address, no server, or a server of another protocol
         raise _no_answer(address, error) from error
 
@@ -287,7 +287,7 @@ def _no_answer(address: Any, error: Exception) -> InputError:
 T = TypeVar("T")
 
 
-def in_time(function: Callable[[], T]) -> T:
+def with_timeout(function: Callable[[], T]) -> T:
     """Return `function()`, or raise TimeoutError after PATIENCE; its thread then goes on in the background.
 
     The time limit of a client applies to each message separately, and restarts when it closes.

@@ -7,7 +7,7 @@ from ..judging import machine
 from ..language import wording
 from .identifying import Identified
 from .observed import GAIN, NOISE
-from .settings import friendly, joint_count
+from .settings import grid_text, number_of_joints
 
 
 def of_run(identified: Identified) -> dict[str, Any]:
@@ -30,7 +30,7 @@ def identify_lines(facts: dict[str, Any]) -> list[str]:
         return []
     cases = f"{identified['finished']:,} finished cases of {identified['looked_at']:,}"
     lines = ["", f"Identified by {cases} (a sample of the posterior in identify.parquet)"]
-    joints = joint_count(each["path"] for each in identified["parameters"])
+    joints = number_of_joints(each["path"] for each in identified["parameters"])
     for each in identified["parameters"]:
         unit = facts["units"].get(each["path"], "1")
         scale = wording.scale(unit, each["value"], speed=each["path"].endswith("speed"))
@@ -42,7 +42,7 @@ def identify_lines(facts: dict[str, Any]) -> list[str]:
     lines += [f"  {sentence}" for sentence in machine.sentences(identified, joints)]
     lines.append("  The best cases compared with the measured signals:")
     for each in identified["fits"]:
-        measured, computed = (friendly(each[name], each["unit"]) for name in ("measured", "computed"))
+        measured, computed = (grid_text(each[name], each["unit"]) for name in ("measured", "computed"))
         off = machine.difference(each)
         lines.append(f"    {each['channel']}, {each['feature']}: {measured} measured, {computed} computed{off}")
     return lines

@@ -10,7 +10,7 @@ from .. import store
 from ..grid import Grid, leaves
 from ..judging import law_check, order
 from .adaptive import Point
-from .settings import friendly
+from .settings import grid_text
 from .worker import Simulator
 
 
@@ -83,7 +83,7 @@ def law_lines(check: dict[str, Any] | None, units: Mapping[str, str]) -> list[st
     rows = [law_check.Row(**row) for row in check["rows"]]
 
     def text(column: str, value: float) -> str:
-        return f"{value:.4g} h" if column.endswith("_life_hours") else friendly(value, units.get(column, "1"))
+        return f"{value:.4g} h" if column.endswith("_life_hours") else grid_text(value, units.get(column, "1"))
 
     value = math.nan if check["value"] is None else check["value"]
     own = law_check.Row(check["case_id"], "", "", check["column"], value)

@@ -13,7 +13,7 @@ from .. import store
 from ..grid.variations import WAYS
 from ..language.errors import DirectoryError
 from . import blockwise, progress, signals
-from .shard import Shard, each_once
+from .shard import Shard, distinct
 from .simulator import SIMULATION
 from .sweep import RunResult, conclude, facts
 from .worker import Simulator
@@ -54,7 +54,7 @@ def run_merge(
         for sentence in source.look().values():
             progress.say(f"{source.path}: {sentence}; left out")
     rows = [source.rows() for source in sources]
-    ids = each_once(case_ids(grid))
+    ids = distinct(case_ids(grid))
     if not partial:
         _complete(ids, rows, [record.get("shard") for record in records])
     _agree(store.ResultSchema.of(grid), sources, rows)

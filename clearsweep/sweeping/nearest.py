@@ -9,7 +9,7 @@ from ..grid import key_units
 from ..judging import verdict
 from ..judging.verdict import KINDS, Limit
 from .seeking import Answer
-from .sensitivity import Effect, furthest
+from .sensitivity import Effect, furthest_from_limits
 from .simulator import SIMULATION
 
 DIGITS = 4  # digits of a limit that would pass
@@ -24,7 +24,7 @@ def of_run(record: Mapping[str, Any], answers: Sequence[Answer], effects: Iterab
     return {
         "best": [each | {"needed": needed(limits, columns, [each["margins"]])} for each in best],
         "needed": needed(limits, columns, [each["margins"] for each in best]) if finite else {},
-        "furthest": furthest(answers),
+        "furthest": furthest_from_limits(answers),
         "effects": [effect._asdict() | {"unit": units.get(effect.path, "1")} for effect in effects],
     }
 

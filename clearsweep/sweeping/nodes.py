@@ -38,7 +38,7 @@ class Cluster:
     def nodes(self) -> list[str]:
         """Return the addresses of usable nodes."""
         if time.monotonic() - self._counted > COUNTING:
-            self._nodes = sorted(executors.in_time(self._client.nthreads))
+            self._nodes = sorted(executors.with_timeout(self._client.nthreads))
             self._counted = time.monotonic()
         usable = [address for address in self._nodes if address not in self.excluded]
         if not self.silent.issuperset(usable):
@@ -55,7 +55,7 @@ class Cluster:
 
     def leave_out(self, future: Any) -> None:
         """Stop using the node that runs a task."""
-        at_work = executors.in_time(self._client.processing)
+        at_work = executors.with_timeout(self._client.processing)
         self.silent |= {address for address, keys in at_work.items() if future.key in map(str, keys)}
 
     def reconnect(self) -> None:

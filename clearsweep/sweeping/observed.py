@@ -117,19 +117,19 @@ def vector(measured: features.Features, orders: float, chosen: tuple[str, ...]) 
     parts: dict[str, list[float]] = {
         "rms": [np.log(measured.rms)],
         "peaks": [np.log(measured.peak_median), np.log(measured.peak_p95)],
-        "spectrum": [np.log(measured.spectrum[k] + FLOOR * measured.rms) for k in _bands(orders)],
+        "spectrum": [np.log(measured.spectrum[k] + FLOOR * measured.rms) for k in _band_edges(orders)],
         "impacts": [np.log1p(measured.impacts), *measured.phases],
     }
     return np.array([number for name in chosen for number in parts[name]])
 
 
-def _bands(orders: float) -> list[int]:
+def _band_edges(orders: float) -> list[int]:
     return [place for place, (_, high) in enumerate(features.BANDS) if high <= max(orders, features.BANDS[0][1])]
 
 
 def _labels(place: int, observed: Observed, chosen: tuple[str, ...]) -> Iterator[Label]:
     unit = observed.turned.signal.unit
-    ends = [features.BANDS[k] for k in _bands(observed.orders)]
+    ends = [features.BANDS[k] for k in _band_edges(observed.orders)]
     texts = {
         "rms": [("rms", unit)],
         "peaks": [("peak per revolution, median", unit), ("peak per revolution, p95", unit)],

@@ -51,7 +51,7 @@ def pace_lines(slowest: dict[str, Any] | None) -> list[str]:
     if not slowest:
         return []
     factor = wording.text(slowest["factor"], "1", 2)
-    motion, spent = wording.alike([slowest["motion"], slowest["spent"]], "s")
+    motion, spent = wording.in_common_unit([slowest["motion"], slowest["spent"]], "s")
     return [
         f"Slowest for its motion: case {wording.short_id(slowest['case_id'])}, {factor} times real time "
         f"({motion} of motion in {spent})"

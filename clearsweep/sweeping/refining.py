@@ -80,16 +80,16 @@ class _Box(NamedTuple):
     def edges(self, axis: int) -> list[tuple[GridPoint, GridPoint]]:
         """Return the positions of both ends of the edges along an axis."""
         first = [corner for corner in self.corners() if corner[axis] == self.low[axis]]
-        return [(corner, _moved(corner, axis, self.size[axis])) for corner in first]
+        return [(corner, _shifted(corner, axis, self.size[axis])) for corner in first]
 
     def halves(self, axis: int) -> tuple["_Box", "_Box"]:
         """Return both halves along an axis."""
         half = self.size[axis] // 2
         size = (*self.size[:axis], half, *self.size[axis + 1 :])
-        return self._replace(size=size), _Box(self.other, _moved(self.low, axis, half), size)
+        return self._replace(size=size), _Box(self.other, _shifted(self.low, axis, half), size)
 
 
-def _moved(place: GridPoint, axis: int, by: int) -> GridPoint:
+def _shifted(place: GridPoint, axis: int, by: int) -> GridPoint:
     return (*place[:axis], place[axis] + by, *place[axis + 1 :])
 
 

@@ -55,7 +55,7 @@ class RunFacts:
             status = block["status"][place]
             self.statuses[status] += 1
             if sum(entry["status"] == status for entry in self.failures) < LISTED_FAILURES:
-                known = _known(block, place, self.swept)
+                known = _case_description(block, place, self.swept)
                 self.failures.append(known | {"status": status, "message": block["message"][place]})
         if good.any():
             self.statuses["ok"] += int(np.count_nonzero(good))
@@ -63,7 +63,7 @@ class RunFacts:
             finished = block if chosen.all() else {name: values[chosen] for name, values in block.items()}
             self.remarks.add(finished)
             self.limits.add(finished, self.swept)
-            known_at = functools.partial(_known, finished, swept=self.swept)
+            known_at = functools.partial(_case_description, finished, swept=self.swept)
             self.lives.add(finished, known_at)
             self.pace.add(finished, known_at)
             self.worst.add(finished, known_at)
@@ -132,7 +132,7 @@ class _LimitCounts:
             margin = float(margins[place])
             if self.worst is None or (margin, block["case_id"][place]) < (self.worst["margin"], self.worst["case_id"]):
                 words = verdict.margin_words(margin, self.verdict.limits, block[verdict.EXCEEDED][place] or "")
-                self.worst = _known(block, place, swept) | {"margin": margin, "margin_words": words}
+                self.worst = _case_description(block, place, swept) | {"margin": margin, "margin_words": words}
 
     def facts(self) -> dict[str, Any] | None:
         """Return the counts for JSON, or None if there are no limits."""
@@ -153,7 +153,7 @@ class _LimitCounts:
         }
 
 
-def _known(block: dict[str, np.ndarray], place: int, swept: list[str]) -> dict[str, Any]:
+def _case_description(block: dict[str, np.ndarray], place: int, swept: list[str]) -> dict[str, Any]:
     """Return the description of the case at an index of a block; None for values that it does not use."""
     values = {path: block[path][place : place + 1].tolist()[0] for path in swept}
     in_use = {path: None if isinstance(value, float) and math.isnan(value) else value for path, value in values.items()}

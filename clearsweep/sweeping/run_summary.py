@@ -11,7 +11,7 @@ from .lives import life_lines
 from .pace import pace_lines
 from .run_facts import RunFacts
 from .searched import optimise_lines, optimised, refine_lines, seek_facts, seek_lines
-from .settings import friendly, given_text, joint_count, setting_text, value_text
+from .settings import given_text, grid_text, number_of_joints, setting_text, value_text
 from .sweep import RunResult
 
 
@@ -131,7 +131,7 @@ def derived_lines(derived: dict[str, dict[str, Any]]) -> list[str]:
     """Return a line for each derived value or range."""
     lines = []
     for name, value in derived.items():
-        low, high = (friendly(value[end], value["unit"]) for end in ("min", "max"))
+        low, high = (grid_text(value[end], value["unit"]) for end in ("min", "max"))
         lines.append(f"derived: {name} = {low}" + (f" to {high}" if high != low else ""))
     return lines
 
@@ -157,8 +157,8 @@ def estimate_text(facts: dict[str, Any]) -> str:
         lines.append(
             f"time: about {wording.duration(facts['seconds'])}"
             + (f", give or take {wording.duration(facts['give_or_take'])}" if spread else "")
-            + f" ({cases(facts['timed'])} timed{beginning}, {friendly(facts['case_seconds'], 's')} each, the longest "
-            f"{friendly(facts['longest'], 's')})"
+            + f" ({cases(facts['timed'])} timed{beginning}, {grid_text(facts['case_seconds'], 's')} each, the longest "
+            f"{grid_text(facts['longest'], 's')})"
         )
     if facts["pending"]:
         lines.append(f"storage: about {wording.size(facts['bytes'])}")
@@ -171,7 +171,7 @@ def _assumed_lines(assumed: dict[str, dict[str, Any]]) -> list[str]:
     lines = []
     for path, each in assumed.items():
         values = " to ".join(f"{value:.6g}" for value in each["values"])
-        known = " to ".join(friendly(value, each["unit"], speed=path.endswith("speed")) for value in each["values"])
+        known = " to ".join(grid_text(value, each["unit"], speed=path.endswith("speed")) for value in each["values"])
         same = known == f"{values} {each['unit']}"
         lines.append(f"no unit given, SI assumed: {path} = {values} {each['unit']}{'' if same else f' = {known}'}")
     return lines
@@ -182,7 +182,7 @@ def _defined_lines(defined: dict[str, dict[str, Any]]) -> list[str]:
     lines = []
     for name, each in defined.items():
         own = f" = {each['expression']}" if each["expression"] else ""
-        lines.append(f"define: {name}{own} = {friendly(each['value'], each['unit'])}")
+        lines.append(f"define: {name}{own} = {grid_text(each['value'], each['unit'])}")
     return lines
 
 
@@ -215,7 +215,7 @@ def plain(text: str) -> str:
 def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
     paths = list(facts["worst"][0]["swept"])
     of_joint = facts["question"] in ("life", "film", "force")
-    head = ["case_id", *(wording.axis_name(path, joint_count(paths)) for path in paths)]
+    head = ["case_id", *(wording.axis_name(path, number_of_joints(paths)) for path in paths)]
     rows = [[*head, *(["joint"] if of_joint else []), *facts["ranked"]["headings"]]]
     for entry in facts["worst"]:
         rows.append(
@@ -238,7 +238,7 @@ def _figure(figure: dict[str, Any], units: Mapping[str, str]) -> str:
         return f"{value:.4g} h"
     if name.endswith("_dry_load_share"):
         return f"{100.0 * value:.3g} %"
-    return friendly(value, units.get(name, "1"))
+    return grid_text(value, units.get(name, "1"))
 
 
 def _aligned(rows: list[list[str]]) -> list[str]:

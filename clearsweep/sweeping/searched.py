@@ -7,7 +7,7 @@ from typing import Any
 from ..language import wording
 from . import nearest
 from .sensitivity import STEP
-from .settings import friendly, joint_count, setting_text, value_text
+from .settings import grid_text, number_of_joints, setting_text, value_text
 from .sweep import RunResult
 
 LISTED_ANSWERS, LISTED_EFFECTS = 12, 6
@@ -35,7 +35,7 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
     sought_paths = asked[end] if isinstance(asked[end], list) else [asked[end]]
     path = sought_paths[0]
     paths = [*facts["units"]]
-    names = wording.sentence_list([wording.axis_name(each, joint_count(paths)) for each in sought_paths])
+    names = wording.sentence_list([wording.axis_name(each, number_of_joints(paths)) for each in sought_paths])
     lines = ["", f"The {end} {names} within the limits (all in seek.parquet)"]
     if not answers:
         return [*lines, "  the search was stopped before its end; run the same command again to go on"]
@@ -71,7 +71,7 @@ def _effect_lines(path: str, facts: dict[str, Any]) -> list[str]:
     for each in effects:
         lower, own, upper = (_margin(each[name]) for name in ("lower", "margin", "upper"))
         if len({lower, own, upper}) > 1:
-            value = friendly(each["value"], each["unit"], speed=each["path"].endswith("speed"))
+            value = grid_text(each["value"], each["unit"], speed=each["path"].endswith("speed"))
             moving.append(f"    {each['path']} ({value}): {lower} with {STEP:.0%} less, {upper} with {STEP:.0%} more")
     if not moving:
         return ["  No other key of the grid moves the margin by itself."] if effects else []
@@ -130,10 +130,10 @@ def optimised(result: RunResult, units: Mapping[str, str]) -> dict[str, Any] | N
 
 def _objective(column: str, case: Mapping[str, Any], unit: str) -> str:
     """Return an objective of a case with its interval, if it has one."""
-    text = f"{column} {friendly(case['values'][column], unit)}"
+    text = f"{column} {grid_text(case['values'][column], unit)}"
     if column not in case["intervals"]:
         return text
-    low, high = (friendly(end, unit) for end in case["intervals"][column])
+    low, high = (grid_text(end, unit) for end in case["intervals"][column])
     return f"{text} (95 %: {low} to {high})"
 
 

@@ -44,12 +44,12 @@ def effects(
 
     They apply to the case furthest from its limits, at its best value.  `run` runs a grid in a directory.
     """
-    worst = furthest(answers)
+    worst = furthest_from_limits(answers)
     if grid.seek is None or worst is None:
         return []
     point = worst["point"] | dict.fromkeys(grid.seek.paths, worst["value"])
     fixed = {key: part for key, part in grid.resolved().items() if key not in _APART}
-    moved = _moved(grid, point, fixed, simulator)
+    moved = _perturbed(grid, point, fixed, simulator)
     paths = list(moved)
     if not paths:
         return []
@@ -71,7 +71,7 @@ def effects(
     return sorted(effects, key=lambda effect: (-effect.size, effect.path))
 
 
-def furthest(answers: Iterable[Answer]) -> dict[str, Any] | None:
+def furthest_from_limits(answers: Iterable[Answer]) -> dict[str, Any] | None:
     """Return the case furthest from its limits at its best value, or None if every search has an answer."""
     finite = [each for answer in answers for each in answer.best if each["margin"] is not None]
     return min(finite, key=lambda each: each["margin"], default=None)
@@ -91,7 +91,7 @@ def _numbers(grid: grids.Grid, point: Mapping[str, Any]) -> dict[str, float]:
     }
 
 
-def _moved(
+def _perturbed(
     grid: grids.Grid, point: Mapping[str, Any], fixed: dict[str, Any], simulator: Simulator
 ) -> dict[str, list[float]]:
     """Return path -> values lower and higher by STEP, for keys that accept them."""

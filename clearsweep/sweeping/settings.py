@@ -6,7 +6,7 @@ from typing import Any
 from ..language import wording
 
 
-def friendly(value: float, unit: str, *, speed: bool = False) -> str:
+def grid_text(value: float, unit: str, *, speed: bool = False) -> str:
     """Return a value as it could be written in a grid: '0.5 mm', '5000 rpm', '6.61e+10 N/m^1.5'."""
     scale = wording.scale(unit, value, speed=speed)
     scale = scale._replace(unit="deg") if scale.unit == "°" else scale
@@ -19,12 +19,12 @@ def given_text(path: str, value: float, unit: str, written: Mapping[str, Mapping
     """Return a value in the unit that the grid uses; `written` is `written_units` of run.json."""
     scale = wording.written_scale(written.get(path), unit)
     if scale is None:
-        return friendly(value, unit, speed=path.endswith("speed"))
+        return grid_text(value, unit, speed=path.endswith("speed"))
     name = written[path]["unit"] if path in written and scale == wording.as_written(written[path]) else scale.unit
     return f"{scale.of(value):.4g} {name}"
 
 
-def joint_count(paths: Iterable[str]) -> int:
+def number_of_joints(paths: Iterable[str]) -> int:
     """Return the number of joints in dotted paths."""
     return len({path.split(".")[1] for path in paths if path.startswith("joints.")})
 
@@ -32,7 +32,7 @@ def joint_count(paths: Iterable[str]) -> int:
 def setting_text(swept: dict[str, Any], facts: dict[str, Any]) -> str:
     """Return the swept values of a case in words."""
     return ", ".join(
-        f"{wording.axis_name(path, joint_count(swept))} {value_text(path, value, facts)}"
+        f"{wording.axis_name(path, number_of_joints(swept))} {value_text(path, value, facts)}"
         for path, value in swept.items()
         if value is not None
     )

@@ -32,10 +32,10 @@ class Shard(NamedTuple):
         They are every N-th of the sorted identities.  These are hashes, so every axis is spread over all shards and
         no shard gets all slow cases.
         """
-        return each_once(ids)[self.number - 1 :: self.of].copy()  # a copy, not a view
+        return distinct(ids)[self.number - 1 :: self.of].copy()  # a copy, not a view
 
 
-def each_once(ids: np.ndarray) -> np.ndarray:
+def distinct(ids: np.ndarray) -> np.ndarray:
     """Return the distinct identities, ascending; np.unique needs five times the memory for a million."""
     ordered = np.sort(ids)
     again = ordered[1:] == ordered[:-1]

@@ -108,7 +108,7 @@ def _in_parent(signum: int, _frame: FrameType | None) -> None:
         raise Stopped(_Request.signum)
 
 
-def leave_if_asked() -> None:
+def exit_if_requested() -> None:
     """End this process if it is a worker that was asked to end while busy."""
     if _Request.signum and signal.getsignal(signal.SIGTERM) is _in_worker:
         os._exit(128 + _Request.signum)
@@ -117,4 +117,4 @@ def leave_if_asked() -> None:
 def _in_worker(signum: int, _frame: FrameType | None) -> None:
     _Request.signum = signum
     if not _Request.patient:
-        leave_if_asked()
+        exit_if_requested()

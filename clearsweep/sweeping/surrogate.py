@@ -43,7 +43,7 @@ def better_points(
     taken = known
     for place in range(count):
         weight = WEIGHTS[place % len(WEIGHTS)]
-        candidates = chance.random((CANDIDATES, keys)) if weight == WEIGHTS[0] else _about(known, chance)
+        candidates = chance.random((CANDIDATES, keys)) if weight == WEIGHTS[0] else _candidates_near(known, chance)
         expected = model(candidates)
         exceeded = np.maximum(-expected[:, 1:], 0.0).sum(axis=1)
         merit = expected[:, 0] + (exceeded > 0.0) * (INFEASIBLE + exceeded)
@@ -53,7 +53,7 @@ def better_points(
     return taken[len(known) :]
 
 
-def _about(known: np.ndarray, chance: np.random.Generator) -> np.ndarray:
+def _candidates_near(known: np.ndarray, chance: np.random.Generator) -> np.ndarray:
     """Return candidates around cases in order of merit: half around the first, a quarter around the next."""
     centres = known[np.minimum(chance.geometric(0.5, CANDIDATES), len(known)) - 1]
     steps = LARGEST_STEP * 0.5 ** chance.integers(HALVINGS, size=(CANDIDATES, 1))

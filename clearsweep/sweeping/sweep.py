@@ -22,10 +22,10 @@ from .optimising import Optimised, Optimising
 from .refining import Refined, Refining
 from .seeking import Answer, Seeking
 from .sensitivity import Effect, effects
-from .shard import Shard, each_once
+from .shard import Shard, distinct
 from .simulator import SIMULATION
 from .worker import Simulator
-from .worker_pool import Options, WorkerPool, case_ids, most, within
+from .worker_pool import Options, WorkerPool, case_ids, common_values, failure_limit
 
 SAMPLED_CASES = 200  # cases examined for derived values and warnings
 MOST_WARNINGS = 5
@@ -137,7 +137,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
     """Run a grid; phases show the progress."""
     begin = time.monotonic()
     check(options)
-    most(options.max_failures, 0)
+    failure_limit(options.max_failures, 0)
     with phases.phase("reading the grid"):
         grid = load(source, simulator)
     grids.check_memory(grids.recorded_history(grid))
@@ -153,7 +153,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         )
     with phases.phase("looking at the cases"):
         ids = case_ids(grid)
-        wanted = shard.ids(ids) if shard else each_once(ids)
+        wanted = shard.ids(ids) if shard else distinct(ids)
         derived, warnings = facts(grid, simulator)
     known: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
     search = _search(grid, simulator)
@@ -167,7 +167,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         with WorkerPool(directory, options, simulator) as worker_pool:
             if search:
                 grid, complete = adaptive.run(grid, search, worker_pool.look)
-                wanted = each_once(case_ids(grid))
+                wanted = distinct(case_ids(grid))
             else:
                 complete = worker_pool.run(grid, ids, wanted)
             del ids  # 8 MB for a million cases, which merging needs
@@ -297,7 +297,7 @@ def conclude(worker_pool: WorkerPool, grid: grids.Grid, wanted: np.ndarray, **kn
     directory, ran = worker_pool.directory, worker_pool.ran
     rows = directory.rows()
     stored = len(rows)
-    asked = within(rows["id"], wanted)
+    asked = common_values(rows["id"], wanted)
     rows = rows if asked.all() else rows[asked]
     form = store.ResultSchema.of(grid)
 

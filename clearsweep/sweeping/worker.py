@@ -206,7 +206,7 @@ def run_packed(content: bytes) -> Any:
 
 def run_batch(job: Job, batch: Batch) -> Manifest:
     """Compute the cases of a batch and commit them; on a request to stop, commit the finished ones."""
-    signals.leave_if_asked()
+    signals.exit_if_requested()
     first = batch.cases[0]
     if job.grid.case_id(first.grid_index) != first.case_id:
         raise ClearsweepError(
@@ -215,7 +215,7 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
         )
     rows, logs, begin = [], list[store.Unfinished](), time.perf_counter()
     together = job.together and not batch.tried
-    with signals.patience(), _noting(job.note(batch)) as note, phases.written(job.working(batch).put):
+    with signals.patience(), _new_note(job.note(batch)) as note, phases.written(job.working(batch).put):
         for task, point, trajectory in (_together if together else _one_by_one)(job, batch, note, logs):
             rows.append(store.Row(task.case_id, point, trajectory))
         seconds = time.perf_counter() - begin
@@ -228,12 +228,12 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
 _Solved = Iterator[tuple[Task, dict[str, Any], Trajectory]]
 
 
-def _one_by_one(job: Job, batch: Batch, note: "_Noting", logs: list[store.Unfinished]) -> _Solved:
+def _one_by_one(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Unfinished]) -> _Solved:
     """Yield the cases of a batch and their results; on a request to stop, end after the current case.
 
     `logs` : receives the logs of lives, which are obsolete once their results are stored.
     """
-    stopping = _Stopping(job)
+    stopping = _StopRequest(job)
     for index, (task, point, case) in enumerate(_cases(job.grid, batch)):
         if stopping.asked():
             return
@@ -246,20 +246,20 @@ def _one_by_one(job: Job, batch: Batch, note: "_Noting", logs: list[store.Unfini
         logs += [log] if log else []
 
 
-def _together(job: Job, batch: Batch, note: "_Noting", logs: list[store.Unfinished]) -> _Solved:
+def _together(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Unfinished]) -> _Solved:
     """Yield the same for cases computed together; on a request to stop, end before the first unfinished case.
 
     Lives, which keep logs, are run one by one.  If the worker dies, the case is unknown: the first is recorded, and all
     are run one by one from then on.
     """
     assert job.simulator.solve_each
-    stopping, listed, done = _Stopping(job), list(_cases(job.grid, batch)), dict[int, Trajectory]()
+    stopping, listed, done = _StopRequest(job), list(_cases(job.grid, batch)), dict[int, Trajectory]()
     if any(case.life for _, _, case in listed):
         yield from _one_by_one(job, batch, note, logs)
         return
     note.say(0)
     for index, result in job.simulator.solve_each([case for _, _, case in listed]):
-        done[index] = result if isinstance(result, Trajectory) else _gone_wrong(result)
+        done[index] = result if isinstance(result, Trajectory) else _result_of_error(result)
         if stopping.asked():
             break
     for index, (task, point, _) in enumerate(listed):
@@ -276,7 +276,7 @@ def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Cas
         yield from zip(tasks, points, [grid.case_at(point) for point in points], strict=True)
 
 
-class _Stopping:
+class _StopRequest:
     """Whether a worker must stop before its next case; checks a file now and then, which takes 5 us."""
 
     def __init__(self, job: Job):
@@ -292,7 +292,7 @@ class _Stopping:
         return os.path.exists(self.stop)
 
 
-class _Noting:
+class _NoteWriter:
     """The note of a batch, written by its worker; space for the watchdog follows the text."""
 
     def __init__(self, path: Path, handle: int):
@@ -308,7 +308,7 @@ class _Noting:
 
 
 @contextlib.contextmanager
-def _noting(path: Path) -> Iterator[_Noting]:
+def _new_note(path: Path) -> Iterator[_NoteWriter]:
     """Yield a new note; AbandonedError if there is one already: a scheduler repeats what killed a worker."""
     with durable.storing(path):
         try:
@@ -316,7 +316,7 @@ def _noting(path: Path) -> Iterator[_Noting]:
         except FileExistsError:
             raise AbandonedError(f"{path.name}: its batch was begun before") from None
     try:
-        yield _Noting(path, handle)
+        yield _NoteWriter(path, handle)
     finally:
         os.close(handle)
 
@@ -349,13 +349,13 @@ def _solve(job: Job, case: Case, log: store.Unfinished | None, note: int) -> Tra
     except (StorageError, DirectoryError):
         raise  # error of the log: no case can be stored
     except Exception as error:
-        return _gone_wrong(error)
+        return _result_of_error(error)
     finally:
         if job.case_timeout:
             faulthandler.cancel_dump_traceback_later()
 
 
-def _gone_wrong(error: Exception) -> Trajectory:
+def _result_of_error(error: Exception) -> Trajectory:
     """Return the result of a case that ended with an exception."""
     if isinstance(error, InputError):
         return failure("refused", str(error))

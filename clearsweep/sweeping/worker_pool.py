@@ -77,7 +77,7 @@ class WorkerPool:
         """
         pending = missing(ids, wanted, self.directory.rows(), retry_failed=self.options.retry_failed)
         for tried in self.tried:
-            pending = pending[~within(ids[pending], tried)]
+            pending = pending[~common_values(ids[pending], tried)]
         if not len(pending):
             return True
         done = self.run_cases(grid, Pending(pending, ids[pending]))
@@ -92,18 +92,18 @@ class WorkerPool:
         count = len(pending.indices)
         grids.check_disk(count * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
         with phases.phase("looking at the kinds of scenes"):
-            listed = kinds(grid, pending.indices, self.simulator)
-        together = not self.options.case_timeout and go_together(self.simulator, count, len(listed))
+            listed = one_per_kind(grid, pending.indices, self.simulator)
+        together = not self.options.case_timeout and solve_in_bulk(self.simulator, count, len(listed))
         workers = self._hired(listed, count)
         driver = secrets.token_hex(8) if pending.drop else ""
         job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, together, driver)
-        batches = Batches(pending.indices, pending.ids, workers.jobs, grids.usual_history(grid), pending.drop)
+        batches = Batches(pending.indices, pending.ids, workers.jobs, grids.first_case_history(grid), pending.drop)
         if pending.alike and self.batches:
             batches.follow(self.batches)
         self.batches = batches
         with phases.phase(display := progress.Cases(count, pending.title)):
             if most_failures is None:
-                most_failures = most(self.options.max_failures, count)
+                most_failures = failure_limit(self.options.max_failures, count)
             run = Driver(workers, self.directory, job, batches, most_failures, display)
             done = run.run()
         if not done:
@@ -161,7 +161,7 @@ class WorkerPool:
         workers = self.workers or self.hire(pending)
         new = [case for case in kinds_of_scenes if self.simulator.signature(case) not in self.warmed]
         if new:
-            warm(workers, new, self.simulator, self.directory.path.resolve())
+            compile_all(workers, new, self.simulator, self.directory.path.resolve())
             self.warmed |= {self.simulator.signature(case) for case in new}
         self.ready = self.ready or time.monotonic()
         return workers
@@ -209,12 +209,12 @@ def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, *, retry_fail
     order = np.argsort(ids, kind="stable")
     sorted_ids = ids[order]
     keep = np.concatenate([[True], sorted_ids[1:] != sorted_ids[:-1]])[: len(ids)]
-    keep &= within(sorted_ids, wanted)
-    keep &= ~within(sorted_ids, rows["id"])
+    keep &= common_values(sorted_ids, wanted)
+    keep &= ~common_values(sorted_ids, rows["id"])
     return np.sort(order[keep])
 
 
-def within(values: np.ndarray, those: np.ndarray) -> np.ndarray:
+def common_values(values: np.ndarray, those: np.ndarray) -> np.ndarray:
     """Return which values are in `those`, ascending; needs a fifth of the memory of np.isin."""
     if not len(those):
         return np.zeros(len(values), bool)
@@ -224,7 +224,7 @@ def within(values: np.ndarray, those: np.ndarray) -> np.ndarray:
     return there
 
 
-def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
+def one_per_kind(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
     """Return a pending case for each kind of scene; only law names can change the kind."""
     if not any(isinstance(values[0], str) for values in grid.axes.values()):
         return [grid.case(int(pending[0]))]
@@ -239,12 +239,12 @@ def kinds(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[C
     return list({simulator.signature(case): case for case in cases}.values())
 
 
-def go_together(simulator: Simulator, pending: int, listed: int) -> bool:
+def solve_in_bulk(simulator: Simulator, pending: int, listed: int) -> bool:
     """Return whether there are enough cases per kind of scene to solve several at a time."""
     return simulator.solve_each is not None and pending >= MANY * listed
 
 
-def warm(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> None:
+def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> None:
     """Compile the code of these cases, each part in one worker, so that all workers find it in the cache.
 
     directory : of the run; its folder for temporary files contains the progress.
@@ -281,16 +281,16 @@ def _failure(future: Future) -> Exception | None:
     return None
 
 
-def most(max_failures: int | str | None, cases: int) -> int | None:
+def failure_limit(max_failures: int | str | None, cases: int) -> int | None:
     """Return how many cases may fail, from a number or a percentage."""
     if max_failures is None:
         return None
     text = str(max_failures).strip()
     share = cases / 100.0 if text.endswith("%") else 1.0
     try:
-        most = int(float(text.removesuffix("%")) * share)
+        failure_limit = int(float(text.removesuffix("%")) * share)
     except (ValueError, OverflowError):
-        most = -1
-    if most < 0:
+        failure_limit = -1
+    if failure_limit < 0:
         raise InputError(f"max failures: found {max_failures!r}; expected a number of cases (20) or a share (5%)")
-    return most
+    return failure_limit

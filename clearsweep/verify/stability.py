@@ -50,7 +50,7 @@ from ..mechanics.mechanism import contract, planar
 from ..mechanics.solver.accumulate import totals
 from ..simulation import scene
 from ..simulation.ideal import ideal_peaks
-from ..simulation.run import integrated
+from ..simulation.run import integration_of
 from ..simulation.trajectory import simulate
 from . import extremes, films, in_space, machines
 from .extremes import Extreme
@@ -166,7 +166,7 @@ def _second_look(made: scene.Scene) -> str:
     tighter = settings._replace(tolerance=0.1 * settings.tolerance, step_budget=10 * settings.step_budget)
     end = made.crank_clock.at(settings.revolutions) if made.layout.turns else math.inf
     run, again = (
-        integrated(dataclasses.replace(made, case=made.case._replace(simulate=chosen)), np.empty(0), end)
+        integration_of(dataclasses.replace(made, case=made.case._replace(simulate=chosen)), np.empty(0), end)
         for chosen in (settings, tighter)
     )
     if again.status != run.status:

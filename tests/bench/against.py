@@ -7,6 +7,8 @@ merging included.  What a sweep of FEW^3 cases takes is taken off as start-up; c
 A commit from before `contact.onset` knows its value `first` alone, so that by default the two integrate different
 motions: with two joints this one meets 34 to 41 impacts a revolution in place of 18 to 23.  With --first this checkout
 integrates the motion that such a commit does.
+
+With --files it measures every grid of `configs/` instead: some of its cases, as a sweep integrates them, without files.
 """
 
 import argparse
@@ -26,6 +28,8 @@ ROOT = Path(__file__).parents[2]
 FRICTION = {"law": "ambrosio", "coefficient": 0.05, "v0": "1 mm/s", "v1": "10 mm/s"}
 ASKED = {"thousand_cases": 0.25, "with friction": 0.25, "with two joints": 0.4}
 SPEEDS = 4  # of the two others: 400 cases
+SAME = 4  # cases of a file of configs/, evenly spread, that are run
+LONG = 20.0  # s of processor time for these: a file that takes longer is left out
 FEW = 4  # values on each axis of a sweep that is taken for the start-up of the others
 
 
@@ -57,16 +61,34 @@ def with_first_onset(source: dict) -> dict:
 
 
 def serve() -> None:
-    """Sweep grids as they come on stdin, a line of JSON each; answer with cases, failures and processor time (s)."""
-    import clearsweep
-
+    """Run grids, or paths of grids, as they come on stdin, a line of JSON each; answer each with what it took."""
     answers, sys.stdout = sys.stdout, sys.stderr
     for line in sys.stdin:
-        with tempfile.TemporaryDirectory() as place:
-            began = time.process_time()
-            result = clearsweep.sweep(json.loads(line), place, executor="serial", show_progress=False)
-            spent = time.process_time() - began
-        print(json.dumps([result.ran, result.failed, spent]), file=answers, flush=True)
+        asked = json.loads(line)
+        print(json.dumps(integrated(asked) if isinstance(asked, str) else swept(asked)), file=answers, flush=True)
+
+
+def swept(source: dict) -> tuple[int, int, float]:
+    """Return cases, failures and processor time (s) of a sweep."""
+    import clearsweep
+
+    with tempfile.TemporaryDirectory() as place:
+        began = time.process_time()
+        result = clearsweep.sweep(source, place, executor="serial", show_progress=False)
+        return result.ran, result.failed, time.process_time() - began
+
+
+def integrated(path: str) -> tuple[int, int, float]:
+    """Return the same of some cases of a grid, whose code is there after the first call; no files are written."""
+    from clearsweep import simulation
+    from clearsweep.grid import load
+
+    grid = load(path, simulation.catalogue())
+    cases = [grid.case(place) for place in sorted({len(grid) * k // SAME for k in range(SAME)})]
+    began = time.process_time()
+    results = [result for _, result in simulation.solve_each(cases)]
+    spent = time.process_time() - began
+    return len(cases), sum(getattr(result, "status", "failed") != "ok" for result in results), spent
 
 
 class Tree:
@@ -85,8 +107,8 @@ class Tree:
         named = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=8"]
         self.name = subprocess.run(named, capture_output=True, text=True, check=False).stdout.strip() or "unknown"
 
-    def sweep(self, source: dict) -> tuple[int, int, float]:
-        """Return cases, those that failed and the processor time (s) of a sweep."""
+    def sweep(self, source: dict | str) -> tuple[int, int, float]:
+        """Return cases, those that failed and the processor time (s) of a grid, or of the one at a path."""
         print(json.dumps(source), file=self.process.stdin, flush=True)
         answer = self.process.stdout.readline()
         if not answer:
@@ -126,14 +148,48 @@ def table(other: Path, rounds: int, *, first: bool) -> str:
     return "\n".join(lines)
 
 
+def table_of_files(other: Path, rounds: int) -> str:
+    """Return what some cases of every file of configs/ take with both checkouts."""
+    trees = [Tree(ROOT), Tree(other)]
+    lines = [
+        f"{trees[0].name} against {trees[1].name}, load {os.getloadavg()[0]:.1f} before; ms of processor time per",
+        f"case, {SAME} cases of a file at most, in one process, least of {rounds} interleaved rounds.",
+        "",
+        "| file | cases | failed, of either | this | other | this / other |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for path in sorted((ROOT / "configs").glob("*.yaml")):
+        compiled = [tree.sweep(str(path))[2] for tree in trees]
+        if min(compiled) > LONG:
+            lines.append(f"| {path.stem} | left out: beyond {LONG:.0f} s | | | | |")
+            continue
+        runs = [[tree.sweep(str(path)) for tree in trees] for _ in range(rounds)]
+        cases, failed, others = runs[0][0][0], runs[0][0][1], runs[0][1][1]
+        this, that = 1e3 * np.min([[took for *_, took in run] for run in runs], axis=0) / cases
+        lines.append(f"| {path.stem} | {cases} | {failed}, {others} | {this:.2f} | {that:.2f} | {this / that:.2f} |")
+        print(lines[-1], file=sys.stderr, flush=True)
+    for tree in trees:
+        tree.process.stdin.close()
+        tree.process.wait()
+    return "\n".join(lines)
+
+
 def main() -> None:
     """Print the table, and write it where asked."""
     parser = argparse.ArgumentParser(prog="python -m bench.against", description=__doc__.splitlines()[0])
     parser.add_argument("tree", type=Path, help="a checkout of the other commit")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--first", action="store_true", help="this checkout with `contact.onset: first`, too")
+    parser.add_argument("--files", action="store_true", help="some cases of every file of configs/ instead")
     parser.add_argument("--write", action="store_true", help="write results/speed.md too")
     asked = parser.parse_args()
+    if asked.files:
+        rows = table_of_files(asked.tree.resolve(), 2)
+        text = f"## Every file of configs/ against another commit\n\n{rows}"
+        print(text)
+        if asked.write:
+            speed_page.write("files of two commits", f"{text}\n")
+        return
     tables = [table(asked.tree.resolve(), asked.rounds, first=first) for first in (False, True)[: 1 + asked.first]]
     text = "\n\n".join(["## Against another commit", *tables]) + "\n"
     print(text)

@@ -103,7 +103,7 @@ def pinned_at(model: Pinned, address: int) -> tuple[Any]:
     return (_PLAIN[address],)
 
 
-class Found:
+class Loaded:
     """A value at an address known only at run time; its fields are loaded on access."""
 
     def __init__(self, form: TypeKey, address: symbols.Whole, place: int = 0):
@@ -118,16 +118,16 @@ class Found:
         """Return the parts unknown while tracing."""
         return (self._address,)
 
-    def remade(self, parts: list[Any]) -> "Found":
+    def remade(self, parts: list[Any]) -> "Loaded":
         """Return the same at another address."""
-        return Found(self._form, parts[0], self._place)
+        return Loaded(self._form, parts[0], self._place)
 
     def __getattr__(self, name: str) -> Any:
         if name not in self._form.parts:
             raise AttributeError(name)
         form, place = self._form.parts[name], self._place + self._form.places[name]
         if isinstance(form, TypeKey):
-            return Found(form, self._address, place)
+            return Loaded(form, self._address, place)
         if form in (float, int):
             return word_at(self._address, place, symbols.Number if form is float else symbols.Whole)
         kind, dimensions, apart = form
@@ -144,5 +144,5 @@ class Found:
 
 
 @primitive(pinned_at)
-def _found(model: Pinned, address: symbols.Whole) -> tuple[Found]:
-    return (Found(form_of(model.value), address),)
+def _loaded(model: Pinned, address: symbols.Whole) -> tuple[Loaded]:
+    return (Loaded(form_of(model.value), address),)

@@ -23,7 +23,7 @@ LINE_PRESSURE, BALL_PRESSURE = 1.67, 1.6  # largest pressure over yield strength
 END_PRESSURE = (1.0 + END_DEPTH) * math.sqrt(END_SHARE)  # p0 R_b / (E* c) at the end of the wide arc's formula
 
 
-def kind_of(joint: Joint) -> str:
+def contact_kind(joint: Joint) -> str:
     """Return the kind of a joint's contact, line or ball, or '' if its laws are neither or plastic."""
     law = RECIPES["law", joint.contact.law].law if joint.is_dry else None
     if law is None or law.yields or not law.uses_elastic or joint.is_guide or joint.is_spatial:
@@ -31,7 +31,7 @@ def kind_of(joint: Joint) -> str:
     return RECIPES["elastic", joint.contact.elastic].law.contact if joint.contact.elastic else ""
 
 
-def load_at(kind: str, pressure: float, joint: Joint, modulus: float) -> float:
+def load_at_pressure(kind: str, pressure: float, joint: Joint, modulus: float) -> float:
     """Return the load (N) of a joint at a largest pressure (Pa) in a contact of this kind; modulus : E*, Pa."""
     radius = relative_radius(joint)
     assert joint.bearing_radius is not None  # it determines the relative radius
@@ -60,13 +60,13 @@ def yield_energy(joint: Joint, elastic: Any) -> float | None:
 
     elastic : its compiled elastic law, including rough surfaces
     """
-    kind, strength, radius = kind_of(joint), joint.strength, joint.bearing_radius
+    kind, strength, radius = contact_kind(joint), joint.strength, joint.bearing_radius
     if not kind or strength is None or radius is None or (kind == LINE and joint.length is None):
         return None
     modulus = _modulus(joint, kind)
     if modulus is None:
         return None
-    load = load_at(kind, (BALL_PRESSURE if kind == BALL else LINE_PRESSURE) * strength, joint, modulus)
+    load = load_at_pressure(kind, (BALL_PRESSURE if kind == BALL else LINE_PRESSURE) * strength, joint, modulus)
     return float(elastic_energy(elastic, static_penetration(elastic, load)))
 
 

@@ -78,7 +78,7 @@ class _Signs(NamedTuple):
     height: float
 
 
-class _Course(NamedTuple):
+class _BlockContext(NamedTuple):
     """Data that all corners share."""
 
     joint: tuple
@@ -164,7 +164,7 @@ _corners = map_joints(_corner, after_number)
 
 @load.member(Guide)
 def _load_guide(joint, gap, place, present):
-    a, b, c, d = _corners(_SIGNS, _SIGNS, 0, _Course(joint, gap, place, present))
+    a, b, c, d = _corners(_SIGNS, _SIGNS, 0, _BlockContext(joint, gap, place, present))
     axial, across = a.fx + b.fx + c.fx + d.fx, a.fy + b.fy + c.fy + d.fy
     on_block = _moment(a) + _moment(b) + _moment(c) + _moment(d)
     return Load(

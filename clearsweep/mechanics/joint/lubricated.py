@@ -83,7 +83,7 @@ class FilmContact(NamedTuple):
     speed: float  # m/s, of the journal's surface over the bearing's from spins only
 
 
-class Floating(NamedTuple):
+class FilmLoad(NamedTuple):
     """Forces and powers of a film, in the frame of the line of centres."""
 
     radial: float  # N, on the journal
@@ -101,7 +101,7 @@ class Floating(NamedTuple):
 
 
 @kernel
-def floating(joint, gap):
+def film_load(joint, gap):
     """Return the Floating of a film; a concentric journal has no direction and no force."""
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     journal, bearing = gap.spin_distal, gap.spin_proximal
@@ -111,7 +111,7 @@ def floating(joint, gap):
     if square == 0.0:
         zero = as_type_of(0.0, square)
         on_journal, on_bearing = film_couples(joint.shear, FilmMotion(zero, zero, zero), journal - bearing, zero)
-        return Floating(
+        return FilmLoad(
             radial=zero,
             tangential=zero,
             on_journal=on_journal,
@@ -136,7 +136,7 @@ def floating(joint, gap):
     radial, tangential = film_force(joint.film, motion)
     on_journal, on_bearing = film_couples(joint.shear, motion, journal - bearing, eccentricity * tangential)
     lost = -radial * rate - tangential * across - on_journal * journal - on_bearing * bearing
-    return Floating(
+    return FilmLoad(
         radial=radial,
         tangential=tangential,
         on_journal=on_journal,
@@ -247,17 +247,17 @@ def with_asperities(joint, gap, film, load):
 
 
 @family
-def through_the_film(transition, joint, gap, film, load):
+def with_asperity_contact(transition, joint, gap, film, load):
     """Return the Load of a film with asperity contact, if any, before its surfaces touch."""
 
 
-@through_the_film.member(None)
-def _default_through_the_film(transition, joint, gap, film, load):
+@with_asperity_contact.member(None)
+def _default_with_asperity_contact(transition, joint, gap, film, load):
     return load
 
 
-@through_the_film.member(GreenwoodTripp)
-def _through_the_film_greenwood_tripp(transition, joint, gap, film, load):
+@with_asperity_contact.member(GreenwoodTripp)
+def _with_asperity_contact_greenwood_tripp(transition, joint, gap, film, load):
     return with_asperities(joint, gap, film, load)
 
 
@@ -295,7 +295,7 @@ def _parts_film(joint):
 
 @load.member(Film)
 def _load_film(joint, gap, place, present):
-    return load_of(joint, floating(joint, gap), relative_speed(gap))
+    return load_of(joint, film_load(joint, gap), relative_speed(gap))
 
 
 # ---------------------------------------------------------------------------------------------- with a dry joint
@@ -314,9 +314,9 @@ def _parts_lubricated(joint):
 @load.member(Lubricated)
 def _load_lubricated(joint, gap, place, present):
     mode = present.mode[place.contact]
-    film = floating(joint, gap)
+    film = film_load(joint, gap)
     alone = load_of(joint, film, relative_speed(gap))
-    afloat = through_the_film(joint.transition, joint, gap, film, alone)
+    afloat = with_asperity_contact(joint.transition, joint, gap, film, alone)
     if not touches(mode):
         return afloat
     root = present.y[present.roots + place.contact]

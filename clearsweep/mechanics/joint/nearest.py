@@ -83,7 +83,7 @@ ARCTANGENT = Chebyshev.interpolate(_arctangent, 5, domain=(0.0, 1.0)).convert(ki
 
 
 @inlined
-def about(y, x):
+def rough_angle(y, x):
     """Return the angle (rad) of a point (x, y), not the origin, to 5e-6."""
     large, small = max(abs(x), abs(y)), min(abs(x), abs(y))
     z = small / large
@@ -144,7 +144,7 @@ def searched(surfaces, x, y, turned):
 
 
 @kernel
-def how_close(x):
+def last_step_bound(x):
     """Return the step length (rad) of Halley's method after which the next step is the last; less for derivatives."""
     return CLOSE_FOR_SLOPES if isinstance(x, Dual) else CLOSE
 
@@ -157,7 +157,7 @@ def deepest_angle(joint, x, y, turned, close):
     outside = -(joint.bearing.sharpest + joint.journal.sharpest)
     square, angle, reached = x * x + y * y, 0.0 * x, False
     if square > 0.0:
-        begin = about(y, x)
+        begin = rough_angle(y, x)
         step, opens, height = halley(surfaces, begin, turned, math.sqrt(square), 0.0)
         angle = begin + step
         for _ in range(STEPS):
@@ -179,7 +179,7 @@ def nearest(joint, gap):
     """Return the Nearest of a TurnedGap, differentiable through the last Newton step."""
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     on_bearing, on_journal, bearing_spin, journal_spin = bodies_of(joint, gap)
-    angle = deepest_angle(joint, plain(x), plain(y), (plain(on_bearing), plain(on_journal)), how_close(x))
+    angle = deepest_angle(joint, plain(x), plain(y), (plain(on_bearing), plain(on_journal)), last_step_bound(x))
     c, s = direction(angle)
     h, slope, bend, third = worn_at(joint.bearing.table, angle - on_bearing)
     other, other_slope, other_bend, last = worn_at(joint.journal.table, angle - on_journal)

@@ -27,12 +27,12 @@ DECLARED = {
 }
 
 
-def unlimited(joint: Joint) -> float:
+def no_limit(joint: Joint) -> float:
     """Return the default for the largest valid penetration (m): infinity."""
     return math.inf
 
 
-def nothing(joint: Joint) -> dict:
+def no_derived_values(joint: Joint) -> dict:
     """Return the default for derived values: none."""
     return {}
 
@@ -44,8 +44,8 @@ class Recipe(NamedTuple):
     types: tuple[type, ...]  # the types that `make` may return
     make: Callable  # joint -> compiled form
     returned: Callable | None = None  # requested restitution -> restitution of a free impact, in closed form
-    limit: Callable = unlimited  # joint -> largest valid penetration, m
-    derived: Callable = nothing  # joint -> derived values: path within the joint -> (value, unit)
+    limit: Callable = no_limit  # joint -> largest valid penetration, m
+    derived: Callable = no_derived_values  # joint -> derived values: path within the joint -> (value, unit)
 
 
 RECIPES: dict[tuple[str, str], Recipe] = {}

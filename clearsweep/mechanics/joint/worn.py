@@ -76,7 +76,7 @@ def _pressing_worn_joint(joint, there, gap, pen):
 
 
 @inlined
-def apart(joint, gap):
+def separate_load(joint, gap):
     """Return the Load of separate surfaces: zero, with their distance.
 
     Far from contact, beyond the variation of wear, the depth is that of the least worn place: it is never
@@ -155,7 +155,7 @@ def _parts_worn_joint_or_worn_on_bed(joint):
 def _load_worn_joint_or_worn_on_bed(joint, gap, place, present):
     mode = present.mode[place.contact]
     if mode == FREE:
-        return apart(joint, gap)
+        return separate_load(joint, gap)
     root = present.y[present.roots + place.contact]
     now = with_laws_as_they_are(joint, place, present)
     return worn_load(now, gap, mode, root * abs(root), present.latched[place.contact])
@@ -164,7 +164,7 @@ def _load_worn_joint_or_worn_on_bed(joint, gap, place, present):
 # ---------------------------------------------------------------------------------------------- where it starts
 
 
-def worn_in(joint) -> bool:
+def has_worn_shape(joint) -> bool:
     """Return whether the worn shape of a joint affects contact."""
     return isinstance(joint, KINDS)
 

@@ -100,9 +100,9 @@ def traced(function: Callable, scene: Any, items: str) -> ir.Module:
     return _module(body, items)
 
 
-def _module(body: Callable, items: str) -> ir.Module:
+def _module(body: Callable, items: str, width: int = 1) -> ir.Module:
     """Return the module that a body makes of pointers to numbers and to the items of arrays, and an integer."""
-    hand = Trace()
+    hand = Trace(width)
     hand.module.triple = _triple()
     kinds = [ADDRESS] * (1 + len(items)) + [WHOLE]
     entry = ir.Function(hand.module, ir.FunctionType(ir.VoidType(), kinds), "entry")

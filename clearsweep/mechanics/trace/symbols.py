@@ -25,8 +25,8 @@ class NotTraceableError(Exception):
 class Trace:
     """A module in the making, and where in it code is emitted."""
 
-    def __init__(self) -> None:
-        self.width = 1  # of what is in hand: WIDTH within turns that run at once
+    def __init__(self, width: int = 1):
+        self.width = width  # of what is in hand: WIDTH within turns that run at once
         self.module = ir.Module("scene")
         self.builder: Any = None
         self.lanes: Callable[[], Any] = lambda: None  # returns in which lanes something is to be done; None: in all

@@ -82,7 +82,7 @@ def _picture(study: Study, drawn: Drawn, across: Axis, second: Axis | None) -> P
     limit_values = None if drawn.limit is None else _bound(study, drawn.limit, across)
     family = Family(across, second.label() if second else "", names, table[kept], limit_values)
     unit = study.unit(drawn.column)
-    ends = " to ".join(wording.alike((float(np.nanmin(table)), float(np.nanmax(table))), unit))
+    ends = " to ".join(wording.in_common_unit((float(np.nanmin(table)), float(np.nanmax(table))), unit))
     others = [axis.name for axis in study.swept() if axis not in (across, second)]
     word = CALLED[reduced]
     some = f"{len(kept)} of {len(table)} values of {second.name}. " if second and len(kept) < len(table) else ""

@@ -181,7 +181,7 @@ def _picture_over_axis(
     (name, first), effect = names, curves[0].effect
     unit, axis, medians = study.unit(effect.column), effect.axis, ""
     if len(axis.values) <= NOTED:
-        steps = zip(axis.values, wording.alike(effect.medians, unit), strict=True)
+        steps = zip(axis.values, wording.in_common_unit(effect.medians, unit), strict=True)
         medians = "; ".join(f"{axis.text(value)}: {median}" for value, median in steps)
     return Picture(
         f"{capital(name)} over {axis.name}",

@@ -59,7 +59,7 @@ def _friction(study: Study) -> list[str]:
     for column in study.run.layout.columns:
         if column.figure == FRICTION_POWER and column.joint not in opened and study.has(column.name):
             powers = study.cases[column.name]
-            ends = wording.alike(dict.fromkeys((float(powers.min()), float(powers.max()))), "W")
+            ends = wording.in_common_unit(dict.fromkeys((float(powers.min()), float(powers.max()))), "W")
             points.append(
                 f"Friction in joint {column.joint}, which has no clearance, takes {' to '.join(ends)} on average."
             )

@@ -112,7 +112,7 @@ def _spread(study: Study, matched_cases: Matched) -> Table:
             weakest, strongest = worst.idxmin(), worst.idxmax()
             at = study.setting(matched_cases.case(factor.idxmax(), weakest), without=matched_cases.axis)
             ends: list[Quantity | str] = []
-            said = wording.alike((worst[law] for law in (weakest, strongest)), study.unit(column))
+            said = wording.in_common_unit((worst[law] for law in (weakest, strongest)), study.unit(column))
             for law, text in zip((weakest, strongest), said, strict=True):
                 ends += [Quantity(worst[law], f"{text}, {law}"), law]
             factors = (float(factor.median()), float(factor.max()))

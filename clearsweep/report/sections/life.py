@@ -75,7 +75,7 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
     ):
         courses = [_course(study, joint, name, *each, figure) for name, each in histories.items()]
         if courses:
-            ends = wording.alike((float(each.values[-1]) for each in courses), unit)
+            ends = wording.in_common_unit((float(each.values[-1]) for each in courses), unit)
             named = ", ".join(f"{each.name} {end}" for each, end in zip(courses, ends, strict=True))
             text = f"{title} over revolutions; at the end: {named}."
             of_limit = limit if figure == of and isinstance(limit, float) else None

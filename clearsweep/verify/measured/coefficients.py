@@ -6,7 +6,7 @@ import numpy as np
 
 from ...mechanics.joint import registry
 from ...mechanics.joint.dry import Gap
-from ...mechanics.joint.lubricated import floating
+from ...mechanics.joint.lubricated import film_load
 from ...simulation.scene import load_case
 from . import film_at_rest
 
@@ -33,7 +33,7 @@ def of_film(law: str, slenderness: float, sommerfeld: float, ratio: float, attit
     def force(motion: np.ndarray) -> np.ndarray:
         """Return the (2,) force on the journal over the load, for its (4,) place and velocity over `scales`."""
         x, y, vx, vy = (float(number) for number in motion * scales)
-        film = floating(term, Gap(x, y, vx, vy, spin_proximal=0.0, spin_distal=speed))
+        film = film_load(term, Gap(x, y, vx, vy, spin_proximal=0.0, spin_distal=speed))
         towards, across = np.array([film.nx, film.ny]), np.array([-film.ny, film.nx])
         return np.asarray((film.radial * towards + film.tangential * across) / load)
 

@@ -35,7 +35,7 @@ class _Laws(NamedTuple):
     share: float
 
 
-class _Now(NamedTuple):
+class _ContactNow(NamedTuple):
     """Present state of a contact."""
 
     mode: int
@@ -79,7 +79,7 @@ def _touch(point, context, laws, now):
     return Touch(pushed, whole, cross(arm, whole), times(depth, cross(normal, rubbed)), contact)
 
 
-class _Course(NamedTuple):
+class _JointContext(NamedTuple):
     """Data that all contacts of a joint share."""
 
     joint: tuple
@@ -93,7 +93,7 @@ class _Course(NamedTuple):
 def _now(context, number):
     """Return the present state of contact `number`."""
     present, c = context.present, context.place.contact + number
-    return _Now(present.mode[c], present.y[present.roots + c], present.latched[c])
+    return _ContactNow(present.mode[c], present.y[present.roots + c], present.latched[c])
 
 
 @kernel
@@ -168,7 +168,7 @@ def _force_at_end_spread_contact(contact):
 
 
 @kernel
-def _telling(joint, gap, a, b):
+def _auxiliary_contacts(joint, gap, a, b):
     """Return the auxiliary Contacts from the Touches of both walls."""
     force, whole = plus(a.normal, b.normal), plus(a.force, b.force)
     square = dot(force, force)
@@ -185,10 +185,10 @@ def _telling(joint, gap, a, b):
 
 
 @kernel
-def _course_of(joint, gap, place, present):
+def _context_of(joint, gap, place, present):
     """Return the _Course of a joint."""
     velocity = minus(gap.velocity, cross(gap.on_bearing, gap.middle))
-    return _Course(joint, gap, _Moving(velocity, minus(gap.on_journal, gap.on_bearing)), place, present)
+    return _JointContext(joint, gap, _Moving(velocity, minus(gap.on_journal, gap.on_bearing)), place, present)
 
 
 @kernel
@@ -203,23 +203,23 @@ def _loaded(gap, force, moment, twist, contacts):
 
 @load.member(Through)
 def _load_through(joint, gap, place, present):
-    context = _course_of(joint, gap, place, present)
+    context = _context_of(joint, gap, place, present)
     second = after_law(after_law(place, joint.law), joint.friction)
     a, b = _walls(joint.walls, context, second)
-    auxiliary = _telling(joint, gap, a, b)
+    auxiliary = _auxiliary_contacts(joint, gap, a, b)
     contacts = (a.contact, b.contact, auxiliary[0], auxiliary[1])
     return _loaded(gap, plus(a.force, b.force), plus(a.moment, b.moment), plus(a.twist, b.twist), contacts)
 
 
 @load.member(Flanged)
 def _load_flanged(joint, gap, place, present):
-    context = _course_of(joint, gap, place, present)
+    context = _context_of(joint, gap, place, present)
     second = after_law(after_law(place, joint.law), joint.friction)
     third = after_law(after_law(second, joint.law), joint.friction)
     fourth = after_law(after_law(third, joint.axial_law), joint.friction)
     a, b = _walls(joint.walls, context, second)
     c, d = _flange(context, 2, 1.0, third), _flange(context, 3, -1.0, fourth)
-    auxiliary = _telling(joint, gap, a, b)
+    auxiliary = _auxiliary_contacts(joint, gap, a, b)
     of_flanges = _contact_of(joint.walls, c.contact), _contact_of(joint.walls, d.contact)
     return _loaded(
         gap,

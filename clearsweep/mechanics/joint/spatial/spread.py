@@ -131,7 +131,7 @@ def _bearing_of(context, here, end, overlap):
     return _Bearing(end, leaning, overlap, length_rate, strip)
 
 
-class Borne(NamedTuple):
+class StripForce(NamedTuple):
     """Load of a strip."""
 
     force: float  # N, 0 where it is clipped
@@ -144,12 +144,12 @@ class Borne(NamedTuple):
 
 
 @kernel
-def _borne(context, here, other, bearing):
+def _strip_force(context, here, other, bearing):
     """Return what the strip of an End bears; the law has the onset rate of that end if it touches, else the other's."""
     joint, own, strip, overlap = context.joint, touches(here.mode), bearing.strip, bearing.overlap
     zero = as_type_of(0.0, strip.depth)
     if not is_pressed(strip):
-        return Borne(zero, zero, zero, zero, zero, zero, zero)
+        return StripForce(zero, zero, zero, zero, zero, zero, zero)
     part = pressed_part(strip, not touches(other.mode) or other.root < 0.0)
     onset_rate = here.onset_rate if own else other.onset_rate
     load = load_of(strip, part, (joint.law, joint.elastic), joint.walls.rule, onset_rate)
@@ -164,9 +164,9 @@ def _borne(context, here, other, bearing):
         force = max(force, 0.0) if here.mode != CLIPPED else zero
         inner = min(max(inner, 0.0), force)
     if overlap.growth == 0.0 or elastic <= 0.0:
-        return Borne(force, inner, elastic, elastic_inner, raw, zero, zero)
+        return StripForce(force, inner, elastic, elastic_inner, raw, zero, zero)
     stored = _energy_per_length(joint, strip, part, overlap)
-    return Borne(force, inner, elastic, elastic_inner, raw, stored * (force / elastic), stored)
+    return StripForce(force, inner, elastic, elastic_inner, raw, stored * (force / elastic), stored)
 
 
 @kernel
@@ -199,7 +199,7 @@ def _pushed(context, here, bearing, borne):
     )
 
 
-class _Rubbed(NamedTuple):
+class _StripFriction(NamedTuple):
     """The friction of a strip."""
 
     force: Vector  # N, on the journal
@@ -210,7 +210,7 @@ class _Rubbed(NamedTuple):
 
 
 @kernel
-def _rubbed(context, here, bearing, borne):
+def _strip_friction(context, here, bearing, borne):
     """Return the friction of a strip, at the centre of its elastic load."""
     joint, gap, seen, half = context.joint, context.gap, context.moving, bearing.overlap.half
     rubbing = borne.force if lowest_force(joint.law) == 0.0 else max(borne.force, 0.0)
@@ -226,10 +226,10 @@ def _rubbed(context, here, bearing, borne):
     force = times(tangential / slip if square > 0.0 else as_type_of(0.0, slip), sliding)
     twist = times(depth, cross(normal, force))
     if touches(here.mode):
-        return _Rubbed(force, arm, twist, tangential, slip)
+        return _StripFriction(force, arm, twist, tangential, slip)
     speed = math.sqrt(dot(here.moving, here.moving))  # of a separate end: it bounds the time to the onset
     tangential = tangential * slip / speed if speed > 0.0 else as_type_of(0.0, speed)
-    return _Rubbed(force, arm, twist, tangential, speed)
+    return _StripFriction(force, arm, twist, tangential, speed)
 
 
 @kernel
@@ -243,7 +243,7 @@ def _touch(context, here, bearing, borne, at_end):
     stored = borne.elastic * here.rate - borne.elastic_inner * fall_rate + borne.elastic_lengthening * length_rate
     taken = borne.force * here.rate - borne.inner * fall_rate + borne.lengthening * length_rate
     pushed, moment = _pushed(context, here, bearing, borne)
-    rubbed = _rubbed(context, here, bearing, borne)
+    rubbed = _strip_friction(context, here, bearing, borne)
     seen = SpreadContact(
         normal=borne.force,
         tangential=rubbed.tangential,
@@ -269,6 +269,6 @@ def spread_walls(context):
         return _apart(first, zero), _apart(second, zero)
     overlap = bearing_length(context.joint.ends, context.joint, context.gap)
     a, b = _bearing_of(context, first, 1.0, overlap), _bearing_of(context, second, -1.0, overlap)
-    of_a, of_b = _borne(context, first, second, a), _borne(context, second, first, b)
+    of_a, of_b = _strip_force(context, first, second, a), _strip_force(context, second, first, b)
     at_a, at_b = of_a.force - 0.5 * of_a.inner + 0.5 * of_b.inner, of_b.force - 0.5 * of_b.inner + 0.5 * of_a.inner
     return _touch(context, first, a, of_a, at_a), _touch(context, second, b, of_b, at_b)

@@ -1,41 +1,155 @@
-"""Times and speeds at which the free crank of an ideal machine passes given angles."""
+"""Times and speeds at which the free crank of an ideal machine passes given angles.
+
+Collocation at the eight points of `observe.stages`, as in `solver.collocation` but without events. The whole motion
+is one call of compiled code.
+"""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import legendre
 
 from ....contracts.machine import Motor
-from ...compiled.family import entry, flatten, invoke, shaped
+from ...compiled.choosing import abreast
+from ...compiled.family import entry, flatten, invoke, kernel, shaped
+from ...observe.stages import POINTS, STAGES
 from ..contract import accelerate, place
 
 LONGEST = 30.0  # longest wait for a free crank, in times at its nominal speed
 STEPS = 300  # for a turn of it
-RTOL, ATOL = 1e-9, 1e-11  # tolerance of angle (rad) and of rate over the nominal rate
+ALLOWED = 1e-9  # tolerance of a step: of angle (rad) and of rate over the nominal rate
+CLOSE_STAGES = 1e-3  # of the tolerance: the iteration has converged where a sweep moves the stages by less
+SWEEPS = 30  # of a step, at most
+FIRST, SHRINK, GROW, SAFETY = 0.01, 0.3, 2.0, 0.8  # first step, in turns at the nominal rate; factors of the step
+SHORTEST = 1e-12  # turns at the nominal rate: the integration stops where it needs shorter steps
 HALVINGS = 60  # most iterations; Newton's method needs five
 CLOSE = 1e-13  # of a step: closer estimates are equal
 
+C = np.array(POINTS)
+#: (stage that gives, power): the rise over a share x of the step is h x times the sum of rates and powers of x.
+RISE = np.ascontiguousarray(np.linalg.inv(np.vander(C, increasing=True)).T / np.arange(1.0, STAGES + 1.0))
+#: (stage that gives, stage that gets): the integral up to each stage.
+A = np.ascontiguousarray(RISE @ (C[:, None] ** np.arange(1.0, STAGES + 1.0)).T)
+#: (stage, order): coefficients of the rates in Legendre's polynomials.
+SERIES = np.ascontiguousarray(np.linalg.inv(legendre.legvander(2.0 * C - 1.0, STAGES - 1)).T)
 
-def rates_entry(machine, y, rates, _):
-    """Write the crank's rate (rad/s) and acceleration to `rates`; y : (3,) its angle (rad), rate, and time (s)."""
-    here, state, out = machine[0], shaped(y, (3,)), shaped(rates, (2,))
-    out[0], out[1] = state[1], accelerate(here, place(here, state), ()).accelerations[0]
+
+@kernel
+def _sweep(here, y, h, nodes, rates, weight):
+    """Evaluate all stages and move them to where their rates lead; return how far at most, over the allowed error.
+
+    y : angle (rad) and rate (rad/s) at the start; nodes : (3, STAGES) the same and the time (s) at the stages; rates :
+    (4, STAGES) their rates, and how far they move; weight : 1 / allowed error of both.
+    """
+    for i in abreast(STAGES):
+        rates[1, i] = accelerate(here, place(here, nodes[:, i]), ()).accelerations[0]
+    for row in (1, 0):  # the rate first, then the angle from it
+        for i in abreast(STAGES):
+            if row == 0:
+                rates[0, i] = nodes[1, i]
+        for i in abreast(STAGES):
+            total = A[0, i] * rates[row, 0]
+            for j in range(1, STAGES):
+                total += A[j, i] * rates[row, j]
+            there = y[row] + h * total
+            rates[2 + row, i] = abs(there - nodes[row, i]) * weight[row]
+            nodes[row, i] = there
+    farthest = 0.0
+    for row in range(2):
+        for i in range(STAGES):
+            farthest = max(farthest, rates[2 + row, i])
+    return farthest
+
+
+@kernel
+def _error(h, rates, weight):
+    """Return the error of a step over the allowed one, from how its rates decay in Legendre's polynomials."""
+    last = before = 0.0
+    for row in range(2):
+        for m in range(STAGES - 4, STAGES):
+            total = SERIES[0, m] * rates[row, 0]
+            for j in range(1, STAGES):
+                total += SERIES[j, m] * rates[row, j]
+            size = h * total * weight[row]
+            if m >= STAGES - 2:
+                last += size * size
+            else:
+                before += size * size
+    if not last + before < math.inf:
+        return math.inf
+    return math.sqrt(last) * (last / before if last < before else 1.0)
+
+
+@kernel
+def _found(here, y, h, nodes, rates, weight):
+    """Find the stages of a step of length `h` (s) from the state `y`; return its error over the allowed one.
+
+    y : angle (rad), rate (rad/s), time (s).
+    """
+    for i in abreast(STAGES):
+        nodes[1, i] = y[1] + 0.0 * C[i]
+        nodes[0, i] = y[0] + h * C[i] * y[1]
+        nodes[2, i] = y[2] + h * C[i]
+    for _ in range(SWEEPS):
+        moved = _sweep(here, y, h, nodes, rates, weight)
+        if moved < CLOSE_STAGES:
+            return _error(h, rates, weight)
+        if not moved < math.inf:
+            break
+    return math.inf
+
+
+def motion_entry(machine, given, y, nodes, rates, times, states, powers, most):
+    """Integrate the crank from the state `y`, up to `most` steps; from bare pointers.
+
+    given : (4,) the angle (rad) and the time (s) at which to stop, the nominal rate (rad/s); then the steps taken;
+    times : (most + 1,) s; states : (most + 1, 2); powers : (most, 2, STAGES) h times the sum of rates and RISE.
+    """
+    here, given, y = machine[0], shaped(given, (4,)), shaped(y, (3,))
+    nodes, rates = shaped(nodes, (3, STAGES)), shaped(rates, (4, STAGES))
+    times, states, powers = shaped(times, (most + 1,)), shaped(states, (most + 1, 2)), shaped(powers, (most, 2, STAGES))
+    weight = 1.0 / ALLOWED, 1.0 / (ALLOWED * given[2])
+    turn = 2.0 * math.pi / given[2]
+    length, highest, count, going = FIRST * turn, y[0], 0, True
+    times[0], states[0, 0], states[0, 1] = y[2], y[0], y[1]
+    while going:
+        error = _found(here, y, length, nodes, rates, weight)
+        factor = SHRINK
+        if error < math.inf:
+            factor = min(max(SAFETY / math.sqrt(math.sqrt(math.sqrt(max(error, 1e-10)))), SHRINK), GROW)
+        if error < 1.0:
+            for row in range(2):
+                for m in abreast(STAGES):
+                    total = RISE[0, m] * rates[row, 0]
+                    for j in range(1, STAGES):
+                        total += RISE[j, m] * rates[row, j]
+                    powers[count, row, m] = length * total
+                y[row] = nodes[row, STAGES - 1]
+            y[2] += length
+            count += 1
+            times[count], states[count, 0], states[count, 1] = y[2], y[0], y[1]
+            highest = max(highest, y[0])
+        length *= factor
+        going = y[0] < given[0] and y[2] < given[1] and y[0] >= highest - 2.0 * math.pi and count < most
+        going = going and length > SHORTEST * turn
+    given[3] = count
 
 
 class FreeMotion(NamedTuple):
-    """Angle (rad) and rate (rad/s) of the crank over n steps, with the dense output of DOP853 in between."""
+    """Angle (rad) and rate (rad/s) of the crank over n steps, with the polynomials of the steps in between."""
 
     times: np.ndarray  # (n + 1,) s
     states: np.ndarray  # (n + 1, 2)
-    powers: np.ndarray  # (7, n, 2)
+    powers: np.ndarray  # (n, 2, STAGES) of the rise over a share of a step, divided by the share
 
     def at(self, step: np.ndarray, share: np.ndarray) -> np.ndarray:
         """Return angle and rate (m, 2) at shares (m,) of steps."""
-        values = np.zeros((len(step), 2))
-        for k, power in enumerate(self.powers[::-1]):
-            values += power[step]
-            values *= (share if k % 2 == 0 else 1.0 - share)[:, None]
-        return values + self.states[step]
+        powers = self.powers[step]
+        values = powers[:, :, STAGES - 1]
+        for k in range(STAGES - 2, -1, -1):
+            values = values * share[:, None] + powers[:, :, k]
+        return self.states[step] + values * share[:, None]
 
 
 class Passage:
@@ -70,27 +184,13 @@ class Passage:
 
 
 def _integrated(drive: Motor, machine: tuple, rate: float, end: float) -> FreeMotion:
-    from scipy.integrate import DOP853
-
-    parameters, state, out = flatten(machine), np.zeros(3), np.zeros(2)
-    code = entry(rates_entry, machine, "ff", parameters)
-
-    def rates(time, y):
-        state[:2], state[2] = y, time
-        invoke(code.code, code.parameters, (state, out), 0)
-        return out.copy()
-
     turns = max((end - drive.start_angle) / (2.0 * math.pi), 1.0)
-    begin = [drive.start_angle, drive.initial_speed]
-    longest = LONGEST * turns * 2.0 * math.pi / rate
-    solver = DOP853(rates, 0.0, begin, longest, rtol=RTOL, atol=[ATOL, ATOL * rate])
-    times, states, powers, highest = [0.0], [np.array(begin)], [], begin[0]
-    while solver.status == "running" and states[-1][0] < end and len(powers) < STEPS * (turns + 1.0):
-        if states[-1][0] < highest - 2.0 * math.pi:
-            break
-        solver.step()
-        times.append(solver.t)
-        states.append(solver.y.copy())
-        powers.append(solver.dense_output().F)
-        highest = max(highest, float(solver.y[0]))
-    return FreeMotion(np.array(times), np.array(states), np.array(powers).reshape(-1, 7, 2).transpose(1, 0, 2))
+    most = math.ceil(STEPS * (turns + 1.0))
+    given = np.array([end, LONGEST * turns * 2.0 * math.pi / rate, rate, 0.0])
+    times, states, powers = np.empty(most + 1), np.empty((most + 1, 2)), np.empty((most, 2, STAGES))
+    parameters, y = flatten(machine), np.array([drive.start_angle, drive.initial_speed, 0.0])
+    code = entry(motion_entry, machine, "fffffff", parameters)
+    arrays = given, y, np.zeros((3, STAGES)), np.zeros((4, STAGES)), times, states, powers
+    invoke(code.code, code.parameters, arrays, most)
+    count = int(given[3])
+    return FreeMotion(times[: count + 1], states[: count + 1], powers[:count])

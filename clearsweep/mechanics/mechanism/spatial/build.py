@@ -40,7 +40,7 @@ class Assembly(NamedTuple):
     journals: Mapping[str, str]  # joint -> the body that carries the journal
 
 
-class Stand(NamedTuple):
+class PlanarPosition(NamedTuple):
     """Position of a body of the ideal machine at crank angle 0, from its planar motion."""
 
     x: float  # m, centre of mass
@@ -72,7 +72,7 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
         gravity=Vector(*assembly.gravity),
         turn=cycle_of([known.aimed(known.turn)], 0.0),
     )
-    body_poses = _stands(assembly)
+    body_poses = _planar_positions(assembly)
     values = [_coordinates(assembly, hang, body_poses, joints) for hang in hangs]
     start = np.array([*(q for qs, _ in values for q in qs), *(rate for _, rates in values for rate in rates), 0.0])
     lengths = np.array([length for hang in hangs for length in _lengths(assembly, hang)])
@@ -158,14 +158,14 @@ def _aim(assembly: Assembly, numbers: Mapping) -> tuple:
 # ---------------------------------------------------------------------------------------------- the start
 
 
-def _stands(assembly: Assembly) -> dict[str, Stand]:
+def _planar_positions(assembly: Assembly) -> dict[str, PlanarPosition]:
     """Return the positions of the bodies."""
     machine, known = assembly.machine, ideal_of(assembly.machine)
     there, speed = known.at(np.array([0.0])), machine.drive.speed
-    poses = {GROUND: Stand(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
+    poses = {GROUND: PlanarPosition(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
     for name, i in known.closure.index.items():
         q, first = (values[0, 3 * i : 3 * i + 3] for values in (there.q, there.first))
-        poses[name] = Stand(*map(float, q), *(float(speed * slope) for slope in first))
+        poses[name] = PlanarPosition(*map(float, q), *(float(speed * slope) for slope in first))
     return poses
 
 
@@ -187,7 +187,7 @@ def _coordinates(assembly: Assembly, hang: Hang, body_poses: Mapping, joints: Ma
     return ([0.0, *turned], [0.0, *angular_rates]) if kind == CYLINDRICAL else (turned, angular_rates)
 
 
-def _quaternion(here: Stand) -> tuple[list, list]:
+def _quaternion(here: PlanarPosition) -> tuple[list, list]:
     c, s, half = math.cos(0.5 * here.angle), math.sin(0.5 * here.angle), 0.5 * here.spin
     return [c, 0.0, 0.0, s], [-half * s, 0.0, 0.0, half * c]
 
@@ -196,13 +196,13 @@ def _along(assembly: Assembly, hang: Hang, body_poses: Mapping) -> tuple[list, l
     """Return displacement and speed of a sliding body."""
     axis = body_poses[hang.parent].angle + _joint(assembly, hang.joint).axis
     direction = np.array([math.cos(axis), math.sin(axis)])
-    (near, moving), (far, following) = (_seen(assembly, at, body_poses) for at in _ends(assembly, hang))
+    (near, moving), (far, following) = (_planar_point(assembly, at, body_poses) for at in _ends(assembly, hang))
     spin = body_poses[hang.parent].spin
     turned = spin * np.array([-direction[1], direction[0]])
     return [float(direction @ (far - near))], [float(direction @ (following - moving) + turned @ (far - near))]
 
 
-def _seen(assembly: Assembly, at: At, body_poses: Mapping) -> tuple[np.ndarray, np.ndarray]:
+def _planar_point(assembly: Assembly, at: At, body_poses: Mapping) -> tuple[np.ndarray, np.ndarray]:
     """Return position and velocity of a point in the plane."""
     here, solid = body_poses[at.body], assembly.solids[at.body]
     x, y = np.subtract(solid.points[at.point], solid.center)[:2]
@@ -215,14 +215,14 @@ def _height(assembly: Assembly, body: str, joints: Mapping) -> float:
     """Return the height (m) of a loose body's centre of mass, with the first of its open joints centred."""
     joint = next(joint for joint in assembly.machine.joints if joint.name in joints and body in _bodies(joint))
     own, other = (joint.proximal, joint.distal) if joint.proximal.body == body else (joint.distal, joint.proximal)
-    return _raised(assembly, other, joints) - _point(assembly, own).z + assembly.solids[body].center[2]
+    return _height_of_point(assembly, other, joints) - _point(assembly, own).z + assembly.solids[body].center[2]
 
 
 def _bodies(joint) -> tuple[str, str]:
     return joint.proximal.body, joint.distal.body
 
 
-def _raised(assembly: Assembly, at: At, joints: Mapping) -> float:
+def _height_of_point(assembly: Assembly, at: At, joints: Mapping) -> float:
     """Return the height (m) of a point; on a loose body, in its own frame."""
     height = _point(assembly, at).z
     if at.body == GROUND:
@@ -231,7 +231,7 @@ def _raised(assembly: Assembly, at: At, joints: Mapping) -> float:
     if not hang.joint:
         return height
     near, far = _ends(assembly, hang)
-    return height - _point(assembly, far).z + _raised(assembly, near, joints)
+    return height - _point(assembly, far).z + _height_of_point(assembly, near, joints)
 
 
 def _lengths(assembly: Assembly, hang: Hang) -> list[float]:
