@@ -76,7 +76,7 @@ IMPACT = "tests/test_plain.py -k give"
 FLIGHT = "tests/test_plain.py -k flight"
 LIMIT = "tests/test_law_limit.py"
 BLOCKS, MEANS = "simulation/batch_means.py", "tests/test_batch_means.py"
-EVENTS, ACCEPTANCE, SPAN = (f"mechanics/solver/{name}.py" for name in ("event", "acceptance", "span"))
+EVENTS, GUARDING, BERNSTEIN = (f"mechanics/solver/{name}.py" for name in ("event_search", "guarding", "bernstein"))
 SEEN, SEARCH = "tests/test_plain.py -k unseen", "tests/test_event_search.py"
 ENDS = "tests/test_plain.py -k at_its_bearing"
 STICKS = "tests/test_plain.py -k stick"
@@ -161,20 +161,16 @@ MUTATIONS = (
     Mutation(BLOCKS, "Blocks.note", "del self.ends[1::2]", "del self.ends[0::2]", MEANS),
     Mutation(BLOCKS, "Blocks.note", "self.stride *= 2", "self.stride += 2", MEANS),
     # where events are
-    Mutation(EVENTS, "SPANS", "8", "1", SEEN),
-    Mutation(EVENTS, "MARGIN", "1.2", "0.1", SEEN),
-    Mutation(EVENTS, "first_onset", "return onset_in(at, j, h, Span(xa, da, sa, xb, db, sb))", "return xb", SEARCH),
-    Mutation(EVENTS, "first_onset", "if da < 0.0 <= db:", "if da < 0.0 <= -db:", SEARCH),
-    Mutation(EVENTS, "first_onset", "peaks = da < 0.0 and db < 0.0 and sa > 0.0 > sb", "peaks = False", SEARCH),
-    Mutation(EVENTS, "first_onset", "/ (sb - sa) >= 0.0:", "/ (sb - sa) >= 1e9:", SEARCH),
-    Mutation(
-        SPAN, "deepest_between", "0.5 * (depth_begin + depth_end + reach)", "0.5 * (depth_begin + depth_end)", SEARCH
-    ),
-    Mutation(
-        ACCEPTANCE, "highest_control", "middle = 0.5 * (second + third) +", "middle = 0.5 * (second + third) -", SEARCH
-    ),
-    Mutation(EVENTS, "first_separation", "return crossing(at, (SEPARATION, j, 0.0), xa, xb)", "return xb", ENDS),
-    Mutation(ACCEPTANCE, "holds_no_event", "else 0.0) > 0.0", "else 0.0) > -1.0", SCENES),
+    Mutation(EVENTS, "take_gap", "depth * (depth + 2.0 * size)", "depth", SEARCH),
+    Mutation(EVENTS, "first_onset", "if begin >= 0.0 and work", "if begin >= 1e9 and work", SEARCH),
+    Mutation(EVENTS, "true_onset", "x - move", "x + move", SEARCH),
+    Mutation(EVENTS, "ROUGH", "1e-3", "1e3", SEARCH),
+    Mutation(EVENTS, "first_separation", "turn_sign(work.polynomials)", "None", ENDS),
+    Mutation(BERNSTEIN, "first_crossing", "changes > 1 and", "changes > 3 and", SEARCH),
+    Mutation(BERNSTEIN, "crossing_for_certain", "lower(p, far)", "lower(p, 0.0)", SEARCH),
+    Mutation(BERNSTEIN, "_tail", "a + b * Fraction(n, 2)", "a - b * Fraction(n, 2)", SEARCH),
+    Mutation(GUARDING, "first_passage", "p[VALUES, 0] >= 0.0 and", "p[VALUES, 0] >= 1e9 and", SEARCH),
+    Mutation(GUARDING, "true_passage", "if fb <= 0.0: return NOWHERE", "if fb <= -1e9: return NOWHERE", SEARCH),
     Mutation(
         EVENTS,
         "first_event",
@@ -219,34 +215,48 @@ MUTATIONS = (
     Mutation(ALONG, "highest_inside", "0.0 > sign * fall", "0.0 < sign * fall", WINDOW),
     Mutation(ALONG, "sum_along", "lost + share * o", "lost + 1.001 * share * o", IMPACT),
     # pressures and wear laws: each of them three times too large
-    Mutation(PRESSURE, "_all_one_way", "return 1.0", "return 3.0", BINS),
-    Mutation(PRESSURE, "_balanced", "return half / math.sin(half) if", "return 3.0 * half / math.sin(half) if", BINS),
-    Mutation(PRESSURE, "_overlap_over_load", "return 4.0 * half * half", "return 12.0 * half * half", BINS),
-    Mutation(PERSSON, "_sum", "return total", "return 3.0 * total", BINS),
-    Mutation(PRESSURE, "_of_an_ellipse", "return 4.0 / math.pi", "return 12.0 / math.pi", BINS),
-    Mutation(PRESSURE, "_the_same_everywhere", "return 1.0", "return 3.0", BINS),
-    Mutation(
-        PRESSURE, "_deepest_overlap", "return 2.0 * sine * sine / (half", "return 6.0 * sine * sine / (half", BINS
-    ),
-    Mutation(PERSSON, "_peak", "return total", "return 3.0 * total", BINS),
-    Mutation(PRESSURE, "_hertzian_arc", "min(pressure.spread *", "min(3.0 * pressure.spread *", BINS),
+    Mutation(PRESSURE, "_sum_over_load_hertz_line", "return 1.0", "return 3.0", BINS),
     Mutation(
         PRESSURE,
-        "_geometric_arc",
+        "_sum_over_load_mean",
+        "return half / math.sin(half) if",
+        "return 3.0 * half / math.sin(half) if",
+        BINS,
+    ),
+    Mutation(PRESSURE, "_sum_over_load_winkler", "return 4.0 * half * half", "return 12.0 * half * half", BINS),
+    Mutation(PERSSON, "_sum_over_load_persson", "return total", "return 3.0 * total", BINS),
+    Mutation(PRESSURE, "_peak_over_mean_hertz_line", "return 4.0 / math.pi", "return 12.0 / math.pi", BINS),
+    Mutation(PRESSURE, "_peak_over_mean_mean", "return 1.0", "return 3.0", BINS),
+    Mutation(
+        PRESSURE,
+        "_peak_over_mean_winkler",
+        "return 2.0 * sine * sine / (half",
+        "return 6.0 * sine * sine / (half",
+        BINS,
+    ),
+    Mutation(PERSSON, "_peak_over_mean_persson", "return total", "return 3.0 * total", BINS),
+    Mutation(PRESSURE, "_half_arc_hertz_line", "min(pressure.spread *", "min(3.0 * pressure.spread *", BINS),
+    Mutation(
+        PRESSURE,
+        "_half_arc_mean_or_winkler",
         "return 2.0 * total * math.sqrt(square)",
         "return 6.0 * total * math.sqrt(square)",
         BINS,
     ),
-    Mutation(PERSSON, "_conformal_arc", "return total * math.sqrt(z)", "return 3.0 * total * math.sqrt(z)", BINS),
-    Mutation(PRESSURE, "_even", "0.5 + 0.5 * x, 0.0", "0.5 + 1.5 * x, 0.0", BINS),
-    Mutation(PRESSURE, "_of_the_overlap", "0.5 + 0.5 * _overlap_before", "0.5 + 1.5 * _overlap_before", BINS),
-    Mutation(PRESSURE, "_elliptic", "0.5 - share * rest", "0.5 - 3.0 * share * rest", BINS),
-    Mutation(PERSSON, "_conformal_share", "0.5 - share * rest", "0.5 - 3.0 * share * rest", BINS),
-    Mutation(ARCHARD, "_archard", "sliding = rubbing.pressed", "sliding = 3.0 * rubbing.pressed", BINS),
+    Mutation(PERSSON, "_half_arc_persson", "return total * math.sqrt(z)", "return 3.0 * total * math.sqrt(z)", BINS),
+    Mutation(PRESSURE, "_share_before_mean", "0.5 + 0.5 * x, 0.0", "0.5 + 1.5 * x, 0.0", BINS),
+    Mutation(PRESSURE, "_share_before_winkler", "0.5 + 0.5 * _overlap_before", "0.5 + 1.5 * _overlap_before", BINS),
+    Mutation(PRESSURE, "_share_before_hertz_line", "0.5 - share * rest", "0.5 - 3.0 * share * rest", BINS),
+    Mutation(PERSSON, "_share_before_persson", "0.5 - share * rest", "0.5 - 3.0 * share * rest", BINS),
+    Mutation(ARCHARD, "_wear_rate_archard", "sliding = rubbing.pressed", "sliding = 3.0 * rubbing.pressed", BINS),
     Mutation(
-        ARCHARD, "_energy", "bearing_coefficient * rubbing.work", "bearing_coefficient * 3.0 * rubbing.work", BINS
+        ARCHARD,
+        "_wear_rate_energy",
+        "bearing_coefficient * rubbing.work",
+        "bearing_coefficient * 3.0 * rubbing.work",
+        BINS,
     ),
-    Mutation(ARCHARD, "_running_in", "math.exp(-rubbing.slid /", "math.exp(-3.0 * rubbing.slid /", BINS),
+    Mutation(ARCHARD, "_wear_rate_running_in", "math.exp(-rubbing.slid /", "math.exp(-3.0 * rubbing.slid /", BINS),
     # from film to dry contact
     Mutation(
         PASSING,

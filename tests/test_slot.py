@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from planar_machines import CRANK, ground, pin
+from scipy.integrate import solve_ivp
 
 import clearsweep
 from clearsweep.contracts.machine import Aim, At, Body, Constant, Machine, Slot
@@ -330,3 +331,69 @@ def test_the_report_says_what_the_angle_on_a_slot_is(tmp_path):
     clearsweep.sweep(source, out=tmp_path / "run", executor="serial", show_progress=False)
     (section,) = wear.sections(prepare(clearsweep.open(tmp_path / "run")))
     assert "Of a slot 360° are once round its wall" in section.blocks[0].text
+
+
+# ---------------------------------------------------------------------------------------------- by other equations
+
+
+def rattled(end):
+    """Return angle and rate of the lever at a time (s), and its onsets, by equations of its own and scipy."""
+    contact, friction = GRID["joints"]["slot"]["contact"], GRID["joints"]["slot"]["friction"]
+    mass, inertia, arm, gravity = 0.4, 2e-3 + 0.4 * 0.12**2, 0.12, 9.81
+    chi, pin = 0.75 * (1.0 - contact["restitution"] ** 2), 5.95e-3
+
+    def seen(t, y):
+        place = CRANK_LENGTH * np.array([math.cos(SPEED * t), math.sin(SPEED * t)]) - [0.0, FOOT]
+        moving = CRANK_LENGTH * SPEED * np.array([-math.sin(SPEED * t), math.cos(SPEED * t)])
+        along, across = np.array([math.cos(y[0]), math.sin(y[0])]), np.array([-math.sin(y[0]), math.cos(y[0])])
+        side = math.copysign(1.0, place @ across)
+        closing = side * (moving @ across - y[1] * (place @ along))
+        slip = -side * (moving @ along + y[1] * (place @ across)) + pin * (SPEED - y[1])
+        return place, along, across, side, closing, slip
+
+    def depth(t, y):
+        place, _, across, side, *_ = seen(t, y)
+        return side * (place @ across) - 5e-5
+
+    def slope(t, y, rate):
+        place, along, across, side, closing, slip = seen(t, y)
+        turning = -mass * gravity * arm * math.cos(y[0])
+        if rate:
+            normal = max(1e9 * max(depth(t, y), 0.0) ** 1.5 * (1.0 + chi * closing / rate), 0.0)
+            rubbing = -0.1 * normal * math.tanh(slip / 5e-3)
+            push = normal * side * across + rubbing * side * along  # on the lever
+            turning += place[0] * push[1] - place[1] * push[0] - pin * rubbing
+        return [y[1], turning / inertia]
+
+    assert friction["coefficient"] == 0.1
+    t, onsets, rate = 0.0, [], 0.0
+    y = [math.atan2(-FOOT, CRANK_LENGTH), 0.0]
+    place, along, across, *_ = seen(0.0, y)
+    y[1] = CRANK_LENGTH * SPEED * across[1] / (place @ along)
+    while t < end:
+
+        def event(now, y, begin=t, touching=rate):
+            return depth(now, y) if not touching or now > begin + 1e-9 else 1.0
+
+        event.terminal, event.direction = True, -1.0 if rate else 1.0
+        step = 2e-5 if rate else 1e-3
+        settings = {"method": "DOP853", "events": event, "rtol": 1e-11, "atol": 1e-15, "max_step": step}
+        done = solve_ivp(lambda now, y, rate=rate: slope(now, y, rate), (t, end), y, **settings)
+        t, y = done.t[-1], done.y[:, -1]
+        if done.status == 1:
+            rate = 0.0 if rate else max(seen(t, y)[4], 1e-3)
+            onsets += [(t, rate)] if rate else []
+    return y, onsets
+
+
+def test_a_lever_on_a_pin_moves_as_equations_of_its_own_say():
+    source = grid(mechanism__gravity=9.81, simulate__tolerance=1e-10)
+    source["joints"]["slot"]["contact"]["onset"] = "first"
+    path = clearsweep.simulate(clearsweep.load_case(source), times=[0.0, 0.018])
+    (angle, rate), onsets = rattled(0.018)
+    begun = path.events[(path.events["kind"] == "on") & (path.events["t"] <= 0.018)]
+    assert len(onsets) == 3
+    np.testing.assert_allclose(begun["t"], [time for time, _ in onsets], rtol=1e-8)
+    np.testing.assert_allclose(begun["rate"], [pace for _, pace in onsets], rtol=1e-6)
+    assert path["lever/angle"][-1] == pytest.approx(angle, rel=1e-8)
+    assert path["lever/rate"][-1] == pytest.approx(rate, rel=1e-7)

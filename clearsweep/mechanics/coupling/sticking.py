@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 from ..compiled.dual import as_type_of
 from ..compiled.family import kernel, map_joints
+from ..joint.contract import STUCK
 from ..joint.friction.contract import static_limit
 from ..joint.gripping import grips_of, slip_rate, sticks, with_tangential
-from ..joint.places import after_joint, after_number, first_place
+from ..joint.places import after_joint, after_number, extent, first_place
 from ..mechanism.contract import accelerate, gap_accelerations
 
 SWEEPS = 100  # over the grips that stick; joints share little, so a dozen do
@@ -84,6 +85,16 @@ def _force(grip, _, place, shared):
 
 
 @kernel
+def _limit(grip, _, place, mode):
+    return grip.limit if sticks(grip, mode) else as_type_of(0.0, grip.limit)
+
+
+@kernel
+def _slip(grip, _, place, shared):
+    return grip.slip
+
+
+@kernel
 def _per_force(under, base, place, force):
     return (under - base) / force
 
@@ -105,6 +116,7 @@ def _replaced(_, force, place, shared):
 
 
 _forces = map_joints(_force, after_number)
+_limits, _slips = map_joints(_limit, after_number), map_joints(_slip, after_number)
 _rates_per_force = map_joints(_per_force, after_number)  # of rates with a force more and without, and that force
 _no_rates = map_joints(_nothing, after_number)
 _moved_rates = map_joints(_moved, after_number)  # of rates, rates per force, and the force more
@@ -121,17 +133,16 @@ class Question(NamedTuple):
     loads: tuple
     forces: tuple  # N, of every grip
     rates: tuple  # m/s^2, under these loads
-    mode: tuple
 
 
 @kernel
-def _gain(grip, force, place, question):
-    if not sticks(grip, question.mode) or grip.limit == 0.0:
+def _gain(limit, force, place, question):
+    if limit == 0.0:
         return _no_rates(question.rates, question.rates, 0, 0)
-    more = _replaced_in_one(question.forces, question.forces, 0, (place, force + grip.limit))
+    more = _replaced_in_one(question.forces, question.forces, 0, (place, force + limit))
     loads = _loads(question.grips, question.loads, 0, more)
     rates = slip_rates(question.scene, question.y, question.pose, question.grips, loads)
-    return _rates_per_force(rates, question.rates, 0, grip.limit)
+    return _rates_per_force(rates, question.rates, 0, limit)
 
 
 _gains = map_joints(_gain, after_number)
@@ -147,21 +158,21 @@ def with_sticking_forces(scene, y, pose, relative, loads, mode):
     if not any(type(joint.friction) in static_limit.members for joint in scene.joints if hasattr(joint, "friction")):
         return loads
     nested, stuck = every_grip(scene.joints, relative, loads, mode), 0
-    grips = joined(nested)
-    for j in range(len(grips)):
-        stuck += sticks(grips[j], mode)
+    for j in range(extent(scene.joints).contact):
+        stuck += mode[j] == STUCK
     if stuck == 0:
         return loads
-    forces = _forces(grips, grips, 0, 0)
+    grips = joined(nested)
+    forces, limits, slips = _forces(grips, grips, 0, 0), _limits(grips, grips, 0, mode), _slips(grips, grips, 0, 0)
     loads = _loads(nested, loads, 0, forces)
     rates = slip_rates(scene, y, pose, nested, loads)
-    gains = _gains(grips, forces, 0, Question(scene, y, pose, nested, loads, forces, rates, mode))
+    gains = _gains(limits, forces, 0, Question(scene, y, pose, nested, loads, forces, rates))
     for _ in range(SWEEPS if stuck > 1 else 1):
         change = 0.0
-        for j in range(len(grips)):
-            if not sticks(grips[j], mode) or grips[j].limit == 0.0:
+        for j in range(len(limits)):
+            if limits[j] == 0.0:
                 continue
-            limit, missing = grips[j].limit, -scene.reference_rate * grips[j].slip - rates[j]
+            limit, missing = limits[j], -scene.reference_rate * slips[j] - rates[j]
             force = min(max(forces[j] + missing / gains[j][j], -limit), limit)
             more = force - forces[j]
             change = max(change, abs(more) / limit)

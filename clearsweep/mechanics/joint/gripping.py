@@ -37,7 +37,7 @@ def with_tangential(grip, load, force):
 
 
 @grips_of.member(None)
-def _never_sticks(joint, gap, load, mode, first):
+def _default_grips_of(joint, gap, load, mode, first):
     return ()
 
 
@@ -75,7 +75,7 @@ class Surface(NamedTuple):
 
 
 @grips_of.member(Joint)
-def _of_a_pin(joint, gap, load, mode, first):
+def _grips_of_joint(joint, gap, load, mode, first):
     if type(joint.friction) not in static_limit.members:
         return ()
     contact = load.contacts[0]
@@ -97,7 +97,7 @@ def _of_a_pin(joint, gap, load, mode, first):
 
 
 @slip_rate.member(Surface)
-def _round_the_bearing(surface, gap):
+def _slip_rate_surface(surface, gap):
     x, y, vx, vy = surface.x, surface.y, surface.vx, surface.vy
     squared = x * x + y * y
     across = x * gap.ay - y * gap.ax - (x * vy - y * vx) * (x * vx + y * vy) / squared
@@ -108,7 +108,7 @@ def _round_the_bearing(surface, gap):
 
 
 @with_tangential.member(Surface)
-def _on_the_pin(surface, load, force):
+def _with_tangential_surface(surface, load, force):
     contact = load.contacts[0]
     more = force - contact.tangential
     share = more / (surface.x * surface.x + surface.y * surface.y) ** 0.5
@@ -142,7 +142,7 @@ class SlotSurface(NamedTuple):
 
 
 @grips_of.member(SlotJoint)
-def _of_a_pin_in_a_slot(joint, gap, load, mode, first):
+def _grips_of_slot_joint(joint, gap, load, mode, first):
     if type(joint.friction) not in static_limit.members:
         return ()
     contact, normal = load.contacts[0], normal_of(joint, gap)
@@ -167,13 +167,13 @@ def _of_a_pin_in_a_slot(joint, gap, load, mode, first):
 
 
 @slip_rate.member(SlotSurface)
-def _along_the_wall(surface, gap):
+def _slip_rate_slot_surface(surface, gap):
     spin = surface.journal_radius * (gap.distal - gap.proximal)
     return surface.nx * gap.ay - surface.ny * gap.ax + spin + surface.drift
 
 
 @with_tangential.member(SlotSurface)
-def _on_the_pin_in_a_slot(surface, load, force):
+def _with_tangential_slot_surface(surface, load, force):
     contact, gap = load.contacts[0], surface.gap
     more = force - contact.tangential
     axial, across, on_pin = -more * surface.ny, more * surface.nx, surface.journal_radius * more
@@ -206,7 +206,7 @@ class Wall(NamedTuple):
 
 
 @grips_of.member(Guide)
-def _of_a_block(joint, gap, load, mode, first):
+def _grips_of_guide(joint, gap, load, mode, first):
     if type(joint.friction) not in static_limit.members:
         return ()
     return _wall(joint, gap, load, mode, first, (0, 1)), _wall(joint, gap, load, mode, first, (2, 3))
@@ -239,13 +239,13 @@ def _wall(joint, gap, load, mode, first, corners):
 
 
 @slip_rate.member(Wall)
-def _along_a_wall(wall, gap):
+def _slip_rate_wall(wall, gap):
     height = wall.shares[0] * wall.heights[0] + wall.shares[1] * wall.heights[1]
     return wall.drift - wall.sign * (gap.ax - height * (gap.distal - gap.proximal))
 
 
 @with_tangential.member(Wall)
-def _on_the_corners(wall, load, force):
+def _with_tangential_wall(wall, load, force):
     contacts, more, swing = load.contacts, 0.0, 0.0
     for i in range(2):
         corner, old = wall.corners[i], contacts[wall.corners[i]]

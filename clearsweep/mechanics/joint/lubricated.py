@@ -252,12 +252,12 @@ def with_asperity_contact(transition, joint, gap, film, load):
 
 
 @with_asperity_contact.member(None)
-def _default_through_the_film(transition, joint, gap, film, load):
+def _default_with_asperity_contact(transition, joint, gap, film, load):
     return load
 
 
 @with_asperity_contact.member(GreenwoodTripp)
-def _through_the_film_greenwood_tripp(transition, joint, gap, film, load):
+def _with_asperity_contact_greenwood_tripp(transition, joint, gap, film, load):
     return with_asperities(joint, gap, film, load)
 
 

@@ -43,12 +43,12 @@ class SlotJoint(NamedTuple):
 
 
 @contact_modes.member(SlotJoint)
-def _one_contact(joint):
+def _contact_modes_slot_joint(joint):
     return (ContactModes(FREE, PRESSED),)
 
 
 @parts.member(SlotJoint)
-def _clip_and_laws(joint):
+def _parts_slot_joint(joint):
     return Part(Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0)
 
 
@@ -106,7 +106,7 @@ def _pressed(joint, gap, place, present):
 
 
 @load.member(SlotJoint)
-def _load_at_the_pin(joint, gap, place, present):
+def _load_slot_joint(joint, gap, place, present):
     axial, across, on_pin, contact = _pressed(joint, gap, place, present)
     return Load(
         fx=gap.axis_x * axial - gap.axis_y * across,
@@ -121,7 +121,7 @@ def _load_at_the_pin(joint, gap, place, present):
 
 
 @see.member(SlotJoint)
-def _along_the_wall(joint, gap, turned, j, moment):
+def _see_slot_joint(joint, gap, turned, j, moment):
     if touches(moment.step.mode[j]):
         note_contact(joint, gap, turned, j, moment)
 
@@ -149,7 +149,7 @@ def note_contact(joint, gap, turned, j, moment):
 
 
 @local_clearance.member(SlotJoint)
-def _of_walls_and_ends(joint, on_wall, on_pin):
+def _local_clearance_slot_joint(joint, on_wall, on_pin):
     return local_by_way(joint, on_wall)
 
 
@@ -174,6 +174,6 @@ def local_by_way(joint, on_wall):
 
 
 @middle_arc.member(SlotJoint)
-def _swept_by_the_pin(joint, workspace):
+def _middle_arc_slot_joint(joint, workspace):
     """No arc is too narrow for the bins: the pin runs along the wall, so that what it wears is even within a bin."""
     return 2.0 * math.pi, rubbing_at(joint, workspace, 0.5)

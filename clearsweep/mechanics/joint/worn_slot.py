@@ -64,7 +64,7 @@ class _Worn(NamedTuple):
 
 
 @with_angles.member(WornSlot)
-def _with_the_angle_of_the_pin(joint, gap, angles):
+def _with_angles_worn_slot(joint, gap, angles):
     return TurnedSlotGap(
         x=gap.x,
         y=gap.y,
@@ -106,17 +106,17 @@ def _worn_at_the_pin(joint, gap):
 
 
 @contact_modes.member(WornSlot)
-def _one_contact(joint):
+def _contact_modes_worn_slot(joint):
     return (ContactModes(FREE, PRESSED),)
 
 
 @parts.member(WornSlot)
-def _clip_and_laws(joint):
+def _parts_worn_slot(joint):
     return Part(Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0)
 
 
 @load.member(WornSlot)
-def _load_on_worn_walls(joint, gap, place, present):
+def _load_worn_slot(joint, gap, place, present):
     here, mode = _worn_at_the_pin(joint, gap), present.mode[place.contact]
     if mode == FREE:
         zero = as_type_of(0.0, here.depth)
@@ -146,13 +146,13 @@ def _load_on_worn_walls(joint, gap, place, present):
 
 
 @see.member(WornSlot)
-def _where_worn_surfaces_touch(joint, gap, turned, j, moment):
+def _see_worn_slot(joint, gap, turned, j, moment):
     if touches(moment.step.mode[j]):
         note_contact(joint, gap, turned, j, moment)
 
 
 @local_clearance.member(WornSlot)
-def _of_worn_walls(joint, on_wall, on_pin):
+def _local_clearance_worn_slot(joint, on_wall, on_pin):
     """The curvatures differ by K + h'' = K^2 / (K - g''), over K as the clearances."""
     new = local_by_way(joint, on_wall)
     _, _, bend, _ = worn_at(joint.bearing.table, on_wall)
@@ -162,7 +162,7 @@ def _of_worn_walls(joint, on_wall, on_pin):
 
 
 @middle_arc.member(WornSlot)
-def _swept_by_the_pin(joint, workspace):
+def _middle_arc_worn_slot(joint, workspace):
     return 2.0 * math.pi, rubbing_at(joint, workspace, 0.5)
 
 

@@ -61,12 +61,12 @@ def depth_at_end(walls, depth):
 
 
 @depth_at_end.member(EndContacts)
-def _at_least_zero(walls, depth):
+def _depth_at_end_end_contacts(walls, depth):
     return max(depth, 0.0)
 
 
 @depth_at_end.member(Spread)
-def _as_seen(walls, depth):
+def _depth_at_end_spread(walls, depth):
     return depth
 
 
@@ -76,12 +76,12 @@ def load_share(walls, joint, strip, depth, ways):
 
 
 @load_share.member(EndContacts)
-def _like_the_depth(walls, joint, strip, depth, ways):
+def _load_share_end_contacts(walls, joint, strip, depth, ways):
     return share_of(strip, depth, ways[0], ways[1])
 
 
 @load_share.member(Spread)
-def _like_the_elastic_force(walls, joint, strip, depth, ways):
+def _load_share_spread(walls, joint, strip, depth, ways):
     low, high = ways
     total = _borne(joint, strip, depth, 0.0, strip.reach)
     if total <= 0.0:
@@ -111,7 +111,7 @@ def loads_along(walls, joint, strip, depth, load):
 
 
 @loads_along.member(EndContacts)
-def _by_the_depth(walls, joint, strip, depth, load):
+def _loads_along_end_contacts(walls, joint, strip, depth, load):
     cover, area = pressed_ways(strip, depth)[1], depth_before(strip, depth, strip.reach)
     if area <= 0.0:
         return Loads(0.0, 0.0, 0.0, 0.0)
@@ -120,7 +120,7 @@ def _by_the_depth(walls, joint, strip, depth, load):
 
 
 @loads_along.member(Spread)
-def _by_the_elastic_force(walls, joint, strip, depth, load):
+def _loads_along_spread(walls, joint, strip, depth, load):
     (first, until), total = pressed_ways(strip, depth), _borne(joint, strip, depth, 0.0, strip.reach)
     cover, deepest = until - first, max_depth(strip, depth)
     if total <= 0.0 or cover <= 0.0:
@@ -141,12 +141,12 @@ def bears(walls, step, j, wall):
 
 
 @bears.member(EndContacts)
-def _where_it_touches(walls, step, j, wall):
+def _bears_end_contacts(walls, step, j, wall):
     return touches(step.mode[j + wall])
 
 
 @bears.member(Spread)
-def _where_it_touches_or_is_reached(walls, step, j, wall):
+def _bears_spread(walls, step, j, wall):
     if touches(step.mode[j + wall]):
         return True
     most = 0.0
@@ -173,20 +173,20 @@ def placed(ends, joint, gap, point, end):
 
 
 @placed.member(InBore)
-def _along_the_journal(ends, joint, gap, point, end):
+def _placed_in_bore(ends, joint, gap, point, end):
     facing = math.copysign(1.0, gap.axis.z)
     return Placed(end * point.normal.z, dot(point.at, gap.axis), end * joint.half_journal, facing)
 
 
 @placed.member(AtEdges)
-def _along_the_bearing(ends, joint, gap, point, end):
+def _placed_at_edges(ends, joint, gap, point, end):
     facing = math.copysign(1.0, gap.axis.z)
     out = end * facing
     return Placed(-out * dot(point.normal, gap.axis), out * joint.half_length, point.at.z - gap.middle.z, facing)
 
 
 @placed.member(Overlapping)
-def _along_what_bears(ends, joint, gap, point, end):
+def _placed_overlapping(ends, joint, gap, point, end):
     if is_beyond(joint, gap, end):
         return placed(AtEdges(), joint, gap, point, end)
     return placed(InBore(), joint, gap, point, end)

@@ -21,7 +21,7 @@ class Archard(NamedTuple):
 
 
 @wear_rate.member(Archard)
-def _archard(law, rubbing):
+def _wear_rate_archard(law, rubbing):
     sliding = rubbing.pressed * rubbing.slip
     return law.bearing_coefficient * sliding, law.journal_coefficient * sliding
 
@@ -38,7 +38,7 @@ class Energy(NamedTuple):
 
 
 @wear_rate.member(Energy)
-def _energy(law, rubbing):
+def _wear_rate_energy(law, rubbing):
     return law.bearing_coefficient * rubbing.work, law.journal_coefficient * rubbing.work
 
 
@@ -56,7 +56,7 @@ class RunningIn(NamedTuple):
 
 
 @wear_rate.member(RunningIn)
-def _running_in(law, rubbing):
+def _wear_rate_running_in(law, rubbing):
     bearing, journal = wear_rate(law.law, rubbing)
     fresh = math.exp(-rubbing.slid / law.distance)
     (steady, initial), (steady_journal, initial_journal) = law.bearing, law.journal

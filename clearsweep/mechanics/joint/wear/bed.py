@@ -108,7 +108,7 @@ def enter_arc(joint, arc, body, area, bins):
 
 
 @enter_span.member(WornOnBed)
-def _over_the_arc(joint, workspace, length, span, bins):
+def _enter_span_worn_on_bed(joint, workspace, length, span, bins):
     reach = 0.5 * (span[1] - span[0])
     for i in turns(POINTS):
         share = span[0] + reach * (1.0 + PLACES[i])
@@ -121,7 +121,7 @@ def _over_the_arc(joint, workspace, length, span, bins):
 
 
 @pressure_on.member(WornOnBed)
-def _on_the_bed(joint, step, j, place):
+def _pressure_on_worn_on_bed(joint, step, j, place):
     arc = arc_at(joint, step.workspace, place / PARTS)
     if not arc.total > 0.0:
         return 0.0, 0.0
@@ -131,6 +131,6 @@ def _on_the_bed(joint, step, j, place):
 
 
 @middle_arc.member(WornOnBed)
-def _arc_of_the_bed(joint, workspace):
+def _middle_arc_worn_on_bed(joint, workspace):
     arc = arc_at(joint, workspace, 0.5)
     return arc.stop - arc.start, rubbing_on(joint, workspace, arc, 0.5)

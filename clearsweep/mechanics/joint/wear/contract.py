@@ -61,7 +61,7 @@ def contact_angle(joint, gap):
 
 
 @contact_angle.member(None)
-def _of_the_eccentricity(joint, gap):
+def _default_contact_angle(joint, gap):
     rate = (gap.x * gap.vy - gap.y * gap.vx) / (gap.x * gap.x + gap.y * gap.y)
     return math.atan2(joint.side * gap.y, joint.side * gap.x), rate, 0.0, 0.0
 
@@ -72,7 +72,7 @@ def local_clearance(joint, on_bearing, on_journal):
 
 
 @local_clearance.member(None)
-def _of_circles(joint, on_bearing, on_journal):
+def _default_local_clearance(joint, on_bearing, on_journal):
     return joint.clearance
 
 

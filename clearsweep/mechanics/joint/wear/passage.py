@@ -367,7 +367,7 @@ def enter_part(joint, workspace, bins):
 
 
 @enter_span.member(None)
-def _over_arcs_of_circles(joint, workspace, length, span, bins):
+def _default_enter_span(joint, workspace, length, span, bins):
     see_points(joint, workspace, length, span[0], span[1])
     for body in range(2):
         enter_part(joint, workspace[FIRST + body * BODY : FIRST + (body + 1) * BODY], bins[body])

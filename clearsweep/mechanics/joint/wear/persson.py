@@ -85,7 +85,7 @@ SHARE = _share_powers(8, 7)  # (9, 8), to 1e-9
 
 
 @half_arc.member(Persson)
-def _conformal_arc(pressure, joint, radius, rubbing):
+def _half_arc_persson(pressure, joint, radius, rubbing):
     q = rubbing.line_load / (pressure.modulus * rubbing.clearance)
     z, total = q / (q + HALFWAY), 0.0
     for i in range(ARC.size - 1, -1, -1):
@@ -94,7 +94,7 @@ def _conformal_arc(pressure, joint, radius, rubbing):
 
 
 @share_before.member(Persson)
-def _conformal_share(pressure, x, half):
+def _share_before_persson(pressure, x, half):
     rest, square, share = max(1.0 - abs(x), 0.0), half * half * (1.0 / (LIMIT * LIMIT)), 0.0
     for i in range(SHARE.shape[0] - 1, -1, -1):
         column = 0.0
@@ -105,12 +105,12 @@ def _conformal_share(pressure, x, half):
 
 
 @smooth_within.member(Persson)
-def _off_the_ends(pressure):
+def _smooth_within_persson(pressure):
     return 0.95  # at the ends it goes with the power 3/2
 
 
 @sum_over_load.member(Persson)
-def _sum(pressure, half):
+def _sum_over_load_persson(pressure, half):
     square, total = half * half * (1.0 / (LIMIT * LIMIT)), 0.0
     for i in range(SUM.size - 1, -1, -1):
         total = total * square + SUM[i]
@@ -118,7 +118,7 @@ def _sum(pressure, half):
 
 
 @peak_over_mean.member(Persson)
-def _peak(pressure, half):
+def _peak_over_mean_persson(pressure, half):
     square, total = half * half * (1.0 / (LIMIT * LIMIT)), 0.0
     for i in range(PEAK.size - 1, -1, -1):
         total = total * square + PEAK[i]

@@ -23,7 +23,7 @@ class HertzLine(NamedTuple):
 
 
 @half_arc.member(HertzLine)
-def _hertzian_arc(pressure, joint, radius, rubbing):
+def _half_arc_hertz_line(pressure, joint, radius, rubbing):
     load = rubbing.line_load * (joint.clearance / rubbing.clearance)  # R goes with the inverse of the clearance
     return min(pressure.spread * math.sqrt(load) / radius, 0.5 * math.pi)
 
@@ -39,7 +39,7 @@ BEYOND = Chebyshev.interpolate(_beyond, 9, domain=(0.0, 1.0)).convert(kind=Polyn
 
 
 @share_before.member(HertzLine)
-def _elliptic(pressure, x, half):
+def _share_before_hertz_line(pressure, x, half):
     rest = max(1.0 - abs(x), 0.0)
     share = 0.0
     for i in range(BEYOND.size - 1, -1, -1):
@@ -48,17 +48,17 @@ def _elliptic(pressure, x, half):
 
 
 @smooth_within.member(HertzLine)
-def _off_the_ends(pressure):
+def _smooth_within_hertz_line(pressure):
     return 0.95  # at the ends it goes with the power 3/2
 
 
 @sum_over_load.member(HertzLine)
-def _all_one_way(pressure, half):
+def _sum_over_load_hertz_line(pressure, half):
     return 1.0  # half-spaces: all pressure has the direction of the load
 
 
 @peak_over_mean.member(HertzLine)
-def _of_an_ellipse(pressure, half):
+def _peak_over_mean_hertz_line(pressure, half):
     return 4.0 / math.pi
 
 
@@ -118,7 +118,7 @@ class Winkler(NamedTuple):
 
 @half_arc.member(Mean)
 @half_arc.member(Winkler)
-def _geometric_arc(pressure, joint, radius, rubbing):
+def _half_arc_mean_or_winkler(pressure, joint, radius, rubbing):
     pen = max(rubbing.depth, 0.0)
     square = pen / (
         2.0 * rubbing.clearance + pen
@@ -130,24 +130,24 @@ def _geometric_arc(pressure, joint, radius, rubbing):
 
 
 @share_before.member(Mean)
-def _even(pressure, x, half):
+def _share_before_mean(pressure, x, half):
     return min(max(0.5 + 0.5 * x, 0.0), 1.0)
 
 
 @smooth_within.member(Mean)
 @smooth_within.member(Winkler)
-def _up_to_the_ends(pressure):
+def _smooth_within_mean_or_winkler(pressure):
     return 1.0
 
 
 @sum_over_load.member(Mean)
-def _balanced(pressure, half):
+def _sum_over_load_mean(pressure, half):
     """Return theta0 / sin(theta0), from the balance of forces, integral p cos(psi) R dpsi = f."""
     return half / math.sin(half) if half > 1e-3 else 1.0 + half * half / 6.0
 
 
 @peak_over_mean.member(Mean)
-def _the_same_everywhere(pressure, half):
+def _peak_over_mean_mean(pressure, half):
     return 1.0
 
 
@@ -183,19 +183,19 @@ def _overlap_before(x, half):
 
 
 @share_before.member(Winkler)
-def _of_the_overlap(pressure, x, half):
+def _share_before_winkler(pressure, x, half):
     x = min(max(x, -1.0), 1.0)
     return 0.5 + 0.5 * _overlap_before(x, half) / _overlap_before(1.0, half)
 
 
 @sum_over_load.member(Winkler)
-def _overlap_over_load(pressure, half):
+def _sum_over_load_winkler(pressure, half):
     """Return 2 (sin t - t cos t) / (t - sin t cos t), of the balance of forces."""
     return 4.0 * half * half * half * _overlap_before(1.0, half) / arc_excess(2.0 * half) if half > 1e-6 else 1.0
 
 
 @peak_over_mean.member(Winkler)
-def _deepest_overlap(pressure, half):
+def _peak_over_mean_winkler(pressure, half):
     """Return (1 - cos t) t / (sin t - t cos t)."""
     sine = math.sin(0.5 * half)
     return 2.0 * sine * sine / (half * half * _overlap_before(1.0, half)) if half > 1e-6 else 1.5

@@ -68,7 +68,7 @@ END_SLOPES = np.array([[float(p * at ** max(p - 1, 0)) for p in range(BETWEEN + 
 
 @see.member(Through)
 @see.member(Flanged)
-def _at_walls(joint, gap, turned, j, moment):
+def _see_through_or_flanged(joint, gap, turned, j, moment):
     for wall in range(len(ENDS)):
         if bears(joint.walls, moment.step, j, wall):
             _see_wall(joint, gap, turned, (j + wall, ENDS[wall]), moment)
@@ -216,7 +216,7 @@ def wear_wall(law, joint, wall, c, shared):
 
 
 @wear_wall.member(NoWear)
-def _nothing(law, joint, wall, c, shared):
+def _wear_wall_no_wear(law, joint, wall, c, shared):
     pass
 
 
@@ -334,7 +334,7 @@ def enter_group(joint, end, c, shared, strips, group):
 
 
 @wear_wall.member(None)
-def _slice_by_slice(law, joint, wall, c, shared):
+def _default_wear_wall(law, joint, wall, c, shared):
     step, worn = shared
     strips = fit_strip(joint, c, step)
     fit_courses(step, c, 1.0)
@@ -352,7 +352,7 @@ def _slice_by_slice(law, joint, wall, c, shared):
 
 @wear_joint.member(Through)
 @wear_joint.member(Flanged)
-def _at_both_walls(joint, j, shared):
+def _wear_joint_through_or_flanged(joint, j, shared):
     for wall in range(len(ENDS)):
         if bears(joint.walls, shared[0], j, wall):
             wear_wall(joint.wear, joint, wall, j + wall, shared)

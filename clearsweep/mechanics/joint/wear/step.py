@@ -112,7 +112,7 @@ def see(joint, gap, turned, j, moment):
 
 
 @see.member(None)
-def _in_the_plane(joint, gap, turned, j, moment):
+def _default_see(joint, gap, turned, j, moment):
     step, i = moment.step, moment.number
     if not touches(step.mode[j]):
         return
@@ -208,7 +208,7 @@ def put_end_slopes(step, j):
 
 
 @pressure_on.member(None)
-def _on_circles(joint, step, j, place):
+def _default_pressure_on(joint, step, j, place):
     law, step_values, per_length = joint.wear, step.step_values[j], 1.0 / joint.wear.length
     load, depth, slip = (
         step_values[FORCE, place] * per_length,
@@ -248,7 +248,7 @@ def note_pressure(joint, step, j, account):
 
 
 @middle_arc.member(None)
-def _of_a_circle(joint, workspace):
+def _default_middle_arc(joint, workspace):
     rubbing = rubbing_at(joint, workspace, 0.5)
     return 2.0 * half_arc(joint.wear.pressure, joint, joint.bearing_radius, rubbing), rubbing
 
@@ -271,12 +271,12 @@ def wear_contact(law, joint, j, shared):
 
 
 @wear_contact.member(NoWear)
-def _nothing(law, joint, j, shared):
+def _wear_contact_no_wear(law, joint, j, shared):
     pass
 
 
 @wear_contact.member(None)
-def _both_bodies(law, joint, j, shared):
+def _default_wear_contact(law, joint, j, shared):
     step, worn = shared
     fit_courses(step, j, law.length)
     for body in range(2):
@@ -297,7 +297,7 @@ def wear_joint(joint, j, shared):
 
 
 @wear_joint.member(None)
-def _at_its_contact(joint, j, shared):
+def _default_wear_joint(joint, j, shared):
     if touches(shared[0].mode[j]):
         wear_contact(joint.wear, joint, j, shared)
 

@@ -40,12 +40,12 @@ def driven(drive, time):
 
 
 @driven.member(Steady)
-def _steady(drive, time):
+def _driven_steady(drive, time):
     return drive.speed * time + drive.start, drive.speed, 0.0
 
 
 @driven.member(Scheduled)
-def _scheduled(drive, time):
+def _driven_scheduled(drive, time):
     row = row_of(drive.table, _WIDTH, int(drive.rows), plain(time))
     gone, speed = time - load_item(drive.table, row), load_item(drive.table, row + 2)
     acceleration = load_item(drive.table, row + 3)
@@ -59,7 +59,7 @@ def torque_at(drive, rate):
 
 
 @torque_at.member(Free)
-def _falling(drive, rate):
+def _torque_at_free(drive, rate):
     return drive.torque - drive.slope * rate
 
 

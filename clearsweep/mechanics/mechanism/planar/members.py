@@ -37,37 +37,37 @@ _placed, _gaps_of, _accelerated, _masses, _energy_of, _described, _angles, _judg
 
 
 @place.member(Planar)
-def _place(mechanism, y):
+def _place_planar(mechanism, y):
     return _placed(mechanism, y)
 
 
 @gaps.member(Planar)
-def _gaps(mechanism, pose):
+def _gaps_planar(mechanism, pose):
     return _gaps_of(mechanism, pose)
 
 
 @accelerate.member(Planar)
-def _accelerate(mechanism, pose, loads):
+def _accelerate_planar(mechanism, pose, loads):
     return _accelerated(mechanism, pose, loads)
 
 
 @impact_masses.member(Planar)
-def _impact_masses(mechanism, pose, relative):
+def _impact_masses_planar(mechanism, pose, relative):
     return _masses(mechanism, pose, relative)
 
 
 @energy.member(Planar)
-def _energy(mechanism, pose):
+def _energy_planar(mechanism, pose):
     return _energy_of(mechanism, pose)
 
 
 @crank_rate.member(Planar)
-def _crank_rate(mechanism, pose, nominal):
+def _crank_rate_planar(mechanism, pose, nominal):
     return _rate_of(mechanism, pose)
 
 
 @load_power.member(Planar)
-def _load_power(mechanism, motion):
+def _load_power_planar(mechanism, motion):
     powers = rubbed_powers(motion)
     total = powers[0] if powers else 0.0
     for i in range(1, len(powers)):
@@ -76,27 +76,27 @@ def _load_power(mechanism, motion):
 
 
 @friction_loads.member(Planar)
-def _friction_loads(mechanism):
+def _friction_loads_planar(mechanism):
     return _rubs_of(mechanism)
 
 
 @friction_powers.member(Planar)
-def _friction_powers(mechanism, motion):
+def _friction_powers_planar(mechanism, motion):
     return rubbed_powers(motion)
 
 
 @body_angles.member(Planar)
-def _body_angles(mechanism, y):
+def _body_angles_planar(mechanism, y):
     return _angles(mechanism, _placed(mechanism, y))
 
 
 @output_error.member(Planar)
-def _output_error(mechanism, pose):
+def _output_error_planar(mechanism, pose):
     here, moving, angle, rate = _judged(mechanism, pose)
     there, slope = at_angle(mechanism.turn, 0, angle)
     return here - there, moving - slope * rate
 
 
 @describe.member(Planar)
-def _describe(mechanism, y, pose, motion, out):
+def _describe_planar(mechanism, y, pose, motion, out):
     return _described(mechanism, pose, motion, out)

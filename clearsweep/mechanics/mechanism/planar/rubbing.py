@@ -82,12 +82,12 @@ def rubbed_powers(motion):
 
 
 @rubbed_powers.member(Motion)
-def _nothing_rubs(motion):
+def _rubbed_powers_motion(motion):
     return ()
 
 
 @rubbed_powers.member(RubbedMotion)
-def _powers(motion):
+def _rubbed_powers_rubbed_motion(motion):
     return motion.powers
 
 
