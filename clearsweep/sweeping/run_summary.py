@@ -42,7 +42,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "life": seen.lives.facts(),
         "slowest": seen.pace.slowest,
         "seek": seek_facts(result, run.grid),
-        "optimised": optimised(result, limits.units),
+        "optimised": optimised(result, limits.units, limits.verdict.limits),
         "identified": result.identified and identified.of_run(result.identified),
         "refined": result.refined and result.refined._asdict(),
         "fits": run.grid.get("fits", {}),
