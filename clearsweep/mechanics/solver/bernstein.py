@@ -120,6 +120,15 @@ def highest(p):
 
 
 @kernel
+def lowest(p):
+    """Return the least coefficient of WHOLE, below which no value within the step is; the first is not asked."""
+    bottom = p[WHOLE, 1]
+    for i in range(2, COEFFICIENTS):
+        bottom = min(bottom, p[WHOLE, i])
+    return bottom
+
+
+@kernel
 def tail(p):
     """Return how far what WHOLE stands for may be from it: the last two coefficients of its series of Legendre's."""
     before = last = 0.0
