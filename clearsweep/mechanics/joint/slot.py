@@ -105,9 +105,9 @@ def _pressed(joint, gap, place, present):
     return axial, across, joint.journal_radius * tangential, contact
 
 
-@load.member(SlotJoint)
-def _load_slot_joint(joint, gap, place, present):
-    axial, across, on_pin, contact = _pressed(joint, gap, place, present)
+@inlined
+def load_at_pin(gap, axial, across, on_pin, contact):
+    """Return the Load of a force (N) on the pin in the frame of the slot and a couple (N m), with its Contact."""
     return Load(
         fx=gap.axis_x * axial - gap.axis_y * across,
         fy=gap.axis_y * axial + gap.axis_x * across,
@@ -115,6 +115,11 @@ def _load_slot_joint(joint, gap, place, present):
         moment_distal=on_pin,
         contacts=(contact,),
     )
+
+
+@load.member(SlotJoint)
+def _load_slot_joint(joint, gap, place, present):
+    return load_at_pin(gap, *_pressed(joint, gap, place, present))
 
 
 # ---------------------------------------------------------------------------------------------- wear
