@@ -46,7 +46,7 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
         answered = (
             value if answer["value"] is not None else "none of the fits" if answer["fits"] else "none in the range"
         )
-        answered = f"{answer['fit']}, largest clearance {value}" if answer["fit"] else answered
+        answered = f"{value}, its largest clearance" if answer["fit"] else answered
         answered += f" (border between {low} and {high})" if answer["low"] != answer["high"] else ""
         limiting = answer["limiting"]
         answered += f", limited by {limiting}" if limiting else ", the end of the range: nothing limits it there"
@@ -54,7 +54,7 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
         lines.append(f"  {setting}: {answered}" if setting else f"  {answered}")
         if answer["beyond"]:
             names = wording.sentence_list(list(answer["beyond"]))
-            lines.append(f"    not monotone: {names} beyond it keeps to the limits, too")
+            lines.append(f"    not monotone: {names} beyond it also keep to the limits")
         lines += [f"    {_nearest(path, best, facts)}" for best in answer["best"][:LISTED_ANSWERS]]
         if len(answer["best"]) > LISTED_ANSWERS:
             lines.append(f"    and {len(answer['best']) - LISTED_ANSWERS:,} more")
