@@ -11,7 +11,7 @@ def deepest_between(depth_begin, depth_end, reach):
 
     What it goes beyond the one depth it has to come back by, and the rest, to the other; no less deep than either.
     """
-    return max(max(depth_begin, depth_end), 0.5 * (depth_begin + depth_end + reach))  # noqa: PLW3301 - as in prospect
+    return max(max(depth_begin, depth_end), 0.5 * (depth_begin + depth_end + reach))  # noqa: PLW3301 - as in acceptance
 
 
 class Span(NamedTuple):
