@@ -76,7 +76,7 @@ IMPACT = "tests/test_plain.py -k give"
 FLIGHT = "tests/test_plain.py -k flight"
 LIMIT = "tests/test_law_limit.py"
 BLOCKS, MEANS = "simulation/batch_means.py", "tests/test_batch_means.py"
-EVENTS, ACCEPTANCE, SPAN = (f"mechanics/solver/{name}.py" for name in ("event", "acceptance", "span"))
+EVENTS, GUARDING, BERNSTEIN = (f"mechanics/solver/{name}.py" for name in ("event_search", "guarding", "bernstein"))
 SEEN, SEARCH = "tests/test_plain.py -k unseen", "tests/test_event_search.py"
 ENDS = "tests/test_plain.py -k at_its_bearing"
 STICKS = "tests/test_plain.py -k stick"
@@ -161,20 +161,16 @@ MUTATIONS = (
     Mutation(BLOCKS, "Blocks.note", "del self.ends[1::2]", "del self.ends[0::2]", MEANS),
     Mutation(BLOCKS, "Blocks.note", "self.stride *= 2", "self.stride += 2", MEANS),
     # where events are
-    Mutation(EVENTS, "SPANS", "8", "1", SEEN),
-    Mutation(EVENTS, "MARGIN", "1.2", "0.1", SEEN),
-    Mutation(EVENTS, "first_onset", "return onset_in(at, j, h, Span(xa, da, sa, xb, db, sb))", "return xb", SEARCH),
-    Mutation(EVENTS, "first_onset", "if da < 0.0 <= db:", "if da < 0.0 <= -db:", SEARCH),
-    Mutation(EVENTS, "first_onset", "peaks = da < 0.0 and db < 0.0 and sa > 0.0 > sb", "peaks = False", SEARCH),
-    Mutation(EVENTS, "first_onset", "/ (sb - sa) >= 0.0:", "/ (sb - sa) >= 1e9:", SEARCH),
-    Mutation(
-        SPAN, "deepest_between", "0.5 * (depth_begin + depth_end + reach)", "0.5 * (depth_begin + depth_end)", SEARCH
-    ),
-    Mutation(
-        ACCEPTANCE, "highest_control", "middle = 0.5 * (second + third) +", "middle = 0.5 * (second + third) -", SEARCH
-    ),
-    Mutation(EVENTS, "first_separation", "return crossing(at, (SEPARATION, j, 0.0), xa, xb)", "return xb", ENDS),
-    Mutation(ACCEPTANCE, "holds_no_event", "else 0.0) > 0.0", "else 0.0) > -1.0", SCENES),
+    Mutation(EVENTS, "take_gap", "depth * (depth + 2.0 * size)", "depth", SEARCH),
+    Mutation(EVENTS, "first_onset", "if begin >= 0.0 and work", "if begin >= 1e9 and work", SEARCH),
+    Mutation(EVENTS, "true_onset", "x - move", "x + move", SEARCH),
+    Mutation(EVENTS, "ROUGH", "1e-3", "1e3", SEARCH),
+    Mutation(EVENTS, "first_separation", "turn_sign(work.polynomials)", "None", ENDS),
+    Mutation(BERNSTEIN, "first_crossing", "changes > 1 and", "changes > 3 and", SEARCH),
+    Mutation(BERNSTEIN, "crossing_for_certain", "lower(p, far)", "lower(p, 0.0)", SEARCH),
+    Mutation(BERNSTEIN, "_tail", "a + b * Fraction(n, 2)", "a - b * Fraction(n, 2)", SEARCH),
+    Mutation(GUARDING, "first_passage", "p[VALUES, 0] >= 0.0 and", "p[VALUES, 0] >= 1e9 and", SEARCH),
+    Mutation(GUARDING, "true_passage", "if fb <= 0.0: return NOWHERE", "if fb <= -1e9: return NOWHERE", SEARCH),
     Mutation(
         EVENTS,
         "first_event",

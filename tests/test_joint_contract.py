@@ -147,7 +147,7 @@ def _spends(friction, contact):
 
 @contract.guards.member(Fuse)
 def _blows(friction):
-    return (Guard(TOUCHING, of_state=True),)
+    return (Guard(TOUCHING),)
 
 
 @contract.guard_values.member(Fuse)

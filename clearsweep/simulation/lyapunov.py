@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,16 @@ FAINTEST = 1e-9  # of that: lower bound of a disturbance, to avoid the logarithm
 SATURATED = 0.1  # clearances: a saturated disturbance
 SETTLED = 4  # revolutions
 HORIZON = 0.01  # clearances: size at which prediction ends
+
+
+class Branches(NamedTuple):
+    """Indices of latched numbers that select the branch of a force law: by their sign, or by their value."""
+
+    signs: Sequence[int] = ()
+    pieces: Sequence[int] = ()
+
+
+NO_BRANCHES = Branches()
 
 
 class Perturbed:
@@ -35,14 +46,14 @@ class Perturbed:
         run: Pausing,
         scale: np.ndarray,
         tolerance: float,
-        phases: Sequence[int] = (),
+        branches: Branches = NO_BRANCHES,
     ):
         """Perturb the initial state of `run`.
 
-        scale : (coordinates and rates,) unit of each; phases : indices of latched numbers whose sign selects the branch
-        of a force law: while they differ, rescaling waits, as if only one run were in contact.
+        scale : (coordinates and rates,) unit of each; branches : while they differ, rescaling waits, as if only one run
+        were in contact.
         """
-        self.phases = list(phases)
+        self.signs, self.pieces = list(branches.signs), list(branches.pieces)
         self.control = control._replace(keep_events=False, end=math.inf)
         self.run, self.work, self.scale, self.tolerance = run, run.work, scale, tolerance
         self.size = max(SIZE, min(OVER * tolerance, MOST))
@@ -69,7 +80,8 @@ class Perturbed:
         """Record the distance of the perturbed motion from `base`, and rescale it."""
         work, n = self.work, self.scale.size
         alike = bool(np.all(work.mode == base.mode))
-        alike = alike and bool(np.all(np.sign(work.latched[self.phases]) == np.sign(base.latched[self.phases])))
+        alike = alike and bool(np.all(np.sign(work.latched[self.signs]) == np.sign(base.latched[self.signs])))
+        alike = alike and bool(np.all(work.latched[self.pieces] == base.latched[self.pieces]))
         off = float(np.linalg.norm((work.y[:n] - base.y[:n]) / self.scale))
         if not alike and off < SATURATED:
             return

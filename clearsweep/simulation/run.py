@@ -36,9 +36,10 @@ from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.record import Record
 from ..mechanics.solver.accumulate.step_sums import step_width
 from ..mechanics.solver.accumulate.turns import Turns
+from ..mechanics.solver.bernstein import COEFFICIENTS, ROWS
 from ..mechanics.trace.symbols import WIDTH
 from . import watch
-from .lyapunov import Perturbed
+from .lyapunov import Branches, Perturbed
 from .progress import Revolutions
 from .revolutions import NO_MARKS, Marks, buffers_for
 from .scene import Scene, state_units
@@ -67,6 +68,7 @@ def arrays_of(scene: Scene) -> Arrays:
         "o": (observed_width(scene.value), PLACES),
         "nodes": (n + 1, STAGES),
         "f": (n, STAGES),
+        "polynomials": (ROWS, COEFFICIENTS),
         "step": (step_width(contacts),),
         "spent": (contacts, total_columns.BELOW + 1),
         "end": (n,),
@@ -330,11 +332,14 @@ def _law_at_end(ends: FinalContacts, place: int) -> Any:
     return with_current_state(law, ends.state, ends.latched, ends.places[place]) if law._field_defaults else law
 
 
-def _branch_indices(scene: Scene) -> list[int]:
+def _branches(scene: Scene) -> Branches:
     """Return the indices of the latched numbers that select a branch of a law."""
     joints = scene.value.joints
-    listed = enumerate(every_latched(joints), start=len(every_contact(joints)))
-    return [place for place, (law, _) in listed if type(law) in awaits_mass.members]
+    listed = list(enumerate(every_latched(joints), start=len(every_contact(joints))))
+    return Branches(
+        signs=[place for place, (law, _) in listed if type(law) in awaits_mass.members],
+        pieces=[place for place, (law, _) in listed if hasattr(law, "piece")],
+    )
 
 
 def integration_of(
@@ -364,7 +369,7 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers
         call(run, control, scene, watchers)
         return
     neighbour = Run(start_of(scene, NOWHERE))
-    perturbed = Perturbed(control, neighbour, state_units(scene), scene.case.simulate.tolerance, _branch_indices(scene))
+    perturbed = Perturbed(control, neighbour, state_units(scene), scene.case.simulate.tolerance, _branches(scene))
     call(run, control, scene, (*watchers, perturbed))
     run.figures = perturbed.figures(period(scene))
     neighbour.counts += neighbour.work.counts

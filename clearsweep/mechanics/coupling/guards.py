@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..compiled.choosing import turns
 from ..compiled.family import NO_ENTRY, Entry, entry, form_number, kernel, map_joints, shaped
-from ..joint.contract import every_guard, every_part, guard_values, guards, latched, parts
+from ..joint.contract import every_guard, every_part, guard_values, latched, parts
 from ..joint.places import (
     after_joint,
     after_number,
@@ -20,7 +21,8 @@ from ..joint.places import (
     with_current_state,
 )
 from ..observe.observables import column_of, observed_in
-from ..observe.stages import END, PLACES, START
+from ..observe.stages import END, PLACES, STAGES, START
+from ..solver.guarding import ELSEWHERE
 from .impact_mass import joints_at_event
 from .rates import observed_width
 
@@ -33,15 +35,12 @@ class Guards(NamedTuple):
     contact: np.ndarray  # (g,) int64, at which it acts
     modes: np.ndarray  # (g,) int64, bit m: it is looked at in mode m
     leads_to: np.ndarray  # (g,) int64
-    at_stages: np.ndarray  # (g,) bool, likewise the next four
-    at_start: np.ndarray
-    of_state: np.ndarray
+    at_start: np.ndarray  # (g,) bool, likewise the next two
     counted: np.ndarray
     ends_run: np.ndarray
     column: np.ndarray  # (g,) int64, that of the observable that it is, -1 where its law gives the value
     sign: np.ndarray  # (g,) by which that is multiplied
-    value: np.ndarray  # (2, g) values of the guards; the largest at the stages and the end of a step
-    passed: np.ndarray  # (g,) bool, whether the step in hand can hold the event
+    value: np.ndarray  # (g, ELSEWHERE + 1) values of the guards at the nodes of the step in hand, and at another state
     event: np.ndarray  # (2,) int64, what `latch` is called for: the contact and ENTERED, LEFT or the number of a guard
 
 
@@ -56,27 +55,15 @@ class _Values(NamedTuple):
     o: np.ndarray  # (columns, PLACES) observables
     row: int  # the row of `o` at the state
     roots: int  # where the roots of penetration begin in `y`
-    value: np.ndarray  # (2, g) for the results
+    value: np.ndarray  # (g,) for the results
 
 
 @kernel
-def _put(value, staged, place, out):
-    out[0, place] = value
-    out[1, place] = value
+def _put(value, _, place, out):
+    out[place] = value
 
 
-@kernel
-def _raise(value, staged, place, out):
-    if staged:
-        out[1, place] = max(out[1, place], value)
-
-
-_put_each, _raise_each = map_joints(_put, after_number), map_joints(_raise, after_number)
-
-
-def at_stages(law):
-    """Return, for every guard of which the law gives the value, whether it is looked for at the stages of a step."""
-    return tuple(guard.at_stages for guard in guards(law)) if type(law) in guard_values.members else ()
+_put_each = map_joints(_put, after_number)
 
 
 @kernel
@@ -84,13 +71,10 @@ def _evaluate_part(part, _, place, shared):
     if type(part.law) not in guard_values.members:
         return
     y, latched, o, row, roots, value = shared
-    contact, staged = place.contact + part.contact, at_stages(part.law)
+    contact = place.contact + part.contact
     law, root = with_current_state(part.law, y, latched, place), y[roots + contact]
-    start = observed_in(o, START, contact)
-    _put_each(guard_values(law, start, observed_in(o, row, contact), root), staged, place.guard, value)
-    if row == END and True in staged:
-        for stage in range(END):
-            _raise_each(guard_values(law, start, observed_in(o, stage, contact), root), staged, place.guard, value)
+    values = guard_values(law, observed_in(o, START, contact), observed_in(o, row, contact), root)
+    _put_each(values, values, place.guard, value)
 
 
 _evaluate_parts = map_joints(_evaluate_part, after_part)
@@ -105,22 +89,24 @@ def _evaluate_joint(joint, _, place, shared):
 _evaluate_joints = map_joints(_evaluate_joint, after_joint)
 
 
-def guards_entry(scene, y, latched, o, value, row):
-    """Put the values of guards that laws give into `value`, at the state `y` whose observables are in row `row` of `o`.
+def guards_entry(scene, y, nodes, latched, o, value, row):
+    """Put the values of guards that laws give into `value`, see `solver.guarding.evaluate_guards`.
 
     Arrays are bare pointers; `scene` points at the Scene.
     """
     here = scene[0]
     roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
-    shared = _Values(
-        shaped(y, (roots + size.contact + size.internal,)),
-        shaped(latched, (size.contact + size.latched,)),
-        shaped(o, (observed_width(here), PLACES)),
-        row,
-        roots,
-        shaped(value, (2, size.guard)),
-    )
-    _evaluate_joints(here.joints, here.joints, first_place(here.joints, roots), shared)
+    n = roots + size.contact + size.internal
+    y, nodes = shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
+    latched, o = shaped(latched, (size.contact + size.latched,)), shaped(o, (observed_width(here), PLACES))
+    value, first = shaped(value, (size.guard, ELSEWHERE + 1)), first_place(here.joints, roots)
+    if row != END:
+        _evaluate_joints(here.joints, here.joints, first, _Values(y, latched, o, row, roots, value[:, ELSEWHERE]))
+        return
+    _evaluate_joints(here.joints, here.joints, first, _Values(y, latched, o, START, roots, value[:, 0]))
+    for i in turns(STAGES):
+        at_stage = _Values(nodes[:, i], latched, o, i, roots, value[:, 1 + i])
+        _evaluate_joints(here.joints, here.joints, first, at_stage)
 
 
 # ---------------------------------------------------------------------------------------------- latching
@@ -204,10 +190,9 @@ def guards_of(scene, parameters, zeros=np.zeros) -> Guards:
     listed, latching = _LISTED[key]
     count = listed["contact"].size
     return Guards(
-        evaluate=entry(guards_entry, scene, "ffff", parameters) if -1 in listed["column"] else NO_ENTRY,
+        evaluate=entry(guards_entry, scene, "fffff", parameters) if -1 in listed["column"] else NO_ENTRY,
         latch=entry(latch_entry, scene, "fffi", parameters) if latching else NO_ENTRY,
-        value=zeros((2, count)),
-        passed=zeros(count, dtype=np.int64),
+        value=zeros((count, ELSEWHERE + 1)),
         event=zeros(2, dtype=np.int64),
         **listed,
     )
@@ -220,7 +205,7 @@ def _listed(joints) -> tuple[dict[str, np.ndarray], bool]:
     """Return what Guards says of each guard, and whether a law keeps anything: the types of the laws decide that."""
     listed = every_guard(joints)
     each = [guard for _, guard in listed]
-    flags = ("at_stages", "at_start", "of_state", "counted", "ends_run")
+    flags = ("at_start", "counted", "ends_run")
     arrays = {
         "contact": np.array([contact for contact, _ in listed], dtype=np.int64),
         "modes": np.array([sum(1 << mode for mode in guard.modes) for guard in each], dtype=np.int64),

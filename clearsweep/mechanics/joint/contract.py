@@ -126,9 +126,7 @@ class Guard(NamedTuple):
 
     modes: tuple  # mode in which it is active
     leads_to: int = SAME  # mode after the event
-    at_stages: bool = False  # also checked at the stages of a step, not only at its end
     at_start: bool = False  # also triggered if it is above zero when a motion restarts
-    of_state: bool = False  # depends only on root and internal state, so locating it needs no forces
     counted: bool = False  # counted in the figure `force_clips`
     observable: int = -1  # index of the observable that is its value, which saves an evaluation; -1: none
     sign: float = 1.0  # factor on that observable

@@ -19,6 +19,7 @@ from .elastic.power import Linear
 from .film.shear import DEFAULT
 from .film.transition import bounds
 from .friction.contract import Frictionless
+from .friction.pieces import at_contact
 from .loss.contract import lowest_force
 from .loss.renewed import renewed
 from .material import line_modulus
@@ -92,10 +93,10 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
         )
     law, elastic = contact_terms(joint)
     if joint.is_guide:
-        return guide.Guide(joint.clearance, 1.0, joint.length, joint.height, law, elastic, friction_term(joint))
+        return guide.Guide(joint.clearance, 1.0, joint.length, joint.height, law, elastic, _sliding_term(joint))
     if joint.slot_length is not None:
         half, around = 0.5 * joint.slot_length, radius + joint.slot_length / math.pi
-        laws = law, elastic, friction_term(joint), around, wear_term(joint)
+        laws = law, elastic, _sliding_term(joint), around, wear_term(joint)
         new = slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half, *laws)
         return worn_slot.WornSlot(*new, *_slot_shapes(joint, new, before)[:2]) if _evolves(joint) else new
     if joint.is_spatial:
@@ -107,7 +108,7 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
         side=side,
         law=law,
         elastic=elastic,
-        friction=friction_term(joint),
+        friction=_sliding_term(joint),
         wear=wear_term(joint),
     )
     if _evolves(joint):
@@ -333,6 +334,11 @@ def derived(joint: Joint) -> dict[str, tuple[float, str]]:
 def friction_term(joint: Joint):
     """Return the compiled form of the friction of a joint."""
     return compiled_term("friction", joint.friction.law, joint) if joint.friction else Frictionless()
+
+
+def _sliding_term(joint: Joint):
+    """Return the same for a contact in the plane, whose sliding speed has a sign: of a law in pieces it knows which."""
+    return at_contact(friction_term(joint))
 
 
 def wear_term(joint: Joint):

@@ -8,7 +8,7 @@ from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR, touches
 from ..observe.observables import observed
 from ..observe.stages import END
 from .accumulate.totals import APPROACH, CLIPS, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
-from .event import EVENTS, GUARD, NOTHING, ONSET, SEPARATION, SEPARATIONS
+from .event import EVENTS, GUARD, LIMIT, NOTHING, ONSET, PASSAGES, SEPARATION, SEPARATIONS
 from .run_control import EVENT_BUDGET, GOING, KEEP_EVENTS, LEFT_BEARING, LOGGED, MOST_EVENTS, OK, PARTINGS
 from .step import go_through, latch
 
@@ -64,9 +64,9 @@ class Event(NamedTuple):
 
 @kernel
 def log_event(at, event):
-    """Enter an Event into the log, unless it is the passage of a guard."""
+    """Enter an Event into the log, unless it is the passage of a guard or a limit."""
     work = at[0]
-    if event.kind >= GUARD or work.control[KEEP_EVENTS] == 0.0:
+    if event.kind >= LIMIT or work.control[KEEP_EVENTS] == 0.0:
         return
     row = int(work.stepper[LOGGED])
     work.log[row, 0], work.log[row, 1], work.log[row, 2] = event.time, event.contact, event.kind
@@ -84,6 +84,8 @@ def apply_event(at, kind, j, windowed):
         if windowed and work.guards.counted[g]:
             work.totals.joint[j, CLIPS] += 1.0
         go_through(at, g, work.end, END)
+    if kind >= LIMIT:
+        work.counts[PASSAGES] += 1
         return Event(moment, j, kind, 0.0, 0.0)
     work.counts[EVENTS] += 1
     if kind == ONSET:

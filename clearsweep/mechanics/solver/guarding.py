@@ -1,81 +1,164 @@
-"""Whether a step passes the guards of joints: functions that change something where they turn positive."""
+"""The guards of joints, functions that change something where they turn positive: their values, and where that is."""
 
-from ..compiled.family import inlined, invoke, kernel
-from ..observe.stages import END
+import math
 
+from ..compiled.family import invoke, kernel
+from ..observe.stages import END, NODES, SCRATCH, SHARES
+from .bernstein import (
+    COEFFICIENTS,
+    DEGREE,
+    FINE,
+    NOWHERE,
+    VALUES,
+    WHOLE,
+    crossing_for_certain,
+    from_values,
+    value_and_slope,
+)
+from .event import evaluate_dense
 
-@inlined
-def is_looked_at(guards, g, mode):
-    """Return whether guard `g` is looked at while its contact is in this mode."""
-    return guards.modes[g] >> mode & 1 != 0
-
-
-@inlined
-def highest_seen(o, column, sign, staged):
-    """Return the value, at the end of a step, of a guard that is an observable; the largest, if `staged`, of stages."""
-    highest = sign * o[column, END]
-    for row in range(0 if staged else END, END):
-        highest = max(highest, sign * o[column, row])
-    return highest
+ELSEWHERE = NODES.size  # place of the value of a guard at a state by itself, behind those at the nodes of a step
+NEXT_TO_START = 0.125  # share of a step at which a guard that was passed at its start has still to be
+RIGHT = 1e-12  # of the size of a guard: so close to zero it is located
+HALVING = 16  # looks after which the rest is halved
 
 
 @kernel
 def evaluate_guards(at, y, row):
-    """Put the values of all guards at the state `y`, whose observables are in row `row`, into `work.guards.value`."""
+    """Put values of all guards into `work.guards.value`.
+
+    Where `row` is END those at the start of the step, the state `y`, and at its stages; else, ELSEWHERE, those at the
+    state `y` whose observables are in row `row`.
+    """
     work, guards = at[0], at[0].guards
     for g in range(guards.contact.size):
         if guards.column[g] >= 0:
-            guards.value[0, g] = guards.value[1, g] = guards.sign[g] * work.o[guards.column[g], row]
-            if row == END and guards.at_stages[g]:
-                guards.value[1, g] = highest_seen(work.o, guards.column[g], guards.sign[g], staged=True)
-    ask_laws(at, y, row)
-
-
-@kernel
-def ask_laws(at, y, row):
-    """Put the values of those guards into `work.guards.value` of which laws give them."""
-    work, guards = at[0], at[0].guards
+            if row == END:
+                for m in range(NODES.size):
+                    guards.value[g, m] = guards.sign[g] * work.o[guards.column[g], NODES[m]]
+            else:
+                guards.value[g, ELSEWHERE] = guards.sign[g] * work.o[guards.column[g], row]
     if guards.evaluate.code != 0:
-        invoke(guards.evaluate.code, guards.evaluate.parameters, (y, work.latched, work.o, guards.value), row)
+        given = y, work.nodes, work.latched, work.o, guards.value
+        invoke(guards.evaluate.code, guards.evaluate.parameters, given, row)
 
 
 @kernel
 def looked_at(at, g):
     """Return whether guard `g` is looked at in the mode in which its contact is."""
     guards = at[0].guards
-    return is_looked_at(guards, g, at[0].mode[guards.contact[g]])
+    return guards.modes[g] >> at[0].mode[guards.contact[g]] & 1 != 0
 
 
 @kernel
-def is_passed(guards, g):
-    """Return whether the step in hand may pass guard `g`, which is looked at and was evaluated at its end."""
-    return guards.value[1 if guards.at_stages[g] else 0, g] > 0.0
-
-
-@kernel
-def may_pass_by_law(at):
-    """Return whether the step in hand may pass a guard of which a law gives the value."""
-    guards, waiting = at[0].guards, True
-    if guards.evaluate.code == 0:
+def take_guard(at, g):
+    """Make the polynomial of guard `g`, whose values were evaluated; return whether it can be passed as things are."""
+    p, value = at[0].polynomials, at[0].guards.value
+    if not (value[g, 0] > -math.inf and value[g, DEGREE] > -math.inf):
         return False
-    for g in range(guards.contact.size):
-        if guards.column[g] < 0 and looked_at(at, g):
-            if waiting:
-                ask_laws(at, at[0].end, END)
-                waiting = False
-            if is_passed(guards, g):
-                return True
-    return False
+    for m in range(COEFFICIENTS):
+        p[VALUES, m] = value[g, m]
+    from_values(p)
+    return True
 
 
 @kernel
-def pass_guards(at):
-    """Put into `work.guards.passed` which guards the step in hand can hold."""
-    guards, waiting = at[0].guards, True
-    for g in range(guards.contact.size):
-        guards.passed[g] = False
-        if looked_at(at, g):
-            if waiting:
-                evaluate_guards(at, at[0].end, END)
-                waiting = False
-            guards.passed[g] = is_passed(guards, g)
+def guard_value(at, g, x):
+    """Return the value of guard `g` at the share `x` of the step, of the interpolant."""
+    evaluate_dense(at, x)
+    evaluate_guards(at, at[0].z, SCRATCH)
+    return at[0].guards.value[g, ELSEWHERE]
+
+
+@kernel
+def first_passage(at, g):
+    """Return the share of the step at which guard `g` turns positive; NOWHERE if it does not."""
+    p = at[0].polynomials
+    if not take_guard(at, g):
+        return NOWHERE
+    if p[VALUES, 0] >= 0.0 and value_and_slope(p, WHOLE, NEXT_TO_START)[0] > 0.0:
+        return 0.0
+    x = crossing_for_certain(p)
+    return x if x == NOWHERE else true_passage(at, g, x)
+
+
+@kernel
+def true_passage(at, g, x):
+    """Return where guard `g` itself passes zero, its polynomial doing so at the share `x`; NOWHERE if it does not.
+
+    Many are smooth, and a look shows that the polynomial is right.  Others are not, such as the force of a contact that
+    leaves its indentation, which goes with a power of 3/2 there.
+    """
+    p, size = at[0].polynomials, 0.0
+    for m in range(COEFFICIENTS):
+        size = max(size, abs(p[VALUES, m]))
+    for _ in range(3):
+        value = guard_value(at, g, x)
+        if abs(value) <= RIGHT * size:
+            return x
+        _, slope = value_and_slope(p, WHOLE, x)
+        better = x - value / slope if slope > 0.0 else -1.0
+        if not 0.0 <= better <= 1.0:
+            break
+        x = better
+    value = guard_value(at, g, x)
+    (a, fa), (b, fb) = (0.0, p[VALUES, 0]), (1.0, p[VALUES, DEGREE])
+    for m in range(1, COEFFICIENTS):
+        if SHARES[m] <= x and p[VALUES, m] < 0.0:
+            a, fa = SHARES[m], p[VALUES, m]
+    for m in range(DEGREE, 0, -1):
+        if SHARES[m] > a and p[VALUES, m] > 0.0:
+            b, fb = SHARES[m], p[VALUES, m]
+    if a < x < b and value < 0.0:
+        a, fa = x, value
+    elif a < x < b:
+        b, fb = x, value
+    if fb <= 0.0:  # it rises and falls between two stages
+        b = top_behind(p, x)
+        fb = guard_value(at, g, b)
+        if fb <= 0.0:
+            return NOWHERE
+    return crossing_between(at, g, (a, fa), (b, fb))
+
+
+@kernel
+def top_behind(p, x):
+    """Return where WHOLE is highest, of some places behind `x` up to where it is below zero again."""
+    best, top, step = x, 0.0, 0.02 * (1.0 - x)
+    for i in range(1, 51):
+        value, _ = value_and_slope(p, WHOLE, x + i * step)
+        if value <= 0.0:
+            break
+        if value > top:
+            best, top = x + i * step, value
+    return best
+
+
+@kernel
+def crossing_between(at, g, begin, end):
+    """Return the share at which guard `g` passes zero, known at both ends: (share, value) of each; from behind.
+
+    Regula falsi as Anderson & Bjorck (1973, BIT 13:253) have it: of an end that stays, the value is scaled down by how
+    much that at the other has changed.
+    """
+    (a, fa), (b, fb) = begin, end
+    if fa >= 0.0:
+        return a
+    side = 0
+    for tried in range(64):
+        x = (a * fb - b * fa) / (fb - fa)
+        if tried > HALVING or not a < x < b:  # a jump, or a value that is not finite
+            x = 0.5 * (a + b)
+        x = min(max(x, a + 0.4 * FINE), b - 0.4 * FINE)  # so that the end that stays follows
+        fx = guard_value(at, g, x)
+        if fx >= 0.0:
+            if side == 1:
+                fa *= 1.0 - fx / fb if fx < fb else 0.5
+            b, fb, side = x, fx, 1
+        else:
+            if side == -1:
+                fb *= 1.0 - fx / fa if fx > fa else 0.5
+            a, fa, side = x, fx, -1
+        if b - a <= FINE or fx == 0.0:
+            break
+    return b

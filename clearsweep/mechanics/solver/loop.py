@@ -27,8 +27,7 @@ from .event import (
     accumulators_of,
 )
 from .event_actions import pass_events
-from .guarding import may_pass_by_law
-from .newton import AFTER, RENEWED
+from .newton import AFTER, FAILED, RENEWED
 from .newton import LENGTH as PAST_LENGTH
 from .run_control import (
     ANGLE,
@@ -71,6 +70,7 @@ HARDLY = 1e-4  # rad: how far it has to come in the time that it is given
 AFTER_EVENT = (
     0.8  # growth of the second step after an event: at the onset of a contact the motion bends less than later
 )
+SHORT = 1e-3  # share of a step, cut at an event, up to which its error does not count
 LOG = 512  # events that are logged before whoever called has to take them away
 
 
@@ -220,6 +220,7 @@ def reject(at, h):
 def cut_at_event(at, h, event):
     """End the step of length `h` at an event: (share of it, kind, contact); return GOING or the end of the run.
 
+    It is taken again, or rejected where its error then is too large.
     All that is wanted is taken from what is before the event, and what it changes is changed.
     """
     work = at[0]
@@ -228,6 +229,11 @@ def cut_at_event(at, h, event):
     stepper[CONTACT] = contact
     before, work.step[LENGTH] = work.counts[EVALUATIONS], h * share
     take_step(at)
+    work.counts[LOCATING] += work.counts[EVALUATIONS] - before
+    # the longer step had seen less of what is before the event; of a very short one the error is rounding
+    if share > SHORT and not work.step[ERROR] < 1.0 and work.step[ERROR] != FAILED:
+        return reject(at, work.step[LENGTH])
+    before = work.counts[EVALUATIONS]
     step_to_event(at, share, (kind, contact, stepper[STOP_AT]), work.step[LENGTH])
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
     choose_method(at, work.step[LENGTH], proposal_of(at))
@@ -255,16 +261,15 @@ def go_on(at):
     work = at[0]
     stepper, step = work.stepper, work.step
     take_step(at)
-    assess_step(accumulators_of(at), work.guards, work.independent, work.time, work.method[0])
+    assess_step(accumulators_of(at), work.method[0])
     h = step[LENGTH]
     if not step[ERROR] < 1.0:
         return reject(at, h)
     pattern = proposal_of(at)
     work.proposals[pattern], work.paces[pattern] = stepper[NEXT], pace_of(at)
-    if step[ACCEPTED] == 0.0 or may_pass_by_law(at):
-        share, kind, contact = find_first_event(at, h, stepper[STOP_AT])
-        if kind != NOTHING:
-            return cut_at_event(at, h, (share, kind, contact))
+    share, kind, contact = find_first_event(at, h, stepper[STOP_AT])
+    if kind != NOTHING:
+        return cut_at_event(at, h, (share, kind, contact))
     accept(at)
     choose_method(at, h, pattern)
     note_step(at, h)

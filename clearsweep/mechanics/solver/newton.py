@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.family import invoke, kernel
-from ..observe.stages import END, SCRATCH, START
+from ..observe.stages import END, SCRATCH, SHARES, START
 from .choice import CHOICE
 from .collocation import dense_component, dense_state
 from .event import EVALUATIONS, evaluate
@@ -300,14 +300,20 @@ def implicit_step(at, h):
             work.z[i] = work.y[i] + work.implicit.offset[i]
         evaluate(at, work.z, SCRATCH)
         error = filtered_error(at, h, SCRATCH)
-    look_along(at)
+    look_along(at, 1.0)
     return error ** (8.0 / ORDER)
 
 
 @kernel
-def look_along(at):
-    """Put observables where the explicit method has its stages: the polynomial through those of start and stages."""
+def look_along(at, share):
+    """Put states and observables where the explicit method has its stages: the polynomials through those that it has.
+
+    share : of the interpolant that the step is.
+    """
     work = at[0]
+    for i in range(work.y.size):
+        for stage in range(SHARES.size - 1):
+            work.nodes[i, stage] = dense_component(share * SHARES[1 + stage], i, work.y, work.f)
     for column in range(work.o.shape[1]):
         for row in range(END):
             total = LOOK[row, 0] * work.o[column, START]
@@ -324,4 +330,4 @@ def fall_back(at, share):
         dense_state(share * C[s], work.y, work.f, work.z)
         evaluate(at, work.z, ROWS[s])
     dense_state(share, work.y, work.f, work.end)
-    look_along(at)
+    look_along(at, share)

@@ -19,15 +19,16 @@ from .collocation import WEIGHTS, begin_stages, continue_stages, dense_state, er
 from .event import (
     EVALUATIONS,
     IMPLICIT,
+    LIMIT,
     LOCATING,
     ONSET,
     SEPARATION,
     STOP,
     evaluate,
-    first_event,
     trial_of,
 )
-from .guarding import evaluate_guards, looked_at
+from .event_search import first_event
+from .guarding import ELSEWHERE, evaluate_guards, looked_at
 from .newton import AFTER, FAILED, fall_back, implicit_step
 from .newton import LENGTH as PAST_LENGTH
 from .radau import STAGE_WEIGHTS
@@ -70,7 +71,7 @@ def begin_step(at):
             if waiting:
                 evaluate_guards(at, work.y, START)
                 waiting = False
-            if guards.value[0, g] > 0.0:
+            if guards.value[g, ELSEWHERE] > 0.0:
                 go_through(at, g, work.y, START)
                 changed = True
     if changed:
@@ -187,7 +188,8 @@ def shorten(at, share):
 def step_to_event(at, share, event, h):
     """Finish a step of length `h` that was taken again, with a `share` of its length, to end at an event.
 
-    event : (kind, contact, place of a STOP along the run).  An onset, a separation or a stop is put exactly at the end.
+    event : (kind, contact, place of a STOP along the run).  But for guards, whose values are located, it is put exactly
+    at the end.
     """
     work = at[0]
     kind, contact, stop = event
@@ -201,6 +203,9 @@ def step_to_event(at, share, event, h):
         miss, slope = seen.depth, seen.rate * work.o[KAPPA, END]
     elif kind == SEPARATION:
         miss, slope = work.end[work.time + 1 + contact], work.k[work.time + 1 + contact, END]
+    elif kind == LIMIT:
+        root = work.time + 1 + contact
+        miss, slope = work.end[root] - math.sqrt(work.limit_depth[contact]), work.k[root, END]
     elif kind == STOP:
         miss, slope = work.end[work.independent] - stop, work.k[work.independent, END]
     if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # Newton, once; not where the event is all but tangential

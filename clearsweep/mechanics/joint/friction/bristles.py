@@ -7,8 +7,10 @@ from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
 from ...compiled.family import family
 from ..contract import InternalState, internal_rates, internal_state
+from ..pieces import kinks, over_slip, with_kinks
 from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values
+from .pieces import at_rest
 from .sliding import stribeck_coefficient
 
 SLIDING = COEFFICIENT._replace(low_open=True)
@@ -37,6 +39,8 @@ def _friction_force_dahl(friction, normal, slip):
 
 
 internal_state.member(Dahl)(_bend_of_sliding)
+kinks.member(Dahl)(at_rest)
+with_kinks(Dahl, over_slip)
 
 
 @internal_rates.member(Dahl)
@@ -103,6 +107,8 @@ def _friction_force_lugre(friction, normal, slip):
 
 
 internal_state.member(LuGre)(_bend_of_sliding)
+kinks.member(LuGre)(at_rest)
+with_kinks(LuGre, over_slip)
 
 
 @internal_rates.member(LuGre)
@@ -199,6 +205,8 @@ def _bend_rate_elasto_plastic(friction, slip):
 
 friction_force.member(ElastoPlastic)(_friction_force_lugre)
 internal_state.member(ElastoPlastic)(_bend_of_sliding)
+kinks.member(ElastoPlastic)(at_rest)
+with_kinks(ElastoPlastic, over_slip)
 internal_rates.member(ElastoPlastic)(_internal_rates_lugre)
 
 

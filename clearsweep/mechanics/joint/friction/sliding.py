@@ -4,9 +4,12 @@ from typing import NamedTuple
 
 from ....contracts.catalogue import Field, Law, Order
 from ...compiled import calculus as math
+from ...compiled.choosing import where
 from ...compiled.family import kernel
+from ..pieces import kinks, over_slip, with_kinks
 from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, VISCOUS, friction_force, from_values
+from .pieces import piecewise
 
 SCALE = Field("velocity_scale", "m/s", "sliding speed at which 76 % of the friction acts")
 
@@ -61,10 +64,16 @@ class Ambrosio(NamedTuple):
     v1: float  # m/s
 
 
-@friction_force.member(Ambrosio)
-def _friction_force_ambrosio(friction, normal, slip):
-    share = min(max((abs(slip) - friction.v0) / (friction.v1 - friction.v0), 0.0), 1.0)
-    return -friction.coefficient * normal * math.copysign(share, slip)
+def _kinks_ambrosio(friction):
+    return -friction.v1, -friction.v0, friction.v0, friction.v1
+
+
+@piecewise(Ambrosio, _kinks_ambrosio)
+def _force_in_piece_ambrosio(friction, piece, normal, slip):
+    inner = where(piece < 2.0, -friction.v0, friction.v0)
+    ramp = (slip - inner) / (friction.v1 - friction.v0)
+    share = where(piece == 2.0, 0.0, where(piece == 0.0, -1.0, where(piece == 4.0, 1.0, ramp)))
+    return -friction.coefficient * normal * share
 
 
 register(
@@ -95,11 +104,16 @@ class Threlfall(NamedTuple):
     divisor: float  # 1
 
 
-@friction_force.member(Threlfall)
-def _friction_force_threlfall(friction, normal, slip):
-    x = abs(slip) / friction.velocity_scale
-    share = (-math.expm1(-3.0 * x) if x <= 1.0 else 0.95) / friction.divisor
-    return -friction.coefficient * normal * math.copysign(share, slip)
+def _kinks_threlfall(friction):
+    return -friction.velocity_scale, 0.0, friction.velocity_scale
+
+
+@piecewise(Threlfall, _kinks_threlfall)
+def _force_in_piece_threlfall(friction, piece, normal, slip):
+    sign, rises = where(piece < 2.0, -1.0, 1.0), (piece == 1.0) | (piece == 2.0)
+    x = sign * slip / friction.velocity_scale
+    share = where(rises, -math.expm1(-3.0 * x), 0.95) / friction.divisor
+    return -friction.coefficient * normal * (sign * share)
 
 
 register(
@@ -141,15 +155,14 @@ class BengisuAkay(NamedTuple):
     decay: float  # s/m
 
 
-@friction_force.member(BengisuAkay)
-def _friction_force_bengisu_akay(friction, normal, slip):
-    beyond = abs(slip) - friction.velocity_scale
-    if beyond < 0.0:
-        share = friction.static_coefficient * (1.0 - (beyond / friction.velocity_scale) ** 2)
-    else:
-        fall = math.exp(-friction.decay * beyond)
-        share = friction.coefficient + (friction.static_coefficient - friction.coefficient) * fall
-    return -normal * math.copysign(share, slip)
+@piecewise(BengisuAkay, _kinks_threlfall)
+def _force_in_piece_bengisu_akay(friction, piece, normal, slip):
+    sign, rises = where(piece < 2.0, -1.0, 1.0), (piece == 1.0) | (piece == 2.0)
+    beyond = sign * slip - friction.velocity_scale
+    parabola = friction.static_coefficient * (1.0 - (beyond / friction.velocity_scale) ** 2)
+    fall = math.exp(-friction.decay * beyond)
+    falling = friction.coefficient + (friction.static_coefficient - friction.coefficient) * fall
+    return -normal * (sign * where(rises, parabola, falling))
 
 
 register(
@@ -230,6 +243,14 @@ def stribeck_coefficient(friction, slip):
     """Return mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)."""
     fall = math.exp(-(abs(slip / friction.stribeck_velocity) ** friction.shape))
     return friction.coefficient + (friction.static_coefficient - friction.coefficient) * fall
+
+
+with_kinks(Stribeck, over_slip)
+
+
+@kinks.member(Stribeck)
+def _kinks_stribeck(friction):
+    return (where(friction.shape == 2.0, math.inf, 0.0),)
 
 
 @friction_force.member(Stribeck)

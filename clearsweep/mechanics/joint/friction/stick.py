@@ -1,14 +1,17 @@
 """Friction with sticking: below a sliding speed the surfaces stick."""
 
-import math
 from typing import NamedTuple
 
 from ....contracts.catalogue import Field, Law, Order
-from ..contract import PRESSED, STUCK, Guard, guard_values, guards
+from ...compiled import calculus as math
+from ...compiled.choosing import where
+from ..contract import CLIPPED, PRESSED, STUCK, Guard, guard_values, guards, latched
 from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, static_limit
 from .sliding import stribeck_coefficient
 
+#: Guards: into the band; out of it; the side to which it slides is not known yet; it turns where the force is clipped.
+STICKS, SLIPS, SLIDES, TURNS = range(4)
 LOOSE = 1.001  # times the sticking speed: sliding speed at which surfaces are released
 
 
@@ -21,11 +24,12 @@ class Karnopp(NamedTuple):
     shape: float  # 1
     viscous: float  # s/m
     band: float  # m/s
+    piece: float = 0.0  # sign of the sliding speed as it began to slide; 0: not known yet
 
 
 @friction_force.member(Karnopp)
 def _friction_force_karnopp(friction, normal, slip):
-    sign = min(max(slip / friction.band, -1.0), 1.0)  # continuous in a step that enters the band and is truncated there
+    sign = where(friction.piece != 0.0, friction.piece, min(max(slip / friction.band, -1.0), 1.0))
     return -normal * (stribeck_coefficient(friction, slip) * sign + friction.viscous * slip)
 
 
@@ -37,13 +41,31 @@ def _static_limit_karnopp(friction):
 
 @guards.member(Karnopp)
 def _guards_karnopp(friction):
-    return Guard((PRESSED,), STUCK, at_start=True), Guard((STUCK,), PRESSED)
+    return (
+        Guard((PRESSED,), STUCK, at_start=True),
+        Guard((STUCK,), PRESSED),
+        Guard((PRESSED,), at_start=True),
+        Guard((CLIPPED,)),
+    )
 
 
 @guard_values.member(Karnopp)
 def _guard_values_karnopp(friction, start, contact, root):
-    slip = math.copysign(1.0, start.slip) * contact.slip
-    return friction.band - slip, abs(slip) - LOOSE * friction.band
+    side = where(friction.piece != 0.0, friction.piece, math.copysign(1.0, start.slip))
+    loose = LOOSE * friction.band
+    return (
+        friction.band - side * contact.slip,
+        contact.slip * contact.slip - loose * loose,
+        abs(side) - abs(friction.piece),
+        -side * contact.slip,
+    )
+
+
+@latched.member(Karnopp)
+def _latched_karnopp(friction, event, contact, root):
+    if event == TURNS:
+        return (-friction.piece,)
+    return (math.copysign(1.0, contact.slip) if event > STICKS else 0.0,)
 
 
 register(

@@ -2,8 +2,10 @@
 
 from ....contracts.catalogue import Field
 from ...compiled import calculus as math
-from ...compiled.family import family
+from ...compiled.choosing import where
+from ...compiled.family import family, kernel
 from ..elastic.contract import parity
+from ..pieces import piece_of
 
 
 @family
@@ -99,6 +101,17 @@ def _of_elastic(law, elastic):
 
 def _its_own(law, elastic):
     return 1.0
+
+
+def where_it_parts(law):
+    """Return the kink of a law that is damped on the approach alone, over the rate."""
+    return (0.0,)
+
+
+@kernel
+def approaching(piece, rate):
+    """Return the rate (m/s) of an approach, 0 of what parts, by the piece of such a law."""
+    return where(piece_of(piece, (0.0,), rate) == 1.0, rate, 0.0)
 
 
 ANY_RESTITUTION = Field("restitution", "1", "wanted ratio of rebound to approach speed", 0.0, 1.0, False, False)

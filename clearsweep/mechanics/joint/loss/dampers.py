@@ -4,10 +4,12 @@ from typing import NamedTuple
 
 from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
+from ...compiled.choosing import where
 from ..elastic.contract import elastic_force
+from ..pieces import UNKNOWN, in_pieces, kinks, over_penetration, over_rate, piece_of
 from ..rebound import approach_damping_rebound, damping_ratio
 from ..recipe import register
-from .contract import RESTITUTION, loss_form
+from .contract import RESTITUTION, approaching, loss_form, where_it_parts
 
 MASS = Field("mass", "kg", "effective mass of the impact, m1 m2 / (m1 + m2)")
 SPRING = Field("stiffness", "N/m", "stiffness of the spring")
@@ -60,13 +62,18 @@ class ApproachRootDamper(NamedTuple):
     """The same during approach, only the elastic force during rebound."""
 
     damping: float  # kg^0.5
+    piece: float = UNKNOWN
+
+
+in_pieces(ApproachRootDamper, over_rate)
+kinks.member(ApproachRootDamper)(where_it_parts)
 
 
 @loss_form(ApproachRootDamper, pulls=False, times_elastic=False)
 def _approach_root_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     root = math.sqrt(force / pen) if pen > 0.0 else 0.0
-    return force + law.damping * root * max(rate, 0.0), force
+    return force + law.damping * root * approaching(law.piece, rate), force
 
 
 def jankowski_ratio(e: float) -> float:
@@ -232,12 +239,21 @@ class SteppedDamper(NamedTuple):
 
     damping: float  # c, N s/m
     depth: float  # m
+    piece: float = UNKNOWN
+
+
+in_pieces(SteppedDamper, over_penetration)
+
+
+@kinks.member(SteppedDamper)
+def _kinks_stepped_damper(law):
+    return (law.depth,)
 
 
 @loss_form(SteppedDamper, pulls=False, times_elastic=False)
 def _stepped_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
-    x = min(pen / law.depth, 1.0)
+    x = where(piece_of(law.piece, kinks(law), pen) == 0.0, pen / law.depth, 1.0)
     return force + law.damping * x * x * (3.0 - 2.0 * x) * rate, force
 
 

@@ -9,9 +9,18 @@ from typing import NamedTuple
 from ....contracts.catalogue import Law, Merit
 from ...compiled import calculus as math
 from ..elastic.contract import elastic_force
+from ..pieces import UNKNOWN, in_pieces, kinks, over_rate
 from ..rebound import approach_hysteresis_rebound, exact_factor, hysteresis_rebound
 from ..recipe import register
-from .contract import ANY_RESTITUTION, RESTITUTION, always_keeps_onset, keeps_onset, loss_form
+from .contract import (
+    ANY_RESTITUTION,
+    RESTITUTION,
+    always_keeps_onset,
+    approaching,
+    keeps_onset,
+    loss_form,
+    where_it_parts,
+)
 
 
 class Lossless(NamedTuple):
@@ -269,12 +278,17 @@ class ApproachHysteresis(NamedTuple):
     """The same during approach, only the elastic force during rebound."""
 
     factor: float  # chi, 1
+    piece: float = UNKNOWN
+
+
+in_pieces(ApproachHysteresis, over_rate)
+kinks.member(ApproachHysteresis)(where_it_parts)
 
 
 @loss_form(ApproachHysteresis, pulls=False, times_elastic=True)
 def _approach_hysteresis(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
-    return force + force * (law.factor / onset_rate) * max(rate, 0.0), force
+    return force + force * (law.factor / onset_rate) * approaching(law.piece, rate), force
 
 
 keeps_onset.member(ApproachHysteresis)(always_keeps_onset)

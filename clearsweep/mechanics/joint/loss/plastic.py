@@ -16,6 +16,7 @@ from ..contract import (
 )
 from ..elastic.contract import elastic_force
 from ..material import plane_strain_modulus, relative_radius
+from ..pieces import from_next_kinks, kink_variable, kinks, over_depth
 from ..recipe import register
 from .contract import RESTITUTION, always_keeps_onset, keeps_onset, loss_form
 
@@ -62,13 +63,20 @@ class YieldingSphere(NamedTuple):
     deepest: float = 0.0  # m, deepest penetration of the last loading; 0 during loading
 
 
+#: Factor and power of the published fits of the force, and of the area of contact, over Hertz's.
+FIRST, SECOND, AREA = (1.03, -0.075), (1.40, -0.237), (0.94, 0.146)
+#: Yield depths from which on the fits are used, one follows the other, and where that of the area begins and ends.
+SOFTENS, TURNS_FULLY = FIRST[0] ** (-1.0 / FIRST[1]), (SECOND[0] / FIRST[0]) ** (1.0 / (FIRST[1] - SECOND[1]))
+WIDENS, WIDEST = ((end / AREA[0]) ** (1.0 / AREA[1]) for end in (1.0, 2.0))
+
+
 @kernel
 def softening(law, x):
     """Return the force over Hertz's at `x` >= 1 yield depths, and its exponent in `x`: the least published fit."""
-    share, power = 1.03 * x**-0.075, -0.075
-    fit = 1.40 * x**-0.237
+    share, power = FIRST[0] * x ** FIRST[1], FIRST[1]
+    fit = SECOND[0] * x ** SECOND[1]
     if fit < share:
-        share, power = fit, -0.237
+        share, power = fit, SECOND[1]
     full = law.plastic * x**-0.5
     if full < share:
         share, power = full, -0.5
@@ -80,7 +88,7 @@ def softening(law, x):
 @kernel
 def widening(x):
     """Return the contact area over Hertz's at `x` >= 1 yield depths, and its exponent in `x`: a fit with exact ends."""
-    area, power = 0.94 * x**0.146, 0.146
+    area, power = AREA[0] * x ** AREA[1], AREA[1]
     if area < 1.0:
         area, power = 1.0, 0.0
     elif area > 2.0:
@@ -107,13 +115,34 @@ def _yielding_sphere(law, elastic, pen, rate, onset_rate):
     return force, max(force, 0.0)
 
 
+@kinks.member(YieldingSphere)
+def _kinks_yielding_sphere(law):
+    full = (law.plastic / SECOND[0]) ** (1.0 / (0.5 + SECOND[1]))
+    places = SOFTENS, WIDENS, TURNS_FULLY, full, WIDEST
+    return tuple([law.yield_depth * place for place in places])
+
+
+kink_variable.member(YieldingSphere)(over_depth)
+
+
 @guards.member(YieldingSphere)
-@guards.member(Plastic)
-def _guards_yielding_sphere_or_plastic(law):
-    return Guard(TOUCHING), Guard(TOUCHING, of_state=True)
+def _guards_yielding_sphere(law):
+    return (*_guards_plastic(law), Guard(TOUCHING))
 
 
 @guard_values.member(YieldingSphere)
+def _guard_values_yielding_sphere(law, start, contact, root):
+    if law.deepest == 0.0:
+        deepens, _ = from_next_kinks(kinks(law), start.depth, contact.depth)
+        return -contact.rate, NEVER, deepens
+    return NEVER, root - BEYOND * math.sqrt(law.deepest), NEVER
+
+
+@guards.member(Plastic)
+def _guards_plastic(law):
+    return Guard(TOUCHING), Guard(TOUCHING)
+
+
 @guard_values.member(Plastic)
 def _guard_values_yielding_sphere_or_plastic(law, start, contact, root):
     if law.deepest == 0.0:

@@ -102,7 +102,7 @@ def _keeps_onset_renewed(law):
 
 @guards.member(Renewed)
 def _guards_renewed(law):
-    return Guard(TOUCHING, of_state=True), Guard(TOUCHING)
+    return Guard(TOUCHING), Guard(TOUCHING)
 
 
 @guard_values.member(Renewed)

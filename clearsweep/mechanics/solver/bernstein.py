@@ -1,0 +1,243 @@
+"""Polynomials over a step in Bernstein's form, which bounds them: no event within a step is missed.
+
+A polynomial of degree n over the shares x of a step is the sum of b_i B_i(x), B_i = C(n, i) x^i (1 - x)^(n - i).  It
+lies between the least and the largest coefficient, and crosses zero at most as often as the signs of successive
+coefficients change, by an even number less often (Farouki 2012, Comput. Aided Geom. Des. 29:379, section 3).  So the
+first crossing is isolated by cutting the step until one change is left, however close crossings are.
+
+A function of the motion is taken as the polynomial of degree 8 through its values at the start and the eight stages.
+The last two coefficients of its series in Legendre's polynomials, the *tail*, show how far it may be from that.
+"""
+
+from fractions import Fraction
+from math import comb
+
+import numpy as np
+
+from ..compiled.choosing import abreast
+from ..compiled.family import kernel
+from ..observe.stages import SHARES, STAGES
+
+DEGREE = STAGES
+COEFFICIENTS = DEGREE + 1
+NOWHERE = 2.0  # share of a step at which nothing is
+FINEST = 2.0**-40  # of a step: crossings that are closer to each other are none
+FINE = 1e-12  # of a step: how closely a crossing is located
+#: Rows of `Work.polynomials`: values at the nodes, the coefficients that follow from them, those of a part of the step.
+VALUES, WHOLE, PART, ROWS = range(4)
+
+
+def _inverse(rows: list[list[Fraction]]) -> list[list[Fraction]]:
+    """Return the inverse of a matrix, exactly."""
+    size = len(rows)
+    whole = [[*row, *(Fraction(int(i == j)) for j in range(size))] for i, row in enumerate(rows)]
+    for i in range(size):
+        pivot = next(row for row in range(i, size) if whole[row][i])
+        whole[i], whole[pivot] = whole[pivot], whole[i]
+        whole[i] = [x / whole[i][i] for x in whole[i]]
+        for other in range(size):
+            if other != i and whole[other][i]:
+                factor = whole[other][i]
+                whole[other] = [a - factor * b for a, b in zip(whole[other], whole[i], strict=True)]
+    return [row[size:] for row in whole]
+
+
+def _basis(x: Fraction) -> list[Fraction]:
+    """Return Bernstein's polynomials at `x`."""
+    return [comb(DEGREE, i) * x**i * (1 - x) ** (DEGREE - i) for i in range(COEFFICIENTS)]
+
+
+def _tail() -> list[list[float]]:
+    """Return the weights of the coefficients that give the last but one and the last of Legendre's series."""
+    n = DEGREE
+    before, last = (
+        [Fraction(comb(n, k) * comb(k, i) * (-1) ** (k - i)) for i in range(COEFFICIENTS)] for k in (n - 1, n)
+    )  # of x^(n - 1) and x^n; x^k leads P_k, shifted to (0, 1), with C(2 k, k), and P_n has -n / 2 as much of x^(n - 1)
+    second = [a + b * Fraction(n, 2) for a, b in zip(before, last, strict=True)]
+    return [[float(x / comb(2 * k, k)) for x in weights] for k, weights in ((n - 1, second), (n, last))]
+
+
+_EXACT = _inverse([_basis(Fraction(x)) for x in SHARES])
+#: (node, coefficient but the first): from values at the nodes.
+OF_VALUES = np.array([[float(row[m]) for row in _EXACT[1:]] for m in range(COEFFICIENTS)])
+#: (power, coefficient but the first): from the interpolant, see `collocation.dense_component`, less the state at START.
+OF_INTERPOLANT = np.array(
+    [
+        [
+            float(sum(a * Fraction(x) * (2 * Fraction(x) - 1) ** m for a, x in zip(row, SHARES, strict=True)))
+            for row in _EXACT[1:]
+        ]
+        for m in range(STAGES)
+    ]
+)
+TAIL = np.array(_tail())
+
+
+@kernel
+def from_values(p):
+    """Put into WHOLE of `p` (ROWS, COEFFICIENTS) the coefficients of the polynomial through VALUES at the nodes."""
+    p[WHOLE, 0] = p[VALUES, 0]
+    for i in abreast(STAGES):
+        total = OF_VALUES[0, i] * p[VALUES, 0]
+        for m in range(1, COEFFICIENTS):
+            total += OF_VALUES[m, i] * p[VALUES, m]
+        p[WHOLE, 1 + i] = total
+    p[WHOLE, DEGREE] = p[VALUES, DEGREE]
+
+
+@kernel
+def from_interpolant(p, begin, f, c):
+    """Put there those of component `c` of the interpolant `f` (n, STAGES) from the state `begin` of that component."""
+    p[WHOLE, 0] = begin
+    for i in abreast(STAGES):
+        total = OF_INTERPOLANT[0, i] * f[c, 0]
+        for m in range(1, STAGES):
+            total += OF_INTERPOLANT[m, i] * f[c, m]
+        p[WHOLE, 1 + i] = begin + total
+
+
+@kernel
+def turn_sign(p):
+    """Turn the sign of WHOLE."""
+    for i in range(COEFFICIENTS):
+        p[WHOLE, i] = -p[WHOLE, i]
+
+
+@kernel
+def lower(p, by):
+    """Take a number from the polynomial WHOLE."""
+    for i in range(COEFFICIENTS):
+        p[WHOLE, i] -= by
+
+
+@kernel
+def highest(p):
+    """Return the largest coefficient of WHOLE, which no value within the step exceeds; the first is not asked."""
+    top = p[WHOLE, 1]
+    for i in range(2, COEFFICIENTS):
+        top = max(top, p[WHOLE, i])
+    return top
+
+
+@kernel
+def tail(p):
+    """Return how far what WHOLE stands for may be from it: the last two coefficients of its series of Legendre's."""
+    before = last = 0.0
+    for i in range(COEFFICIENTS):
+        before += TAIL[0, i] * p[WHOLE, i]
+        last += TAIL[1, i] * p[WHOLE, i]
+    return abs(before) + abs(last)
+
+
+@kernel
+def value_and_slope(p, row, x):
+    """Return the polynomial in a row of `p` and its slope at the share `x` of what it is over (de Casteljau's sums)."""
+    rest, power, count = 1.0 - x, 1.0, 1.0
+    value, slope = p[row, 0] * rest, p[row, 1] - p[row, 0]
+    for i in range(1, DEGREE):
+        power *= x
+        ways = count * (DEGREE - i) / i  # C(n - 1, i)
+        value = (value + power * (count + ways) * p[row, i]) * rest
+        slope = slope * rest + power * ways * (p[row, i + 1] - p[row, i])
+        count = ways
+    return value + power * x * p[row, DEGREE], DEGREE * slope
+
+
+@kernel
+def cut(p, begin, width):
+    """Put into PART the coefficients of WHOLE over [begin, begin + width], by de Casteljau's algorithm."""
+    for i in range(COEFFICIENTS):
+        p[PART, i] = p[WHOLE, i]
+    if begin > 0.0:
+        for r in range(1, COEFFICIENTS):
+            for i in range(COEFFICIENTS - r):
+                p[PART, i] += begin * (p[PART, i + 1] - p[PART, i])
+    share = width / (1.0 - begin)
+    if share < 1.0:
+        for r in range(1, COEFFICIENTS):
+            for i in range(DEGREE, r - 1, -1):
+                p[PART, i] = p[PART, i - 1] + share * (p[PART, i] - p[PART, i - 1])
+
+
+@kernel
+def changes_of_sign(p):
+    """Return how often the coefficients of PART change their sign, zero counting as above it."""
+    changes = 0
+    for i in range(DEGREE):
+        if (p[PART, i] >= 0.0) != (p[PART, i + 1] >= 0.0):
+            changes += 1
+    return changes
+
+
+@kernel
+def only_crossing(p):
+    """Return the share of its part at which PART, below zero first and above it last, crosses zero, its only time.
+
+    Newton's method, kept in the bracket.
+    """
+    a, b = 0.0, 1.0
+    x = p[PART, 0] / (p[PART, 0] - p[PART, DEGREE])
+    for _ in range(60):
+        value, slope = value_and_slope(p, PART, x)
+        if value >= 0.0:
+            b = x
+        else:
+            a = x
+        better = x - value / slope if slope > 0.0 else -1.0
+        if not a <= better <= b:
+            better = 0.5 * (a + b)
+        move, x = abs(better - x), better
+        if move <= FINE:
+            break
+    return x
+
+
+@kernel
+def first_crossing(p):
+    """Return the share of the step at which the polynomial WHOLE first grows through zero; NOWHERE if it does not."""
+    begin, width = 0.0, 1.0
+    while begin < 1.0:
+        cut(p, begin, width)
+        changes = changes_of_sign(p)
+        if changes > 1 and width > FINEST:
+            width *= 0.5
+        elif changes == 1 and p[PART, 0] < 0.0:
+            return begin + width * only_crossing(p)
+        else:
+            begin += width
+            width = min(2.0 * width, 1.0 - begin)
+    return NOWHERE
+
+
+@kernel
+def crossing_for_certain(p):
+    """Return where WHOLE first grows through zero; NOWHERE where it comes no higher than it may be off by."""
+    if highest(p) < 0.0:
+        return NOWHERE
+    seen = False
+    for m in range(1, COEFFICIENTS):
+        seen = seen or p[VALUES, m] > 0.0
+    if not seen:
+        far = tail(p)
+        lower(p, far)
+        if first_crossing(p) == NOWHERE:
+            return NOWHERE
+        lower(p, -far)
+    return first_crossing(p)
+
+
+@kernel
+def lowest_place(p):
+    """Return the share of the step at which the slope of WHOLE, below zero first, grows through zero; else NOWHERE."""
+    _, last = value_and_slope(p, WHOLE, 1.0)
+    if last < 0.0:
+        return NOWHERE
+    a, b = 0.0, 1.0
+    for _ in range(40):
+        x = 0.5 * (a + b)
+        _, slope = value_and_slope(p, WHOLE, x)
+        if slope < 0.0:
+            a = x
+        else:
+            b = x
+    return b

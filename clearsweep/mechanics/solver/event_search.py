@@ -1,0 +1,185 @@
+"""Where a step meets its first event: an onset, a separation, a limit, a guard of a joint's law, or a place to stop.
+
+Every event is where a function of the motion grows through zero.  Over the step that function is a polynomial, through
+its values at the start and the stages.  Its coefficients in Bernstein's form bound it, so that no rise and fall between
+two stages is missed, see `bernstein`.
+"""
+
+import math
+
+from ..compiled.family import kernel
+from ..joint.contract import meets, touches
+from ..observe.observables import DEPTH, KAPPA, RATE, column_of
+from ..observe.stages import END, NODES, SCRATCH, SHARES, START
+from .bernstein import (
+    COEFFICIENTS,
+    DEGREE,
+    NOWHERE,
+    VALUES,
+    WHOLE,
+    crossing_for_certain,
+    first_crossing,
+    from_interpolant,
+    from_values,
+    highest,
+    lowest_place,
+    tail,
+    turn_sign,
+)
+from .event import GUARD, LIMIT, NOTHING, ONSET, SEPARATION, STOP, evaluate_dense
+from .guarding import evaluate_guards, first_passage, looked_at
+
+ROUGH = 1e-3  # tail of a gap's polynomial, over its size, from which on the step is looked at in parts,
+LEAST_PART = 1.0 / 16.0  # of a step, at the shortest
+NEXT_TO_ROOT, ENOUGH = 0.05, 1e-7  # of a step: how far Newton's method may move an onset, and when it ends
+PASSED = 1e-9  # of the root of a penetration: a step that begins as close to a limit has just passed it
+
+
+@kernel
+def take_gap(at, j, h):
+    """Make the polynomial of contact `j` in free flight, above zero where it touches, from the depths at the nodes.
+
+    It is d (d + 2 s) of the depth d (m) and its largest size s: in a bearing the square of the eccentricity less that
+    of the clearance, smooth also where the path passes the middle and the depth has a kink.
+    """
+    work, there = at[0], column_of(j, DEPTH)
+    p, size = work.polynomials, work.clearance[j]
+    for m in range(COEFFICIENTS):
+        size = max(size, -work.o[there, NODES[m]])
+    for m in range(COEFFICIENTS):
+        depth = work.o[there, NODES[m]]
+        p[VALUES, m] = depth * (depth + 2.0 * size)
+    from_values(p)
+    rise = work.o[column_of(j, RATE), START] * work.o[KAPPA, START] * h
+    p[WHOLE, 1] = p[WHOLE, 0] + 2.0 * (work.o[there, START] + size) * rise / DEGREE  # its slope is known at the start
+
+
+@kernel
+def take_part_of_gap(at, j, begin, width):
+    """Make the same over a part of the step, of the interpolant."""
+    work, there = at[0], column_of(j, DEPTH)
+    p, size = work.polynomials, work.clearance[j]
+    for m in range(COEFFICIENTS):
+        evaluate_dense(at, begin + width * SHARES[m])
+        p[VALUES, m] = work.o[there, SCRATCH]
+        size = max(size, -p[VALUES, m])
+    for m in range(COEFFICIENTS):
+        p[VALUES, m] *= p[VALUES, m] + 2.0 * size
+    from_values(p)
+
+
+@kernel
+def is_rough(p):
+    """Return whether WHOLE, which may come to zero, may be far from what it stands for."""
+    size = 0.0
+    for i in range(COEFFICIENTS):
+        size = max(size, abs(p[VALUES, i]))
+    far = tail(p)
+    return far > ROUGH * size and highest(p) + far >= 0.0
+
+
+@kernel
+def first_onset(at, j, h):
+    """Return the share of the step at which free contact `j` first touches its bearing, closing; NOWHERE if not."""
+    work = at[0]
+    p, begin = work.polynomials, work.o[column_of(j, DEPTH), START]
+    if begin >= 0.0 and work.o[column_of(j, RATE), START] >= 0.0:
+        return 0.0
+    take_gap(at, j, h)
+    if is_rough(p):
+        return first_onset_in_parts(at, j, h)
+    x = crossing_for_certain(p)
+    if x == NOWHERE and begin >= 0.0 and p[VALUES, DEGREE] >= 0.0:  # never quite left
+        return lowest_place(p)
+    return x if x == NOWHERE else true_onset(at, j, h, x)
+
+
+@kernel
+def true_onset(at, j, h, x):
+    """Return where contact `j` touches its bearing, by Newton's method from the share `x` that its polynomial gives."""
+    work = at[0]
+    for _ in range(4):
+        evaluate_dense(at, x)
+        slope = work.o[column_of(j, RATE), SCRATCH] * work.o[KAPPA, SCRATCH] * h
+        move = work.o[column_of(j, DEPTH), SCRATCH] / slope if slope != 0.0 else 1.0
+        if not abs(move) < NEXT_TO_ROOT:  # all but tangential
+            break
+        x = min(max(x - move, 0.0), 1.0)
+        if abs(move) <= ENOUGH:
+            break
+    return x
+
+
+@kernel
+def first_onset_in_parts(at, j, h):
+    """Return the same where the gap is no smooth function over the step, such as that of worn surfaces."""
+    p, begin, width = at[0].polynomials, 0.0, 0.5
+    while begin < 1.0:
+        take_part_of_gap(at, j, begin, width)
+        if width > LEAST_PART and is_rough(p):
+            width *= 0.5
+        else:
+            x = crossing_for_certain(p)
+            if x != NOWHERE:
+                return true_onset(at, j, h, begin + width * x)
+            begin += width
+            width = min(2.0 * width, 1.0 - begin)
+    return NOWHERE
+
+
+@kernel
+def first_separation(at, j):
+    """Return the share of the step at which contact `j` separates, on the interpolant; NOWHERE if it does not."""
+    work, root = at[0], at[0].time + 1 + j
+    from_interpolant(work.polynomials, work.y[root], work.f, root)
+    turn_sign(work.polynomials)
+    return first_crossing(work.polynomials) if highest(work.polynomials) >= 0.0 else NOWHERE
+
+
+@kernel
+def first_limit(at, j):
+    """Return the share at which the penetration of contact `j` passes the limit of its elastic law; NOWHERE if not."""
+    work, root = at[0], at[0].time + 1 + j
+    limit = math.sqrt(work.limit_depth[j])
+    from_interpolant(work.polynomials, work.y[root] - limit, work.f, root)
+    off = work.y[root] - limit
+    if off > PASSED * limit or (off > -PASSED * limit and work.k[root, START] > 0.0):
+        turn_sign(work.polynomials)
+    return first_crossing(work.polynomials) if highest(work.polynomials) >= 0.0 else NOWHERE
+
+
+@kernel
+def first_stop(at, stop):
+    """Return the share of the step at which the run comes to `stop`, which is not beyond its end."""
+    work = at[0]
+    from_interpolant(work.polynomials, work.y[work.independent] - stop, work.f, work.independent)
+    return min(first_crossing(work.polynomials), 1.0)
+
+
+@kernel
+def first_event(at, h, stop):
+    """Return (share of the step, kind, contact) of the first event in it; kind NOTHING: there is none."""
+    work, guards = at[0], at[0].guards
+    best, kind, contact = NOWHERE, NOTHING, 0
+    if work.end[work.independent] >= stop:
+        best, kind = first_stop(at, stop), STOP
+    for j in range(work.mode.size):
+        x, what = NOWHERE, NOTHING
+        if meets(work.mode[j]):
+            x, what = first_onset(at, j, h), ONSET
+        elif touches(work.mode[j]):
+            x, what = first_separation(at, j), SEPARATION
+            if work.limit_depth[j] < math.inf:
+                y = first_limit(at, j)
+                if y < x:
+                    x, what = y, LIMIT
+        if x < best:
+            best, kind, contact = x, what, j
+    if guards.contact.size > 0:
+        evaluate_guards(at, work.y, END)
+        for g in range(guards.contact.size):
+            if looked_at(at, g):
+                x = first_passage(at, g)
+                if x < best:
+                    best, kind, contact = x, GUARD + g, guards.contact[g]
+    return best, kind, contact

@@ -1,0 +1,164 @@
+"""Where the formula of a law changes, a step ends: laws declare all their kinks, and none costs accuracy."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from law_cases import RECIPES, joint, names, numbers, written
+from mechanism_cases import slider_crank
+from numpy.polynomial import chebyshev
+
+import clearsweep
+from clearsweep.mechanics.joint import registry
+from clearsweep.mechanics.joint.contract import Contact, guards, internal_rates
+from clearsweep.mechanics.joint.elastic.contract import elastic_force
+from clearsweep.mechanics.joint.friction.contract import friction_force
+from clearsweep.mechanics.joint.loss.contract import contact_force
+from clearsweep.mechanics.joint.pieces import kink_variable, kinks
+from clearsweep.mechanics.solver import event
+from clearsweep.simulation.run import integration_of
+
+# ---------------------------------------------------------------------------------------------- all are declared
+
+
+def distance_from_polynomials(function, low, high, parts=40, degree=24):
+    """Return how far a function is from polynomials on parts of an interval, over its size there."""
+    edges, worst, nodes = np.linspace(low, high, parts + 1), 0.0, np.cos(np.pi * (np.arange(25) + 0.5) / 25)
+    size = max(abs(function(x)) for x in np.linspace(low, high, 50)) or 1.0
+    for a, b in itertools.pairwise(edges):
+        series = chebyshev.chebfit(nodes, [function(a + 0.5 * (b - a) * (1.0 + u)) for u in nodes], degree)
+        worst = max(worst, np.abs(series[-3:]).max() / size)
+    return worst
+
+
+def is_smooth_between(function, places, low, high):
+    """Return whether a function is smooth on an interval between some places."""
+    edges, away = [low, *(x for x in places if low < x < high), high], 1e-9 * (high - low)
+    pairs = itertools.pairwise(edges)
+    return all(distance_from_polynomials(function, a + away, b - away) < 1e-11 for a, b in pairs)
+
+
+def test_the_check_sees_a_kink_of_the_second_derivative():
+    def bent(x):
+        return math.sin(3.0 * x) + abs(x - 0.1234) ** 3
+
+    assert is_smooth_between(lambda x: math.sin(3.0 * x), [], -1.0, 1.0)
+    assert not is_smooth_between(bent, [], -1.0, 1.0)
+    assert is_smooth_between(bent, [0.1234], -1.0, 1.0)
+
+
+def seen(slip):
+    return Contact(normal=1.0, tangential=0.0, slip=slip, rate=0.0, depth=1e-6, elastic=1.0, raw=1.0)
+
+
+@pytest.mark.parametrize("name", [name for name in names("friction") if name != "karnopp"])
+def test_friction_is_smooth_over_the_sliding_speed_between_its_kinks(name):
+    """The band of karnopp, in which it sticks, is an event of its own."""
+    friction = registry.joint_term(joint(friction=name), "slider").friction
+    scales = [value for value in numbers(RECIPES["friction", name].law).values() if value < 0.1]
+    places = kinks(friction) if type(friction) in kinks.members else ()
+    for scale in scales:
+        for low, high in ((-5.0 * scale, 5.0 * scale), (-0.3 * scale, 0.4 * scale)):
+            assert is_smooth_between(lambda slip: friction_force(friction, 1.0, slip), places, low, high)
+            for i in range(len(internal_rates(friction, seen(0.0)))):
+                assert is_smooth_between(lambda slip, i=i: internal_rates(friction, seen(slip))[i], places, low, high)
+
+
+@pytest.mark.parametrize("name", names("law"))
+def test_the_loss_is_smooth_over_rate_and_penetration_between_its_kinks(name):
+    dry = registry.joint_term(joint(law=name), "slider")
+    law, places, over = dry.law, (), ""
+    if type(law) in kinks.members:
+        places = kinks(law)
+        over = kink_variable.body_for(type(law)).__name__
+    pen, onset = 1e-5, 0.1
+
+    def by_rate(rate):
+        return contact_force(law, dry.elastic, pen, rate, onset)[0]
+
+    def by_root(root):
+        return contact_force(law, dry.elastic, root * root, 0.05, onset)[0]
+
+    assert is_smooth_between(by_rate, places if over == "over_rate" else (), -0.3, 0.4)
+    depths = places if over in ("over_penetration", "over_depth") else ()
+    for deepest in (1e-5, *(2.0 * place for place in depths)):
+        roots = [math.sqrt(place) for place in depths]
+        assert is_smooth_between(by_root, roots, 0.01 * math.sqrt(deepest), math.sqrt(deepest))
+
+
+@pytest.mark.parametrize("name", [name for name in names("elastic") if name != "pereira"])
+def test_an_elastic_law_is_smooth_over_the_penetration_but_at_its_limit(name):
+    made = joint(elastic=name)
+    term, limit = registry.contact_terms(made)[1], RECIPES["elastic", name].limit(made)
+    end = math.sqrt(limit if limit < math.inf else 1e-4)
+    assert is_smooth_between(lambda root: elastic_force(term, root * root), [end], 0.3 * end, 1.3 * end)
+
+
+# ---------------------------------------------------------------------------------------------- none costs accuracy
+
+#: Numbers with which the motion comes to the kinks, where those of `law_cases` are not of that size.
+REACHED = {
+    "adams-impact": {"depth": 2e-6},
+    "bengisu-akay": {"velocity_scale": 0.05},
+    "threlfall": {"velocity_scale": 0.05},
+    "stribeck": {"shape": 1.0},
+}
+
+
+def has_guards(family, name):
+    """Return whether contacts with a law end steps at something that it declares."""
+    term = registry.joint_term(joint(**{family: name}), "slider")
+    return type(term.law if family == "law" else term.friction) in guards.members
+
+
+DECLARING = [(family, name) for family in ("friction", "law") for name in names(family) if has_guards(family, name)]
+
+
+def scene(tolerance, *, soft=False, **laws):
+    """Return the scene of a slider-crank whose surfaces slide back and forth and knock; of rubber, if `soft`."""
+    changes = {f"joints.rod-slider.{key}": value for key, value in written(**laws).items()}
+    changes |= {"drive.speed": "600 rpm", "simulate.revolutions": 0.5, "simulate.tolerance": tolerance}
+    if soft:
+        changes["joints.rod-slider.contact"]["material"] = {"young": 3e5, "poisson": 0.3}
+    changes |= {"simulate.discard": 0, "simulate.method": "explicit", "save.orbits": "none"}
+    return clearsweep.load_case(slider_crank("rod-slider", changes=changes))
+
+
+def ends(tolerance, **laws):
+    """Return where the motion ends, the coordinates over their size, and how many guards and limits were passed."""
+    made = scene(tolerance, **laws)
+    run = integration_of(made, np.empty(0), 0.05)
+    many = len(made.value.coordinates)
+    return run.work.end[:many] / 0.1, run.work.counts[event.PASSAGES], run.work.counts[event.STEPS]
+
+
+def check_accuracy(**laws):
+    """Check that errors follow the tolerance, and that steps grow in number as those of a method of high order."""
+    exact, passed, _ = ends(1e-13, **laws)
+    assert passed > 0
+    found = {tolerance: ends(tolerance, **laws) for tolerance in (1e-6, 1e-9, 1e-12)}
+    errors = {tolerance: np.abs(end - exact).max() for tolerance, (end, _, _) in found.items()}
+    assert all(error < 300.0 * tolerance for tolerance, error in errors.items()), errors  # impacts amplify them
+    steps = [count for _, _, count in found.values()]
+    assert max(steps) < 8.0 * min(steps), steps  # 10^(6/8) = 5.6
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(("family", "name"), DECLARING)
+def test_no_kink_of_a_law_costs_accuracy(family, name):
+    check_accuracy(**{family: name}, **REACHED.get(name, {}))
+
+
+@pytest.mark.compiled
+def test_the_end_of_an_elastic_law_costs_no_accuracy():
+    """Persson's pads, soft enough that the journal passes the depth beyond which their law goes on straight."""
+    check_accuracy(elastic="persson", soft=True)
+
+
+if __name__ == "__main__":
+    for family, name in DECLARING:
+        given = {family: name} | REACHED.get(name, {})
+        exact, passed, _ = ends(1e-13, **given)
+        rows = [ends(tolerance, **given) for tolerance in (1e-6, 1e-9, 1e-12)]
+        print(name, passed, *[f"{np.abs(end - exact).max():.1e}/{steps}" for end, _, steps in rows], flush=True)
