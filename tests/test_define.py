@@ -116,7 +116,13 @@ WRONG = {
     "shadows a column": ("r: = d / 2", "r: = d / 2, steps: 2", "define.steps: is the name of a column"),
     "no identifier": ("play: 0.5 mm", "play: 0.5 mm, a-b: 2", "define.a-b: is no name"),
     "a cut comma": ("clearance: = play", "clearance: = min(play", "an expression with a comma is written in quotes"),
-    "by zero": ("clearance: = play", "clearance: = play / (1 - 1)", "has no value here"),
+    "by zero": ("clearance: = play", "clearance: = play / (1 - 1)", "found 'play / (1 - 1)', which divides by zero"),
+    "a bare quantity": (
+        "clearance: = play",
+        "clearance: = play + 3 um",
+        "a number with a unit is written in quotes, '3 um'",
+    ),
+    "nothing": ("play: 0.5 mm", "play: ", "define.play: found nothing; expected a quantity, such as 50 um, or an expr"),
     "no quantity": ("play: 0.5 mm", "play: wide", "define.play: found 'wide', which does not begin with a number"),
 }
 
@@ -169,3 +175,17 @@ def test_no_name_is_an_error():
 def test_a_name_that_is_not_defined_is_told_once(problems_in):
     for old, new in (("clearance: 0.5 mm", "clearance: = a"), ("speed: 5000 rpm", "speed: = 1 +")):
         assert len(problems_in(TEXT.replace(old, new))) == 1
+
+
+@pytest.mark.parametrize("wrong", ["= d + '1 kg'", "= play", "= d *", "[1 mm]"])
+def test_what_follows_from_a_wrong_definition_is_not_told_again(problems_in, wrong):
+    text = WHOLE.replace(
+        "define: {play: 0.5 mm, d: 20 mm, r: = d / 2}", f"define:\n  play: {wrong}\n  d: 20 mm\n  r: = d / 2"
+    )
+    (problem,) = problems_in(swept(text))
+    assert problem.split(": ")[1] == "define.play"
+
+
+def test_an_axis_over_a_name_that_is_not_defined_is_told_with_the_nearest(problems_in):
+    problems = problems_in(f"{WHOLE}sweep: {{define.plai: [20 um, 50 um]}}\n")
+    assert any("'plai' is not defined under `define`; did you mean 'play'?" in each for each in problems)

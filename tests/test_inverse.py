@@ -1,6 +1,7 @@
 """The page on inverse questions has the figures that were measured, and these are good enough."""
 
 import inverse_page
+import numpy as np
 import optima
 import rigs
 from inverse_page import rows
@@ -20,6 +21,9 @@ def test_identify_finds_the_clearance_of_made_up_rigs():
     for row in [*own, *other]:
         low, _, high, _ = row["found"][rigs.CLEARANCE]
         assert row["inside"] == (low <= row["true"][rigs.CLEARANCE] <= high)
+    again = rows("rigs_again")
+    assert sum(row["inside"] for row in again) >= 0.9 * len(again)
+    assert np.median([row["half_width"] for row in again]) <= 0.15
     assert max(row["processor_seconds_beside_the_cases"] for row in rows("rigs_times")) <= 30.0
 
 

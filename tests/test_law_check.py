@@ -142,3 +142,11 @@ def test_alternatives_are_valid_laws_and_not_the_one_in_use():
     assert "flores" not in names["joints.crank-rod.contact.law"]
     assert "tsuji" not in names["joints.crank-rod.contact.law"]  # it needs a mass that the joint has not
     assert not {"power", case.joints[0].contact.elastic} & {*names["joints.crank-rod.contact.elastic"]}
+
+
+def test_a_value_that_a_law_does_not_use_keeps_it_from_being_tried(tmp_path):
+    source = checked()
+    swept = source["sweep"] | {"joints.rod-slider.contact.restitution": [0.8, 0.9]}
+    ran(tmp_path / "run", source | {"sweep": swept})
+    laws = {*clearsweep.open(tmp_path / "run").summary[LAW]}
+    assert laws == {used_law()}  # hertz uses no restitution

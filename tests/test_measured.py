@@ -222,6 +222,17 @@ def few(monkeypatch):
 
 
 @pytest.mark.usefixtures("few")
+def test_of_differences_that_are_normal_the_spread_contains_19_of_20_further_ones():
+    chance, inside = np.random.default_rng(7), []
+    (row,) = hertz.measure()[:1]
+    for _ in range(300):
+        drawn = chance.normal(0.0, 2.0, 6)
+        limit = page.further([row._replace(difference=float(value)) for value in drawn])
+        inside.append(np.mean(np.abs(chance.normal(0.0, 2.0, 100)) <= limit))
+    assert 0.94 < np.mean(inside) < 0.99
+    assert page.further([row]) is None
+
+
 def test_the_command_prints_rows_of_the_contract_as_json():
     message = CliRunner().invoke(cli.verbs, ["verify", "--measured", "--json"])
     assert message.exit_code == 0, message.output

@@ -237,6 +237,18 @@ def test_a_mistake_is_told(problems_in, old, new, message):
     assert any(message in each for each in problems), problems
 
 
+def test_all_mistakes_of_the_section_are_told_at_once(problems_in):
+    section = "{over: {define.plai: [1 um, 2 um], drive.speed: [3 rpm, 2 rpm]}, minimise: rod_slider_force, cases: 1.5}"
+    problems = "\n".join(problems_in(f"{TEXT}optimise: {section}\n"))
+    for said in (
+        "'plai' is not defined",
+        "swap them",
+        "is no figure of this grid",
+        "found 1.5; allowed: a whole number",
+    ):
+        assert said in problems
+
+
 def test_the_report_has_the_best_cases(tmp_path):
     out = tmp_path / "run"
     quiet(asked(minimise=["miss", "rod_slider_force_peak"]), out)

@@ -260,7 +260,7 @@ def test_none_in_the_range_says_which_other_keys_move_the_margin(tmp_path):
     assert all(effect.size == 0.0 for effect in result.effects[1:])
     text = run_summary.run_text(run_summary.of_run(result))
     assert "furthest from the limits, -180 % at gravity 0 m/s^2, rod mass 0.1 kg:" in text
-    assert f"{MASS} (0.14 kg): -152 % with 10% less, -208 % with 10% more" in text
+    assert f"{MASS} (0.14 kg): -152 % with 10 % less, -208 % with 10 % more" in text
     assert not any(effect.path.endswith(".exponent") for effect in result.effects)  # of which units depend
     again = quiet(source, tmp_path / "run")
     assert again.ran == 0
@@ -329,7 +329,8 @@ def test_fits_are_tried_completely_at_their_largest_clearances(at):
     assert [fit.name for fit in grid.seek.fits] == ["H7/g6", "H7/f7", "H8/e8"]
     assert grid.axes[PLAY] == tuple(fit.high for fit in grid.seek.fits)
     assert grid.fits == {}  # they name means
-    assert grid.written_units[PLAY].unit == "mm"  # as the grid has it; a fit is no number that is written
+    assert PLAY not in grid.written_units  # they are shown in units that suit them
+    assert grid.labels[PLAY] == {fit.name: fit.high for fit in grid.seek.fits}
     assert grid.axes[PLAY][1] == pytest.approx(31e-6)  # of 20 mm: the contract's 10 to 31 um
     again = grid_load(grid.resolved())
     assert again.seek == grid.seek

@@ -5,12 +5,13 @@ import math
 
 import numpy as np
 import pytest
+from mechanism_cases import slider_crank
 from scipy.integrate import solve_ivp
 from test_slot import GRID as SLOT
 
 import clearsweep
 from clearsweep.mechanics.coupling.sticking import every_grip, joined, slip_rates, with_sticking_forces
-from clearsweep.mechanics.joint.contract import FREE, STUCK, JointState
+from clearsweep.mechanics.joint.contract import FREE, STUCK, JointState, every_latched
 from clearsweep.mechanics.joint.loads import loads_of
 from clearsweep.mechanics.mechanism.contract import accelerate, gaps, place
 from clearsweep.verify.measured import stick_slip
@@ -54,6 +55,11 @@ def pin(friction, **changes):
     return made
 
 
+def latched(scene, mode):
+    """Return onset rates of 1 m/s and what the laws of a scene begin with."""
+    return np.array([1.0] * len(mode) + [began for _, began in every_latched(scene.joints)])
+
+
 def seen(source, moved, stuck):
     """Return scene, state, modes, pose, Gaps and Loads where the coordinates are `moved` and move."""
     scene = clearsweep.load_case(source).value
@@ -66,7 +72,7 @@ def seen(source, moved, stuck):
     mode = np.array([STUCK if each else FREE for each in stuck])
     pose = place(scene.mechanism, y)
     relative = gaps(scene.mechanism, pose)
-    loads = loads_of(scene.joints, relative, JointState(y, mode, np.ones(contacts), 2 * n + 1))
+    loads = loads_of(scene.joints, relative, JointState(y, mode, latched(scene, mode), 2 * n + 1))
     return scene, y, mode, pose, relative, loads
 
 
@@ -91,7 +97,7 @@ def test_slip_rates_are_the_slopes_of_the_slips(case):
         there = y.copy()
         there[: 2 * n + 1] += step * flow
         around = gaps(scene.mechanism, place(scene.mechanism, there))
-        pushed = loads_of(scene.joints, around, JointState(there, mode, np.ones(len(mode)), 2 * n + 1))
+        pushed = loads_of(scene.joints, around, JointState(there, mode, latched(scene, mode), 2 * n + 1))
         ends.append([grip.slip for grip in joined(every_grip(scene.joints, around, pushed, mode)) if grip.limit])
     rates = [
         rate for rate, grip in zip(slip_rates(scene, y, pose, grips, loads), joined(grips), strict=True) if grip.limit
@@ -173,3 +179,20 @@ def test_what_sticks_now_and_then_keeps_the_ledger(source):
     path = clearsweep.simulate(clearsweep.load_case(source))
     assert path.status == "ok", path.message
     assert path.summary["energy_residual"] < 1e-6
+
+
+def test_a_pin_and_a_guide_of_one_machine_may_stick_together():
+    law = {"law": "karnopp", "coefficient": 0.1, "static_coefficient": 0.2, "stribeck_velocity": 0.01, "band": 1e-3}
+    guide = {"clearance": 2e-4, "length": 0.06, "height": 0.03, "contact": {"law": "hertz", "stiffness": 1e10}}
+    changes = {
+        "drive.speed": "300 rpm",
+        "mechanism.gravity": 9.81,
+        "mechanism.slider.inertia": 1e-4,
+        "joints.rod-slider.friction": law,
+        "joints.slider-ground": guide | {"friction": law},
+        "simulate.revolutions": 0.3,
+        "simulate.tolerance": 1e-8,
+    }
+    summary = clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=changes))).summary
+    assert summary["energy_residual"] < 1e-8
+    assert summary["slider_ground_friction_power"] > 0.0

@@ -359,7 +359,7 @@ def test_a_dry_run_counts_times_and_writes_nothing(tmp_path):
     assert (result.cases, result.pending) == (50, 50)
     assert result.derived["joints.rod-slider.contact.stiffness"]["max"] == 6.61e10
     assert 0.02 < result.case_seconds < 0.1
-    assert result.seconds < 5.0
+    assert 0.5 < result.seconds < 30.0  # the start of two workers is measured, on a machine with other work to do
     assert not (tmp_path / "run").exists()
     quiet(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run")
     size = sum(path.stat().st_size for path in (tmp_path / "run").rglob("*"))

@@ -44,10 +44,12 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
     Values without a unit, expressions, fits and names of library entries are left out.
     """
     units = {}
-    among_fits = [path for path, way in reader.way.items() if way == "seek"] if reader.among else []
+    among_fits = {path for path, way in reader.way.items() if way == "seek"} if reader.among else set()
     for path, node in reader.shape.items():
-        written = reader.written.get(path) if path in among_fits else reader.swept.get(path) or reader.written.get(path)
-        if not isinstance(node, Number) or not node.fields(reader.names) or written is None or path in reader.fits:
+        written = reader.swept.get(path) or reader.written.get(path)
+        if not isinstance(node, Number) or not node.fields(reader.names) or written is None:
+            continue
+        if path in reader.fits or path in among_fits:
             continue
         exponent = reader.values.get(f"{path.rpartition('.')[0]}.exponent")
         known = unit(node, reader.names, exponent)

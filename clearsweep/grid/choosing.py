@@ -44,7 +44,7 @@ KEYS = {
         **_ADDED,
     },
     "optimise": {
-        "over": "dotted path -> [low, high], {among: [a, b, ...]} (words, fits, numbers) or {whole: [low, high]}",
+        "over": "path -> [low, high], {among: [a, ...]} (laws, materials, fits, numbers) or {whole: [low, high]}",
         "minimise": "column or columns to minimise",
         "maximise": "column or columns to maximise",
         "cases": "most cases to add, a whole number",

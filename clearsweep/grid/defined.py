@@ -33,6 +33,7 @@ class Definitions(NamedTuple):
     values: Mapping[str, Fraction]  # as written in the grid
     units: Mapping[str, str]
     varied: frozenset[str] = frozenset()  # names that an axis varies
+    wrong: frozenset[str] = frozenset()  # names with an invalid definition
     #: dotted path of a number -> its expression, which contains a varied name
     follow: Mapping[str, str] = MappingProxyType({})
 
@@ -119,13 +120,15 @@ def resolve(
     if section is not None and (not isinstance(section.value, dict) or not section.value):
         problems.add(section, DEFINE, "defines nothing; for example: `play: 50 um`, or leave the key out")
         section = None
-    varied = {path: place for path, place in _varied_paths(top) if path not in fixed}
+    varied = {path: place for path, place in varied_paths(top) if path not in fixed}
     written: dict[str, WrittenValue] = section.value if section is not None else {}
     good = {name: each for name, each in written.items() if _named(section, name, problems)}
     known = _values(good, problems)
+    known = known._replace(wrong=frozenset(written) - known.values.keys())
     names = frozenset(path.removeprefix(START) for path in varied if path.removeprefix(START) in known.values)
     known = known._replace(varied=names & known.texts.keys())
     reader = _Reader(problems, known, varied)
+    reader.used |= {other for name in known.wrong & good.keys() for other in (name, *_read_of(good[name]))}
     content = {key: reader.read(each, key) for key, each in top.items() if key not in (DEFINE, *_NO_NUMBERS)}
     content |= {key: top[key] for key in _NO_NUMBERS if key in top}
     for name, each in good.items():
@@ -185,7 +188,8 @@ class _Reader:
             unit = expression.unit_of_defined(text, self.known.units)
             value = expression.exact_value(text, self.known.values)
         except InputError as error:
-            self.problems.add(written, path, str(error))
+            if not self.known.wrong & _names(text):  # what is wrong there is said there
+                self.problems.add(written, path, str(error))
             self.problems.unread.add(path)
             return self.worked(written, "0")
         if path in self.varied:
@@ -274,11 +278,20 @@ def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definiti
 
 def _already_reported(each: WrittenValue, written: Mapping[str, WrittenValue], wrong: set[str]) -> bool:
     """Return whether an expression contains a name that was already reported."""
+    return bool(_read_of(each) & wrong & written.keys())
+
+
+def _read_of(each: WrittenValue) -> set[str]:
+    """Return the names in a written value, empty if it is no valid expression."""
+    return _names(text_of(each.value)) if is_expression(each.value) else set()
+
+
+def _names(text: str) -> set[str]:
+    """Return the names in an expression, empty if it is invalid."""
     try:
-        text = text_of(each.value) if is_expression(each.value) else ""
-        return bool(text and expression.names_in(text, expression.DEFINED) & wrong & written.keys())
+        return expression.names_in(text, expression.DEFINED)
     except InputError:
-        return False
+        return set()
 
 
 def _value(text: str, known: Definitions) -> tuple[Fraction, str]:
@@ -292,6 +305,8 @@ def _quantity(value: Any) -> tuple[Fraction, str]:
     if isinstance(value, str):
         number, dimension = quantity.with_unit(value)
         return Fraction(repr(number)), quantity.unit_of(dimension)
+    if isinstance(value, bool | dict | list) or value is None:
+        raise InputError(f"found {shown(value)}; expected a quantity, such as 50 um, or an expression, such as = d / 2")
     return Fraction(repr(quantity.read(value, "1"))), "1"
 
 
@@ -299,7 +314,7 @@ def _quantity_text(value: Fraction, unit: str) -> str:
     return f"{float(value) + 0.0!r} {unit}".removesuffix(" 1")
 
 
-def _varied_paths(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
+def varied_paths(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
     """Yield the dotted paths that a document varies, each with its place in the document."""
     for way in _WAYS:
         section = top.get(way)

@@ -15,7 +15,7 @@ from ..contracts.layout import Layout
 from ..contracts.outline import Outline
 from ..judging.verdict import Verdict, figures_of, limits_of
 from ..language.errors import InputError, shown
-from . import checks, identified, labels, law_check, save_keys, variations
+from . import checks, identified, labels, law_check, save_keys, variations, varied_materials
 from .added_cases import ADDED
 from .added_cases import rows as added_rows
 from .assumed_units import WrittenUnit, assumed_units, written_units
@@ -95,6 +95,7 @@ def load(
         written_units(reader),
         labels.of_axes(reader),
         law_check.paths(reader),
+        reader.materials,
     )
     searched = grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws
     most = MOST_IDENTITIES if searched or grid.may_repeat else MOST_CASES
@@ -166,6 +167,7 @@ class Grid:
     written_units: Mapping[str, WrittenUnit] = field(default_factory=dict)  # path -> the unit in which it is written
     labels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path -> label of a value -> value, SI
     checked_laws: tuple[str, ...] = ()  # paths of the laws that are checked in the deciding case
+    materials: Mapping[str, varied_materials.VariedMaterial] = field(default_factory=dict)  # path of a name -> material
     _layout: Layout | None = None
 
     @cached_property
@@ -287,12 +289,8 @@ class Grid:
         ways = {way: part for way, part in ways.items() if way not in (OPTIMISE, IDENTIFY)}
         if self._sample:
             ways["sample"] = self._sample | {"drawn": ways["sample"]}
-        columns = (
-            dict(zip(self.axes, map(list, zip(*self.added_cases, strict=True)), strict=True))
-            if self.added_cases
-            else {}
-        )
-        further = {ADDED: columns} if columns else {}
+        columns = zip(self.axes, map(list, zip(*self.added_cases, strict=True)), strict=True)
+        further = {ADDED: dict(columns)} if self.added_cases else {}
         if self.seek:
             swept = ways.get("sweep", {})
             ways["sweep"] = {path: values for path, values in swept.items() if path not in self.seek.paths}
@@ -312,6 +310,7 @@ class Grid:
         fillers |= {path: value for path, value in own if not path.startswith(START)}
         fillers |= {START + name: self.defined.said(name) for name in self.defined.texts if name in self.defined.varied}
         base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}
+        base = varied_materials.with_names(base, self.materials)
         return {"name": self.name} | nested(sections | base | fillers, self._pairs) | ways | extra_sections
 
     def unit(self, path: str) -> str:
@@ -346,7 +345,7 @@ class Grid:
                 flat[path] = self._values.get(path, fields[0].default)
             elif isinstance(node, (Flag, NameList)) or (isinstance(node, Table) and node.used(names)):
                 flat[path] = self._values.get(path)
-        return flat | dict(leaves(self.uncertain))
+        return varied_materials.put_numbers(flat, self.materials) | dict(leaves(self.uncertain))
 
     @cached_property
     def _base(self) -> dict[str, Value]:

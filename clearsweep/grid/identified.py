@@ -105,10 +105,10 @@ def read(reader: Reader, root: WrittenValue) -> Identify | None:
     """
     section = section_in(root, IDENTIFY)
     paths = [path for path, way in reader.way.items() if way == IDENTIFY]
-    if section is None or not isinstance(section.value, dict) or not paths or not set(paths) <= reader.axes.keys():
+    if section is None or not isinstance(section.value, dict):
         return None
     noted = len(reader.problems)
-    for path in paths:
+    for path in reader.axes.keys() & {*paths}:
         optimised.check_range(reader, path, IDENTIFY)
         check_always_used(reader, reader.swept[path], IDENTIFY, path)
     signals, chosen = _signals(reader, section), _features(reader, section)
@@ -119,6 +119,8 @@ def read(reader: Reader, root: WrittenValue) -> Identify | None:
         sentence = f"found {reader.values.get('save.orbits')}; `identify` needs last: it compares time histories"
         reader.problems.add(place, "save.orbits", sentence)
     if cases is None or seed is None or not signals or len(reader.problems) > noted:
+        return None
+    if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
         return None
     over = {path: Choice(_RANGE, reader.axes[path]) for path in paths}
     return Identify(over, signals, chosen, cases, seed, optimised.start_of(reader, over))

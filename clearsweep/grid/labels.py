@@ -67,8 +67,12 @@ def _mistake(name: str) -> str:
 
 
 def of_axes(reader: Reader) -> dict[str, dict[str, Any]]:
-    """Return path of an axis with labels -> label -> value, SI; what has one value twice is noted."""
-    labels = {}
+    """Return path of an axis with labels -> label -> value, SI; a value with two labels is noted.
+
+    Fits that are searched are the labels of their largest clearances.
+    """
+    paths = reader.seek.paths if reader.among and reader.seek else ()
+    labels = {path: {fit.name: fit.high for fit in reader.among} for path in paths}
     for path, names in reader.labels.items():
         values = reader.axes.get(path, ())
         if len(values) < len(names):

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from ..language import quantity
 from ..language.errors import nearest, shown
+from . import varied_materials
 from .added_cases import check_always_used, count, over_of, section_in, section_of
 from .document import WrittenValue
 from .keys import Number, Word
@@ -103,10 +104,11 @@ def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, Wr
     if over is None:
         return {}
     variables = {}
-    for path, written in over.value.items():
+    for key, written in over.value.items():
+        path = varied_materials.path_of(key, reader.shape)
         values = _values(reader, path, written)
         if values is not None:
-            variables[path] = (over.key_place(path), values)
+            variables[path] = (over.key_place(key), values)
     return variables
 
 
@@ -138,16 +140,18 @@ def read(reader: Reader, root: WrittenValue) -> Optimise | None:
     """Return the section `optimise`, the axes being read already, or None if it is missing or wrong."""
     section = section_in(root, OPTIMISE)
     paths = [path for path, way in reader.way.items() if way == OPTIMISE]
-    if section is None or not isinstance(section.value, dict) or not paths or not set(paths) <= reader.axes.keys():
+    if section is None or not isinstance(section.value, dict):
         return None
     noted = len(reader.problems)
-    for path in paths:
+    for path in reader.axes.keys() & {*paths}:
         check_range(reader, path, OPTIMISE)
         check_always_used(reader, reader.swept[path], OPTIMISE, path)
     objectives = _objectives(reader, section)
     cases = count(reader, section, (OPTIMISE, "cases"), (1, MOST_CASES), None)
     seed = count(reader, section, (OPTIMISE, "seed"), (0, 2**31), 0)
     if cases is None or seed is None or not objectives or len(reader.problems) > noted:
+        return None
+    if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
         return None
     over = {path: Choice(reader.choices[path], reader.axes[path]) for path in paths}
     return Optimise(over, objectives, cases, seed, start_of(reader, over))

@@ -8,12 +8,14 @@ from ..contracts.catalogue import Mechanism
 from ..contracts.outline import Outline
 from ..language import quantity
 from ..language.errors import InputError
+from . import varied_materials
 from .defined import NOTHING, Definitions
 from .document import Problems, WrittenValue
 from .iso286 import Fit
 from .keys import Number, Shape
 from .naming import Taken
 from .sampling import Distribution, Sample
+from .varied_materials import VariedMaterial
 
 
 @dataclass
@@ -54,6 +56,7 @@ class Reader:
     uncertain: dict[str, dict[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its distribution, SI
     own_figures: dict[str, str] = field(default_factory=dict)  # name -> expression of columns
     defined: Definitions = NOTHING
+    materials: dict[str, VariedMaterial] = field(default_factory=dict)  # path of a name -> the material that varies
 
     def place(self, path: str) -> WrittenValue:
         """Return the value whose position locates a mistake at `path`: its own, or that of the section without it."""
@@ -73,6 +76,11 @@ class Reader:
                     return quantity.said(item.value, unit)
         return quantity.said(float(value), unit)
 
+    @property
+    def varied_numbers(self) -> set[str]:
+        """Return the paths on an axis, and those of numbers that follow from the name of a varied material."""
+        return {*self.swept, *(path for material in self.materials.values() for path in material.follow)}
+
     def there(self, path: str) -> bool:
         """Return whether a value or a section is written or swept."""
         return path in self.written or path in self.swept or path in self.sections
@@ -91,6 +99,8 @@ class Reader:
             return self.axes.get(path, ())
         if path in self.defined.follow:
             return self.defined.reached(path, self.axes, self.way)
+        if any(path in material.follow for material in self.materials.values()):
+            return tuple(varied_materials.reached(path, self.materials, self.axes))
         if path in self.values:
             return (self.values[path],)
         node = self.shape.get(path)

@@ -24,6 +24,7 @@ from . import (
     table_key,
     uncertain,
     variations,
+    varied_materials,
     wear_unit,
 )
 from .axes import Reading
@@ -50,19 +51,21 @@ def read_keys(
     root, definitions = defined.resolve(root, problems, fixed)
     outline = outline_of_document(root)
     mechanism = _mechanism(root, catalogue.mechanisms)
-    if mechanism.outlined:
-        mechanism = mechanism.outlined(outline)
+    mechanism = mechanism.outlined(outline) if mechanism.outlined else mechanism
     root, taken = naming.put_numbers(root, problems)
-    reader = Reader(problems, mechanism, outline, defined=definitions)
     whole = followers.keys_of(definitions) | shape(mechanism, catalogue)
+    materials = varied_materials.find([path for path, _ in defined.varied_paths(root.value)], taken, whole)
+    reader = Reader(problems, mechanism, outline, defined=definitions, materials=materials)
+    whole |= varied_materials.keys_of(materials)
     _walk(reader, root, "", whole)
+    reader.written |= varied_materials.written_names(materials, root)
     _activate(reader, whole)
     variations.find(reader, root, whole, fixed)
     variations.find_optimised(reader, root, whole)
     labels.put_lists(reader)
     law_check.read(reader, root)
     fits.put_numbers(reader, lambda path: _values_before_reading(reader, path))
-    reader.taken = {each.path: each for each in taken if each.path not in reader.swept}
+    reader.taken = {each.path: each for each in taken if each.path not in reader.varied_numbers}
     wear_unit.put_units(reader)
     variations.find_seek(reader, root, whole, lambda path: _values_before_reading(reader, path))
     added_cases.find(reader, root, (*_SEARCHES, law_check.CHECK))
@@ -314,8 +317,7 @@ def _missing(reader: Reader, path: str, node: Number, field: Field) -> None:
 
 def _enter_axis(reader: Reader, path: str, reading: Reading) -> None:
     """Record the values of an axis."""
-    values = variations.values(reader, path, reading)
-    if values:
+    if values := variations.values(reader, path, reading):
         reader.axes[path] = tuple(values)
 
 

@@ -5,10 +5,12 @@ from itertools import product
 from typing import Any
 
 from ..language.errors import nearest, shown
-from . import case_table, identified, optimised, sampling, seek
+from . import case_table, identified, optimised, sampling, seek, varied_materials
 from .axes import Reading, axis
+from .defined import START
 from .document import WrittenValue
-from .keys import Number, Section, Shape, Word, value_key
+from .keys import Name, Number, Section, Shape, Word, value_key
+from .naming import BODIES
 from .reader import Reader
 
 #: The sections that vary values, in the order in which their axes appear; those after `sweep` go in step.
@@ -83,6 +85,7 @@ def _enter_seek(reader: Reader, path: str, place: WrittenValue, between: Written
 
 def _enter(reader: Reader, way: str, path: str, key: WrittenValue, values: WrittenValue, whole: Shape) -> None:
     """Record the values of one path, or report a mistake; `key` is the position of the path itself."""
+    path = varied_materials.path_of(path, reader.shape)
     where = _where(way, path)
     free = [path for path, node in reader.shape.items() if not isinstance(node, Section) and node.sweep]
     parent, node = path.rpartition(".")[0], reader.shape.get(path)
@@ -99,7 +102,9 @@ def _enter(reader: Reader, way: str, path: str, key: WrittenValue, values: Writt
         reader.swept[path], reader.way[path] = values, way
     elif isinstance(node, Section):
         inside = [other for other in free if other.startswith(f"{path}.")]
-        reader.problems.add(key, where, f"names a section, not a value; such as {', '.join(inside[:3])}")
+        named = isinstance(whole.get(f"{path}.name"), Name) and path.rpartition(".")[2] in (*BODIES, "material")
+        remedy = "; a material varies by name where the grid names one: `bearing: CuSn8`" if named else ""
+        reader.problems.add(key, where, f"names a section, not a value; such as {', '.join(inside[:3])}{remedy}")
     elif node is not None:
         outside = f"cannot be swept; write it outside `{way}`, and a grid for each of its values"
         reader.problems.add(key, where, outside)
@@ -107,6 +112,11 @@ def _enter(reader: Reader, way: str, path: str, key: WrittenValue, values: Writt
         missing = next(section for section in _sections(path) if section not in reader.shape)
         sentence = f"there is no section '{missing}'; write it before a value in it is swept"
         reader.problems.add(key, where, sentence)
+    elif path.startswith(START):
+        name, known = path.removeprefix(START), [*reader.defined.texts]
+        if name not in reader.defined.wrong:  # what is wrong there is said there
+            there = f"{nearest(name, known)} (known: {', '.join(known) or 'none'})"
+            reader.problems.add(key, where, f"'{name}' is not defined under `define`{there}")
     else:
         siblings = [other for other in free if other.rpartition(".")[0] == parent]
         there = f" (allowed next to it: {', '.join(siblings)})" if siblings else ""

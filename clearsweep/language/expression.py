@@ -6,6 +6,7 @@ quantities in quotes ('5 kN'), + - * /, ** with a number, brackets, and the func
 
 import ast
 import operator
+import re
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import lru_cache, reduce
@@ -24,6 +25,7 @@ _SIGNS: dict[type, Callable] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
 _OF_SAME_UNIT = {"min": "minimum", "max": "maximum"}  # functions of two or more arguments -> name in numpy
 _OF_ONE = {"abs": Fraction(1), "sqrt": Fraction(1, 2)}  # function -> power of the unit
 FUNCTIONS = (*_OF_SAME_UNIT, *_OF_ONE)
+_BARE = re.compile(r"(?<![\w.])(\d[\d.]*(?:[eE][+-]?\d+)?) *([^\W\d_][^\s,()']*)")  # a quantity without quotes
 
 Dimension = dict[str, Fraction]
 
@@ -77,6 +79,8 @@ def exact_value(text: str, values: Mapping[str, Fraction]) -> Fraction:
     try:
         exact = Fraction(_exact(_tree(text, DEFINED), values))
         float(exact)
+    except ZeroDivisionError:
+        raise InputError(f"found {shown(text)}, which divides by zero here") from None
     except (ArithmeticError, ValueError, TypeError) as error:
         raise InputError(f"found {shown(text)}, which has no value here: {error}") from None
     return exact
@@ -90,11 +94,18 @@ def _tree(text: str, vocabulary: Vocabulary = COLUMNS) -> ast.expr:
         return ast.parse(text.strip(), mode="eval").body
     except SyntaxError as error:
         place = f" at character {error.offset}" if error.offset else ""
-        cut = text.count("(") > text.count(")") and vocabulary is DEFINED
-        hint = "inside {} or [] an expression with a comma is written in quotes; " if cut else ""
+        hint = _hint(text, vocabulary)
         raise InputError(f"found {shown(text)}, which cannot be read{place}; {hint}{_expected(vocabulary)}") from None
     except (ValueError, RecursionError, MemoryError):
         raise InputError(f"found {shown(text)}, which cannot be read; {_expected(vocabulary)}") from None
+
+
+def _hint(text: str, vocabulary: Vocabulary) -> str:
+    """Return the likely remedy of an expression that cannot be read, '' where none is known."""
+    if text.count("(") > text.count(")") and vocabulary is DEFINED:
+        return "inside {} or [] an expression with a comma is written in quotes; "
+    bare = next((match for match in _BARE.finditer(text) if quantity.is_unit(match[2])), None)
+    return f"a number with a unit is written in quotes, '{bare[1]} {bare[2]}'; " if bare else ""
 
 
 def names_in(text: str, vocabulary: Vocabulary = COLUMNS) -> set[str]:

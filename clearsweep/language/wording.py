@@ -247,6 +247,10 @@ def joint_name(name: str) -> str:
 
 
 def _leaf(parts: list[str]) -> str:
+    if parts[-2:-1] == ["material"] and parts[-1] == "name":
+        return "material"
+    if parts[-3:-2] == ["material"] and parts[-1] == "name":
+        return f"material of the {parts[-2]}"
     if len(parts) > 1 and parts[-1] in _AXES and parts[-2] in _ABOUT:
         return f"{_leaf(parts[:-1])} {_ABOUT[parts[-2]]} {_AXES[parts[-1]]}"
     if parts[-1] in _NAMES:

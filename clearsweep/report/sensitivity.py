@@ -12,13 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..contracts.layout import DIFFERENCE
+from ..judging import probability
+from ..judging.probability import LEVEL
 from ..judging.verdict import EXCEEDED
 from ..language.errors import InputError
 from ..store import StoredRun
 from .rows import KEPT
 
 QUANTILES = (0.05, 0.5, 0.95)
-LEVEL = 0.95  # of all confidence intervals
 CHAOTIC = 0.5  # share of chance in a figure's variance from which on no index of it means anything
 BLURRED = 0.3  # scatter over effect from which on an effect is said to be blurred
 MOTION = "energy_residual"  # differs wherever the motion does, if only in rounding
@@ -198,11 +199,7 @@ def quantile(ordered: np.ndarray, share: float) -> Estimate:
 
 def exceedance(beyond: np.ndarray) -> Estimate:
     """Return the probability of what is true of some of the cases, with Clopper and Pearson's exact interval."""
-    from scipy.stats import binomtest
-
-    test = binomtest(int(beyond.sum()), len(beyond))
-    interval = test.proportion_ci(LEVEL, method="exact")
-    return Estimate(float(test.statistic), float(interval.low), float(interval.high))
+    return Estimate(*probability.share(int(beyond.sum()), len(beyond)))
 
 
 def sobol_indices(setting: Setting, figure: str, paths: list[str]) -> list[Index]:

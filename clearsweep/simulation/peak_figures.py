@@ -49,6 +49,16 @@ def of_peaks(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
     )
 
 
+def _expected(end: str) -> Callable[[Window, int], float | None]:
+    """Return an end of the largest force to expect; of a periodic motion the largest of the window."""
+
+    def value(window: Window, place: int) -> float | None:
+        spread = window.spreads[place]
+        return spread.highest[0] if window.period and spread.highest else getattr(spread.million, end)
+
+    return value
+
+
 PEAKS = (
     Figure(
         "force_peak_revolution",
@@ -70,6 +80,26 @@ PEAKS = (
         "p95",
         "95 % quantile of the largest normal forces of the window's revolutions",
         Shown("forces", "95 % of revolutions", 3),
+    ),
+    Figure(
+        "force_peak_million",
+        "N",
+        "largest normal force to expect in 10^6 revolutions (median), by extreme-value statistics of the window's "
+        "revolutions; null: fewer than 100 independent ones",
+        of="joint",
+        needs=("turns",),
+        value=_expected("value"),
+        differs=False,
+        shown=(Shown("forces", "expected in 10⁶ revolutions", 3, if_any=True),),
+    ),
+    Figure(
+        "force_peak_million_high",
+        "N",
+        "what the largest normal force of 10^6 revolutions exceeds with a probability of 2.5 %; null as that",
+        of="joint",
+        needs=("turns",),
+        value=_expected("high"),
+        differs=False,
     ),
     Figure(
         "load_peak",

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..contracts.layout import MOST_REVOLUTIONS
 from ..mechanics.solver.accumulate.turns import Turns
+from .extreme import expected_largest
 from .scene import Scene, state_units
 from .spread import Spread, quantiles
 from .window import bearing_of
@@ -90,7 +91,7 @@ def peak_spreads(scene: Scene, marks: Marks, turns: Any) -> tuple[Spread, ...]:
 def _spread(peaks: np.ndarray, begins: np.ndarray) -> Spread:
     """Return the distribution of the peaks (N) of revolutions that begin at `begins`."""
     median, p95 = quantiles(peaks, (0.5, 0.95))
-    return Spread(median, p95, _highest(peaks, begins))
+    return Spread(median, p95, expected_largest(peaks), _highest(peaks, begins))
 
 
 def _highest(peaks: np.ndarray, begins: np.ndarray) -> tuple[float, int] | None:

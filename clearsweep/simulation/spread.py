@@ -23,6 +23,7 @@ class Spread(NamedTuple):
 
     median: Quantile
     p95: Quantile
+    million: Quantile = Quantile(None, None, None)  # the largest of 10^6 revolutions
     highest: tuple[float, int] | None = None  # N, and its revolution in the run, counted from 1
 
 

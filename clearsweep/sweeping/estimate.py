@@ -25,7 +25,9 @@ PILOT_CASES, PILOT_TIME = 64, 10.0  # largest number of timed cases, and s after
 PILOT_SHARE = 0.5  # of PILOT_TIME for one case; a longer one is extrapolated
 COMPILED = 0.5  # s of compiling above which an unfinished case is timed again
 PILOT_PATIENCE = 60.0  # s to wait for one case, without compiling
-START_UP = 1.0  # s to start the workers
+LONG_START = 3.0  # s, from which the start of the workers is measured a second time, without compiling
+LONGEST_IMPORT = 2.0  # s of this process before the estimate, at most, that a run takes, too
+FINISH = 0.5  # s of a run after its last case: merging, closing lines
 EACH = 1e-3  # s per case besides its motion: creating, committing and merging it
 EVENT_BYTES = 26  # bytes of one event in orbits.h5
 
@@ -41,7 +43,7 @@ class Estimate(NamedTuple):
     extrapolated: int  # timed cases that were extrapolated from their first revolutions or blocks
     case_seconds: float | None  # s, mean time of a case; None: the beginning of a case does not determine it
     longest: float | None  # s, largest of the timed cases
-    seconds: float | None  # s of the whole run with compiled code in the cache
+    seconds: float | None  # s of the whole run, start and end included; the dry run has compiled its code
     give_or_take: float | None  # s, twice the standard error of `seconds` from the scatter of the timed cases
     bytes: int  # bytes in the directory: batches and merged files
     assumed: dict[str, dict[str, Any]]  # path written without a unit -> {"unit", "values"}: first and last value, SI
@@ -59,6 +61,7 @@ def estimate(
     simulator: Simulator = SIMULATION,
 ) -> Estimate:
     """Return the cost of running the pending cases of a grid; nothing is written, `out` is only read."""
+    begin, imported = time.monotonic(), min(time.process_time(), LONGEST_IMPORT)
     part = None if shard is None else Shard.read(shard)
     with phases.phase("reading the grid"):
         grid = sweep.load(source, simulator)
@@ -81,7 +84,9 @@ def estimate(
         directory.check(grid)
         left = _left(grid, directory, part, simulator)
     jobs = jobs or executors.cores()
-    timed = _pilot(grid, left, simulator) if left.pending else []
+    looked = time.monotonic() - begin
+    jobs = min(jobs, max(left.pending, 1))
+    timed, start_up = _pilot(grid, left, jobs, simulator)
     times, events = [each.seconds for each in timed if each.seconds is not None], [each.events for each in timed]
     mean = float(np.mean(times)) if times else None
     if beyond := sum(each.beyond for each in timed):
@@ -89,8 +94,8 @@ def estimate(
             f"{beyond:,} of {count(len(timed), 'timed case')} would take longer than simulate.time_budget allows and "
             "end with the status time-budget; allow more, or ask for fewer revolutions"
         )
-    jobs = min(jobs, max(left.pending, 1))
-    seconds = 0.0 if not left.pending else None if mean is None else START_UP + (mean + EACH) * left.pending / jobs
+    around = imported + looked + start_up + FINISH
+    seconds = 0.0 if not left.pending else None if mean is None else around + (mean + EACH) * left.pending / jobs
     units = key_units(grid.resolved(), simulator.catalogue())
     return Estimate(
         left.wanted,
@@ -187,18 +192,38 @@ def timed_indices(count: int) -> list[int]:
     return [picked[place] for place in chance.permutation(len(picked))]
 
 
-def _pilot(grid: Grid, left: _Left, simulator: Simulator) -> list[Timed]:
-    """Return the times of a few cases spread over the grid, or [] if the first does not answer."""
+class _Pilot(NamedTuple):
+    """Measured times of a few cases, and of the start of the workers."""
+
+    timed: list[Timed]  # [] if the first case does not answer
+    start_up: float = 0.0  # s until workers are started and have loaded their code from the cache
+
+
+def _pilot(grid: Grid, left: _Left, jobs: int, simulator: Simulator) -> _Pilot:
+    """Return the times of a few cases spread over the grid, and of the start of `jobs` workers."""
+    if not left.pending:
+        return _Pilot([])
     with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         directory = Path(folder)
         (directory / store.SCRATCH).mkdir()
-        workers = executors.Local(1, load=simulator.load)
+        workers, start_up = _started(1, left.kinds, simulator, directory)
         try:
-            worker_pool.compile_all(workers, left.kinds, simulator, directory)
             working = store.Working(directory, "0" * 16)
-            return _timed(workers, simulator, [grid.case(k) for k in left.timed.tolist()], working)
+            timed = _timed(workers, simulator, [grid.case(k) for k in left.timed.tolist()], working)
         finally:
             workers.close()
+        if start_up > LONG_START:  # it compiled; what a run has to load is in the cache now
+            workers, start_up = _started(jobs, left.kinds, simulator, directory)
+            workers.close()
+        return _Pilot(timed, start_up)
+
+
+def _started(jobs: int, kinds: list[Case], simulator: Simulator, directory: Path) -> tuple[executors.Executor, float]:
+    """Return started workers with compiled code, and the time (s) that this took."""
+    begin = time.monotonic()
+    workers = executors.Local(jobs, load=simulator.load)
+    worker_pool.compile_all(workers, kinds, simulator, directory)
+    return workers, time.monotonic() - begin
 
 
 def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case], working: store.Working) -> list[Timed]:

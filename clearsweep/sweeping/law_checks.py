@@ -35,17 +35,16 @@ class LawCheck:
         point, case = grid.point(place), grid.case(place)
         for path, laws in self.simulator.alternatives(case).items():
             changed = [point | {path: law} for law in laws if path in grid.checked_laws]
-            self.points += [each for each in changed if _uses_all(grid, each)]
+            self.points += [each for each in changed if _used(grid, point) <= _used(grid, each)]
 
     def wanted(self) -> Sequence[Point]:
         """Return the deciding case under each other law, once."""
         return self.points
 
 
-def _uses_all(grid: Grid, point: Point) -> bool:
-    """Return whether the laws at a point use every value that is swept."""
-    used = dict(leaves(grid.case_tree(point)))
-    return all(path in used for path, value in point.items() if value is not None)
+def _used(grid: Grid, point: Point) -> set[str]:
+    """Return the varied paths whose values the laws at a point use; some values have other names there."""
+    return point.keys() & dict(leaves(grid.case_tree(point))).keys()
 
 
 class LawChecks:

@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import grid as grids
 from ..contracts.layout import Layout
-from ..judging import order, validity, verdict
+from ..judging import expected, order, validity, verdict
 from ..store import StoredRun, summed
 from .law_checks import LawChecks
 from .lives import Lives
@@ -34,9 +34,12 @@ class RunFacts:
         self.lives, self.pace = Lives(layout), Pace(record, layout)
         self.lead = order.lead_of(layout, self.limits.verdict.limits, record)
         self.worst = WorstCases(self.lead, joints, self.limits.verdict.limits)
+        self.expected: dict[str, Any] | None = None  # the largest force peak to expect in many revolutions
+        self._joints = joints
         self.laws = LawChecks(checked, self.lead)
         columns = ["status", *self.swept, *checked, *self.worst.columns]
         columns += validity.columns(joints, {column.name for column in layout.columns})
+        columns += [name for name in expected.columns(joints) if name in {each.name for each in layout.columns}]
         self.columns = list(dict.fromkeys([*columns, *self.limits.columns, *self.lives.columns, *self.pace.columns]))
 
     def read(self, run: StoredRun) -> None:
@@ -67,6 +70,10 @@ class RunFacts:
             self.lives.add(finished, known_at)
             self.pace.add(finished, known_at)
             self.worst.add(finished, known_at)
+            largest = expected.worst(finished, self._joints)
+            if largest and (self.expected is None or largest.value > self.expected["value"]):
+                place = finished["case_id"].tolist().index(largest.case_id)
+                self.expected = largest._asdict() | known_at(place)
 
     def case_ids(self) -> set[str]:
         """Return the cases named so far."""

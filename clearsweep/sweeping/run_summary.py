@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ..judging import order
+from ..judging import expected, order, probability
 from ..language import wording
 from . import identified
 from .law_checks import law_lines
@@ -39,10 +39,11 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "units": run.grid.get("units", {}),
         "written_units": run.grid.get("written_units", {}),
         "limits": limits.facts(),
+        "probability": _probability(result, run.grid, limits.facts()),
         "life": seen.lives.facts(),
         "slowest": seen.pace.slowest,
         "seek": seek_facts(result, run.grid),
-        "optimised": optimised(result, limits.units),
+        "optimised": optimised(result, limits.units, limits.verdict.limits),
         "identified": result.identified and identified.of_run(result.identified),
         "refined": result.refined and result.refined._asdict(),
         "fits": run.grid.get("fits", {}),
@@ -51,10 +52,20 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "ranked": {"title": lead.title, "headings": list(lead.headings), "units": limits.units},
         "no_limits": order.no_limits(run.layout) if lead.question in ("film", "force") else "",
         "worst": seen.worst.entries,
+        "expected": seen.expected,
         "law_check": seen.laws.facts(next(iter(seen.worst.entries), None)),
         "failures": seen.failures,
         "files": {name: str(result.directory / name) for name in run.files},
     }
+
+
+def _probability(
+    result: RunResult, record: Mapping[str, Any], kept: dict[str, Any] | None
+) -> tuple[float, float, float] | None:
+    """Return how probable it is that a limit is exceeded, with its interval; None if the cases are no one sample."""
+    if not kept or not kept["cases"] or result.failed or not probability.is_one_sample(record):
+        return None
+    return probability.share(kept["exceeding"], kept["cases"])
 
 
 def _limit_lines(facts: dict[str, Any]) -> list[str]:
@@ -64,6 +75,7 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
         return []
     failed = f"; {cases(facts['failed'])} failed and have no figures" if facts["failed"] else ""
     lines = ["", f"Limits: {kept['exceeding']:,} of {cases(kept['cases'])} exceed at least one{failed}"]
+    lines += [f"  {probability.sentence(facts['probability'])}"] if facts["probability"] else []
     for name, each in kept["each"].items():
         doubt = f" ({each['unknown']:,} of them cannot be judged: null)" if each["unknown"] else ""
         lines.append(f"  {name} {each['limit']}: {each['cases']:,} exceed it{doubt}")
@@ -79,6 +91,16 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
             + (f", {setting}" if setting else "")
         )
     return lines
+
+
+def _expected_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the line on the largest force peak to expect in many revolutions."""
+    known = facts["expected"]
+    if not known:
+        return []
+    setting = setting_text(known["swept"], facts)
+    where = f" in {wording.joint_name(known['joint'])}" + (f" at {setting}" if setting else "")
+    return ["", expected.sentence([grid_text(known[end], "N") for end in ("value", "high", "seen")], where)]
 
 
 def run_text(facts: dict[str, Any]) -> str:
@@ -111,6 +133,7 @@ def run_text(facts: dict[str, Any]) -> str:
         lines += ["  --retry-failed runs them again"]
     if facts["worst"]:
         lines += ["", facts["ranked"]["title"], *_aligned(_worst_rows(facts))]
+    lines += _expected_lines(facts)
     lines += life_lines(facts["life"], lambda point: setting_text(point, facts))
     lines += seek_lines(facts)
     lines += optimise_lines(facts)

@@ -1,11 +1,13 @@
 """The closing lines of a run on `seek`, `optimise` and `refine`."""
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..judging.verdict import Limit, margin_words
 from ..language import wording
 from . import nearest
+from .optimising import Best
 from .sensitivity import STEP
 from .settings import grid_text, number_of_joints, setting_text, value_text
 from .sweep import RunResult
@@ -44,7 +46,7 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
         answered = (
             value if answer["value"] is not None else "none of the fits" if answer["fits"] else "none in the range"
         )
-        answered = f"{answer['fit']}, largest clearance {value}" if answer["fit"] else answered
+        answered = f"{value}, its largest clearance" if answer["fit"] else answered
         answered += f" (border between {low} and {high})" if answer["low"] != answer["high"] else ""
         limiting = answer["limiting"]
         answered += f", limited by {limiting}" if limiting else ", the end of the range: nothing limits it there"
@@ -52,7 +54,7 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
         lines.append(f"  {setting}: {answered}" if setting else f"  {answered}")
         if answer["beyond"]:
             names = wording.sentence_list(list(answer["beyond"]))
-            lines.append(f"    not monotone: {names} beyond it keeps to the limits, too")
+            lines.append(f"    not monotone: {names} beyond it also keep to the limits")
         lines += [f"    {_nearest(path, best, facts)}" for best in answer["best"][:LISTED_ANSWERS]]
         if len(answer["best"]) > LISTED_ANSWERS:
             lines.append(f"    and {len(answer['best']) - LISTED_ANSWERS:,} more")
@@ -68,11 +70,12 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
 def _effect_lines(path: str, facts: dict[str, Any]) -> list[str]:
     """Return the lines on keys that change the margin if no value of `path` meets the limits."""
     effects, furthest, moving = facts["seek"]["effects"], facts["seek"]["furthest"], []
+    step = f"{100.0 * STEP:g} %"
     for each in effects:
         lower, own, upper = (_margin(each[name]) for name in ("lower", "margin", "upper"))
         if len({lower, own, upper}) > 1:
             value = grid_text(each["value"], each["unit"], speed=each["path"].endswith("speed"))
-            moving.append(f"    {each['path']} ({value}): {lower} with {STEP:.0%} less, {upper} with {STEP:.0%} more")
+            moving.append(f"    {each['path']} ({value}): {lower} with {step} less, {upper} with {step} more")
     if not moving:
         return ["  No other key of the grid moves the margin by itself."] if effects else []
     setting = setting_text({**furthest["point"], path: furthest["value"]}, facts)
@@ -118,14 +121,23 @@ def refine_lines(facts: dict[str, Any]) -> list[str]:
     ]
 
 
-def optimised(result: RunResult, units: Mapping[str, str]) -> dict[str, Any] | None:
+def optimised(result: RunResult, units: Mapping[str, str], limits: Sequence[Limit]) -> dict[str, Any] | None:
     """Return the result of `optimise` for JSON, in SI, or None without one; `units`: of columns."""
     optimum = result.optimised
     if optimum is None:
         return None
-    best, start = [each._asdict() for each in optimum.best], optimum.start and optimum.start._asdict()
+    best = [_with_words(each, limits) for each in optimum.best]
+    start = _with_words(optimum.start, limits) if optimum.start else None
     names = [*optimum.best[0].values]
     return optimum._asdict() | {"best": best, "start": start, "units": {name: units.get(name, "1") for name in names}}
+
+
+def _with_words(case: Best, limits: Sequence[Limit]) -> dict[str, Any]:
+    """Return a case for JSON with its margin in words, None without limits."""
+    if case.margin is None:
+        return case._asdict() | {"margin_words": None}
+    exceeded = case.limiting or "" if case.margin < 0.0 else ""
+    return case._asdict() | {"margin_words": margin_words(case.margin, limits, exceeded)}
 
 
 def _objective(column: str, case: Mapping[str, Any], unit: str) -> str:
@@ -150,7 +162,8 @@ def optimise_lines(facts: dict[str, Any]) -> list[str]:
         lines[-1] = f"Optimised over {optimum['looked_at']:,} cases: {front} (optimise.parquet)"
     for name, each in [*(("", each) for each in best[:LISTED_ANSWERS]), *((("start: ", start),) if start else ())]:
         values = [_objective(column, each, optimum["units"][column]) for column in each["values"]]
-        margin = "" if each["margin"] is None else f", margin {100.0 * each['margin']:.3g} % ({each['limiting']})"
+        near = wording.sentence_list((each["limiting"] or "").split(","))
+        margin = "" if each["margin"] is None else f", margin {each['margin_words']} ({near})"
         lines.append(f"  {name}{setting_text(each['point'], facts)}: {', '.join(values) or 'failed'}{margin}")
     if len(best) > LISTED_ANSWERS:
         lines.append(f"  and {len(best) - LISTED_ANSWERS:,} more")

@@ -57,7 +57,7 @@ class Player {
   go(place) {
     this.now = Math.min(Math.max(Math.round(place), 0), this.angle.length - 1);
     this.slider.value = this.now;
-    this.where.textContent = `${numberText(this.angle[this.now])}°`;
+    this.where.textContent = `${numberText(Math.round(this.angle[this.now] * 1e6) / 1e6)}°`;
     this.slider.setAttribute("aria-valuetext", this.where.textContent);
     this.drawMechanism();
     this.joints.forEach((joint, j) => this.drawJournal(joint, this.rings[j].querySelector("canvas")));

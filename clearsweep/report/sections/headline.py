@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 
 from ...contracts.layout import FRICTION_POWER
-from ...judging import validity
+from ...judging import expected, validity
 from ...language import wording
 from .. import counts
 from ..case_table import AT_ONCE, axis_columns
@@ -124,7 +124,24 @@ def repeating(study: Study) -> list[str]:
             f"{count - len(repeated)} of {rest} were not seen to repeat themselves within the window. Compare these by "
             f"the median of the peaks of revolutions, by rms or p99{suffix}."
         )
+        points += _expected(study)
     return points
+
+
+def _expected(study: Study) -> list[str]:
+    """Return the largest force peak to expect in many revolutions of irregular motions, or why none is predicted."""
+    joints = [joint.name for joint in study.joints]
+    names = [name for name in expected.columns(joints) if name in study.cases]
+    block = {name: study.cases[name].to_numpy() for name in names} | {"case_id": study.cases.index.to_numpy()}
+    largest = expected.worst(block, joints)
+    if largest is None:
+        return [
+            f"No peak is predicted for 10⁶ revolutions: that takes {expected.NEEDED} independent ones in the window."
+        ]
+    joint = next(each for each in study.joints if each.name == largest.joint)
+    ends = wording.in_common_unit((largest.value, largest.high, largest.seen), "N")
+    where = study.where(joint, " in joint {}") + _at(study, largest.case_id)
+    return [expected.sentence(ends, where)]
 
 
 def _chaotic(study: Study) -> list[str]:

@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 
+from ...judging.probability import INDEPENDENT
 from ...language import wording
 from ...language.errors import InputError
 from .. import sensitivity
@@ -16,7 +17,6 @@ from ..sensitivity import Estimate, Setting
 from ..study import Study
 
 HISTOGRAMS = 12  # drawn at most
-INDEPENDENT = ("sobol", "latin-hypercube", "random")  # methods whose points represent the distributions
 SCATTERED = 3  # figures, and variables of each, that are drawn
 SCATTER_NOTE = (
     "The figures over the variables that go with them most; in brackets the 95 % interval; dashed: the limit, where "

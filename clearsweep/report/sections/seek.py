@@ -48,9 +48,14 @@ def sections(study: Study) -> list[Section]:
         return []
     words = f"The {'largest' if answers.largest else 'smallest'} {answers.axis.name} within the limits"
     lines = [
-        "The answer is the last value that is safe; from the other end of its interval on, all that was tried fails. "
-        "An interval wider than was asked for says that motion near the border is chaotic."
+        "Safe up to the first value of the border; every value tried from its second value on fails; in between, "
+        "results are mixed.",
+        "A border wider than was asked for is due to chaotic motion near it.",
     ]
+    if answers.axis.labels:  # all fits are tried, and some beyond the border may be safe, too
+        lines = [
+            "Every fit is judged at its largest clearance. The answer is the last one before the first that fails."
+        ]
     sentences, pictures = Sentences([*safest(study), *lines]), Gallery("", _pictures(answers, words))
     blocks: list[Block] = [sentences, pictures, _table(study, answers), *_nearest(study, answers)]
     return [Section("seek", words, filled(blocks))]
@@ -74,6 +79,21 @@ def safest(study: Study) -> list[str]:
     border = answers.interval(row)
     text += f"; the border is {border}" if border else "; the range that was looked at ends there"
     return [f"{text}{_because(answers, row)}."]
+
+
+def card(study: Study) -> list[tuple[str, str, str]]:
+    """Return the card of the answer; [] without one."""
+    answers = _answers(study)
+    if answers is None:
+        return []
+    end = "Largest" if answers.largest else "Smallest"
+    known = [row for row in answers.rows if row[answers.column] is not None]
+    if len(known) < len(answers.rows) or not known:
+        return [(f"{end} safe {answers.axis.name}", "none", "of the range that was searched")]
+    row = (min if answers.largest else max)(known, key=lambda row: row[answers.column])
+    return [
+        (f"{end} safe {answers.axis.name}", answers.axis.text(row[answers.column]), _because(answers, row).strip(", "))
+    ]
 
 
 def _because(answers: _Answers, row: dict[str, Any]) -> str:

@@ -9,7 +9,7 @@ from ..leading import PEAK
 from ..section import Cards, Section
 from ..study import Joint, Study
 from ..worst_case import question, worst_case
-from . import identified
+from . import identified, seek
 
 ONSET = "onset_rate_max"
 
@@ -67,6 +67,7 @@ def _answer(study: Study) -> list[tuple[str, str, str]]:
         exceeded = study.cases.at[case_id, verdict.EXCEEDED]
         limits = counts.limits(study)
         return [
+            *seek.card(study),
             ("Within the limits", f"{limits.cases - limits.exceeding} of {limits.cases}", "finished cases"),
             ("Smallest margin", verdict.margin_words(value, study.limits, exceeded), at),
         ]

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from ...judging import order, verdict
+from ...judging import order, probability, verdict
 from ...language import wording
 from .. import counts, sensitivity
 from ..axis import Axis
@@ -19,7 +19,6 @@ from ..study import Joint, Study, largest, over_other_axes
 from ..table import Column, Quantity, Table, counted
 from ..worst_case import question, worst_case
 from . import law_check, life, maps
-from .sample import INDEPENDENT
 from .seek import safest
 
 MAPS = 3  # pairs of axes at most
@@ -119,11 +118,10 @@ def _kept(study: Study) -> list[str]:
 def _chance(study: Study) -> list[str]:
     """Return how likely a limit is exceeded, where the cases are one random sample; else []."""
     samples = sensitivity.settings(study.run)
-    if len(samples) != 1 or study.run.grid["sample"]["method"] not in INDEPENDENT:
+    if len(samples) != 1 or study.run.grid["sample"]["method"] not in probability.INDEPENDENT:
         return []
     chance = sensitivity.exceedance(any_exceeded(study, samples[0]))
-    low, high = (f"{100.0 * end:.3g}" for end in (chance.low, chance.high))
-    return [f"A limit is exceeded with a probability of {100.0 * chance.value:.3g} % (95 %: {low} to {high} %)."]
+    return [probability.sentence(chance)]
 
 
 def _not_judged(study: Study) -> list[str]:

@@ -19,11 +19,15 @@ are results.
   tables begin the film where it is thickest, here it begins wherever its pressure can be above zero.
 * `finite` is a fit of the same tables, `short` leaves out the flow round the bearing. Both are shown with their
   error.
+* The points reach an eccentricity ratio of 0.98, and so does the spread. At 0.99 `finite` ends at `film.limit`: with
+  length / diameter 1 its force is below the table's, and the surfaces touch.
 * The table of Raimondi & Boyd adds the friction of the shaft, (R / c) f = torque / (load c)."""
 RADIUS, CLEARANCE, VISCOSITY, SPEED = 0.02, 2e-5, 0.01, 100.0  # m, m, Pa s, rad/s: of no influence on the figures
 MASS = 0.01  # kg: so light that the housing cannot whirl
 TURNS = 30
-LAWS = {"1": ("reynolds", "finite"), "0.5": ("reynolds", "finite"), "0.25": ("reynolds", "finite", "short")}
+_LONG, _SHORT = ("reynolds", "finite"), ("reynolds", "finite", "short")
+LAWS = {"1": _LONG, "0.5": _LONG, "0.4": _LONG, "0.333333": _LONG, "0.25": _SHORT, "0.2": _SHORT}
+DRAWN = ("1", "0.5", "0.25")  # length / diameter
 
 
 def load_of(slenderness: float, sommerfeld: float) -> float:
@@ -75,7 +79,7 @@ def picture(rows: list[Row]) -> Figure:
     """Draw attitude over eccentricity ratio."""
     page = Figure(figsize=(9.0, 3.4), layout="constrained")
     panels = page.subplots(1, 3, sharey=True)
-    for panel, slenderness in zip(panels, LAWS, strict=True):
+    for panel, slenderness in zip(panels, DRAWN, strict=True):
         selected = [row for row in rows if row.point.startswith(f"L/D {slenderness},") and row.kind == "published"]
         for law in LAWS[slenderness]:
             ratio, angle = (

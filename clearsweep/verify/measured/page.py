@@ -37,6 +37,17 @@ def spread(rows: list[Row]) -> tuple[float, float]:
     return math.sqrt(sum(d * d for d in differences) / len(differences)), max(differences)
 
 
+def further(rows: list[Row]) -> float | None:
+    """Return the size of difference within which 95 % of further points are expected; None: one point says nothing.
+
+    It is the largest one, or the interval of prediction of normal differences about zero where that is wider.
+    """
+    from scipy.stats import t
+
+    (rms, largest), count = spread(rows), len(rows)
+    return max(largest, float(t.ppf(0.975, count)) * rms * math.sqrt(1.0 + 1.0 / count)) if count > 1 else None
+
+
 def write(rows: list[Row], directory: str | Path, benchmarks: Sequence[Any]) -> Path:
     """Write `measured.md` and its pictures below `directory`, a section for each benchmark; return its path."""
     directory = Path(directory)
@@ -71,7 +82,9 @@ def _head(rows: list[Row]) -> Iterator[str]:
     yield "* **measured**: an experiment; **published**: a table or a computation of others that was read;"
     yield "  **remembered**: a published table typed from memory."
     yield "* The spread is the root mean square and the largest size of computed less reference."
-    yield "  A further point of the same source is expected within the largest difference of its quantity."
+    yield "* The last column is the size of difference within which 95 % of further points of the same source"
+    yield "  are expected: the largest difference, or the interval of prediction by the rms, if that is wider."
+    yield "  It applies between the points of the page, not beyond them."
     yield "* No parameter is fitted to the points, unless the section says which."
     yield "* No measured force of a mechanism with clearance was available. The page tests the ingredients of such a"
     yield "  force: contact, friction, film, linkage. What decides a peak: [how far to trust it](../docs/trust.md)."
@@ -85,12 +98,13 @@ def _sources(rows: list[Row]) -> Iterator[str]:
 
 def _spreads(rows: list[Row]) -> Iterator[str]:
     """Yield a table of the spread of rows."""
-    yield "| quantity | by | kind | points | rms difference | largest difference | unit |"
-    yield "| --- | --- | --- | ---: | ---: | ---: | --- |"
+    yield "| quantity | by | kind | points | rms difference | largest | 95 % of further points within | unit |"
+    yield "| --- | --- | --- | ---: | ---: | ---: | ---: | --- |"
     for group in groups(rows):
         rms, largest = spread(group)
         first = group[0]
-        cells = (first.quantity, first.variant, first.kind, len(group), f"{rms:.3g}", f"{largest:.3g}", first.unit)
+        numbers = (len(group), f"{rms:.3g}", f"{largest:.3g}", _number(further(group), 3))
+        cells = (first.quantity, first.variant, first.kind, *numbers, first.unit)
         yield f"| {' | '.join(map(str, cells))} |"
 
 

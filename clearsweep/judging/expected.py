@@ -1,0 +1,58 @@
+"""Sentence on the largest force peak to expect in many revolutions."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+FIGURE = "force_peak_million"
+NEEDED = 100  # independent revolutions
+ENDS = ("", "_high")
+
+
+class Expected(NamedTuple):
+    """The largest force peak to expect in a joint in 10^6 revolutions, and the largest of the window; N."""
+
+    case_id: str
+    joint: str  # as in columns
+    value: float
+    high: float  # exceeded with a probability of 2.5 %
+    seen: float
+
+
+def columns(joints: list[str]) -> list[str]:
+    """Return the columns that this needs."""
+    return [name for joint in joints for name in (*_predicted(joint), f"{joint}_force_peak")] + ["period"]
+
+
+def worst(block: Mapping[str, np.ndarray], joints: list[str]) -> Expected | None:
+    """Return the largest peak to expect among finished motions that do not repeat themselves; None: there is none."""
+    highest: Expected | None = None
+    irregular = np.isnan(np.asarray(block["period"], float)) if "period" in block else np.zeros(0, bool)
+    for joint in joints:
+        if f"{joint}_{FIGURE}" not in block or not irregular.any():
+            continue
+        values = np.where(irregular, np.asarray(block[f"{joint}_{FIGURE}"], float), np.nan)
+        if np.isnan(values).all():
+            continue
+        place = int(np.nanargmax(values))
+        ends = (float(block[name][place]) for name in (*_predicted(joint), f"{joint}_force_peak"))
+        here = Expected(str(block["case_id"][place]), joint, *ends)
+        highest = here if highest is None or here.value > highest.value else highest
+    return highest
+
+
+def sentence(ends: list[str], where: str) -> str:
+    """Return it in words.
+
+    ends : value, upper end and the largest of the window as text; where : ' in joint ... at ...'
+    """
+    value, high, seen = ends
+    return (
+        f"In 10⁶ revolutions expect a force peak of {value}, at most {high} (97.5 %){where}; the window's largest is "
+        f"{seen}."
+    )
+
+
+def _predicted(joint: str) -> list[str]:
+    return [f"{joint}_{FIGURE}{end}" for end in ENDS]

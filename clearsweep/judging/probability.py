@@ -1,0 +1,29 @@
+"""Probability of exceeding a limit, from the cases of a random sample."""
+
+from collections.abc import Mapping
+from typing import Any
+
+INDEPENDENT = ("sobol", "latin-hypercube", "random")  # methods whose points represent the distributions
+LEVEL = 0.95  # of intervals
+
+
+def share(beyond: int, cases: int) -> tuple[float, float, float]:
+    """Return the probability of what is true of some cases, and the ends of Clopper and Pearson's exact interval."""
+    from scipy.stats import binomtest
+
+    test = binomtest(beyond, cases)
+    interval = test.proportion_ci(LEVEL, method="exact")
+    return float(test.statistic), float(interval.low), float(interval.high)
+
+
+def is_one_sample(record: Mapping[str, Any]) -> bool:
+    """Return whether the cases of a run are one random sample, by its run.json."""
+    sample = record.get("sample") or {}
+    drawn = sample.get("drawn", {})
+    return sample.get("method") in INDEPENDENT and set(record.get("units", {})) == set(drawn)
+
+
+def sentence(known: tuple[float, float, float]) -> str:
+    """Return the probability in words."""
+    value, low, high = (f"{100.0 * each:.3g}" for each in known)
+    return f"A limit is exceeded with a probability of {value} % (95 %: {low} to {high} %)."

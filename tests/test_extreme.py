@@ -1,0 +1,115 @@
+"""The largest peak to expect in many revolutions: distributions with known maxima, and a run as long as predicted."""
+
+import numpy as np
+import pytest
+
+import clearsweep
+from clearsweep.judging import expected
+from clearsweep.simulation import revolutions
+from clearsweep.simulation.extreme import NONE, Tail, expected_largest
+
+MANY = 1e6
+
+
+def beta(chance, count):
+    """Return values of a bounded distribution, a beta(3, 3) between 8 and 12."""
+    return 8.0 + 4.0 * chance.beta(3.0, 3.0, count)
+
+
+def largest_of(chance, count):
+    """Return the largest of so many values of `beta`."""
+    from scipy.stats import beta as distribution
+
+    return 8.0 + 4.0 * distribution(3.0, 3.0).ppf(chance.random() ** (1.0 / count))
+
+
+def test_the_largest_of_many_bounded_values_exceeds_the_upper_end_as_rarely_as_it_says():
+    chance = np.random.default_rng(5)
+    inside, ratios = 0, []
+    for _ in range(60):
+        known = expected_largest(beta(chance, 300), MANY)
+        future = largest_of(chance, MANY)
+        inside += known.low <= future <= known.high
+        ratios.append(known.value / future)
+    assert inside >= 55  # of 60, with 97.5 % each: fewer have a chance of 1 %
+    assert np.median(ratios) == pytest.approx(1.0, abs=0.02)
+
+
+def test_more_values_make_the_interval_narrower():
+    values = beta(np.random.default_rng(1), 4000)
+    few, many = (expected_largest(values[:count], MANY) for count in (200, 4000))
+    assert many.high - many.low < 0.5 * (few.high - few.low)
+
+
+def test_nothing_is_predicted_of_few_or_of_dependent_values():
+    chance = np.random.default_rng(2)
+    assert expected_largest(beta(chance, 99), MANY) == NONE
+    assert expected_largest(np.repeat(beta(chance, 50), 3), MANY) == NONE
+
+
+def test_values_that_repeat_predict_the_largest_of_them():
+    assert expected_largest(np.full(200, 5.0), MANY) == (5.0, 5.0, 5.0)
+    assert expected_largest(np.tile([5.0, 7.0], 200), MANY) == (7.0, 7.0, 7.0)
+
+
+def test_the_prediction_is_never_below_what_was_seen_and_scales_with_the_unit():
+    values = beta(np.random.default_rng(3), 500)
+    known, scaled = expected_largest(values, MANY), expected_largest(1e3 * values, MANY)
+    assert values.max() == known.low <= known.value <= known.high
+    assert scaled == pytest.approx([1e3 * each for each in known], rel=1e-9)
+
+
+def test_a_tail_without_shape_is_exponential():
+    one = Tail(np.array([2.0, 2.0]), np.array([0.0, -1e-9]), np.array([0.5, 0.5]))
+    assert one.exceeded(3.0) == pytest.approx(np.exp(-1.5), rel=1e-8)
+    assert Tail(np.array([2.0]), np.array([-0.5]), np.ones(1)).exceeded(4.0) == 0.0  # its end
+
+
+def test_the_sentence_names_interval_window_and_place():
+    block = {
+        "case_id": np.array(["a" * 16, "b" * 16]),
+        "period": np.array([np.nan, 1.0]),
+        "j_force_peak": np.array([3.0, 9.0]),
+        "j_force_peak_million": np.array([4.0, 9.0]),
+        "j_force_peak_million_high": np.array([5.0, 9.0]),
+    }
+    worst = expected.worst(block, ["j"])
+    assert worst == ("a" * 16, "j", 4.0, 5.0, 3.0)  # a motion that repeats itself needs no prediction
+    said = expected.sentence(["4 N", "5 N", "3 N"], " in joint j")
+    assert said.startswith("In 10⁶ revolutions expect a force peak of 4 N, at most 5 N (97.5 %) in joint j")
+    assert expected.worst({"case_id": block["case_id"], "period": np.ones(2)}, ["j"]) is None
+
+
+GRID = {
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": "50 mm", "mass": "0.30 kg", "inertia": 1e-4},
+        "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": 2.5e-4},
+        "slider": {"mass": "0.14 kg"},
+    },
+    "drive": {"speed": "3000 rpm"},
+    "joints": {
+        "rod-slider": {
+            "clearance": "0.1 mm",
+            "bearing_radius": "10 mm",
+            "contact": {"law": "exact", "stiffness": "6.61e10 N/m^1.5", "restitution": 0.8},
+            "friction": {"law": "ambrosio", "coefficient": 0.05, "v0": "1 mm/s", "v1": "10 mm/s"},
+        }
+    },
+    "simulate": {"revolutions": 20_020, "discard": 20, "tolerance": 1e-7},
+    "save": {"orbits": "none"},
+}
+
+
+@pytest.mark.slow
+def test_a_long_chaotic_run_reaches_what_its_beginning_predicts(monkeypatch):
+    recorded, spread = [], revolutions._spread
+    monkeypatch.setattr(revolutions, "_spread", lambda peaks, begins: recorded.append(peaks) or spread(peaks, begins))
+    path = clearsweep.simulate(clearsweep.load_case(GRID))
+    assert path.status == "ok"
+    assert path.summary["period"] is None
+    (peaks,) = recorded
+    windows = peaks[: len(peaks) // 400 * 400].reshape(-1, 400)
+    predicted = [expected_largest(window, len(peaks)) for window in windows]
+    assert np.mean([known.high >= peaks.max() for known in predicted]) > 0.9
+    assert np.median([known.value for known in predicted]) == pytest.approx(peaks.max(), rel=0.02)
