@@ -184,10 +184,10 @@ MUTATIONS = (
         HISTOGRAM, "ramp_of", "density * (bin_edge(first + 1) - low)", "density * (high - bin_edge(first + 1))", RAMPS
     ),
     Mutation(HISTOGRAM, "ramp_of", "where(crosses, bin_edge(last + 1), bin_edge(last))", "bin_edge(last)", RAMPS),
-    Mutation(HISTOGRAM, "fill", "histogram[j, place, 1] +=", "histogram[j, place + 1, 1] +=", RAMPS),
+    Mutation(HISTOGRAM, "fill", "histogram[j, bins[j, i], 1] +=", "histogram[j, bins[j, i] + 1, 1] +=", RAMPS),
     Mutation(HISTOGRAM, "ramp_of", "first == last, last > first + 1,", "first == last, last > first + 2,", RAMPS),
     Mutation(HISTOGRAM, "ramp_of", "Ramp(where(rises, lower, upper),", "Ramp(where(rises, upper, lower),", RAMPS),
-    Mutation(TOTALS, "enter_course", "part.density - density", "part.density", RAMPS),
+    Mutation(HISTOGRAM, "fill", "density[j, i] - density[j, i - 1]", "density[j, i]", RAMPS),
     Mutation(
         HISTOGRAM,
         "force_exceeded",

@@ -2,8 +2,9 @@
 
 `python tests/scale_blocks.py run COUNT DIR` runs so many cases; `extend COUNT DIR` really runs one block in a hundred
 of them, and puts its files, with identities of their own, in the place of the others.  `again`, `status`, `one` and
-`report` read DIR as a second run, `status`, a look for one case and the report do.  Each prints a line of JSON;
-`python tests/scale_blocks.py write LOG` makes a part of results/speed.md of these lines.
+`report` read DIR as a second run, `status`, a look for one case and the report do.  `merge` finishes the blocks of DIR
+again, one after another.  Each prints a line of JSON; `python tests/scale_blocks.py write LOG` makes a part of
+results/speed.md of these lines and those of `scale_nodes.py`.
 """
 
 import json
@@ -22,6 +23,7 @@ from clearsweep import grid as grids
 from clearsweep import store
 from clearsweep.store import blocks
 from clearsweep.sweeping import blockwise
+from clearsweep.sweeping.worker import Job
 from clearsweep.sweeping.worker_pool import Options, WorkerPool
 
 EACH = 100  # blocks of which one really runs
@@ -48,20 +50,25 @@ def extend(directory: Path, count: int) -> dict:
             runner.run(number)
         runner.collect()
         spent = time.process_time() - begin
-    first, chance = store.Block(directory, 0), np.random.default_rng(1)
-    mark = json.loads(first.mark.read_text())
+    chance = np.random.default_rng(1)
     for number in set(range(cut.count)) - set(real):
-        block = store.Block(directory, number)
-        block.path.mkdir(parents=True, exist_ok=True)
-        for name, path in block.files.items():
-            if name == blocks.IDS_FILE:
-                np.sort(chance.integers(0, 2**64, len(cut.part(number)), dtype="u8")).tofile(path)
-            else:
-                os.link(first.files[name], path)
-        files = mark["files"] | {blocks.IDS_FILE: ["", block.files[blocks.IDS_FILE].stat().st_size]}
-        other = {key: value for key, value in mark.items() if key != "checksum"} | {"block": number, "files": files}
-        block.mark.write_text(json.dumps(other | {"checksum": store.digest_of(json.dumps(other, sort_keys=True))}))
+        stand_in(directory, cut, number, chance)
     return {"parent": spent, "ran": sum(len(cut.part(number)) for number in real), "blocks": cut.count}
+
+
+def stand_in(directory: Path, cut: store.Cut, number: int, chance: np.random.Generator | None) -> None:
+    """Finish a block with the files of the first one, and with identities of its own, by `chance`; None: with its."""
+    first, block = store.Block(directory, 0), store.Block(directory, number)
+    mark = json.loads(first.mark.read_text())
+    block.path.mkdir(parents=True, exist_ok=True)
+    for name, path in block.files.items():
+        if chance and name == blocks.IDS_FILE:
+            np.sort(chance.integers(0, 2**64, len(cut.part(number)), dtype="u8")).tofile(path)
+        else:
+            os.link(first.files[name], path)
+    files = mark["files"] | {blocks.IDS_FILE: ["", block.files[blocks.IDS_FILE].stat().st_size]}
+    other = {key: value for key, value in mark.items() if key != "checksum"} | {"block": number, "files": files}
+    block.mark.write_text(json.dumps(other | {"checksum": store.digest_of(json.dumps(other, sort_keys=True))}))
 
 
 def look_up(directory: Path) -> dict:
@@ -79,8 +86,27 @@ def look_up(directory: Path) -> dict:
     return {"wall": wall, "parent": parent, "memory": scale.memory("VmHWM") - before, "rows": rows}
 
 
+def merge(directory: Path, count: int) -> dict:
+    """Finish all blocks again; return the processor time of each row (us), of the first block with what it loads."""
+    grid = grids.load(scale_cases.made_up(count), scale_cases.StandIn.catalogue())
+    cut = store.Cut.of(grid)
+    job = blockwise.BlockJob(directory, grid, scale_cases.StandIn, Options(), cut, None, np.empty(0, "i8"))
+    of_workers, costs = Job(directory, grid, scale_cases.StandIn, None), []
+    for number in range(cut.count):
+        block, wanted = store.Block(directory, number), np.sort(job.cases(number)[1])
+        block.mark.unlink()
+        begin = time.process_time()
+        blockwise.finish(of_workers, block, cut, wanted)
+        costs.append(1e6 * (time.process_time() - begin) / len(wanted))
+    batches = sum(1 for number in range(cut.count) for _ in (store.Block(directory, number).path / "parts").iterdir())
+    later = costs[1:]
+    return {"first": costs[0], "least": min(later), "median": float(np.median(later)), "batches": batches / cut.count}
+
+
 def measure(name: str, count: int, directory: Path) -> dict:
     """Return what one step costs."""
+    if name == "merge":
+        return merge(directory, count)
     if name == "extend":
         return extend(directory, count)
     if name == "one":
@@ -120,13 +146,31 @@ def page(lines: list[dict]) -> str:
         scale.table(HEAD, runs),
     ]
     for each in lines:
+        if each["name"] == "merge":
+            text.append(
+                f"Merging a block of the {each['count']:,} cases, 26 columns in {each['batches']:.0f} batches, takes "
+                f"{each['median']:.2f} us a row (median of the blocks; least {each['least']:.2f}; load "
+                f"{each['load']:.0f}). The first block of a worker takes {each['first']:.2f} us, with what is loaded."
+            )
+        if each["name"] == "nodes":
+            text.append(
+                f"{each['nodes']} simulated nodes of {each['cores']} cores, cases of 0.7 ms: the parent takes "
+                f"{1e3 * each['parent'] / (each['blocks'] - 1):.1f} ms of the processor a block. {each['blocks']} "
+                f"blocks took {each['wall']:.1f} s; without any wait they take {each['ideal']:.1f} s (load "
+                f"{each['load']:.0f})."
+            )
         if each["name"] == "extend":
             text.append(
                 f"A grid of {each['count']:,} cases has {each['blocks']:,} blocks. One in {EACH} really ran, "
                 f"{each['ran']:,} cases with {1e6 * each['parent'] / each['ran']:.1f} us of the parent each; the files "
                 "of the others are theirs, with identities of their own."
             )
-    return "\n\n".join([*text, scale.table(READ, read)]) + "\n"
+    text.append(scale.table(READ, read))
+    if first := [each["name"] for each in lines if each.get("nice", 0) < 0]:
+        text.append(f"Run before other programs (nice -20): {', '.join(first)}.")
+    if earlier := [f"{each['name']} of {each['count']:,}" for each in lines if each.get("earlier")]:
+        text.append(f"Measured before batches had up to 4,096 cases, and not repeated: {', '.join(earlier)}.")
+    return "\n\n".join(text) + "\n"
 
 
 def main() -> None:
@@ -136,7 +180,13 @@ def main() -> None:
         speed_page.write("blocks", page(lines))
         return
     name, count, directory = sys.argv[1], int(sys.argv[2]), Path(sys.argv[3])
-    known = {"name": name, "count": count, "date": time.strftime("%Y-%m-%d"), "load": os.getloadavg()[0]}
+    known = {
+        "name": name,
+        "count": count,
+        "date": time.strftime("%Y-%m-%d"),
+        "load": os.getloadavg()[0],
+        "nice": os.nice(0),
+    }
     print(json.dumps(known | measure(name, count, directory)))
 
 

@@ -46,7 +46,7 @@ def both_sums(numbers, out, _):
 
 def entry_of(body, items="f"):
     """Return the module of a body that is handed bare pointers."""
-    return objects._module(lambda *given: objects.run(body, *given), items, 1)
+    return objects._module(lambda *given: objects.run(body, *given), items)
 
 
 def test_a_sum_is_fused_where_it_is_written_and_nowhere_else():

@@ -7,16 +7,24 @@ import pytest
 
 from clearsweep.mechanics.observe.histogram import BINS, EDGES, PARTS, WIDTHS, fill, force_bin, force_exceeded, ramp_of
 from clearsweep.mechanics.solver.accumulate.step_sums import course_of
-from clearsweep.mechanics.solver.accumulate.totals import BELOW, HIGHEST_BIN, enter_course
+from clearsweep.mechanics.solver.accumulate.totals import (
+    BEGUN,
+    DENSITY,
+    ENDED,
+    HIGHEST_BIN,
+    PULLED,
+    SPENT,
+    enter_course,
+)
 
 
 def add_ramp(histogram, ends, duration):
     """Enter a force that goes from one end to the other into a histogram."""
     bins = [force_bin(force) for force in ends]
     ramp = ramp_of(ends, bins, duration)
-    nodes = np.zeros((1, PARTS + 1), int), np.zeros((1, 2 * PARTS + 2))
-    nodes[0][0, :2], nodes[1][0, :4] = bins, (ramp.begun, ramp.density, ramp.ended, -ramp.density)
-    fill(histogram[np.newaxis], 0, *nodes)
+    places, ramps = np.zeros((1, PARTS + 1), int), np.zeros((3, 1, PARTS))
+    places[0, :2], ramps[:, 0, 0] = bins, ramp
+    fill(histogram[np.newaxis], 0, places, tuple(ramps))
 
 
 def filled(ends, duration):
@@ -62,11 +70,11 @@ def test_the_time_of_a_step_is_that_of_its_force_at_an_even_rate(first, film, pu
     step[course_of(1, -1) :][: PARTS + 1] = 3.0
     step[course_of(1, 0) :] = np.linspace(first, 100.0, PARTS + 1)
     rows = {"step": step, "mode": np.zeros(1), "film": np.array([[0.0, film]])}
-    ledger = SimpleNamespace(**rows, bins=np.zeros((1, HIGHEST_BIN + 1), int), spent=np.zeros((1, BELOW + 1)))
+    ledger = SimpleNamespace(**rows, bins=np.zeros((1, HIGHEST_BIN + 1), int), spent=np.zeros((1, SPENT, PARTS)))
     enter_course(ledger, 0, 2.0)
     histogram = np.zeros((BINS, 2))
-    fill(histogram[np.newaxis], 0, ledger.bins, ledger.spent)
-    assert spent_in(histogram).sum() + ledger.spent[0, BELOW] == pytest.approx(2.0, rel=1e-12)
+    fill(histogram[np.newaxis], 0, ledger.bins, tuple(ledger.spent[:, row] for row in (BEGUN, ENDED, DENSITY)))
+    assert spent_in(histogram).sum() + ledger.spent[0, PULLED].sum() == pytest.approx(2.0, rel=1e-12)
     assert ledger.bins[0, HIGHEST_BIN] == force_bin(100.0)
     assert not histogram[ledger.bins[0, HIGHEST_BIN] + 1 :].any()
     for share in (0.9, 0.5, 0.1):

@@ -15,7 +15,7 @@ from clearsweep.mechanics.trace.cache import stamp
 from clearsweep.mechanics.trace.objects import LEVELS
 
 ROOT = Path(__file__).parents[1]
-PYTHONS = ("3.11", "3.12", "3.13")
+PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv*", "build", "dist", "*.egg-info", "__pycache__", "results", ".*_cache")
 
 

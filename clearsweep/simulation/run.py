@@ -70,7 +70,7 @@ def arrays_of(scene: Scene) -> Arrays:
         "f": (n, STAGES),
         "polynomials": (ROWS, COEFFICIENTS),
         "step": (step_width(contacts),),
-        "spent": (contacts, total_columns.BELOW + 1),
+        "spent": (contacts, total_columns.SPENT, histogram.PARTS),
         "end": (n,),
         "z": (n,),
     }
@@ -119,12 +119,12 @@ class _Memory:
 
 
 def _accumulators_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> total_columns.Totals:
-    """Return the accumulators of `contacts`, except those in lanes; `zeros` creates the arrays."""
+    """Return the accumulators of `contacts`; `zeros` creates the arrays."""
     parts = scene.layout.joints
     worn = any(part.wear_bins for part in parts)
     bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in parts)
     return total_columns.Totals(
-        **dict.fromkeys(total_columns.IN_LANES, np.zeros(0)),
+        **dict.fromkeys(total_columns.OF_STEPS, np.zeros(0)),
         histogram=np.zeros((contacts, histogram.BINS, 2)),
         dry=np.zeros((contacts if any(part.film for part in parts) else 0, histogram.BINS, 2)),
         step_values=zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),

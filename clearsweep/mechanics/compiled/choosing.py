@@ -5,7 +5,7 @@ import numpy as np
 from ..trace import lanes, symbols
 from ..trace.memory import gathered, table_of
 from ..trace.paths import alike, leaves, rebuilt
-from ..trace.primitives import ABREAST, LOOPS, for_symbols, primitive
+from ..trace.primitives import ABREAST, LOOPS, for_symbols, primitive, traceable
 
 
 def where(condition, a, b):
@@ -27,6 +27,12 @@ def abreast(count):
     return range(count)
 
 
+def total_of(row):
+    """Return the sum of WIDTH numbers, in the order in which halves of a register are added."""
+    early, late = (row[0] + row[4]) + (row[2] + row[6]), (row[1] + row[5]) + (row[3] + row[7])
+    return early + late
+
+
 def either(first, second):
     """Return a function that gives `first(*given)` where a condition is true, else `second(*given)`.
 
@@ -39,11 +45,6 @@ def either(first, second):
 
     chosen.sides = first, second
     return chosen
-
-
-def all_of(condition):
-    """Return whether a condition is true in every lane."""
-    return condition
 
 
 def none_of(condition):
@@ -60,8 +61,8 @@ def _selected(condition, a, b):
     return rebuilt(a, iter([symbols.selected(condition, x, y) for x, y in pairs]))
 
 
-primitive(all_of)(lanes.all_of)
 primitive(none_of)(lanes.none_of)
+traceable(total_of)
 LOOPS.append(turns)
 ABREAST.append(abreast)
 

@@ -173,7 +173,7 @@ def _read(scene):
     latest = _LATEST[0]
     if latest[0] is not scene:
         numbers: list[float] = []
-        form = _walk(scene, numbers)
+        form = _walk(scene, numbers, _recall)
         _LATEST[0] = latest = scene, _NUMBERED.setdefault(form, next(_NUMBERS)), numbers
     return latest
 
@@ -183,8 +183,24 @@ def kinds(value):
     return _walk(value, [])
 
 
-def _walk(value, numbers):
-    """Return the types in nested tuples, and append the numbers in them to a list."""
+def _recall(part, numbers):
+    """Return what `_walk` returns for a part of a scene; the cases of a sweep share their mechanism."""
+    latest = _PARTS.get(type(part))
+    if latest is None or latest[0] is not part:
+        own: list[float] = []
+        _PARTS[type(part)] = latest = part, _walk(part, own), own
+    numbers += latest[2]
+    return latest[1]
+
+
+_PARTS: dict[type, tuple] = {}  # the last part of each type with its types and numbers
+
+
+def _walk(value, numbers, inner=None):
+    """Return the types in nested tuples, and append the numbers in them to a list.
+
+    inner : the function for the nested tuples, by default this one.
+    """
     form = (type(value), *map(type, value))
     if form not in _TUPLES:
         _TUPLES[form] = tuple(place for place, part in enumerate(value) if isinstance(part, tuple))
@@ -195,7 +211,7 @@ def _walk(value, numbers):
     inside, first = [form], 0
     for place in tuples:
         numbers += value[first:place]
-        inside.append(_walk(value[place], numbers))
+        inside.append((inner or _walk)(value[place], numbers))
         first = place + 1
     numbers += value[first:]
     return tuple(inside)

@@ -223,11 +223,16 @@ def rates(scene, y, mode, latched, k, o, row, accurate=True):
         o[GRAVITY, row] = outside + load_power(scene.mechanism, motion)
         o[ACCELERATION, row] = motion.output
         o[TORQUE, row] = motion.torque
-        o[ERROR, row], o[ERROR_RATE, row] = output_error(scene.mechanism, p)
         powers, behind = friction_powers(scene.mechanism, motion), observed_columns(scene.joints)
         for i in range(len(powers)):
             o[behind + i, row] = powers[i]
         _put_all_contacts(scene.joints, loads, first, _Seen(extent(scene.joints).contact, o, row, accurate))
+
+
+@inlined
+def put_error(scene, pose, o, row):
+    """Put the error of the output at a `pose`, which is looked up in tables and wanted at ends of steps alone."""
+    o[ERROR, row], o[ERROR_RATE, row] = output_error(scene.mechanism, pose)
 
 
 @inlined

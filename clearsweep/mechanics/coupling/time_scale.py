@@ -12,7 +12,7 @@ def time_scale(scene, y, mode):
     """Return kappa = dt/dtau at the state `y`, s.  A contact that does not touch has no share in 1/kappa."""
     first, contacts = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact
     if contacts == 1:
-        return where(touches(mode[0]), y[first] / scene.sigma, 1.0)
+        return where(touches(mode[0]), y[first] * (1.0 / scene.sigma), 1.0)
     return _clock_of_several(scene, y, mode)
 
 

@@ -4,14 +4,14 @@ A sweep has the stages in the lanes of a register.  Where a machine has narrower
 parts: the bits are the same.
 """
 
-from ..compiled.choosing import abreast
+from ..compiled.choosing import abreast, total_of
 from ..compiled.family import Entry, entry, inlined, shaped
 from ..joint.contract import JointState, touches
 from ..mechanism.contract import gaps, place
-from ..observe.stages import OTHERS, PLACES, STAGES
+from ..observe.stages import END, OTHERS, PLACES, STAGES
 from ..solver.accumulate.step_sums import CHANGE, LENGTH, step_width
 from ..solver.collocation import A
-from .rates import observed_width, put_root_rates, rates, size_of, turned_gaps
+from .rates import observed_width, put_error, put_root_rates, rates, size_of, turned_gaps
 from .time_scale import time_scale
 
 
@@ -19,16 +19,10 @@ def rates_entry(scene, y, mode, latched, k, o, row):
     """Fill a `row` of rates and observables for a state; from bare pointers; `scene` points at the Scene."""
     here = scene[0]
     contacts, n, latching = size_of(here)
-    rates(
-        here,
-        shaped(y, (n,)),
-        shaped(mode, (contacts,)),
-        shaped(latched, (latching,)),
-        shaped(k, (n, PLACES)),
-        shaped(o, (observed_width(here), PLACES)),
-        row,
-        row < OTHERS,
-    )
+    y, o = shaped(y, (n,)), shaped(o, (observed_width(here), PLACES))
+    mode, latched = shaped(mode, (contacts,)), shaped(latched, (latching,))
+    rates(here, y, mode, latched, shaped(k, (n, PLACES)), o, row, row < OTHERS)
+    put_error(here, place(here.mechanism, y), o, row)
 
 
 @inlined
@@ -80,10 +74,7 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
         k[time, i] = kappa
     _move(here, 0, many, given)
     _move(here, time, time + 1, given)
-    total = nodes[n, 0]
-    for i in range(1, STAGES):
-        total += nodes[n, i]
-    step[CHANGE] = total / n
+    step[CHANGE] = total_of(nodes[n]) * (1.0 / n)
 
 
 def observe_entry(scene, nodes, mode, latched, o, _):
@@ -94,6 +85,7 @@ def observe_entry(scene, nodes, mode, latched, o, _):
     o = shaped(o, (observed_width(here), PLACES))
     for i in abreast(STAGES):
         rates(here, nodes[:, i], mode, latched, None, o, i)
+    put_error(here, place(here.mechanism, nodes[:, END]), o, END)
 
 
 def rates_of(scene, parameters) -> Entry:

@@ -72,12 +72,19 @@ def ramp_of(ends, bins, duration):
 
 
 @inlined
-def fill(histogram, j, bins, spent):
-    """Add to histogram `j`, (BINS, 2), the pairs in row `j` of `spent` for the PARTS + 1 `bins` of its row."""
-    for i in range(PARTS + 1):
-        place = bins[j, i]
-        histogram[j, place, 0] += spent[j, 2 * i]
-        histogram[j, place, 1] += spent[j, 2 * i + 1]
+def fill(histogram, j, bins, ramps):
+    """Add the Ramps of the PARTS parts of a step, row `j` of three arrays, to histogram `j`, (BINS, 2).
+
+    bins : (contacts, PARTS + 1 or more), of the force at the ends of the parts.
+    """
+    begun, ended, density = ramps
+    histogram[j, bins[j, 0], 0] += begun[j, 0]
+    histogram[j, bins[j, 0], 1] += density[j, 0]
+    for i in range(1, PARTS):
+        histogram[j, bins[j, i], 0] += ended[j, i - 1] + begun[j, i]
+        histogram[j, bins[j, i], 1] += density[j, i] - density[j, i - 1]
+    histogram[j, bins[j, PARTS], 0] += ended[j, PARTS - 1]
+    histogram[j, bins[j, PARTS], 1] -= density[j, PARTS - 1]
 
 
 @kernel

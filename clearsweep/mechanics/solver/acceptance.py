@@ -4,12 +4,14 @@ import math
 
 from ..compiled.family import inlined
 from ..joint.contract import meets
-from .accumulate.step_sums import ACCEPTED, CONTRACTION, ERROR, FASTEST, LENGTH, STIFF, sum_of
+from .accumulate.step_sums import ACCEPTED, CONTRACTION, ERROR, FASTEST, LENGTH, STIFF, SWEEPS, sum_of
 from .event import FARTHEST, IMPLICIT
 from .run_control import EXPECTED, GROWTH, NEXT, TRIES
-from .step_control import GROW, change_of_length, eighth_power
+from .step_control import GROW, change_of_length, twelfth_power
 
 FEWEST = 0.22  # contraction, which goes with the square of the length, at which a way costs least
+#: Sweeps up to which a step costs little, however slowly they contract, and the contraction that may then be.
+FEW, MOST = 4.0, 0.35
 FAST = 0.03  # contraction from which on a step may be short for what is stiff
 
 
@@ -17,14 +19,15 @@ FAST = 0.03  # contraction from which on a step may be short for what is stiff
 def assess_step(accumulators, method):
     """Note how large the error of the trial step is and, if it is accurate, how long the next may be."""
     step, stepper = accumulators.step, accumulators.stepper
-    h, error = step[LENGTH], max(step[ERROR], eighth_power(travel_ratio(accumulators)))  # the eighth root is taken
+    h, error = step[LENGTH], max(step[ERROR], twelfth_power(travel_ratio(accumulators)))  # the twelfth root is taken
     step[ERROR], step[ACCEPTED], step[STIFF] = error, 0.0, 0.0
     if not error < 1.0:
         return
     change = min(stepper[GROWTH], change_of_length(error, stepper[EXPECTED]))
-    stepper[EXPECTED] = error * eighth_power(change)
+    stepper[EXPECTED] = error * twelfth_power(change)
     if method != IMPLICIT and step[CONTRACTION] > FAST:
-        step[STIFF], change = 1.0, min(change, math.sqrt(FEWEST / step[CONTRACTION]))
+        best = FEWEST if step[SWEEPS] > FEW else MOST
+        step[STIFF], change = 1.0, min(change, math.sqrt(best / step[CONTRACTION]))
     stepper[NEXT], stepper[GROWTH], stepper[TRIES] = h * change, GROW, 0.0
 
 

@@ -12,6 +12,7 @@ from .accumulate.step_sums import (
     ERROR,
     FASTEST,
     LENGTH,
+    SWEEPS,
     sum_of,
     sum_up,
 )
@@ -34,10 +35,9 @@ from .newton import LENGTH as PAST_LENGTH
 from .radau import STAGE_WEIGHTS
 
 MOST_SWEEPS = 16
-CLOSE = 0.03  # of the allowed error: the iteration ends where it expects to be as close as that
-SLOWEST = (
-    0.1  # contraction that is expected to follow: the first sweeps move what is far off, and say little of the rest
-)
+CLOSE = 0.1  # of the allowed error: the iteration ends where it expects to be as close as that
+#: Contraction that is expected to follow, at least: the first sweeps move what is far off, and say little of the rest.
+SLOWEST = 0.05
 HOPELESS = 0.8  # contraction at which the iteration is given up
 
 
@@ -119,9 +119,10 @@ def solve_stages(at):
     for count in range(1, MOST_SWEEPS):
         moved = sweep(at)
         contraction = moved / before if before > 0.0 else 0.0
-        step[CONTRACTION] = max(contraction, earlier) if count < 3 else math.sqrt(contraction * earlier)
         rate = max(contraction, SLOWEST)
         if moved * rate <= CLOSE * (1.0 - rate):
+            step[CONTRACTION] = max(contraction, earlier) if count < 3 else math.sqrt(contraction * earlier)
+            step[SWEEPS] = count + 1.0
             return True
         if not (contraction < HOPELESS or count < 3):
             return False

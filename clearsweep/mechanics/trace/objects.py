@@ -19,7 +19,7 @@ from . import cache, interpreter, symbols  # noqa: F401 - the interpreter enters
 from .calls import call_body, run
 from .memory import Bare, View, viewed
 from .paths import changed, leaves
-from .symbols import ADDRESS, DOUBLE, WHOLE, WIDTH, NotTraceableError, Trace, Whole
+from .symbols import ADDRESS, DOUBLE, WHOLE, Trace, Whole
 
 #: Levels of processors for which code is made, the best first, and what a processor of each can do.
 LEVELS = {
@@ -87,21 +87,20 @@ def _triple() -> str:
     return ELSEWHERE[level()][0] if level() in ELSEWHERE else str(llvm.get_process_triple())
 
 
-def traced(function: Callable, scene: Any, items: str, *, width: int = 1, spread: bool = False) -> ir.Module:
+def traced(function: Callable, scene: Any, items: str) -> ir.Module:
     """Return the module of `function(scene pointer, *arrays, integer)`.
 
-    items : of the arrays, 'f' for float64, 'i' for int64; width : of the numbers; spread : those of the scene lie WIDTH
-    apart.
+    items : of the arrays, 'f' for float64, 'i' for int64.
     """
 
     def body(numbers: Bare, *rest: Any) -> None:
-        view, places = View(numbers.base, DOUBLE, (1 << 30,), (WIDTH if spread else 1,), width), itertools.count()
+        view, places = View(numbers.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
         run(function, (changed(scene, lambda _: view[next(places)]),), *rest)
 
-    return _module(body, items, width)
+    return _module(body, items)
 
 
-def _module(body: Callable, items: str, width: int) -> ir.Module:
+def _module(body: Callable, items: str, width: int = 1) -> ir.Module:
     """Return the module that a body makes of pointers to numbers and to the items of arrays, and an integer."""
     hand = Trace(width)
     hand.module.triple = _triple()
@@ -150,17 +149,9 @@ def loaded(content: bytes) -> Code:
     return Code(engine.get_function_address("entry"), engine)
 
 
-def compiled(
-    function: Callable, scene: Any, kinds: tuple, items: str, *, width: int = 1, in_lanes: bool = False
-) -> Code | None:
-    """Return the machine code of `function` for scenes of these kinds, made or as it is kept; see `traced`.
-
-    None where it cannot be made for numbers in lanes.
-    """
-    cache_key = f"{_text(kinds)} {items} {width} {in_lanes}"
-    return code_of(
-        function, cache_key, lambda: traced(function, scene, items, width=width, spread=in_lanes), width == 1
-    )
+def compiled(function: Callable, scene: Any, kinds: tuple, items: str) -> Code | None:
+    """Return the machine code of `function` for scenes of these kinds, compiled or from the cache; see `traced`."""
+    return code_of(function, f"{_text(kinds)} {items}", lambda: traced(function, scene, items))
 
 
 def compiled_at(function: Callable, cache_key: str) -> Code | None:
@@ -169,22 +160,17 @@ def compiled_at(function: Callable, cache_key: str) -> Code | None:
     def body(numbers: Bare, _: Any) -> None:
         run(function, Whole(symbols.trace().builder.ptrtoint(numbers.base, WHOLE)))
 
-    return code_of(function, cache_key, lambda: _module(body, "", 1))
+    return code_of(function, cache_key, lambda: _module(body, ""))
 
 
-def code_of(function: Callable, cache_key: str, module: Callable[[], ir.Module], needed: bool = True) -> Code | None:
+def code_of(function: Callable, cache_key: str, module: Callable[[], ir.Module]) -> Code | None:
     """Return the machine code of a module, made of a function, or as it is kept, or None if it is not available."""
     cache_key = f"{function.__module__}.{function.__qualname__} {cache_key} {level()}"
     name = f"{function.__name__}-{hashlib.sha256(cache_key.encode()).hexdigest()[:32]}.o"
     content = None if _WANTED else cache.kept(name)
     if content is None:
         with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
-            try:
-                content = object_of(module())
-            except NotTraceableError:
-                if needed:
-                    raise
-                content = b""
+            content = object_of(module())
         cache.keep(name, content)
     return loaded(content) if content and not _WANTED else None
 
@@ -259,7 +245,7 @@ def _of_numbers(function: Callable, given: tuple) -> tuple[Code, Any, int]:
         cache_key.append(changed(value, lambda x: _PLACE if isinstance(x, float) or symbols.is_symbol(x) else x))
         cache_key.append(next(place))
 
-    content = object_of(_module(body, f"{kinds}f", 1))
+    content = object_of(_module(body, f"{kinds}f"))
     return loaded(content), *cache_key
 
 

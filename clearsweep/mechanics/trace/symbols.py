@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 
-#: How many cases lie side by side in memory, see `rows.BatchArrays`: as many numbers as the widest registers hold.
+#: How many turns of a loop run at once: as many numbers as the widest registers hold.
 WIDTH = 8
 DOUBLE, WHOLE, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 ADDRESS = ir.IntType(8).as_pointer()
@@ -25,8 +25,8 @@ class NotTraceableError(Exception):
 class Trace:
     """A module in the making, and where in it code is emitted."""
 
-    def __init__(self, width: int):
-        self.width = width  # of the numbers of scenes
+    def __init__(self, width: int = 1):
+        self.width = width  # of what is in hand: WIDTH within turns that run at once
         self.module = ir.Module("scene")
         self.builder: Any = None
         self.lanes: Callable[[], Any] = lambda: None  # returns in which lanes something is to be done; None: in all

@@ -2,6 +2,7 @@
 
 import math
 
+from ...compiled.choosing import total_of
 from ...compiled.family import invoke, kernel
 from ...joint.contract import acts, touches
 from ...observe.histogram import (
@@ -63,12 +64,14 @@ from .step_sums import (
 )
 from .totals import (
     ACCELERATION_MAX,
-    BELOW,
+    BEGUN,
     BEYOND_TIME,
+    DENSITY,
     DEPTH_MAX,
     DRAINED_ENERGY,
     DRY_FORCE_TIME,
     DRY_MAX,
+    ENDED,
     ERROR_MAX,
     FED_ENERGY,
     FORCE_MAX,
@@ -80,6 +83,7 @@ from .totals import (
     OPENED,
     PEAK,
     PRESSURE_MAX,
+    PULLED,
     RESIDUAL,
     SPEED_MAX,
     SPEED_MIN,
@@ -97,9 +101,10 @@ def add_courses(at):
     totals, worn = work.totals, work.wear.code != 0
     for j in range(work.mode.size):
         if acts(work.mode[j]):
-            fill(totals.histogram, j, totals.bins, totals.spent)
-            if totals.spent[j, BELOW] != 0.0:
-                totals.histogram[j, 0, 0] += totals.spent[j, BELOW]
+            spent = totals.spent
+            fill(totals.histogram, j, totals.bins, (spent[:, BEGUN], spent[:, ENDED], spent[:, DENSITY]))
+            if work.film[j, 1] < math.inf:
+                totals.histogram[j, 0, 0] += total_of(spent[j, PULLED])
             if worn or work.limit_depth[j] < math.inf or work.film[j, 1] < math.inf:
                 follow_contact(at, j, work.end[work.time] - work.y[work.time])
 

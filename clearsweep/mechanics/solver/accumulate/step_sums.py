@@ -37,6 +37,7 @@ from ...observe.stages import END, NODES, SHARES, STAGES, START
     ERROR,
     CHANGE,  # mean square of how far, over the allowed error, the latest sweep moved all stages of a component
     CONTRACTION,  # by which factor a sweep moves them less than the one before
+    SWEEPS,  # how many it took
     ACCEPTED,  # not zero where the step is good and contains no event
     STIFF,  # not zero where it may be short for what is stiff
     NEEDS_PEAK_SEARCH,  # not zero where a maximum may lie between its stages that is above what it is at their ends
@@ -47,7 +48,7 @@ from ...observe.stages import END, NODES, SHARES, STAGES, START
     HIGHEST_TORQUE,
     HIGHEST_ERROR,
     SUMS,
-) = range(14)
+) = range(15)
 (
     SUM_STORED,
     SUM_LOST,

@@ -1,15 +1,11 @@
-"""What is summed, counted and maximised along the motion; all of it from the steps themselves, none from samples.
-
-What every step adds is entered for one case or for several side by side: sums, and maxima as seen at its ends.
-"""
+"""What is summed, counted and maximised along the motion; all of it from the steps themselves, none from samples."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import none_of, where
-from ...compiled.dual import as_type_of
+from ...compiled.choosing import abreast, total_of, where
 from ...compiled.family import inlined
 from ...joint.contract import acts, touches
 from ...observe.histogram import PARTS, force_bin, ramp_of
@@ -29,7 +25,6 @@ from ...observe.observables import (
 from ...observe.stages import END, NODES, START
 from ..run_control import WINDOWED
 from .step_sums import (
-    ACCEPTED,
     HIGHEST_ACCELERATION,
     HIGHEST_DEPTH,
     HIGHEST_ERROR,
@@ -89,7 +84,9 @@ OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began;
 
 
 HIGHEST_BIN = PARTS + 1  # in Totals.bins: the highest that was entered
-BELOW = 2 * (PARTS + 1)  # in Totals.spent: s, for how long a film pulls
+#: Rows of Totals.spent: of each part of the step, how it compares with others in time, a histogram.Ramp, and for how
+#: long a film pulls (s).
+LASTING, BEGUN, ENDED, DENSITY, PULLED, SPENT = range(6)
 
 
 class Totals(NamedTuple):
@@ -101,7 +98,7 @@ class Totals(NamedTuple):
     dry: np.ndarray  # the same of the dry share of the force, above zero; (0, BINS, 2) where no joint has a film
     step_values: np.ndarray  # (contacts, COURSES, PARTS + 1) see histogram, at even places of the step
     bins: np.ndarray  # (contacts, HIGHEST_BIN + 1) int64, those of the force between the parts of the step
-    spent: np.ndarray  # (contacts, BELOW + 1) what each adds to the two columns of the histogram
+    spent: np.ndarray  # (contacts, SPENT, PARTS) what each part adds to the histogram
     length: np.ndarray  # (1,) its length
     between: np.ndarray  # (2 coordinates + 1, MOMENTS) the state within the step, where there is wear
     workspace: np.ndarray  # for the wear of a step, see joint.wear.step
@@ -110,11 +107,11 @@ class Totals(NamedTuple):
     friction: np.ndarray  # (friction loads,) J, taken by each in the window
 
 
-IN_LANES = "whole", "joint", "bins", "spent"  # of its fields
+OF_STEPS = "whole", "joint", "bins", "spent"  # of its fields: what every step changes
 
 
 class Accumulators(NamedTuple):
-    """What a step is judged by and entered in, see `event.Work`, Totals and Turns: arrays, or rows of cases."""
+    """What a step is judged by and entered in, see `event.Work`, Totals and Turns."""
 
     y: tuple
     mode: tuple
@@ -136,145 +133,136 @@ class Accumulators(NamedTuple):
 
 @inlined
 def accumulate_step(accumulators, time):
-    """Enter the steps that are accepted, see `acceptance.assess_step`; `time` is its place in the state.
+    """Enter a step that is accepted; `time` is its place in the state.
 
-    Maxima are those at the ends of the step.  Where a larger one may lie between, SEEKS of its `step` is set, and what
-    is to be searched for keeps its HIGHEST; of all else that becomes NO_PEAK.
+    Maxima are those at the ends of the step.  Where a larger one may lie between, NEEDS_PEAK_SEARCH of its `step` is
+    set, and what is to be searched for keeps its HIGHEST; of all else that becomes NO_PEAK.
     """
-    step, stepper = accumulators.step, accumulators.stepper
-    accepted = step[ACCEPTED] != 0.0
-    counted = accepted & (stepper[WINDOWED] != 0.0)
-    step[NEEDS_PEAK_SEARCH] = as_type_of(0.0, step[LENGTH])
-    enter_powers(accumulators, accepted, counted)
+    step, counted = accumulators.step, accumulators.stepper[WINDOWED] != 0.0
+    step[NEEDS_PEAK_SEARCH] = 0.0
+    enter_powers(accumulators, counted)
     for j in range(accumulators.mode.size):
-        enter_contact(accumulators, j, accepted, counted, accumulators.end[time] - accumulators.y[time])
+        duration = accumulators.end[time] - accumulators.y[time]
+        accumulators.since[j] = max(accumulators.since[j], accumulators.highest[j])  # of the step before
+        accumulators.highest[j] = 0.0
+        if counted and touches(accumulators.mode[j]):
+            accumulators.joint[j, CONTACT_TIME] += duration
+        if acts(accumulators.mode[j]):
+            enter_contact(accumulators, j, counted, duration)
+        else:
+            step[sum_of(j, HIGHEST_FORCE)] = step[sum_of(j, HIGHEST_DEPTH)] = step[sum_of(j, HIGHEST_LOAD)] = NO_PEAK
+            if counted:
+                raise_to(accumulators.joint, (j, DEPTH_MAX), accumulators.o[column_of(j, DEPTH), END])
     enter_motion(accumulators, counted)
 
 
 @inlined
-def add(sums, place, some, amount):
-    """Add an amount to a sum where `some` is true."""
-    sums[place] = where(some, sums[place] + amount, sums[place])
-
-
-@inlined
-def raise_to(maxima, place, some, value):
-    """Raise a maximum to a value where `some` is true."""
-    maxima[place] = where(some, max(maxima[place], value), maxima[place])
+def raise_to(maxima, place, value):
+    """Raise a maximum to a value."""
+    maxima[place] = max(maxima[place], value)
 
 
 @inlined
 def seek_above(step, place, some, least):
-    """Request a search between the stages for the maximum at `place`, where it exceeds the `least` relevant value."""
-    peak_possible = some & (step[place] > least)
-    step[place] = where(step[ACCEPTED] != 0.0, where(peak_possible, step[place], NO_PEAK), step[place])
-    step[NEEDS_PEAK_SEARCH] = where(peak_possible, 1.0, step[NEEDS_PEAK_SEARCH])
+    """Request a search between the stages for the maximum at `place`, if `some`, where it exceeds `least`."""
+    if some and step[place] > least:
+        step[NEEDS_PEAK_SEARCH] = 1.0
+    else:
+        step[place] = NO_PEAK
 
 
 @inlined
-def enter_powers(accumulators, accepted, counted):
+def enter_powers(accumulators, counted):
     """Integrate powers and squares by the weights of the method, whose order it has."""
-    o, whole, joint, step, h = (
-        accumulators.o,
-        accumulators.whole,
-        accumulators.joint,
-        accumulators.step,
-        accumulators.step[LENGTH],
-    )
-    add(whole, WORK_DRIVE, accepted, h * step[SUM_DRIVE])
-    add(whole, WORK_GRAVITY, accepted, h * step[SUM_GRAVITY])
-    add(whole, ACCELERATION_SQUARE, counted, h * step[SUM_ACCELERATION])
+    whole, joint, step, h = accumulators.whole, accumulators.joint, accumulators.step, accumulators.step[LENGTH]
+    whole[WORK_DRIVE] += h * step[SUM_DRIVE]
+    whole[WORK_GRAVITY] += h * step[SUM_GRAVITY]
+    if counted:
+        whole[ACCELERATION_SQUARE] += h * step[SUM_ACCELERATION]
     for j in range(accumulators.mode.size):
-        acting = acts(accumulators.mode[j])
-        add(whole, ENERGY_STORED, accepted & acting, h * step[sum_of(j, SUM_STORED)])
-        add(whole, ENERGY_LOST, accepted & acting, h * step[sum_of(j, SUM_LOST)])
-        add(whole, ENERGY_RUBBED, accepted & acting, h * step[sum_of(j, SUM_RUBBED)])
-        add(joint, (j, FORCE_SQUARE), counted & acting, h * step[sum_of(j, SUM_FORCE_SQUARE)])
-        add(joint, (j, FORCE_TIME), counted & acting, h * step[sum_of(j, SUM_FORCE)])
-        dry = (accumulators.rubs[j] != 0) & (
-            accumulators.film[j, 1] == math.inf
-        )  # the shear of a film is in its tangential force
-        add(joint, (j, FRICTION_ENERGY), counted & acting & dry, h * step[sum_of(j, SUM_RUBBED)])
-    kinetic = o[KINETIC, END]
+        if acts(accumulators.mode[j]):
+            whole[ENERGY_STORED] += h * step[sum_of(j, SUM_STORED)]
+            whole[ENERGY_LOST] += h * step[sum_of(j, SUM_LOST)]
+            whole[ENERGY_RUBBED] += h * step[sum_of(j, SUM_RUBBED)]
+            if counted:
+                joint[j, FORCE_SQUARE] += h * step[sum_of(j, SUM_FORCE_SQUARE)]
+                joint[j, FORCE_TIME] += h * step[sum_of(j, SUM_FORCE)]
+                # the shear of a film is in its tangential force
+                if accumulators.rubs[j] != 0 and accumulators.film[j, 1] == math.inf:
+                    joint[j, FRICTION_ENERGY] += h * step[sum_of(j, SUM_RUBBED)]
+    kinetic = accumulators.o[KINETIC, END]
     gain = kinetic - whole[KINETIC_START] + whole[ENERGY_STORED] + whole[ENERGY_LOST] + whole[ENERGY_RUBBED]
     imbalance = abs(whole[WORK_DRIVE] + whole[WORK_GRAVITY] - gain)
-    raise_to(whole, RESIDUAL, accepted, where(imbalance <= math.inf, imbalance, math.inf))  # a maximum passes over nan
-    raise_to(whole, KINETIC_MAX, accepted, kinetic)
+    raise_to(whole, RESIDUAL, imbalance if imbalance <= math.inf else math.inf)  # a maximum passes over nan
+    raise_to(whole, KINETIC_MAX, kinetic)
 
 
 @inlined
-def enter_contact(accumulators, j, accepted, counted, duration):
-    """Enter the largest force and depth of contact `j`, and how long it lasts."""
-    o, joint, step, rubs = accumulators.o, accumulators.joint, accumulators.step, accumulators.rubs[j] != 0
-    acting = acts(accumulators.mode[j])
+def enter_contact(accumulators, j, counted, duration):
+    """Enter the largest force and depth of contact `j`, which acts, and its force's course."""
+    o, joint, step = accumulators.o, accumulators.joint, accumulators.step
     force, depth, load = column_of(j, NORMAL), column_of(j, DEPTH), column_of(j, LOAD)
-    accumulators.since[j] = max(accumulators.since[j], accumulators.highest[j])  # of the step before
-    seek_above(step, sum_of(j, HIGHEST_FORCE), accepted & acting, 0.9 * min(joint[j, PEAK], accumulators.since[j]))
+    seek_above(step, sum_of(j, HIGHEST_FORCE), True, 0.9 * min(joint[j, PEAK], accumulators.since[j]))
     best = max(o[force, START], o[force, END])
-    raise_to(joint, (j, PEAK), accepted & acting, best)
-    raise_to(joint, (j, FORCE_MAX), counted & acting, best)
-    accumulators.highest[j] = where(accepted, where(acting, best, 0.0), accumulators.highest[j])
-    add(joint, (j, CONTACT_TIME), counted & touches(accumulators.mode[j]), duration)
+    raise_to(joint, (j, PEAK), best)
+    accumulators.highest[j] = best
     # of the eccentricity where there is a film, as its least distance from the bearing is wanted, too
-    least = 0.98 * joint[j, DEPTH_MAX] - where(
-        accumulators.film[j, 1] < math.inf, 0.02 * accumulators.clearance[j], 0.0
-    )
-    seek_above(step, sum_of(j, HIGHEST_DEPTH), counted & acting, least)
-    raise_to(joint, (j, DEPTH_MAX), counted, max(where(acting, o[depth, START], o[depth, END]), o[depth, END]))
-    step[sum_of(j, HIGHEST_LOAD)] = as_type_of(NO_PEAK, duration)
-    if none_of(counted & acting):
+    margin = 0.02 * accumulators.clearance[j] if accumulators.film[j, 1] < math.inf else 0.0
+    seek_above(step, sum_of(j, HIGHEST_DEPTH), counted, 0.98 * joint[j, DEPTH_MAX] - margin)
+    step[sum_of(j, HIGHEST_LOAD)] = NO_PEAK
+    if not counted:
         return
+    raise_to(joint, (j, FORCE_MAX), best)
+    raise_to(joint, (j, DEPTH_MAX), max(o[depth, START], o[depth, END]))
     enter_course(accumulators, j, duration)
-    if none_of(rubs):
-        return
-    for row in NODES:
-        put_load(o, row, j)
-    step[sum_of(j, HIGHEST_LOAD)] = highest_inside(o, load, as_type_of(1.0, duration))
-    seek_above(step, sum_of(j, HIGHEST_LOAD), counted & acting & rubs, 0.96 * joint[j, LOAD_MAX])
-    raise_to(joint, (j, LOAD_MAX), counted & acting & rubs, max(o[load, START], o[load, END]))
+    if accumulators.rubs[j] != 0:
+        for row in NODES:
+            put_load(o, row, j)
+        step[sum_of(j, HIGHEST_LOAD)] = highest_inside(o, load, 1.0)
+        seek_above(step, sum_of(j, HIGHEST_LOAD), True, 0.96 * joint[j, LOAD_MAX])
+        raise_to(joint, (j, LOAD_MAX), max(o[load, START], o[load, END]))
 
 
 @inlined
 def enter_course(accumulators, j, duration):
-    """Divide the step's time among bins by the course of contact `j`'s force."""
-    step, contacts, spent = accumulators.step, accumulators.mode.size, accumulators.spent
+    """Divide the step's time among bins by the course of contact `j`'s force: all parts of the step at once."""
+    step, contacts, spent, bins = accumulators.step, accumulators.mode.size, accumulators.spent, accumulators.bins
     force, kappa, film = course_of(contacts, j), course_of(contacts, -1), accumulators.film[j, 1] < math.inf
-    total = below = as_type_of(0.0, duration)
-    for i in range(PARTS):
-        total = total + (max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0))
-    ended = density = total * 0.0
-    here = force_bin(max(step[force], 0.0))
-    highest = max(accumulators.bins[j, HIGHEST_BIN], here)
-    for i in range(PARTS):
+    for i in abreast(PARTS):
+        spent[j, LASTING, i] = max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)
+    share = duration / total_of(spent[j, LASTING])
+    for i in abreast(PARTS):
         begin, end = step[force + i], step[force + i + 1]
-        lasting = (max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)) * (duration / total)
-        pushing = lasting
-        if not none_of(film):  # whose force is negative for a part of the time; that of a contact merely close to 0
-            pulls = film & (begin * end < 0.0)
-            pushing = lasting * where(pulls, max(begin, end) / where(pulls, abs(end - begin), 1.0), 1.0)
-            below = below + (lasting - pushing)
-        there = force_bin(max(end, 0.0))
-        part = ramp_of((max(begin, 0.0), max(end, 0.0)), (here, there), pushing)
-        accumulators.bins[j, i] = here
-        spent[j, 2 * i], spent[j, 2 * i + 1] = ended + part.begun, part.density - density
-        ended, density, here, highest = part.ended, part.density, there, max(highest, there)
-    accumulators.bins[j, PARTS], accumulators.bins[j, HIGHEST_BIN] = here, highest
-    spent[j, 2 * PARTS], spent[j, 2 * PARTS + 1], spent[j, BELOW] = ended, -density, below
+        lasting = spent[j, LASTING, i] * share
+        pulls = film and begin * end < 0.0  # for a part of the time; that of a contact merely close to 0 is its own
+        pushing = lasting * where(pulls, max(begin, end) / where(pulls, abs(end - begin), 1.0), 1.0)
+        begin, end = max(begin, 0.0), max(end, 0.0)
+        here, there = force_bin(begin), force_bin(end)
+        part = ramp_of((begin, end), (here, there), pushing)
+        bins[j, i], bins[j, i + 1] = here, there
+        spent[j, BEGUN, i], spent[j, ENDED, i], spent[j, DENSITY, i] = part
+        spent[j, PULLED, i] = lasting - pushing
+    highest = bins[j, HIGHEST_BIN]
+    for i in range(PARTS + 1):
+        highest = max(highest, bins[j, i])
+    bins[j, HIGHEST_BIN] = highest
 
 
 @inlined
 def enter_motion(accumulators, counted):
     """Enter the largest slider acceleration, torque and slider error."""
     o, whole, step = accumulators.o, accumulators.whole, accumulators.step
+    best, sign = max(abs(o[ERROR, START]), abs(o[ERROR, END])), math.copysign(1.0, o[ERROR, END])
+    rise, fall = sign * o[ERROR_RATE, START], sign * o[ERROR_RATE, END]
+    highest = best + 0.25 * step[LENGTH] * o[KAPPA, START] * min(rise, -fall)  # a parabola's rise above the higher end
+    step[HIGHEST_ERROR] = highest if rise > 0.0 and fall < 0.0 else NO_PEAK
     for column, place, within in (
         (ACCELERATION, ACCELERATION_MAX, HIGHEST_ACCELERATION),
         (TORQUE, TORQUE_MAX, HIGHEST_TORQUE),
     ):
         seek_above(step, within, counted, 0.98 * whole[place])
-        raise_to(whole, place, counted, max(abs(o[column, START]), abs(o[column, END])))
-    best, sign = max(abs(o[ERROR, START]), abs(o[ERROR, END])), math.copysign(1.0, o[ERROR, END])
-    rise, fall = sign * o[ERROR_RATE, START], sign * o[ERROR_RATE, END]
-    highest = best + 0.25 * step[LENGTH] * o[KAPPA, START] * min(rise, -fall)  # a parabola's rise above the higher end
-    step[HIGHEST_ERROR] = where((rise > 0.0) & (fall < 0.0), highest, NO_PEAK)
+        if counted:
+            raise_to(whole, place, max(abs(o[column, START]), abs(o[column, END])))
     seek_above(step, HIGHEST_ERROR, counted, whole[ERROR_MAX])
-    raise_to(whole, ERROR_MAX, counted, best)
+    if counted:
+        raise_to(whole, ERROR_MAX, best)
