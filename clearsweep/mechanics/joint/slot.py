@@ -7,8 +7,9 @@ one the pin.  All is in the frame of the slot: x along it, y across.  Force and 
 pin's surface, so that their powers add up to normal force times rate of penetration and friction times sliding speed
 exactly, as in a guide.
 
-Wear of the wall goes by the way s along it, counter-clockwise from the middle of the end that lies in the direction of
-the slot: with the angle a (0 to 2 pi) of the normal, the radius R of the ends and half the length l, x within +-l,
+Wear of the wall depends on the arc length s along it, counter-clockwise from the middle of the end that lies in the
+direction of the slot: with the angle a (0 to 2 pi) of the normal, the radius R of the ends and half the length l, x
+within +-l,
 
     s = R a + (l - x where a <= pi, else 3 l + x).
 """
