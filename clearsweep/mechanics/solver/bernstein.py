@@ -130,7 +130,7 @@ def lowest(p):
 
 @kernel
 def tail(p):
-    """Return how far what WHOLE stands for may be from it: the last two coefficients of its series of Legendre's."""
+    """Return the error bound of WHOLE: the last two coefficients of its Legendre series."""
     before = last = 0.0
     for i in range(COEFFICIENTS):
         before += TAIL[0, i] * p[WHOLE, i]

@@ -73,7 +73,7 @@ def take_part_of_gap(at, j, begin, width):
 
 @kernel
 def is_rough(p):
-    """Return whether WHOLE, which may come to zero, may be far from what it stands for."""
+    """Return whether WHOLE, which may vanish, may be inaccurate."""
     size = 0.0
     for i in range(COEFFICIENTS):
         size = max(size, abs(p[VALUES, i]))
