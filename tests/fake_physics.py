@@ -63,7 +63,7 @@ CATALOGUE = Catalogue(
     figures=(
         *(Figure(name, unit, "made up", of="joint") for name, unit in _OF_JOINT.items()),
         *(Figure(f"wear_{name}", "m", "made up", of="joint", needs=("wear",)) for name in _WORN),
-        Figure("life_revolutions", "1", "made up", of="joint", needs=("judged",)),
+        Figure("life_revolutions", "1", "made up", of="joint", needs=("limited",)),
         *(Figure(f"acceleration_{name}", "{output}/s^2", "made up", of="output") for name in ("peak", "rms")),
         Figure("error_max", "{output}", "made up", of="output"),
         Figure("crank_torque_peak", "N*m", "made up"),
@@ -106,7 +106,7 @@ def grid(masses=3, gravities=(GOOD,), orbits="last", wear=False, **more) -> dict
 
 
 class Fake:
-    """A stand-in for the mechanics."""
+    """A substitute for the mechanics."""
 
     @staticmethod
     def catalogue():

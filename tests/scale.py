@@ -1,4 +1,4 @@
-"""Measures what a sweep costs next to its cases, up to a million of them, with stand-ins and with real mechanics.
+"""Measures what a sweep costs next to its cases, up to a million of them, with substitutes and with real mechanics.
 
 `python tests/scale.py [--made-up N,N,...] [--real N,N,...] [--write]` (`make scale`) runs grids of so many cases, each
 step in a process of its own; with `--write` the tables go into results/speed.md.
@@ -33,7 +33,7 @@ from clearsweep.sweeping.simulator import SIMULATION
 ROOT = Path(__file__).parent.parent
 LEAST = 100  # cases whose run is taken for the start-up of the others
 JOBS = 2
-SHORT = 1e-3  # s, what a stand-in takes where the share of the cases in all is asked
+SHORT = 1e-3  # s, time of a substitute where the share of the cases in all is asked
 KINDS = {
     "made-up": (scale_cases.made_up, scale_cases.StandIn),
     "real": (scale_cases.real, SIMULATION._replace(solve=scale_cases.timed, solve_each=scale_cases.timed_each)),
@@ -209,7 +209,7 @@ def table(head: tuple[str, ...], rows: list[list[str]]) -> str:
 def main() -> None:
     """Measure what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--made-up", default="10000,100000,1000000", help="numbers of stand-ins: of these")
+    parser.add_argument("--made-up", default="10000,100000,1000000", help="numbers of substitutes: of these")
     parser.add_argument("--real", default="10000,100000", help="numbers of real cases, of the same")
     parser.add_argument("--write", action="store_true", help="write the tables into results/speed.md, too")
     asked = parser.parse_args()

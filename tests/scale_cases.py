@@ -35,7 +35,7 @@ def axes_of(count: int, ranges: dict[str, tuple[float, float]]) -> dict[str, lis
 
 
 def made_up(count: int, seconds: float = 0.0) -> dict[str, Any]:
-    """Return a grid of stand-ins that take so long (s) each."""
+    """Return a grid of substitutes that take so long (s) each."""
     ranges = {
         "mechanism.slider.mass": (0.1, 0.3),
         "mechanism.crank.length": (0.04, 0.06),
@@ -84,7 +84,7 @@ class StandIn(fake_physics.Fake):
 
 @functools.cache
 def _columns(_: str) -> list[tuple[str, bool]]:
-    """Return names of the columns of stand-ins, and which hold whole numbers."""
+    """Return names of the columns of substitutes, and which hold whole numbers."""
     case = grid.load(made_up(1), fake_physics.CATALOGUE).case(0)
     return [(column.name, column.kind == "int") for column in Layout.of(case, fake_physics.CATALOGUE).columns]
 

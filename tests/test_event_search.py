@@ -7,9 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, RATE, column_of, columns
+from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of, columns
 from clearsweep.mechanics.observe.stages import NODES, PLACES, SCRATCH, SHARES
 from clearsweep.mechanics.solver import bernstein, event_search, guarding
+from clearsweep.mechanics.solver.accumulate.step_sums import step_width
 from clearsweep.mechanics.solver.bernstein import COEFFICIENTS, NOWHERE, PART, ROWS, VALUES, WHOLE
 
 MIDDLES = (0.01, 0.07, 0.31, 0.5, 0.53, 0.94, 0.999)
@@ -21,7 +22,7 @@ def onset(monkeypatch):
 
     def found(depth, slope, clearance=1.0):
         o = np.zeros((columns(1), PLACES))
-        o[KAPPA] = 1.0
+        o[KAPPA], o[column_of(0, SLIP)] = 1.0, 1e3
 
         def look(_, x, row=SCRATCH):
             o[column_of(0, DEPTH), row], o[column_of(0, RATE), row] = depth(x), slope(x)
@@ -29,7 +30,8 @@ def onset(monkeypatch):
         for row, x in zip(NODES, SHARES, strict=True):
             look(None, x, row)
         monkeypatch.setattr(event_search, "evaluate_dense", look)
-        work = SimpleNamespace(o=o, clearance=[clearance], polynomials=np.zeros((ROWS, COEFFICIENTS)))
+        step, polynomials = np.zeros(step_width(1)), np.zeros((ROWS, COEFFICIENTS))
+        work = SimpleNamespace(o=o, clearance=[clearance], step=step, polynomials=polynomials)
         return event_search.first_onset((work,), 0, 1.0)
 
     return found
@@ -99,6 +101,17 @@ def test_a_path_through_the_middle_of_the_bearing_is_smooth_for_the_search(onset
     """The journal crosses its bearing on a straight line: the eccentricity has a kink, its square has none."""
     x = onset(lambda x: abs(2.2 * x - 1.0) - 1.0, lambda x: math.copysign(2.2, 2.2 * x - 1.0))
     assert x == pytest.approx(2.0 / 2.2, abs=1e-12)
+
+
+def test_a_path_that_is_no_longer_than_its_ends_are_below_the_bearing_does_not_come_to_it():
+    def arrives(speed):
+        o = np.zeros((columns(1), PLACES))
+        o[KAPPA], o[column_of(0, SLIP)], o[column_of(0, DEPTH)] = 1.0, speed, -2.0
+        work = SimpleNamespace(o=o, step=np.zeros(step_width(1)))
+        return not event_search.cannot_arrive((work,), 0, 1.0)
+
+    assert arrives(3.4)
+    assert not arrives(3.3)
 
 
 # ---------------------------------------------------------------------------------------------- polynomials

@@ -123,7 +123,7 @@ def test_figures_have_names_of_their_own_and_need_what_there_is():
     assert len(set(names)) == len(names)
     needs = {need for figure in figures.FIGURES for need in figure.needs}
     of_case = {"turns", "rests", "free", "horizon", "error_check", "until", "life", "uncertain"}
-    assert needs <= of_case | {"wear", "film", "friction", "spatial", "axial", "strength", "judged", "thermal"}
+    assert needs <= of_case | {"wear", "film", "friction", "spatial", "axial", "strength", "limited", "thermal"}
     assert {figure.of for figure in figures.FIGURES} == {"joint", "output", "case"}
 
 

@@ -205,7 +205,7 @@ MISTAKES = {
     ),
     "no file": ("cases: none.csv\n", "", "grid.yaml:21:8: cases: there is no file none.csv; the name is relative"),
     "wrong kind of file": ("cases: grid.yaml\n", "", "grid.yaml:21:8: cases: found 'grid.yaml'; expected the name of"),
-    "no rows": ("cases: cases.csv\n", f"{SPEED}\n", "grid.yaml:21:8: cases: cases.csv holds 0 cases; expected 1"),
+    "no rows": ("cases: cases.csv\n", f"{SPEED}\n", "grid.yaml:21:8: cases: cases.csv contains 0 cases; expected 1"),
     "unknown path": (
         "cases: cases.csv\n",
         ROWS.replace("clearance", "clearanse"),

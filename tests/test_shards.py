@@ -216,4 +216,4 @@ def test_shards_run_merge_and_report_from_the_command_line(tmp_path, monkeypatch
     with h5py.File("results/made-up/orbits.h5") as file:
         assert len(file["case_id"]) == 6
     message = run(["merge", *shards, "nowhere", "--out", "x"])
-    assert "holds no run" in str(message.exception)
+    assert "contains no run" in str(message.exception)

@@ -145,3 +145,32 @@ def test_the_automatic_choice_costs_no_more_where_nothing_is_stiff(problem):
 def test_a_step_cut_where_no_iteration_converges_still_gives_finite_figures():
     case = next(case for case in extremes.cases() if case.name == "stiff/BC damping 1e+06, 1500 rpm")
     assert stability.run(case)["failure"] == ""
+
+
+def held(stiffness):
+    """Return the changes with which bristles of a stiffness (1/m) stick and hold for most of a slow stroke."""
+    names = {"coefficient": 0.3, "static_coefficient": 0.3, "stribeck_velocity": 0.01, "bristle_damping": 0.0}
+    return {
+        "joints.rod-slider.friction": {"law": "lugre", "bristle_stiffness": stiffness, **names},
+        "joints.rod-slider.contact.onset": "first",
+        "drive.speed": "60 rpm",
+        "simulate.start": "seated",
+        "simulate.revolutions": 0.3,
+        "simulate.discard": 0,
+        "simulate.tolerance": 1e-6,
+    }
+
+
+@pytest.mark.parametrize("method", ["auto", "implicit"])
+def test_overdamped_contact_costs_little_more_at_a_million_times_the_rate_of_the_crank(method):
+    """Damping over mass is 1e4 and 1e6 times the crank's rate."""
+    mild, stiffest = (run(method, heavy(damping)) for damping in (7e5, 7e7))
+    assert stiffest["rhs_evaluations"] < 2.5 * mild["rhs_evaluations"]
+    assert stiffest["steps"] < 2 * mild["steps"]
+
+
+@pytest.mark.parametrize("method", ["auto", "implicit"])
+def test_surfaces_that_hold_by_stiff_bristles_cost_little_more_the_stiffer_these_are(method):
+    mild, stiffest = (run(method, held(stiffness)) for stiffness in (1e4, 1e7))
+    assert stiffest["rhs_evaluations"] < 2.5 * mild["rhs_evaluations"]
+    assert stiffest["energy_residual"] < 1e-5

@@ -325,7 +325,7 @@ def test_a_run_that_waited_for_the_lock_works_where_the_one_before_has_cleared_u
 def test_results_of_another_grid_are_refused_with_what_differs(mixed, change, named):
     _, run = mixed
     before = {path: path.read_bytes() for path in run.directory.rglob("*") if path.is_file() and path.name != "lock"}
-    with pytest.raises(DirectoryError, match="holds the results of another grid") as caught:
+    with pytest.raises(DirectoryError, match="contains the results of another grid") as caught:
         store.RunDirectory(run.directory).check(loaded(grid(4, (GOOD, GOOD + 0.001, FAILS), wear=True) | change))
     assert named in str(caught.value)
     assert all(path.read_bytes() == content for path, content in before.items())
@@ -365,7 +365,7 @@ def test_a_place_that_cannot_be_written_is_refused(tmp_path):
 
 
 def test_opening_what_is_no_run_says_so(tmp_path, mixed):
-    with pytest.raises(DirectoryError, match="holds no run"):
+    with pytest.raises(DirectoryError, match="contains no run"):
         store.open(tmp_path / "nothing")
     _, run = mixed
     with pytest.raises(InputError, match="no case 'abcx'"):

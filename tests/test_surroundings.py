@@ -188,7 +188,7 @@ def test_a_name_of_300_characters_is_bad_input(grid_file, monkeypatch, capsys, v
     message = capsys.readouterr().err
     assert ended.value.code == 2
     assert len(message.splitlines()) == 1
-    assert "yyy" in message or "x: holds no run" in message
+    assert "yyy" in message or "x: contains no run" in message
 
 
 class Verbose(Fake):

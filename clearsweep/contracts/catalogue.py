@@ -274,7 +274,7 @@ class Figure(NamedTuple):
     unit: str  # SI
     text: str
     of: str = "case"  # 'joint': one for each joint with clearance; 'output': of a mechanism's output; 'case'
-    #: 'turns', 'free', 'rests' (mechanism); 'wear', 'film', 'friction', 'judged' (joint); 'horizon', 'until',
+    #: 'turns', 'free', 'rests' (mechanism); 'wear', 'film', 'friction', 'limited' (joint); 'horizon', 'until',
     #: 'life'
     needs: tuple[str, ...] = ()
     value: Callable | None = None  # (simulation.window.Window, index of the joint) -> value; None: see `sums`

@@ -140,7 +140,7 @@ class Layout(NamedTuple):
         assert mechanism is not None, parts.mechanism  # a case always has a known mechanism
         asked = {name for name in ASKED if getattr(parts, name)}
         frictions = (*rubbing_joints(parts.outline), *parts.preloads)
-        has = {joint.name: joint.has | ({"judged"} if joint.name == parts.life else set()) for joint in parts.joints}
+        has = {joint.name: joint.has | ({"limited"} if joint.name == parts.life else set()) for joint in parts.joints}
         return cls(
             mechanism.name,
             mechanism.turns,
@@ -331,5 +331,5 @@ _WHERE = {
     "life": "`life`",
     "error_check": "`simulate.error_check`",
     "uncertain": "`uncertain`",
-    "judged": "the joint that `life` names",
+    "limited": "the joint that `life` names",
 }

@@ -36,7 +36,7 @@ def read(problems: Problems, written: WrittenValue) -> WrittenValue | None:
         problems.add(written, "cases", f"{file} cannot be read: {reason}")
         return None
     if not rows or len(rows) > _MOST_ROWS:
-        problems.add(written, "cases", f"{file} holds {len(rows)} cases; expected 1 to {_MOST_ROWS}")
+        problems.add(written, "cases", f"{file} contains {len(rows)} cases; expected 1 to {_MOST_ROWS}")
         return None
     return _columns(problems, str(file), heads, rows)
 

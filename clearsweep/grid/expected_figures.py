@@ -26,7 +26,7 @@ def figures(reader: Reader, mechanism: Mechanism, catalogue: Catalogue) -> dict[
         if column_name(joint.name) in parts and joint.kind in ("revolute", "line") and _strength(reader, joint.name):
             parts[column_name(joint.name)].add("strength")
     if life and column_name(life) in parts:
-        parts[column_name(life)].add("judged")
+        parts[column_name(life)].add("limited")
     columns = columns_of(catalogue, mechanism, parts, asked, until, rubbing_joints(reader.outline))
     return {column.name: column.unit for column in columns}
 

@@ -27,7 +27,7 @@ class Recommendation(NamedTuple):
 
     joint: str
     key: str  # 'contact.elastic' or 'contact.law'
-    law: str  # '' where none holds
+    law: str  # '' if none is valid
     reason: str
     used: str  # the law that the grid has
     word: str  # HOLDS, DOUBTFUL or OUT, of the law that the grid has
@@ -59,7 +59,7 @@ def recommendations_for(joint: Joint, load: float | None) -> list[Recommendation
 
 
 def elastic_words(joint: Joint, load: float | None) -> dict[str, tuple[str, str]]:
-    """Return elastic law -> whether it holds for a joint under a load (N), and why."""
+    """Return elastic law -> whether it is valid for a joint under a load (N), and why."""
     return {each.law: (each.word, each.reason) for each in of_joint(joint, load).verdicts if each.family == "elastic"}
 
 

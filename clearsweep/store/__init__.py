@@ -1,4 +1,4 @@
-"""Results on disk: batches are committed one by one, merged into one summary and one file of orbits, read again."""
+"""Results on disk: batches are committed one by one, then merged into one summary and one file of orbits."""
 
 from pathlib import Path
 
@@ -93,17 +93,17 @@ __all__ = [
 
 
 def open(directory: str | Path) -> StoredRun:
-    """Return the run in `directory`: its summary, orbits, events and wear; raise DirectoryError where there is none."""
+    """Return the run in `directory`: its summary, orbits, events and wear; raise DirectoryError if there is none."""
     return BlockedRun(directory) if is_cut(directory) else StoredRun(directory)
 
 
 def block_size() -> int:
-    """Return the number of consecutive cases in a block of a run that is cut."""
+    """Return the number of consecutive cases in a block."""
     return blocks.BLOCK
 
 
 def is_cut(directory: str | Path) -> bool:
-    """Return whether the run in a directory is cut into blocks; raise DirectoryError where there is none."""
+    """Return whether the run in a directory is divided into blocks; raise DirectoryError if there is none."""
     return "blocks" in read_record(Path(directory))
 
 

@@ -1,4 +1,4 @@
-"""Merges: the batches of a run become `orbits.h5` and `summary.parquet`, in case_id order, in bounded memory."""
+"""Merges the batches of a run into `orbits.h5` and `summary.parquet`, in case_id order, in bounded memory."""
 
 import contextlib
 import hashlib
@@ -39,12 +39,12 @@ from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 from .record import read_record
 from .worst import Again, worst_cases, write_worst
 
-HELD_ROWS = 131072  # rows of the summary kept in memory at a time, all of whole batches: those of a block
-CHUNK_VALUES = 16384  # values in one compressed piece of a dataset: 128 kB of float64
-CHUNKS_AT_ONCE = 32  # pieces compressed side by side before they are written
-OPEN_FILES = 128  # of batches, open at a time
-COMPRESSORS = min(4, os.cpu_count() or 1)  # threads; more would wait for the writing
-FORMAT = ("v110", "v110")  # of HDF5: the first in which all that is not data has checksums, too
+HELD_ROWS = 131072  # rows of the summary in memory at a time, from whole batches: those of a block
+CHUNK_VALUES = 16384  # values in a compressed chunk of a dataset: 128 kB of float64
+CHUNKS_AT_ONCE = 32  # chunks compressed in parallel before they are written
+OPEN_FILES = 128  # files of batches open at a time
+COMPRESSORS = min(4, os.cpu_count() or 1)  # threads; more would wait for writing
+FORMAT = ("v110", "v110")  # first HDF5 format with checksums for metadata
 
 
 def merge(
@@ -55,7 +55,7 @@ def merge(
     say: Callable[[str], None] = lambda _: None,
     again: Again = lambda worst: [None] * len(worst),
 ) -> dict[str, str]:
-    """Write orbits.h5 and summary.parquet with exactly the cases in `rows` (ROWS, ascending by id), unless they do.
+    """Write orbits.h5 and summary.parquet with exactly the cases in `rows` (ROWS, ascending by id), unless present.
 
     Return what informs the next run whether they are still what they should be: the mark of their content, checksums.
     `say` is given a sentence for each that is not.  `again` computes the revolution of the largest peak of the worst
@@ -93,7 +93,7 @@ def merge(
 
 
 def mark_of(run: RunDirectory, form: ResultSchema, rows: np.ndarray) -> str:
-    """Return a hash of what the merged files hold, which both carry: batches are named by their content."""
+    """Return a hash of the content of the merged files, which both carry: batches are named by their content."""
     digest = hashlib.sha256(repr(form).encode())
     for column in ("id", "row"):
         digest.update(rows[column].tobytes())
@@ -116,7 +116,7 @@ def write_summary(
     mark: str,
     watch: Callable[[pa.Table, int], None] = lambda *_: None,
 ) -> None:
-    """Write the given rows of the summary; `watch` is given every group, and how many rows are before it."""
+    """Write the given rows of the summary; `watch` receives every group and the number of rows before it."""
     schema = summary_schema(form)
     verdict_fields = [field_of(column) for column in form.verdict.columns]
     whole = pa.schema([*schema, *verdict_fields], {"clearsweep": mark})
@@ -214,12 +214,12 @@ class _OrbitFile:
 
 
 class OrbitFiles:
-    """The orbits of all batches of a run, each looked at when it is asked for; few files are open at a time."""
+    """The orbits of all batches of a run, opened on demand; few files are open at a time."""
 
     def __init__(self, run: RunDirectory, form: ResultSchema):
         self.paths, self.form = [batch.orbits for batch in run.batches], form
-        self.files: dict[int, _OrbitFile] = {}  # by number of a batch
-        self.handles: dict[int, BinaryIO] = {}  # by number of a batch
+        self.files: dict[int, _OrbitFile] = {}  # number of a batch -> value
+        self.handles: dict[int, BinaryIO] = {}  # number of a batch -> value
 
     def __enter__(self) -> Self:
         return self
@@ -229,7 +229,7 @@ class OrbitFiles:
             handle.close()
 
     def extents(self, each: str, width: int, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return first value and number of values of every case, both int64, counted in its own batch's dataset."""
+        """Return first index and number of values of every case in its batch's dataset, both int64."""
         if each == CASE:
             return rows["row"].astype("i8") * width, np.full(len(rows), width, "i8")
         first, count = np.zeros(len(rows), "i8"), np.zeros(len(rows), "i8")
@@ -240,7 +240,7 @@ class OrbitFiles:
         return first * width, count * width
 
     def _file(self, number: int) -> _OrbitFile | None:
-        """Return what is known of a batch, or None if it has no orbits."""
+        """Return the file of a batch, or None if it has no orbits."""
         path = self.paths[number]
         if number not in self.files and path:
             self.files[number] = _OrbitFile(path, self.form)
@@ -249,7 +249,7 @@ class OrbitFiles:
     def read(self, number: int, dataset: Dataset, first: int, count: int) -> bytes:
         """Return `count` values of a batch's dataset from value `first` on, as bytes."""
         if not count:
-            return b""  # a dataset without values has no place in the file
+            return b""  # a dataset without values has no offset in the file
         file = self._file(number)
         assert file is not None  # there are values
         if number not in self.handles:
@@ -328,8 +328,8 @@ def _rechunked(pieces: Iterator[bytes], size: int) -> Iterator[bytes]:
 
 
 def _filtered(chunk: bytes, size: int) -> bytes:
-    """Return a chunk as HDF5's shuffle, deflate and checksum filters would leave it; `size`: bytes of one value."""
-    deflate = zlib.compressobj(1, memLevel=9)  # 0.87 of the time that the usual 8 takes
+    """Return a chunk after HDF5's shuffle, deflate and checksum filters; `size`: bytes of one value."""
+    deflate = zlib.compressobj(1, memLevel=9)  # 0.87 of the time of the usual level
     content = deflate.compress(np.frombuffer(chunk, "u1").reshape(-1, size).T.tobytes()) + deflate.flush()
     return content + struct.pack("<I", fletcher32(content))
 

@@ -1,4 +1,4 @@
-"""The form of what is stored: columns of the summary, datasets of the orbits, and the two files of a batch of cases."""
+"""Schema of results: columns of the summary, datasets of the orbits, and the two files of a batch of cases."""
 
 import binascii
 import contextlib
@@ -22,10 +22,10 @@ from ..judging.verdict import Verdict
 from . import durable
 from .datasets import CASE, EVENT, NODE, SAMPLE, SECTION, Dataset, event_datasets, life_datasets, section_datasets
 
-ID_LENGTH = 16  # hexadecimal characters of a case_id
+ID_LENGTH = 16  # hexadecimal digits of a case_id
 GROUP_ROWS = 16384  # rows of a group of the summary, and of what is worked at in one go
-ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names are older than what they are called
-HASH_LENGTH = 16  # hexadecimal characters of a checksum in a name
+ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names predate the present terms
+HASH_LENGTH = 16  # hexadecimal digits of a checksum in a name
 _NAME = re.compile(r"[0-9a-f]{16}-([0-9a-f]{16})\.(h5|parquet)")
 
 
@@ -44,26 +44,26 @@ class ResultSchema(NamedTuple):
     layout: Layout
     axes: tuple[Axis, ...]
     histories: bool  # False: neither samples nor events are stored
-    frame: str  # hash of all that the cases of a run share
-    verdict: Verdict = Verdict()  # what the grid makes of the columns: not of batches, but of the merged summary
-    worst: int = 0  # cases of which the merged orbits hold the revolution of the largest peak
+    frame: str  # hash of everything that the cases of a run share
+    verdict: Verdict = Verdict()  # user-defined figures and limits: only in the merged summary
+    worst: int = 0  # number of cases whose peak revolution is in the merged orbits
 
     @classmethod
     def of(cls, grid: Grid) -> "ResultSchema":
-        """Return the form of the results of `grid`."""
+        """Return the schema of the results of `grid`."""
         axes = tuple(
             Axis(path, grid.unit(path), all(isinstance(value, str) for value in values), _labels(grid, path))
             for path, values in grid.axes.items()
         )
         frame = grid.frame()
         text = json.dumps(frame, default=lambda value: value.item())
-        text = json.dumps(json.loads(text, parse_int=float), sort_keys=True)  # 1 and 1.0 are one value
+        text = json.dumps(json.loads(text, parse_int=float), sort_keys=True)  # 1 and 1.0 are the same value
         frame_hash = hashlib.sha256(text.encode()).hexdigest()
         return cls(grid.layout, axes, frame.get("save.orbits") != "none", frame_hash, grid.verdict, grid.worst)
 
 
 class Row(NamedTuple):
-    """One case's place in the summary: its identity, its swept values and what came out."""
+    """A row of the summary: identity, swept values and results of a case."""
 
     case_id: str
     point: dict  # swept path -> value in SI
@@ -101,7 +101,7 @@ def field_of(column: Column) -> pa.Field:
 
 
 def with_verdict(verdict: Verdict, table: pa.Table) -> pa.Table:
-    """Return rows of a summary with the columns that a grid makes of the others; null where a case failed."""
+    """Return rows of a summary with user-defined figures and limits added; null for failed cases."""
     if not verdict.columns:
         return table
     columns = {name: values_of(table[name].combine_chunks()) for name in verdict.needs()}
@@ -114,7 +114,7 @@ def with_verdict(verdict: Verdict, table: pa.Table) -> pa.Table:
 
 
 def summary_table(form: ResultSchema, rows: list[Row]) -> pa.Table:
-    """Return the summary of `rows`; what was not computed is null."""
+    """Return the summary of `rows`; missing values are null."""
     schema = summary_schema(form)
     columns = {
         "case_id": [row.case_id for row in rows],
@@ -127,12 +127,12 @@ def summary_table(form: ResultSchema, rows: list[Row]) -> pa.Table:
 
 
 def _by_column(names: list[str], rows: list[dict]) -> dict[str, list]:
-    """Return the values of some names in dicts, name by name, or None."""
+    """Return the values of names in dicts, by name, or None."""
     return dict(zip(names, map(list, zip(*(map(row.get, names) for row in rows), strict=True)), strict=True))
 
 
 def _column(values: list, kind: pa.DataType) -> pa.Array:
-    """Return a column, null where a value is None or not finite; pa.array would load pandas, 0.4 s in every worker."""
+    """Return a column, null if a value is None or not finite; pa.array would import pandas, 0.4 s in every worker."""
     if kind == pa.string():
         valid = np.array([value is not None for value in values], bool)
         texts = [(value or "").encode() for value in values]
@@ -146,12 +146,12 @@ def _column(values: list, kind: pa.DataType) -> pa.Array:
 
 
 def array_of(buffers: list, kind: pa.DataType, count: int) -> pa.Array:
-    """Return an Arrow array of `count` values made of raw buffers, None for an absent one."""
+    """Return an Arrow array of `count` values from raw buffers; None for an absent buffer."""
     return pa.Array.from_buffers(kind, count, [None if buffer is None else pa.py_buffer(buffer) for buffer in buffers])
 
 
 def values_of(column: pa.Array) -> np.ndarray:
-    """Return a column as an array: numbers as float64, NaN for null, texts as objects; to_numpy would load pandas."""
+    """Return a column as an array: numbers as float64, NaN for null, texts as objects; to_numpy would import pandas."""
     if column.type == pa.string():
         return np.array(column.to_pylist(), object)
     here = slice(column.offset, column.offset + len(column))
@@ -204,7 +204,7 @@ def datasets(form: ResultSchema) -> tuple[Dataset, ...]:
 
 
 def offsets_of(form: ResultSchema) -> dict[str, Dataset]:
-    """Return the datasets that say where a case begins, by what they count: samples, and what else there is."""
+    """Return the datasets with the offsets of cases, by what they count: samples, events and so on."""
     text = "first {} of each case; the last value is their number"
     offsets = {SAMPLE: Dataset("offsets", np.dtype("i8"), "1", text.format(SAMPLE), CASE)}
     if form.histories:
@@ -231,7 +231,7 @@ CASE_ID = Dataset("case_id", np.dtype(f"S{ID_LENGTH}"), "1", "identity of the ca
 
 
 def orbits_bytes(form: ResultSchema, rows: list[Row]) -> bytes:
-    """Return the HDF5 file of one batch, contiguous and uncompressed, so that a merge reads it by plain offsets."""
+    """Return the HDF5 file of a batch, contiguous and uncompressed, so that a merge can read it by offsets."""
     with h5py.File("batch", "w", driver="core", backing_store=False) as file:
         put(file, CASE_ID, np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))
         for each, dataset in offsets_of(form).items():
@@ -245,9 +245,9 @@ def orbits_bytes(form: ResultSchema, rows: list[Row]) -> bytes:
 
 def _count(form: ResultSchema, trajectory: results.Trajectory, each: str) -> int:
     if form.histories and each == EVENT:
-        return len(trajectory.events)  # also of a case that failed, where they are kept
+        return len(trajectory.events)  # also for failed cases, if stored
     if trajectory.status != "ok":
-        return 0  # a failed case keeps no other history
+        return 0  # failed cases have no other histories
     if each == NODE:
         return len(trajectory.history["revolutions"])
     if not form.histories:
@@ -258,7 +258,7 @@ def _count(form: ResultSchema, trajectory: results.Trajectory, each: str) -> int
 
 
 def _gathered(form: ResultSchema, dataset: Dataset, rows: list[Row]) -> np.ndarray:
-    """Return the values of one dataset for all rows, one case after another."""
+    """Return the values of a dataset for all rows, case after case."""
     good = [row.trajectory for row in rows if row.trajectory.status == "ok"]
     if dataset.each == SAMPLE:
         return np.concatenate([np.empty(0), *(path.channels[dataset.path] for path in good)])
@@ -290,11 +290,11 @@ def _coded(words: np.ndarray, codes: dict[str, int], dtype: np.dtype) -> np.ndar
 
 
 def summary_bytes(form: ResultSchema, rows: list[Row], facts: dict) -> bytes:
-    """Return the Parquet file of one batch; `facts` (what the store knows of the batch) go into its metadata."""
+    """Return the Parquet file of a batch; `facts` of the store go into its metadata."""
     table = summary_table(form, rows)
     table = table.replace_schema_metadata({"clearsweep": json.dumps(facts)})
     sink = io.BytesIO()
-    # it is read as a whole, and only once: dictionaries and statistics would take half of the time of writing it
+    # read once, as a whole: dictionaries and statistics would double the time of writing
     pq.write_table(
         table, sink, write_page_checksum=True, use_dictionary=False, write_statistics=False, compression="lz4"
     )
@@ -304,8 +304,8 @@ def summary_bytes(form: ResultSchema, rows: list[Row], facts: dict) -> bytes:
 class BatchFiles(NamedTuple):
     """The two files of a committed batch."""
 
-    summary: Path  # Parquet; it is written last: with it the batch is committed
-    orbits: Path | None  # HDF5, or None if nothing is kept
+    summary: Path  # Parquet; written last, which commits the batch
+    orbits: Path | None  # HDF5, or None if nothing is stored
     sha256: str  # of `orbits`
     written: int  # ns since 1970
     frame: str  # `ResultSchema.frame` of its cases
@@ -313,17 +313,17 @@ class BatchFiles(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Return the name of the summary, in which there is a hash of its content."""
+        """Return the name of the summary, which contains a hash of its content."""
         return self.summary.name
 
 
 def file_name(batch: str, content: bytes, ending: str) -> str:
-    """Return the name of a file of a batch, in which there is a hash of its content."""
+    """Return the name of a file of a batch, which contains a hash of its content."""
     return f"{batch}-{hashlib.sha256(content).hexdigest()[:HASH_LENGTH]}.{ending}"
 
 
 def named_hash(path: Path) -> str | None:
-    """Return the hash in the name of a file of a batch, None for a file that has no such name."""
+    """Return the hash in the name of a file of a batch, or None for other names."""
     match = _NAME.fullmatch(path.name)
     return match and match.group(1)
 
@@ -341,11 +341,11 @@ def batch_files(path: Path, content: bytes, *, keep_rows: bool = False) -> Batch
 
 
 def read_summary(path: Path, columns: list[str]) -> pa.Table:
-    """Return columns of the summary of a batch; StorageError where it is no longer what was committed."""
+    """Return columns of the summary of a batch; StorageError if it was changed after the commit."""
     try:
         with open_table(path) as file:
             return file.read(columns, use_threads=False)
-    except (OSError, ValueError) as error:  # as Arrow puts it
+    except (OSError, ValueError) as error:  # Arrow's error
         raise durable.changed(path) from error
 
 
@@ -362,23 +362,23 @@ def done_of(table: pa.Table) -> tuple[np.ndarray, np.ndarray]:
 
 
 def id_text(value: int) -> str:
-    """Return a case_id as it is written."""
+    """Return a case_id as text."""
     return f"{value:0{ID_LENGTH}x}"
 
 
 def id_texts(ids: np.ndarray) -> np.ndarray:
-    """Return case_ids as they are written, of the dtype of CASE_ID, from numbers (uint64)."""
+    """Return case_ids as texts of the dtype CASE_ID, from numbers (uint64)."""
     return np.frombuffer(binascii.hexlify(ids.astype(">u8").tobytes()), CASE_ID.dtype)
 
 
 def numbers_of(texts: bytes) -> np.ndarray:
-    """Return case_ids as numbers, uint64, from one after another as they are written."""
+    """Return case_ids as numbers, uint64, from texts."""
     return np.frombuffer(binascii.unhexlify(texts), ">u8").astype("u8")
 
 
 @contextlib.contextmanager
 def open_table(path: Path) -> Iterator[pq.ParquetFile]:
-    """Yield a Parquet file whose pages are checked as they are read; lighter than pq.read_table, too.
+    """Yield a Parquet file whose pages are verified on reading; also lighter than pq.read_table.
 
     Nothing is read in advance: Arrow would do that in a thread of its own, which may hold a Python buffer for longer
     than the interpreter lives and then aborts the process (apache/arrow issue 34314).

@@ -1,4 +1,4 @@
-"""Committed cases compared to their limits, and the files of the answers of searches."""
+"""Committed cases compared with their limits, and the result files of searches."""
 
 import io
 from collections.abc import Mapping, Sequence
@@ -17,17 +17,17 @@ from .directory import IDENTIFY_FILE, OPTIMISE_FILE, SEEK_FILE, RunDirectory
 
 
 class CaseResults(NamedTuple):
-    """How some cases compare to their limits."""
+    """Cases compared with their limits."""
 
     status: list[str]
     exceeded: list[str]  # columns, comma separated
-    margins: dict[str, np.ndarray]  # by limited column, NaN where there is none
-    columns: dict[str, np.ndarray]  # those that were asked for, NaN for null
-    histories: tuple[dict[str, np.ndarray], ...] = ()  # channels that were asked for, of each case; empty: it failed
+    margins: dict[str, np.ndarray]  # by limited column, NaN if missing
+    columns: dict[str, np.ndarray]  # requested columns, NaN for null
+    histories: tuple[dict[str, np.ndarray], ...] = ()  # requested channels of each case; empty for a failed case
 
 
 def read_results(run: RunDirectory, form: ResultSchema, rows: np.ndarray, names: Sequence[str] = ()) -> CaseResults:
-    """Return how committed cases (ROWS) compare to the limits of their grid, and the columns with these names."""
+    """Return committed cases (ROWS) compared with the limits of their grid, and the columns with these names."""
     status: list[str] = []
     exceeded: list[str] = []
     asked: dict[str, list[np.ndarray]] = {name: [] for name in names}
@@ -54,7 +54,7 @@ def read_results(run: RunDirectory, form: ResultSchema, rows: np.ndarray, names:
 def histories(
     run: RunDirectory, form: ResultSchema, rows: np.ndarray, names: Sequence[str]
 ) -> list[dict[str, np.ndarray]]:
-    """Return these channels of committed cases (ROWS), case by case."""
+    """Return channels of committed cases (ROWS), case by case."""
     found: list[dict[str, np.ndarray]] = [{} for _ in rows]
     with OrbitFiles(run, form) as orbits:
         for dataset in datasets(form):

@@ -1,4 +1,4 @@
-"""Compares what two directories hold of the same cases."""
+"""Compares the results of the same cases in two directories."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ def difference(
 ) -> Difference | None:
     """Return the first difference of two directories, or None.
 
-    `mine` and `theirs` (ROWS) say where each has the same cases in the same order.  Timings are not looked at.
+    `mine` and `theirs` (ROWS) locate the same cases in the same order.  Timings are ignored.
     """
     names = [np.array([batch.name for batch in run.batches], "S") for run in (first, second)]
     apart = names[0][mine["batch"]] != names[1][theirs["batch"]]  # batches are named by their content

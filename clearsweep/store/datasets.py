@@ -24,7 +24,7 @@ class Dataset(NamedTuple):
 
     @property
     def width(self) -> int:
-        """Return how many values there are per `each`."""
+        """Return the number of values per `each`."""
         return math.prod(self.shape)
 
 
@@ -48,7 +48,7 @@ def event_datasets(layout: Layout) -> list[Dataset]:
 
 
 def section_datasets(layout: Layout) -> list[Dataset]:
-    """Return the datasets of what is kept at crank angle 0 of every revolution."""
+    """Return the datasets of values stored at crank angle 0 of every revolution."""
     if not layout.sections:
         return []
     channels = {channel.name: channel for channel in layout.channels}
@@ -60,7 +60,7 @@ def section_datasets(layout: Layout) -> list[Dataset]:
     return datasets
 
 
-#: What the history of a life gives of each joint that wears: name, unit, text, and whether it is one value per bin.
+#: History of a life for each joint with wear: name, unit, description, and whether it has a value per bin.
 _OF_JOINT = (
     ("wear_depth_max", "m", "largest depth worn off either body", False),
     ("clearance", "m", "largest eccentricity, over directions, at which the surfaces touch first", False),

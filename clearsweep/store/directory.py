@@ -1,4 +1,4 @@
-"""The directory of one run: whose it is, who works in it, and which cases it contains."""
+"""The directory of a run: its grid, its lock, and its committed cases."""
 
 import contextlib
 import fcntl
@@ -39,14 +39,14 @@ from .record import RECORD_FILE, now, plain, read_record, record_bytes, signed
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"
 BLOCKS, DATASET = "blocks", "summary"  # folders of a run that is cut: of its blocks, and of their sorted summaries
-LOOK = 0.05  # s, more than a look at who has the lock takes
-SMALL = 64  # cases of a batch, up to which they are kept in memory: there may be many of such batches
+LOOK = 0.05  # s, longer than reading the holder of the lock
+SMALL = 64  # largest batch whose cases are cached in memory
 FINAL_FILES = SUMMARY_FILE, ORBITS_FILE = "summary.parquet", "orbits.h5"
 ANSWER_FILES = (SEEK_FILE, OPTIMISE_FILE, IDENTIFY_FILE) = (
     "seek.parquet",
     "optimise.parquet",
     "identify.parquet",
-)  # answers that follow from cases; run.json has their checksums
+)  # results of searches; run.json has their checksums
 _OWN_NAMES = {LOCK, SCRATCH, ORBITS, SUMMARIES}  # what may be there before run.json is
 _HOLDER = re.compile(rb"(process \d+ on .* since \S+)?\s*")  # what a lock says
 
@@ -90,7 +90,7 @@ class RunDirectory:
             self._compare(present, plain(grid.frame()))
 
     def _blocks_match(self) -> bool:
-        """Return whether a block of a run that is cut has batches of the grid that is asked for."""
+        """Return whether a block of the run has batches of the requested grid."""
         for folder in sorted(self.path.glob(f"{BLOCKS}/*/{SUMMARIES}")):
             block = RunDirectory(folder.parent)
             block.frame = self.frame
@@ -100,23 +100,23 @@ class RunDirectory:
         return False
 
     def _check_strangers(self) -> None:
-        """Raise DirectoryError where a link, a pipe or the like has the name of a file of the run, or a file is not."""
+        """Raise DirectoryError if a link, a pipe or the like has the name of a file of the run."""
         for name in (RECORD_FILE, LOCK, *FINAL_FILES):
             durable.check_regular(self.path / name)
         if self.record.exists():
             return
         strangers = sorted({entry.name for entry in self.path.iterdir()} - _OWN_NAMES)
-        strangers += [f"{SUMMARIES}/{path.name}" for path in self.summaries.glob("*")]  # of a lost run.json
+        strangers += [f"{SUMMARIES}/{path.name}" for path in self.summaries.glob("*")]  # run.json is lost
         strangers += [f"{ORBITS}/{path.name}" for path in self.orbits.glob("*") if not named_hash(path)]
         strangers += [f"{SCRATCH}/{name}" for name in durable.strangers(self.scratch)]
         if strangers:
             raise DirectoryError(
-                f"{self.path}: holds other files ({', '.join(strangers[:3])}) and no "
+                f"{self.path}: contains other files ({', '.join(strangers[:3])}) and no "
                 "run.json; choose an empty or new directory with --out"
             )
 
     def _compare(self, present: dict[str, Any], wanted: dict[str, Any]) -> None:
-        """Raise DirectoryError where the frame of the directory is not that of the grid."""
+        """Raise DirectoryError if the fixed settings of the directory differ from those of the grid."""
         differing = [path for path in sorted({*present, *wanted}) if present.get(path) != wanted.get(path)]
         if differing:
             lines = "".join(
@@ -124,13 +124,13 @@ class RunDirectory:
                 for path in differing
             )
             raise DirectoryError(
-                f"{self.path}: holds the results of another grid; choose another directory with "
+                f"{self.path}: contains the results of another grid; choose another directory with "
                 f"--out, for only the values on swept axes may change; what differs:{lines}"
             )
 
     @contextlib.contextmanager
     def open_for(self, grid: Grid, **facts: Any) -> Iterator[Self]:
-        """Create the directory where it is missing and hold its lock; a second holder is refused.
+        """Create the directory if it is missing, and lock it; a second process is refused.
 
         A new run.json contains `facts`.
         """
@@ -141,7 +141,7 @@ class RunDirectory:
                 for folder in (self.orbits, self.summaries):
                     durable.make_folder(folder)
                 self._lock(at_end.enter_context(durable.opened_lock(self.path / LOCK)))
-                durable.make_folder(self.scratch)  # with the lock taken: a run removes it as it ends
+                durable.make_folder(self.scratch)  # under the lock: a run removes it at its end
                 at_end.callback(durable.clear, self.scratch, remove=True)
                 durable.clear(self.scratch)
                 durable.probe(self.scratch)
@@ -149,7 +149,7 @@ class RunDirectory:
                 raise
             except OSError as error:
                 raise self._not_writable(error) from error
-            self.check(grid)  # again, now that nobody else can change it
+            self.check(grid)  # again, now that no other process can change it
             if self.lost or not self.record.exists():
                 self.write_record(grid, start=now(), end=None, **facts)
             yield self
@@ -188,7 +188,7 @@ class RunDirectory:
         lock.write(f"process {os.getpid()} on {platform.node()} since {now()}".encode())
 
     def holder(self) -> str | None:
-        """Return who works in the directory, or None if nobody does."""
+        """Return the process that has the lock, or None."""
         with contextlib.suppress(FileNotFoundError), durable.opened(self.path / LOCK) as lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
@@ -202,15 +202,15 @@ class RunDirectory:
             durable.replace(self.record, record_bytes(grid, facts), self.scratch)
 
     def add_to_record(self, **facts: Any) -> None:
-        """Add facts to run.json, which is there."""
+        """Add facts to the existing run.json."""
         with durable.storing(self.record):
             durable.replace(self.record, signed(read_record(self.path) | facts), self.scratch)
 
     def recover(self) -> list[str]:
-        """Take in what is committed and intact; return what was damaged, and what becomes of it.
+        """Load intact commits; return descriptions of damaged ones and what happens to them.
 
-        What a run wrote and nothing needs is removed: its name has its checksum.  What is damaged is kept as *.damaged,
-        and files with names that no run gives are left alone.
+        Unneeded files that a run wrote are removed; their names have checksums.  Damaged files are kept as *.damaged,
+        and files with other names are not touched.
         """
         notes = [f"{self.lost.partition(';')[0]}; restored from the batches"] if self.lost else []
         damage = self.look()
@@ -223,7 +223,7 @@ class RunDirectory:
             else:
                 durable.set_aside(path)
         notes += [f"{batch.summary.relative_to(self.path)}: of another grid; left alone" for batch in self.others]
-        if kept := durable.kept_in(self.scratch):  # of cases whose process was killed after it had committed them
+        if kept := durable.kept_in(self.scratch):  # cases whose process was killed after the commit
             rows = self.rows()
             done = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
             for case_id in done.intersection(kept):
@@ -231,7 +231,7 @@ class RunDirectory:
         return notes
 
     def look(self, *, histories: bool = True, rows_kept: int = 0) -> dict[Path, str]:
-        """Take in every committed batch whose checksums hold; return summaries of those that are damaged, and how.
+        """Load every committed batch with valid checksums; return damaged summaries with the reason.
 
         Without `histories` their files are not read.  `rows_kept` : so many rows of summaries stay in memory, since
         they are going to be asked for.
@@ -253,7 +253,7 @@ class RunDirectory:
         return damage
 
     def _flaw(self, batch: BatchFiles) -> str | None:
-        """Return what is wrong with the histories of a batch."""
+        """Return the damage of a batch's histories."""
         if batch.orbits is None:
             return None
         name = batch.orbits.relative_to(self.path)
@@ -264,12 +264,12 @@ class RunDirectory:
         return None if good else f"{name}: damaged (its checksum differs)"
 
     def adopt(self, name: str) -> None:
-        """Take a batch into account that was committed during this run, by the name of its summary."""
+        """Register a batch that was committed during this run, by the name of its summary."""
         path = self.summaries / name
         self.batches.append(batch_files(path, self._intact(path)))
 
     def _intact(self, path: Path) -> bytes:
-        """Return the content of the summary of a batch; StorageError where it is not what was committed."""
+        """Return the content of the summary of a batch; StorageError if it was changed after the commit."""
         try:
             content = durable.read(path)
         except FileNotFoundError:
@@ -279,7 +279,7 @@ class RunDirectory:
         return content
 
     def take(self, other: "RunDirectory") -> None:
-        """Take over the batches of another directory, linked or copied; orbits first, for the summaries commit."""
+        """Link or copy the batches of another directory; orbits first, since summaries commit."""
         known = {batch.name for batch in self.batches}
         new = [batch for batch in other.batches if batch.name not in known]
         for folder, files in (
@@ -294,7 +294,7 @@ class RunDirectory:
             self.adopt(batch.name)
 
     def committed(self) -> set[str]:
-        """Return the names of all batches that are committed by now."""
+        """Return the names of all committed batches."""
         return {path.name.partition("-")[0] for path in files_of_batches(self.summaries)}
 
     def committed_as(self, batch: str) -> str | None:
@@ -312,7 +312,7 @@ class RunDirectory:
         return len(failed), int(np.count_nonzero(failed))
 
     def rows(self) -> np.ndarray:
-        """Return where each committed case is (ROWS, ascending by id): its newest result, an 'ok' one first."""
+        """Return the location of each committed case (ROWS, ascending by id): its newest result, preferably 'ok'."""
         done = [self._done(batch) for batch in self.batches]
         ids = np.concatenate([np.empty(0, "u8"), *(each for each, _ in done)])
         failed = np.concatenate([np.empty(0, bool), *(each for _, each in done)])
@@ -331,7 +331,7 @@ class RunDirectory:
         return rows
 
     def _done(self, batch: BatchFiles) -> tuple[np.ndarray, np.ndarray]:
-        """Return what `read_done` does; rounds of cases ask again and again, so that of small batches it is kept."""
+        """Return the result of `read_done`, cached for small batches, which rounds of cases read repeatedly."""
         if batch.table is not None:
             return done_of(batch.table)
         done = self.small.get(batch.summary) or read_done(batch.summary)
@@ -341,7 +341,7 @@ class RunDirectory:
 
 
 def commit(directory: Path, form: ResultSchema, batch: str, rows: list[Row]) -> str:
-    """Store one batch for good: its orbits first, then its summary, which is the commit; return the summary's name."""
+    """Commit a batch: orbits first, then the summary, which is the commit; return the summary's name."""
     run = RunDirectory(directory)
     facts: dict[str, Any] = {"shard": None, "sha256": "", "written": time.time_ns(), "frame": form.frame}
     if datasets(form):
@@ -358,7 +358,7 @@ def commit(directory: Path, form: ResultSchema, batch: str, rows: list[Row]) -> 
 
 
 def files_of_batches(folder: Path) -> list[Path]:
-    """Return the files in a folder that have the names of files of batches, in order; others are not a run's."""
+    """Return the files in a folder with names of batch files, in order."""
     return sorted(path for path in folder.iterdir() if named_hash(path)) if folder.exists() else []
 
 

@@ -1,4 +1,4 @@
-"""How much room a run takes on the disk, and which of its files nothing needs any more."""
+"""Disk use of a run, and removal of files that are no longer needed."""
 
 import os
 import stat
@@ -17,7 +17,7 @@ from .record import RECORD_FILE, check_form, read_record
 
 RESULTS = (*FINAL_FILES, *ANSWER_FILES, RECORD_FILE)
 
-#: What can be removed: kind -> what it is, in the order in which it is reported.
+#: Removable files: kind -> description, in the order of the report.
 KINDS = {
     "writes": "incomplete files of processes that were killed",
     "histories": "histories without a summary",
@@ -29,7 +29,7 @@ KINDS = {
 
 
 class Waste(NamedTuple):
-    """Files of one kind that nothing needs."""
+    """Unneeded files of one kind."""
 
     kind: str  # of KINDS
     paths: tuple[Path, ...]
@@ -37,13 +37,13 @@ class Waste(NamedTuple):
 
 
 def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> dict[str, Any]:
-    """Remove the files of a run that nothing needs; return what was removed and what remains, ready for JSON.
+    """Remove the unneeded files of a run; return what was removed and what remains, for JSON.
 
     `batches`: also the batches of a finished run, whose files are checked first.  Another grid then computes all its
     cases in this directory.  `dry_run`: nothing is removed.  `other_cases` counts cases of removed batches that the
     last grid does not contain.  Sizes are in bytes.
 
-    Raise DirectoryError where there is no run, a run works there, or a file that would remain is damaged.
+    Raise DirectoryError if there is no run, a run is active, or a file that would remain is damaged.
     """
     record = read_record(directory)
     check_form(directory, record)
@@ -75,9 +75,9 @@ def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> d
 
 
 def waste(run: RunDirectory, damage: Iterable[Path] = (), *, batches: bool = False) -> list[Waste]:
-    """Return what nothing needs in a directory that `run` has looked at; nothing that a run did not write is in it.
+    """Return the unneeded files in the directory of `run`; only files that a run wrote.
 
-    `damage`: summaries that are not what was written; they and their histories remain for the next run.
+    `damage`: damaged summaries; they and their histories remain for the next run.
     """
     rows = run.rows()
     used = {int(number) for number in np.unique(rows["batch"])}
@@ -116,7 +116,7 @@ def use(directory: Path) -> dict[str, int]:
 
 
 def clean_text(facts: dict[str, Any]) -> str:
-    """Return what `clean` found as the lines a person reads."""
+    """Return the result of `clean` as text."""
     verb = "would be removed" if facts["dry_run"] else "removed"
     lines = [
         f"{facts['directory']}: {wording.size(facts['bytes'])} {verb}",
@@ -148,9 +148,9 @@ def _as_written(path: Path) -> bool:
 
 
 def _size(path: Path) -> int:
-    """Return the size of a regular file in bytes, 0 of anything else or nothing."""
+    """Return the size of a regular file in bytes, otherwise 0."""
     try:
         entry = os.lstat(path)
-    except FileNotFoundError:  # of a run that works there
+    except FileNotFoundError:  # files of an active run
         return 0
     return entry.st_size if stat.S_ISREG(entry.st_mode) else 0

@@ -1,7 +1,7 @@
-"""The files of a run and besides it: only regular files are opened, and a file is there whole or not at all.
+"""Durable files: only regular files are opened, and writes are atomic.
 
-A file is written under a name that nobody can have planted, synced, renamed, and its directory synced.  A link, a pipe,
-a device or a directory where a file should be is refused by its name: it is not followed, waited for or replaced.
+A file is written under an unpredictable name, synced, renamed, and its directory synced.  A link, a pipe,
+a device or a directory in place of a file is refused: it is not followed, waited for or replaced.
 """
 
 import contextlib
@@ -25,14 +25,14 @@ _KINDS = {
     stat.S_IFCHR: "a device",
     stat.S_IFBLK: "a device",
 }
-# Names of what a run leaves where it is killed.
+# Names of files that a killed run leaves.
 _PASSING = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note|work|stop)|stop)")
-_KEPT = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # of what the next run of the case goes on from
+_KEPT = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # file from which the next run of the case resumes
 _ASIDE = re.compile(r"[0-9a-f]{16}-[0-9a-f]{16}\.(h5|parquet)\.damaged")
 
 
 def check_regular(path: Path) -> None:
-    """Raise DirectoryError where something else than a regular file has this name; there may be nothing."""
+    """Raise DirectoryError if this name exists but is not a regular file."""
     with contextlib.suppress(FileNotFoundError):
         kind = stat.S_IFMT(os.lstat(path).st_mode)
         if kind != stat.S_IFREG:
@@ -42,7 +42,7 @@ def check_regular(path: Path) -> None:
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder where it is missing; raise DirectoryError where a link or a file has its name."""
+    """Create a folder if it is missing; raise DirectoryError if a link or a file has its name."""
     with contextlib.suppress(FileExistsError):
         os.mkdir(path)
     kind = stat.S_IFMT(os.lstat(path).st_mode)
@@ -53,18 +53,18 @@ def make_folder(path: Path) -> None:
 
 
 def opened(path: Path) -> BufferedReader:
-    """Return a regular file, open for reading; anything else is a DirectoryError, nothing a FileNotFoundError."""
+    """Return a regular file opened for reading; DirectoryError for anything else, FileNotFoundError if missing."""
     with _reading(path):
         return os.fdopen(_handle(path, os.O_RDONLY), "rb")
 
 
 def opened_lock(path: Path) -> FileIO:
-    """Return a regular file, open for reading and writing; it is made where it is missing."""
+    """Return a regular file opened for reading and writing; create it if it is missing."""
     return os.fdopen(_handle(path, os.O_RDWR | os.O_CREAT), "r+b", buffering=0)
 
 
 def _handle(path: Path, flags: int) -> int:
-    check_regular(path)  # before it is opened, for to open a device may do something
+    check_regular(path)  # before opening, since opening a device may have effects
     handle = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
     if not stat.S_ISREG(os.fstat(handle).st_mode):
         os.close(handle)
@@ -73,7 +73,7 @@ def _handle(path: Path, flags: int) -> int:
 
 
 def read(path: Path) -> bytes:
-    """Return the content of a regular file; what is not one is refused as by `opened`."""
+    """Return the content of a regular file; anything else is refused as by `opened`."""
     with _reading(path), opened(path) as file:
         return file.read()
 
@@ -97,41 +97,41 @@ def _reading(path: Path) -> Iterator[None]:
 
 
 def create(path: Path) -> int:
-    """Return the descriptor of a new file, open for writing; raise FileExistsError where anything has its name."""
+    """Return the descriptor of a new file opened for writing; raise FileExistsError if the name exists."""
     return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
 
 
 def scratch_file(folder: Path, name: str) -> Path:
-    """Return the path of a file that lives as long as a run at most: its name says that a run has written it."""
+    """Return the path of a temporary file of a run; its name marks it as such."""
     return folder / f".clearsweep-{name}"
 
 
 def kept(folder: Path, case_id: str) -> Path:
-    """Return the path of a file that lives until its case is committed, also where its run is killed."""
+    """Return the path of a file that is kept until its case is committed, even if the run is killed."""
     return scratch_file(folder, f"{case_id}.life")
 
 
 def kept_in(folder: Path) -> dict[str, Path]:
-    """Return the files of this kind in a folder, by the identities of their cases."""
+    """Return the files kept for uncommitted cases in a folder, by case identity."""
     names = os.listdir(folder) if folder.is_dir() else []
     return {match.group(1): folder / name for name in names if (match := _KEPT.fullmatch(name))}
 
 
 def work_of(name: str) -> str | None:
-    """Return the name of the batch whose progress the file called `name` keeps, or None if it is another file."""
+    """Return the batch whose progress is in the file `name`, or None for another file."""
     match = re.fullmatch(r"\.clearsweep-([0-9a-f]{16})\.work", name)
     return match and match.group(1)
 
 
 def overwrite(path: Path, content: bytes) -> None:
-    """Put a content into a passing file, which is made where it is missing; a reader may meet a part of it."""
+    """Write a temporary file, creating it if missing; a concurrent reader may see a part of it."""
     with os.fdopen(_handle(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), "wb") as file:
         file.write(content)
 
 
 @contextlib.contextmanager
 def publishing(path: Path, scratch: Path | None = None) -> Iterator[Path]:
-    """Yield the name under which to create a file, and to sync it; at the end it takes the place of `path`.
+    """Yield the name under which to create and sync a file; at the end it replaces `path`.
 
     The name is in `scratch`, on the same file system as `path`, or else next to `path`.  The exchange is on the
     disk only after a `sync` of the directory.
@@ -142,7 +142,7 @@ def publishing(path: Path, scratch: Path | None = None) -> Iterator[Path]:
         yield temporary
         os.replace(temporary, path)
     except OSError as error:
-        if error.errno:  # of the system: a write that is refused names no file, and nobody knows the passing one
+        if error.errno:  # system errors of a refused write name no file, or the temporary one
             error.filename = os.fspath(path)
         raise
     finally:
@@ -151,7 +151,7 @@ def publishing(path: Path, scratch: Path | None = None) -> Iterator[Path]:
 
 
 def replace(path: Path, content: bytes, scratch: Path | None = None) -> None:
-    """Write a file so that after any crash `path` is what it was before, or has the new content."""
+    """Write a file atomically: after a crash `path` has the old or the new content."""
     with publishing(path, scratch) as temporary, os.fdopen(create(temporary), "wb") as file:
         file.write(content)
         file.flush()
@@ -160,7 +160,7 @@ def replace(path: Path, content: bytes, scratch: Path | None = None) -> None:
 
 
 def duplicate(source: Path, path: Path, scratch: Path) -> None:
-    """Make a finished file appear at `path`, too, linked where the file system can, else copied; not yet synced."""
+    """Link a finished file to `path`, or copy it if the file system cannot link; not yet synced."""
     with publishing(path, scratch) as temporary:
         try:
             os.link(source, temporary, follow_symlinks=False)
@@ -171,21 +171,21 @@ def duplicate(source: Path, path: Path, scratch: Path) -> None:
 
 
 def discard(path: Path) -> None:
-    """Remove a regular file; anything else of that name stays."""
+    """Remove a regular file; leave anything else."""
     with contextlib.suppress(FileNotFoundError):
         if stat.S_ISREG(os.lstat(path).st_mode):
             os.unlink(path)
 
 
 def set_aside(path: Path) -> None:
-    """Give a file that is not what was written another name, under which nothing looks for it."""
+    """Rename a damaged file, so that it is no longer used."""
     aside = path.with_name(f"{path.name}.damaged")
     check_regular(aside)
     os.replace(path, aside)
 
 
 def clear(folder: Path, *, remove: bool = False) -> None:
-    """Remove what runs have left in a folder for passing files; `remove` the folder, too, if nothing else is in it."""
+    """Remove the temporary files of runs in a folder; `remove`: also the folder, if it is then empty."""
     with contextlib.suppress(OSError):
         for name in os.listdir(folder):
             if _PASSING.fullmatch(name):
@@ -195,19 +195,19 @@ def clear(folder: Path, *, remove: bool = False) -> None:
 
 
 def temporaries(folder: Path) -> list[Path]:
-    """Return the passing files that runs have left in a folder."""
+    """Return the temporary files that runs have left in a folder."""
     names = sorted(os.listdir(folder)) if folder.is_dir() else []
     return [folder / name for name in names if _PASSING.fullmatch(name)]
 
 
 def set_aside_in(folder: Path) -> list[Path]:
-    """Return the files of batches in a folder that `set_aside` gave another name."""
+    """Return the batch files in a folder that `set_aside` has renamed."""
     names = sorted(os.listdir(folder)) if folder.is_dir() else []
     return [folder / name for name in names if _ASIDE.fullmatch(name)]
 
 
 def probe(folder: Path) -> None:
-    """Raise OSError where no file can be written in a folder for passing files."""
+    """Raise OSError if no file can be written in a folder for temporary files."""
     place = scratch_file(folder, f"{secrets.token_hex(8)}.part")
     with os.fdopen(create(place), "wb") as file:
         file.write(b"x")
@@ -215,13 +215,13 @@ def probe(folder: Path) -> None:
 
 
 def strangers(folder: Path) -> list[str]:
-    """Return the names in a folder for passing files that no run has given."""
+    """Return the names in a folder for temporary files that are not from runs."""
     names = os.listdir(folder) if folder.is_dir() else []
     return [name for name in names if not _PASSING.fullmatch(name) and not _KEPT.fullmatch(name)]
 
 
 def sync(path: Path) -> None:
-    """Bring what was written to a file, or the names in a directory, onto the disk."""
+    """Flush a file, or the names in a directory, to disk."""
     handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)
@@ -231,7 +231,7 @@ def sync(path: Path) -> None:
 
 @contextlib.contextmanager
 def storing(path: Path) -> Iterator[None]:
-    """Turn an operating system's refusal while writing `path` into a StorageError that says what is safe."""
+    """Convert an OSError while writing `path` into a StorageError that says which results are safe."""
     try:
         yield
     except ClearsweepError:
@@ -241,7 +241,7 @@ def storing(path: Path) -> Iterator[None]:
 
 
 def changed(path: Path) -> StorageError:
-    """Return what to say where a file of a batch is no longer what was committed."""
+    """Return the message for a batch file that was changed after the commit."""
     return StorageError(
         f"{path}: was damaged or removed while this run worked here; run the same command again, which runs its cases "
         "again"
@@ -249,7 +249,7 @@ def changed(path: Path) -> StorageError:
 
 
 def refused(path: Path, error: OSError | RuntimeError) -> StorageError:
-    """Return what to say where the operating system refused to write `path`."""
+    """Return the message for a refused write to `path`."""
     number = getattr(error, "errno", None)
     if isinstance(error, FileNotFoundError) or (isinstance(error, OSError) and not number):  # while reading
         return StorageError(

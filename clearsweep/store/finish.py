@@ -19,16 +19,16 @@ from .worst import Again, worst_cases, write_worst
 
 
 class Facts(Protocol):
-    """What is counted of the cases of a block, and which of them it names."""
+    """Counts of the cases of a block, and the cases that it mentions."""
 
     def add(self, block: dict[str, np.ndarray], /) -> None:
-        """Take in the columns of some cases."""
+        """Add the columns of some cases."""
 
     def case_ids(self) -> set[str]:
-        """Return the cases that are named by now."""
+        """Return the cases mentioned so far."""
 
     def counts(self) -> dict[str, Any]:
-        """Return what was counted, as JSON contains it."""
+        """Return the counts for JSON."""
 
 
 def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
@@ -42,11 +42,11 @@ def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
 ) -> dict[str, Any]:
     """Write the final files of a block, whose batches are committed; return its mark.
 
-    wanted : identities of the cases that it has to have, ascending.  `say`, `again` : as `merge` takes them.
+    wanted : identities of the cases in the block, ascending.  `say`, `again` : as in `merge`.
     """
     block.directory(form.frame)
     with durable.opened_lock(block.path / LOCK) as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # a driver that was given up may finish the block at the same time
+        fcntl.flock(lock, fcntl.LOCK_EX)  # an abandoned driver may finish the block at the same time
         return _finish(block, cut, form, (wanted, facts, again, say))
 
 
@@ -56,7 +56,7 @@ def _finish(
     form: ResultSchema,
     how: tuple[np.ndarray, Facts, Again, Callable[[str], None]],
 ) -> dict[str, Any]:
-    """Write what `finish_block` does, with the lock of the block taken."""
+    """Write the files of `finish_block` under the lock of the block."""
     wanted, facts, again, say = how
     run = block.directory(form.frame)
     for sentence in run.look(rows_kept=HELD_ROWS).values():

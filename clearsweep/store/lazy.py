@@ -1,4 +1,4 @@
-"""The summary of a run that is cut: conditions on its columns say what of it is read."""
+"""Lazy summary of a run in blocks: conditions on columns determine which parts are read."""
 
 import operator
 from collections.abc import Callable, Iterator
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Run(Protocol):
-    """What is asked of the run."""
+    """The interface that a lazy summary needs of a run."""
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -42,10 +42,10 @@ _COMPARE: dict[str, Callable[[Any, Any], Any]] = {
 
 
 class Filter:
-    """Conditions on columns of a summary, all of which a row is to meet."""
+    """Conditions on columns of a summary, which a row must all meet."""
 
     def __init__(self, conditions: tuple[tuple[str, str, Any], ...]):
-        """Take conditions such as ('drive.speed', '>=', 100.0) or ('case_id', 'in', {...})."""
+        """Prepare conditions such as ('drive.speed', '>=', 100.0) or ('case_id', 'in', {...})."""
         self.conditions = conditions
 
     def __and__(self, other: "Filter") -> "Filter":
@@ -53,12 +53,12 @@ class Filter:
 
     @property
     def columns(self) -> list[str]:
-        """Return the columns that it looks at."""
+        """Return the columns in the conditions."""
         return [column for column, _, _ in self.conditions]
 
     @property
     def case_ids(self) -> set[str] | None:
-        """Return the identities that rows may have, None: any."""
+        """Return the possible identities of rows, or None for any."""
         sets = [
             {value} if how == "==" else set(value)
             for column, how, value in self.conditions
@@ -78,7 +78,7 @@ class Filter:
         )
 
     def groups(self, file: pq.ParquetFile, between: Callable[[int, int], np.ndarray]) -> list[int]:
-        """Return the groups of rows of a summary that may have rows that meet them.
+        """Return the row groups of a summary that may contain matching rows.
 
         between : the places of the identities from one to another.
         """
@@ -91,7 +91,7 @@ class Filter:
         return sorted({int(np.searchsorted(ends, first, "right")) for first, last in places if last > first})
 
     def mask(self, table: pa.Table) -> np.ndarray:
-        """Return which rows of a table meet them; null meets none."""
+        """Return which rows of a table match; null never matches."""
         mask = np.ones(len(table), bool)
         for column, how, value in self.conditions:
             values = values_of(table[column].combine_chunks())
@@ -155,7 +155,7 @@ class LazyColumn:
 
 
 class LazySummary:
-    """The summary of a run that is cut: it is read like a DataFrame, and only what is asked for is read.
+    """The summary of a run in blocks: used like a DataFrame, but only requested parts are read.
 
     `summary[summary["case_id"] == "..."]` and `summary[(summary["drive.speed"] > 100.0) & ...]` are DataFrames with the
     rows that pass; `summary["column"]` compares without being read; `summary.frame()` reads everything.
@@ -194,7 +194,7 @@ class LazySummary:
         return LazyColumn(self._run, wanted)
 
     def frame(self) -> "pd.DataFrame":
-        """Return all of it as a DataFrame, block after block."""
+        """Return the whole summary as a DataFrame, block after block."""
         return self._run.matching(Filter(()))
 
     def __getattr__(self, name: str) -> Any:
@@ -204,7 +204,7 @@ class LazySummary:
 
 
 def reaches(how: str, value: Any, low: float, high: float) -> bool:
-    """Return whether a number between two others can meet a condition."""
+    """Return whether a number in a range can meet a condition."""
     tests: dict[str, Callable[[], bool]] = {
         "==": lambda: low <= value <= high,
         "!=": lambda: True,

@@ -1,4 +1,4 @@
-"""The cases that an unfinished run has finished so far, as a run of their own to read."""
+"""The finished cases of an unfinished run, as a separate run to read."""
 
 import math
 from collections.abc import Mapping
@@ -22,11 +22,11 @@ from .batch import ResultSchema, open_table
 from .directory import RunDirectory
 from .record import now, read_record
 
-SEARCHES = {SEEK, REFINE, OPTIMISE, IDENTIFY, CHECK}  # sections that add cases on the way
+SEARCHES = {SEEK, REFINE, OPTIMISE, IDENTIFY, CHECK}  # sections that add cases during a run
 
 
 def is_unfinished(directory: Path) -> bool:
-    """Return whether the run in a directory is unfinished; raise DirectoryError where there is none."""
+    """Return whether the run in a directory is unfinished; raise DirectoryError if there is none."""
     return "merged" not in read_record(directory)
 
 
@@ -62,7 +62,7 @@ def keys_of_all(record: Mapping[str, Any], source: RunDirectory) -> dict[str, An
 
 
 def _present(values: list[Any]) -> list[Any]:
-    """Return values that are used, numbers in order of size."""
+    """Return the values in use, numbers in ascending order."""
     used = [value for value in values if value is not None]
     return used if any(isinstance(value, str) for value in used) else sorted(used)
 
@@ -88,7 +88,7 @@ def gather(source: RunDirectory, grid: Grid, wanted: np.ndarray, path: Path) -> 
         rows = target.rows()
         rows = rows[np.isin(rows["id"], wanted)]
         failed = int(np.count_nonzero(rows["failed"]))
-        cases = max(record.get("counts", {}).get("cases", 0), len(rows))  # of a shard those of the shard
+        cases = max(record.get("counts", {}).get("cases", 0), len(rows))  # for a shard, its own cases
         counts = {"cases": cases, "ok": len(rows) - failed, "failed": failed, "missing": cases - len(rows)}
         merged = merge(target, form, rows)
         known = {key: record[key] for key in ("source", "start", "derived", "warnings", "shard") if key in record}

@@ -24,7 +24,7 @@ from .record import RECORD_FILE, check_form, damaged, read_record
 from .worst import GROUP, JOINT, OFFSETS, TURNS
 
 if TYPE_CHECKING:
-    import pandas as pd  # loaded only where a frame is made
+    import pandas as pd  # imported only for frames
 
 
 TYPES = {pa.float64(), pa.int64(), pa.string()}  # of columns
@@ -38,12 +38,12 @@ class StoredRun:
     ----------
     directory : Path
     grid : dict, the content of run.json: name, axes and base case in SI, units of the axes, versions, machine, counts.
-    layout : Layout, what the scene has.
+    layout : Layout, joints, columns and channels.
     summary : DataFrame, one row per case in case_id order; `attrs["units"]` and `attrs["descriptions"]` by column.
     """
 
     def __init__(self, directory: str | Path, place: Path | None = None):
-        """Take the directory, and the `place` of its files where they were put together elsewhere."""
+        """Open a directory; `place`: of its files, if they were assembled elsewhere."""
         self.directory = Path(directory)
         self.place = place or self.directory
         self.grid = read_record(self.place)
@@ -51,16 +51,16 @@ class StoredRun:
         self.layout = Layout.read(self.grid["layout"])
 
     def _path(self, name: str) -> Path:
-        """Return where a final file is."""
+        """Return the path of a final file."""
         return self.place / name
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Return the names of what a reader looks for in the directory."""
+        """Return the names of the files that a reader uses."""
         return (*FINAL_FILES, RECORD_FILE)
 
     def marks(self) -> list[dict[str, Any]]:
-        """Return the marks of its blocks, none where it is not cut."""
+        """Return the marks of its blocks; none without blocks."""
         return []
 
     def striking(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
@@ -68,7 +68,7 @@ class StoredRun:
         return self.blocks(columns)
 
     def _check(self) -> None:
-        """Raise DirectoryError where the merged files are missing, damaged, of different runs or of another form."""
+        """Raise DirectoryError if the merged files are missing, damaged, of different runs or of another format."""
         check_form(self.place, self.grid)
         verify(self.place, self.grid, (SUMMARY_FILE, *ANSWER_FILES))
         self._check_columns()
@@ -78,7 +78,7 @@ class StoredRun:
             raise damaged(self.place / ORBITS_FILE, "it is of another run than summary.parquet")
 
     def _check_columns(self) -> None:
-        """Raise DamagedError where a table has other columns than follow from run.json."""
+        """Raise DamagedError if the columns of a table disagree with run.json."""
         try:
             made = [column.name for column in verdict.of_record(self.grid).columns]
         except InputError as error:
@@ -121,7 +121,7 @@ class StoredRun:
             raise
         except FileNotFoundError:
             raise _unfinished(path) from None
-        except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:  # as HDF5 and h5py put it
+        except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:  # errors of HDF5 and h5py
             raise damaged(path, str(error)) from error
 
     @contextlib.contextmanager
@@ -135,7 +135,7 @@ class StoredRun:
             raise
         except FileNotFoundError:
             raise _unfinished(path) from None
-        except (OSError, ValueError) as error:  # as Arrow puts it
+        except (OSError, ValueError) as error:  # Arrow's error
             raise damaged(path, str(error)) from error
 
     @cached_property
@@ -159,7 +159,9 @@ class StoredRun:
             table = file.read(use_threads=False)
         schema = table.schema
         table = table.replace_schema_metadata(None)
-        frame = table.to_pandas(use_threads=False, split_blocks=True, self_destruct=True)  # column by column, not twice
+        frame = table.to_pandas(
+            use_threads=False, split_blocks=True, self_destruct=True
+        )  # column by column, without a second copy
         for name, key in (("units", b"unit"), ("descriptions", b"description")):
             frame.attrs[name] = {field.name: field.metadata[key].decode() for field in schema}
         return frame
@@ -176,9 +178,9 @@ class StoredRun:
         return list(self.units)
 
     def column(self, name: str) -> "pd.Series":
-        """Return one column of the summary, all cases: of a million a frame of all columns takes 0.5 GB.
+        """Return a column of the summary for all cases; a frame of a million cases takes 0.5 GB.
 
-        Numbers are float64, NaN where there is none.
+        Numbers are float64, NaN if missing.
         """
         import pandas as pd
 
@@ -191,7 +193,7 @@ class StoredRun:
                 texts = file.read([name], use_threads=False).column(0).combine_chunks()
                 return texts.to_pandas(use_threads=False).rename(name)
         values, place = np.empty(len(self)), 0
-        for block in self.blocks([name]):  # group by group, so that all of it is there but once
+        for block in self.blocks([name]):  # group by group, so that only one copy exists
             values[place : place + len(block[name])] = block[name]
             place += len(block[name])
         return pd.Series(values, name=name)
@@ -208,7 +210,7 @@ class StoredRun:
     def orbit(self, case_id: str) -> "pd.DataFrame":
         """Return the time histories of one case as a DataFrame, columns by channel; `attrs["units"]` by column.
 
-        It is empty for a failed case and where `save.orbits` is none.
+        It is empty for a failed case and if `save.orbits` is none.
         """
         channels = self.layout.stored
         frame = self._frame(case_id, SAMPLE, [channel.name for channel in channels])
@@ -264,7 +266,7 @@ class StoredRun:
         return frame
 
     def poincare(self, case_id: str) -> "pd.DataFrame":
-        """Return where the journals are (m) and how fast (m/s) at crank angle 0 of every revolution.
+        """Return journal positions (m) and velocities (m/s) at crank angle 0 of every revolution.
 
         Columns are `rod_slider/x` and the like, with `attrs["units"]`; `revolution` counts turns of the crank.  It is
         empty where `orbit` is.
@@ -278,7 +280,7 @@ class StoredRun:
 
     @property
     def worst(self) -> list[str]:
-        """Return the cases of which the revolution of the largest peak was saved (`save.worst`), the worst first."""
+        """Return the cases whose peak revolution was saved (`save.worst`), worst first."""
         with self._orbits() as file:
             return [case_id.decode() for case_id in file[f"{GROUP}/case_id"][:]] if GROUP in file else []
 
@@ -333,13 +335,13 @@ class StoredRun:
             return {name: group[name][start:stop] for name in names if name != "offsets"}
 
     def full_id(self, begin: str) -> str:
-        """Return the case_id that begins with `begin`; InputError where none does, or several do."""
+        """Return the case_id that begins with `begin`; InputError if there is none or more than one."""
         return str(self._ids[self._place(begin)].decode())
 
     def _place(self, begin: str) -> int:
         """Return the row of the case whose case_id begins with `begin`."""
         text = str(begin).encode()
-        least, most = np.array([text, text.ljust(ID_LENGTH, b"g")], CASE_ID.dtype)  # a longer type would copy all ids
+        least, most = np.array([text, text.ljust(ID_LENGTH, b"g")], CASE_ID.dtype)  # a longer dtype would copy all ids
         first, last = int(np.searchsorted(self._ids, least)), int(np.searchsorted(self._ids, most, side="right"))
         if first == last or not 0 < len(text) <= ID_LENGTH:
             raise InputError(f"{self.directory}: no case {begin!r}; the case_id column of summary.parquet lists them")
@@ -354,7 +356,7 @@ class StoredRun:
 
         place = self._place(case_id)
         with self._orbits() as file:
-            stored = bool(paths) and "t" in file  # nothing is where save.orbits is none
+            stored = bool(paths) and "t" in file  # there is nothing if save.orbits is none
             start, stop = file[OFFSETS_BY[each]][place : place + 2] if stored else (0, 0)
             frame = pd.DataFrame({path: file[path][start:stop] if stored else [] for path in paths})
         return frame
@@ -369,7 +371,7 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
             raise damaged(path, "run.json has no checksum of it, as an older version wrote it")
         wanted = (record["merged"] | record.get("answers", {})).get(path.name)
         if wanted is None and path.name in ANSWER_FILES and not os.path.lexists(path):
-            continue  # nothing was searched for
+            continue  # there was no search
         try:
             actual = durable.checksum(path)
         except FileNotFoundError:
@@ -387,10 +389,10 @@ def _unfinished(path: Path) -> DirectoryError:
 
 
 def newest(results: Path) -> Path:
-    """Return the directory below `results` whose run ended last."""
+    """Return the directory below `results` of the latest run."""
     records = list(results.glob("*/run.json"))
     if not records:
         raise DirectoryError(
-            f"{results}: holds no run yet; `clearsweep run GRID.yaml` makes one, or name its directory"
+            f"{results}: contains no run yet; `clearsweep run GRID.yaml` makes one, or name its directory"
         )
     return max(records, key=lambda path: path.stat().st_mtime).parent

@@ -1,4 +1,4 @@
-"""Reads a run that is cut into blocks: its rows are located by the indices of blocks, and read when asked for."""
+"""Reads a run in blocks: rows are located by the indices of blocks and read on demand."""
 
 import contextlib
 import os
@@ -24,12 +24,12 @@ from .record import RECORD_FILE, check_form, damaged, read_record
 if TYPE_CHECKING:
     import pandas as pd
 
-NEAR = 1024  # identities on either side of where one is expected, which are read at once
-LISTED = 3  # cases that a message lists
+NEAR = 1024  # identities read on each side of the expected position
+LISTED = 3  # most cases in a message
 
 
 class OneBlock(StoredRun):
-    """One block of a run, read like a run."""
+    """A block of a run, used like a run."""
 
     def __init__(self, directory: Path, block: Block, grid: dict[str, Any], layout: Layout):
         """Take the run's directory, content of run.json and layout, and where the block is."""
@@ -39,7 +39,7 @@ class OneBlock(StoredRun):
         return self.block.files.get(name, self.directory / name)
 
     def orbits(self) -> contextlib.AbstractContextManager[h5py.File]:
-        """Return its orbits, to be opened by `with`."""
+        """Return the orbits as a context manager."""
         return self._orbits()
 
     @property
@@ -67,7 +67,7 @@ class OneBlock(StoredRun):
             return np.array([_below(handle, count, low), _below(handle, count, high + 1)])
 
     def id_at(self, place: int) -> str:
-        """Return the identity of the case at a place."""
+        """Return the identity of the case at an index."""
         with durable.opened(self._ids_file) as file:
             return id_text(int(np.frombuffer(os.pread(file.fileno(), 8, 8 * place), "<u8")[0]))
 
@@ -77,7 +77,7 @@ class OneBlock(StoredRun):
 
 
 class BlockedRun(StoredRun):
-    """The results in one directory whose run was cut into blocks.
+    """The results of a run in blocks.
 
     Attributes and methods are those of StoredRun.  `summary` is lazy: see `LazySummary`.  Opening compares the checksum
     of run.json; pages of the summaries are checked as they are read, and `status --verify` compares all checksums.
@@ -133,7 +133,7 @@ class BlockedRun(StoredRun):
 
     @property
     def summary(self) -> LazySummary:
-        """Return the summary, of which only what is asked for is read."""
+        """Return the summary, of which only requested parts are read."""
         return LazySummary(self)
 
     def column(self, name: str) -> "pd.Series":
@@ -242,7 +242,7 @@ class BlockedRun(StoredRun):
         return framed(table)
 
     def _possible(self, filters: Filter) -> Iterator[OneBlock]:
-        """Yield the blocks that may have a row that passes some filters."""
+        """Yield the blocks that may have matching rows."""
         ids = filters.case_ids
         if ids is not None:
             numbers = [int(each, 16) for each in ids]

@@ -49,14 +49,14 @@ def signed(record: dict[str, Any]) -> bytes:
 
 
 def read_record(directory: Path) -> dict[str, Any]:
-    """Return the content of run.json; DamagedError where it is not what was written, DirectoryError where it is not."""
+    """Return the content of run.json; DamagedError if it was changed, DirectoryError if it is missing."""
     path = Path(directory) / RECORD_FILE
     try:
         record = json.loads(durable.read(path))
         checksum = checksum_of(record) if isinstance(record, dict) else None
     except (FileNotFoundError, NotADirectoryError):
         raise DirectoryError(
-            f"{directory}: holds no run (there is no run.json in it); "
+            f"{directory}: contains no run (there is no run.json in it); "
             "name a directory that `clearsweep run` has written"
         ) from None
     except (ValueError, RecursionError) as error:
@@ -64,7 +64,7 @@ def read_record(directory: Path) -> dict[str, Any]:
     if checksum is None or not isinstance(record.get("frame"), dict):
         raise damaged(path, "it is not what `clearsweep run` writes")
     if "checksum" not in record and record["frame"].get("schema") != SCHEMA_VERSION:
-        return dict(record)  # of a version that wrote none
+        return dict(record)  # written by a version without checksums
     if record.get("checksum") != checksum:
         raise damaged(path, "its checksum differs")
     if record["frame"].get("schema") == SCHEMA_VERSION:
@@ -76,7 +76,7 @@ def read_record(directory: Path) -> dict[str, Any]:
 
 
 def check_form(directory: Path, record: dict[str, Any]) -> None:
-    """Raise DirectoryError where a run directory is of another form than this version reads."""
+    """Raise DirectoryError if this version cannot read the format of a run directory."""
     form = record["frame"].get("schema")
     if form != SCHEMA_VERSION:
         written = record.get("versions", {}).get("clearsweep", "unknown")
@@ -94,13 +94,13 @@ def damaged(path: Path, reason: str) -> DamagedError:
 
 
 def checksum_of(record: dict[str, Any]) -> str:
-    """Return the checksum of what run.json contains besides it, however it is laid out."""
+    """Return the checksum of run.json without the checksum itself, regardless of layout."""
     content = {key: value for key, value in record.items() if key != "checksum"}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def plain(value: Any) -> Any:
-    """Return `value` as JSON would give it back."""
+    """Return `value` after a round trip through JSON."""
     return json.loads(json.dumps(value, default=lambda other: other.item()))
 
 

@@ -1,6 +1,6 @@
-"""What run.json may hold: its checksum says that nothing was lost, not that `clearsweep run` wrote it.
+"""Validation of run.json: its checksum proves integrity, but not that `clearsweep run` wrote it.
 
-A results directory may come from anybody, so run.json is checked as a grid is, before any of it is used: names become
+A results directory may be untrusted, so run.json is validated like a grid before it is used: names become
 names of files, texts appear in pages and tables.
 """
 
@@ -12,15 +12,15 @@ from ..contracts.layout import Column, JointLayout, Layout
 from ..grid import Fit
 
 LONGEST = 10_000  # characters of a text
-LARGEST = 10**300  # whole number that a float contains
-DEEPEST = 20  # sections within one another
-_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")  # line ends and what changes the direction, too
+LARGEST = 10**300  # largest integer that a float represents
+DEEPEST = 20  # nesting of sections
+_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")  # including line ends and bidirectional marks
 
 Check = Callable[[Any, str], None]  # (value, where it is); raises MisshapenError
 
 
 class MisshapenError(Exception):
-    """Something in run.json that `clearsweep run` does not write; its text says where and what."""
+    """Content of run.json that `clearsweep run` does not write; the text says where and what."""
 
 
 def check(record: dict[str, Any]) -> None:
@@ -50,7 +50,7 @@ def _plain(value: Any, path: str, depth: int = 0) -> None:
             raise _refused(path, value, f"a line of at most {LONGEST} characters")
     elif isinstance(value, list):
         for each in value:
-            if not isinstance(each, int | float):  # long axes are made of these
+            if not isinstance(each, int | float):  # shortcut for long axes
                 _plain(each, path, depth + 1)
     elif isinstance(value, dict):
         for key, each in value.items():

@@ -1,4 +1,4 @@
-"""A sample of a run that is cut, read like a run: rows at random and the extremes of every column, in little memory."""
+"""A sample of a run in blocks, used like a run: random rows and the extremes of every column, in little memory."""
 
 from collections.abc import Iterator
 from functools import cached_property

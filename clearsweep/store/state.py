@@ -1,4 +1,4 @@
-"""What there is to say of a run directory without running anything: how far it is, who works there, what is damaged."""
+"""State of a run directory: progress, active processes and damaged files, without running anything."""
 
 from pathlib import Path
 from typing import Any
@@ -117,7 +117,7 @@ def _at_work(progress: phases.Progress) -> dict[str, Any]:
 
 
 def status_text(facts: dict[str, Any]) -> str:
-    """Return the state of a run as the lines a person reads."""
+    """Return the state of a run as text."""
     said = {
         FINISHED: f"finished {facts['end']}",
         UNDER_WAY: f"a run works here ({facts['holder']})",

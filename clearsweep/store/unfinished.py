@@ -8,7 +8,7 @@ from .directory import SCRATCH
 
 
 class Unfinished:
-    """The log of one case: one file among those that pass, replaced as a whole, named by the identity of the case."""
+    """The log of a case: a temporary file, replaced as a whole, named by the identity of the case."""
 
     def __init__(self, directory: Path, case_id: str):
         """Take the directory of the run and the case."""
@@ -25,7 +25,7 @@ class Unfinished:
         return rest if checksum == _checksum(rest) else None
 
     def keep(self, content: bytes) -> None:
-        """Replace the content; after a crash either the old or the new one is there, whole."""
+        """Replace the content atomically."""
         with durable.storing(self.path):
             durable.replace(self.path, _checksum(content) + b"\n" + content, self.scratch)
 

@@ -1,4 +1,4 @@
-"""The progress of a worker at its batch: one file among those that pass, from which the parent and `status` read it."""
+"""The progress of a worker in its batch: a temporary file that the parent and `status` read."""
 
 import contextlib
 import os
@@ -18,7 +18,7 @@ class Working:
         self.path = durable.scratch_file(directory / SCRATCH, f"{name}.work")
 
     def put(self, content: bytes | None) -> None:
-        """Keep this in the place of what was kept before, which need not outlive a crash; None: remove the file."""
+        """Replace the stored progress, which need not survive a crash; None: remove the file."""
         with contextlib.suppress(OSError):  # a full disk, of which the batch itself reports
             if content is None:
                 durable.discard(self.path)
@@ -26,7 +26,7 @@ class Working:
                 durable.overwrite(self.path, content)
 
     def read(self) -> phases.Progress | None:
-        """Return the progress as it is now, or None if none is kept."""
+        """Return the present progress, or None."""
         try:
             return phases.read(durable.read(self.path))
         except OSError:
@@ -34,7 +34,7 @@ class Working:
 
 
 def at_work(directory: Path) -> list[phases.Progress]:
-    """Return the progress of every worker of a run that keeps one."""
+    """Return the progress of every worker of a run."""
     scratch = directory / SCRATCH
     names = sorted(os.listdir(scratch)) if scratch.is_dir() else []
     known = (durable.work_of(name) for name in names)

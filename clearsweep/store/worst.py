@@ -1,4 +1,4 @@
-"""The worst cases of a run, and what orbits.h5 contains of each: the revolution in which its largest peak lies."""
+"""The worst cases of a run, and their peak revolutions in orbits.h5."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
@@ -21,9 +21,9 @@ class Worst(NamedTuple):
 
     case_id: str
     point: dict[str, Any]  # swept path -> value
-    joint: int  # whose figure it is: its place among those of the layout
+    joint: int  # index of its joint in the layout
     peak: float  # N, the largest normal force of that joint
-    revolutions: float | None  # for how many it ran, where `simulate.until` found them
+    revolutions: float | None  # length of its run, if `simulate.until` determined it
 
 
 #: Reads columns of the summary, some rows at a time.
@@ -35,7 +35,7 @@ Again = Callable[[Sequence[Worst]], Sequence[Peak | None]]
 def worst_cases(form: ResultSchema, groups: Groups) -> list[Worst]:
     """Return the worst cases of a summary, the worst first: those with the largest load ratio of any joint.
 
-    Where no case has one it is the largest normal force.
+    If no case has one, the largest normal force counts.
     """
     for figure in RANKED_BY:
         names = [f"{joint.name}_{figure}" for joint in form.layout.joints]

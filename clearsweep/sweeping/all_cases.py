@@ -27,7 +27,7 @@ def complete_run(directory: str | Path, simulator: Simulator = SIMULATION) -> It
         yield store.open(directory)
         return
     source = store.RunDirectory(directory)
-    with phases.phase("reading what the directory holds"):
+    with phases.phase("reading the directory"):
         source.look()
     with tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         grid = grids.load(store.keys_of_all(record, source), simulator.catalogue())

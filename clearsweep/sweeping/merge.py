@@ -176,7 +176,7 @@ def _same_grid(places: list[Path]) -> list[dict[str, Any]]:
                 f"\n  {path}: {_short(first.get(path))} there, {_short(other.get(path))} here" for path in differing
             )
             raise DirectoryError(
-                f"{place}: holds results of another grid than {places[0]}; "
+                f"{place}: contains results of another grid than {places[0]}; "
                 f"only shards of one grid can be joined; what differs:{lines}"
             )
     return records

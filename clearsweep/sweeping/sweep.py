@@ -160,7 +160,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
     begun = {"counts": {"cases": len(wanted)}, **known}
     with signals.catching(), directory_of(grid, out, shard).open_for(grid, **begun) as directory:
         start = store.now()
-        with phases.phase("reading what the directory holds"):
+        with phases.phase("reading the directory"):
             sentences = directory.recover()
         for sentence in sentences:
             progress.say(sentence)

@@ -152,7 +152,7 @@ _gains = map_joints(_gain, after_number)
 def with_sticking_forces(scene, y, pose, relative, loads, mode):
     """Return the loads with the tangential forces of joints that stick such as let their sliding speed die away.
 
-    It dies away with the rate `scene.reference_rate`, as what it has left is the band's width and of no account; where
+    It dies away with the rate `scene.reference_rate`, as the rest is within the band and negligible; where
     that takes more force than their limit, the limit acts.
     """
     if not any(type(joint.friction) in static_limit.members for joint in scene.joints if hasattr(joint, "friction")):

@@ -7,8 +7,9 @@ one the pin.  All is in the frame of the slot: x along it, y across.  Force and 
 pin's surface, so that their powers add up to normal force times rate of penetration and friction times sliding speed
 exactly, as in a guide.
 
-Wear of the wall goes by the way s along it, counter-clockwise from the middle of the end that lies in the direction of
-the slot: with the angle a (0 to 2 pi) of the normal, the radius R of the ends and half the length l, x within +-l,
+Wear of the wall depends on the arc length s along it, counter-clockwise from the middle of the end that lies in the
+direction of the slot: with the angle a (0 to 2 pi) of the normal, the radius R of the ends and half the length l, x
+within +-l,
 
     s = R a + (l - x where a <= pi, else 3 l + x).
 """
@@ -105,9 +106,9 @@ def _pressed(joint, gap, place, present):
     return axial, across, joint.journal_radius * tangential, contact
 
 
-@load.member(SlotJoint)
-def _load_slot_joint(joint, gap, place, present):
-    axial, across, on_pin, contact = _pressed(joint, gap, place, present)
+@inlined
+def load_at_pin(gap, axial, across, on_pin, contact):
+    """Return the Load of a force (N) on the pin in the frame of the slot and a couple (N m), with its Contact."""
     return Load(
         fx=gap.axis_x * axial - gap.axis_y * across,
         fy=gap.axis_y * axial + gap.axis_x * across,
@@ -115,6 +116,11 @@ def _load_slot_joint(joint, gap, place, present):
         moment_distal=on_pin,
         contacts=(contact,),
     )
+
+
+@load.member(SlotJoint)
+def _load_slot_joint(joint, gap, place, present):
+    return load_at_pin(gap, *_pressed(joint, gap, place, present))
 
 
 # ---------------------------------------------------------------------------------------------- wear

@@ -27,7 +27,7 @@ from .dry import Clip, normal_forces
 from .friction.contract import friction_force
 from .nearest import rough_angle, with_angles
 from .places import with_laws_as_they_are
-from .slot import SlotJoint, local_by_way, normal_of, note_contact, on_flat_wall
+from .slot import SlotJoint, load_at_pin, local_by_way, normal_of, note_contact, on_flat_wall
 from .wear.contract import local_clearance, middle_arc
 from .wear.passage import rubbing_at
 from .wear.shape import AT_POINT, PLACES, STEP, WIDER, WIDTH, Shape, shape_of, shapes_of, smoothed, worn_at
@@ -133,13 +133,7 @@ def _load_worn_slot(joint, gap, place, present):
     pull = tangential + force * here.sideways  # along the normal turned by +90 degrees
     axial, across = -force * normal.x - pull * normal.y, -force * normal.y + pull * normal.x
     on_pin = joint.journal_radius * tangential - force * here.couple
-    return Load(
-        fx=gap.axis_x * axial - gap.axis_y * across,
-        fy=gap.axis_y * axial + gap.axis_x * across,
-        moment_proximal=-on_pin - gap.x * across + gap.y * axial,
-        moment_distal=on_pin,
-        contacts=(contact,),
-    )
+    return load_at_pin(gap, axial, across, on_pin, contact)
 
 
 # ---------------------------------------------------------------------------------------------- its wear

@@ -120,8 +120,17 @@ def highest(p):
 
 
 @kernel
+def lowest(p):
+    """Return the least coefficient of WHOLE, below which no value within the step is; the first is not asked."""
+    bottom = p[WHOLE, 1]
+    for i in range(2, COEFFICIENTS):
+        bottom = min(bottom, p[WHOLE, i])
+    return bottom
+
+
+@kernel
 def tail(p):
-    """Return how far what WHOLE stands for may be from it: the last two coefficients of its series of Legendre's."""
+    """Return the error bound of WHOLE: the last two coefficients of its Legendre series."""
     before = last = 0.0
     for i in range(COEFFICIENTS):
         before += TAIL[0, i] * p[WHOLE, i]

@@ -9,8 +9,9 @@ import math
 
 from ..compiled.family import kernel
 from ..joint.contract import meets, touches
-from ..observe.observables import DEPTH, KAPPA, RATE, column_of
+from ..observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of
 from ..observe.stages import END, NODES, SCRATCH, SHARES, START
+from .accumulate.step_sums import FASTEST, sum_of
 from .bernstein import (
     COEFFICIENTS,
     DEGREE,
@@ -22,6 +23,7 @@ from .bernstein import (
     from_interpolant,
     from_values,
     highest,
+    lowest,
     lowest_place,
     tail,
     turn_sign,
@@ -29,6 +31,7 @@ from .bernstein import (
 from .event import GUARD, LIMIT, NOTHING, ONSET, SEPARATION, STOP, evaluate_dense
 from .guarding import evaluate_guards, first_passage, looked_at
 
+MARGIN = 1.2  # on the largest speed seen at the stages: bounds the speed between them
 ROUGH = 1e-3  # tail of a gap's polynomial, over its size, from which on the step is looked at in parts,
 LEAST_PART = 1.0 / 16.0  # of a step, at the shortest
 NEXT_TO_ROOT, ENOUGH = 0.05, 1e-7  # of a step: how far Newton's method may move an onset, and when it ends
@@ -70,7 +73,7 @@ def take_part_of_gap(at, j, begin, width):
 
 @kernel
 def is_rough(p):
-    """Return whether WHOLE, which may come to zero, may be far from what it stands for."""
+    """Return whether WHOLE, which may vanish, may be inaccurate."""
     size = 0.0
     for i in range(COEFFICIENTS):
         size = max(size, abs(p[VALUES, i]))
@@ -79,10 +82,21 @@ def is_rough(p):
 
 
 @kernel
+def cannot_arrive(at, j, h):
+    """Return whether the path of the journal of free contact `j` is too short to come to the bearing and to its end."""
+    work = at[0]
+    fastest = max(work.step[sum_of(j, FASTEST)], work.o[column_of(j, SLIP), END] * work.o[KAPPA, END])
+    gaps = work.o[column_of(j, DEPTH), START] + work.o[column_of(j, DEPTH), END]
+    return gaps + MARGIN * h * fastest < 0.0
+
+
+@kernel
 def first_onset(at, j, h):
     """Return the share of the step at which free contact `j` first touches its bearing, closing; NOWHERE if not."""
     work = at[0]
     p, begin = work.polynomials, work.o[column_of(j, DEPTH), START]
+    if cannot_arrive(at, j, h):
+        return NOWHERE
     if begin >= 0.0 and work.o[column_of(j, RATE), START] >= 0.0:
         return 0.0
     take_gap(at, j, h)
@@ -132,8 +146,10 @@ def first_separation(at, j):
     """Return the share of the step at which contact `j` separates, on the interpolant; NOWHERE if it does not."""
     work, root = at[0], at[0].time + 1 + j
     from_interpolant(work.polynomials, work.y[root], work.f, root)
+    if lowest(work.polynomials) > 0.0:
+        return NOWHERE
     turn_sign(work.polynomials)
-    return first_crossing(work.polynomials) if highest(work.polynomials) >= 0.0 else NOWHERE
+    return first_crossing(work.polynomials)
 
 
 @kernel

@@ -1,1 +1,1 @@
-"""How Python bodies become machine code: they run once on symbols, which write down what is done to them as LLVM."""
+"""Compiles Python bodies: they run once on symbols, which record the operations as LLVM code."""

@@ -1,4 +1,4 @@
-"""A function at work: its names, the lanes in which it goes on, the paths by which it is left, its source."""
+"""An activation of a traced function: its names, active lanes, exits and source."""
 
 import ast
 import builtins
@@ -12,13 +12,13 @@ from . import symbols
 from .paths import Path
 from .symbols import NotTraceableError, trace
 
-LANES = "lanes "  # names of variables that hold in which lanes a function, a loop or its turn goes on
-RETURNED = "returned "  # name of the variable that contains what was returned in lanes that go on no more
+LANES = "lanes "  # names of variables with the active lanes of a function, a loop or its turn
+RETURNED = "returned "  # name of the variable with the values returned in inactive lanes
 _NUMBERS = itertools.count()  # of activations
 
 
-class Returns(Exception):  # noqa: N818 - it is no error: the loop is emitted anew
-    """A loop returns a value in some lanes, for which there is to be a variable when it begins."""
+class Returns(Exception):  # noqa: N818 - not an error: the loop is emitted again
+    """A loop returns a value in some lanes, which needs a variable from its beginning."""
 
     def __init__(self, value: Any):
         super().__init__()
@@ -26,14 +26,14 @@ class Returns(Exception):  # noqa: N818 - it is no error: the loop is emitted an
 
 
 class Loop(NamedTuple):
-    """Where the paths that leave a turn of a loop are kept."""
+    """Exits of a turn of a loop."""
 
     breaks: list[Path]
     goes_on: list[Path]
 
 
 class Activation:
-    """A function at work."""
+    """An activation of a function."""
 
     __slots__ = ("asked_by", "free", "function", "loops", "mask", "names", "node", "number", "returns")
 
@@ -43,11 +43,11 @@ class Activation:
         self.loops: list[Loop] = []
         self.node: Any = None
         self.number = next(_NUMBERS)
-        self.mask: Any = None  # in which lanes a statement is to do something; None: in all
-        self.asked_by: Any = trace().lanes()  # in which lanes the function is wanted
+        self.mask: Any = None  # lanes in which statements have an effect; None: all
+        self.asked_by: Any = trace().lanes()  # lanes in which the function is called
 
     def lanes(self) -> Any:
-        """Return in which lanes a statement does something, as far as this function decides; None: in all."""
+        """Return the lanes in which statements of this function have an effect; None: all."""
         mask = self.mask
         for name, there in self.names.items():
             if name.startswith(LANES):
@@ -55,14 +55,14 @@ class Activation:
         return mask
 
     def lanes_in_all(self) -> Any:
-        """Return the same, as all functions at work decide."""
+        """Return the lanes in which statements have an effect, over all activations."""
         mask = self.lanes()
         if mask is None or self.asked_by is None:
             return self.asked_by if mask is None else mask
         return symbols.both(self.asked_by, mask)
 
     def look_up(self, name: str) -> Any:
-        """Return what a name represents."""
+        """Return the value of a name."""
         for space in (self.names, self.free, self.function.__globals__):
             if name in space:
                 return space[name]
@@ -97,7 +97,7 @@ def tree_of(code: types.CodeType) -> Any:
 
 @functools.cache
 def stored(node: Any) -> tuple[str, ...]:
-    """Return the names that a statement, or what is in it, gives values."""
+    """Return the names that a statement and its parts assign."""
     names = [n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
     return tuple(dict.fromkeys(names))
 
@@ -109,7 +109,7 @@ def contains(node: Any, kind: type) -> bool:
 
 
 def refusal(activation: Activation, reason: str) -> NotTraceableError:
-    """Return the error that says where, in which function, what cannot be traced."""
+    """Return the error for untraceable code, with function and line."""
     code, line = activation.function.__code__, getattr(activation.node, "lineno", 0)
     text = linecache.getline(code.co_filename, line).strip()
     return NotTraceableError(f"{code.co_filename}:{line}: {code.co_name} cannot be traced: it {reason}: {text}")

@@ -1,7 +1,7 @@
-"""Where compiled code is kept: a private directory stamped with everything that the code depends on.
+"""The cache of compiled code: a private directory stamped with everything that the code depends on.
 
-What is kept is run, so a directory in which somebody else could have put something is not used; and as one changed bit
-of it may change a number, everything carries a checksum.
+Cached code is executed, so a directory that another user could have written to is not used.  As one changed bit
+may change a number, everything carries a checksum.
 """
 
 import atexit
@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 
-#: All compiled code and what decides it lies below this directory.
+#: All compiled code and its sources are below this directory.
 ROOM = Path(__file__).parents[1]
 SHIPPED = ROOM / "objects"  # machine code that comes with the package, below a directory with the stamp of its sources
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of every file
@@ -26,7 +26,7 @@ CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of every file
 def stamp() -> str:
     """Return a hash of all sources of `mechanics` and of the compiler's version.
 
-    The compiler itself does not notice an edit in another file than that of the function it has kept.
+    The compiler itself only notices edits in the file of a cached function.
     """
     digest = hashlib.sha256(f"{version('llvmlite')}".encode())
     for source in sorted(ROOM.rglob("*.py")):
@@ -36,10 +36,10 @@ def stamp() -> str:
 
 
 def prepare() -> Path:
-    """Make the compiler keep its code in a private, stamped directory, and return that.
+    """Make the compiler use a private, stamped directory, and return it.
 
-    It lies in NUMBA_CACHE_DIR where that is set, else in the user's cache.  Where that cannot be written, or is not the
-    user's alone, the code is kept for this process and its workers only, which a line on stderr says.
+    It is in NUMBA_CACHE_DIR if that is set, else in the user's cache.  If that cannot be written, or is not
+    private, the code is kept only for this process and its workers, with a message on stderr.
     """
     mark = stamp()
     given = os.environ.get("NUMBA_CACHE_DIR")
@@ -80,25 +80,25 @@ def not_private(place: Path) -> str:
 
 
 def _passing() -> Path:
-    """Return a new private directory that goes with this process."""
+    """Return a new private directory that is removed with this process."""
     place, maker = Path(tempfile.mkdtemp(prefix="clearsweep-")), os.getpid()
     atexit.register(lambda: shutil.rmtree(place, ignore_errors=True) if os.getpid() == maker else None)
     return place
 
 
 def _checked(content: bytes, path: str) -> bytes:
-    """Return what is before the checksum of a file's content; a ValueError where that does not fit."""
+    """Return the content of a file without its checksum; ValueError if they disagree."""
     body, checksum = content[:-CHECKSUM], content[-CHECKSUM:]
     if hashlib.sha256(body).digest() != checksum:
         raise ValueError(f"{path}: its checksum differs")
     return body
 
 
-_told: set[str] = set()  # directories of which it was said that something in them is damaged
+_told: set[str] = set()  # directories with a reported damage
 
 
 def _damaged(path: str) -> dict:
-    """Say once for each directory that something in it is damaged; return an index without entries."""
+    """Report damage once for each directory; return an empty index."""
     directory = str(Path(path).parents[1])
     if directory not in _told:
         _told.add(directory)
@@ -110,7 +110,7 @@ def _damaged(path: str) -> dict:
 
 
 def kept(name: str) -> bytes | None:
-    """Return the content that is kept by a name, or came with the package, or None if there is none that is sound."""
+    """Return the valid content stored under a name or shipped with the package, or None."""
     home = Path(os.environ["NUMBA_CACHE_DIR"])
     for path in (home / "traced" / name, SHIPPED / home.name / name):
         try:
@@ -122,12 +122,12 @@ def kept(name: str) -> bytes | None:
     return None
 
 
-_KEPT_IN: list[Path] = []  # where it is kept in place of the user's cache
+_KEPT_IN: list[Path] = []  # directory used instead of the user's cache
 
 
 @contextlib.contextmanager
 def kept_in_package() -> Iterator[Path]:
-    """Within, what is kept goes into the package; what was there for other sources is removed."""
+    """In this context, store code in the package and remove code of other sources from it."""
     place = SHIPPED / Path(os.environ["NUMBA_CACHE_DIR"]).name
     for other in SHIPPED.glob("*"):
         if other != place:
@@ -140,7 +140,7 @@ def kept_in_package() -> Iterator[Path]:
 
 
 def keep(name: str, content: bytes) -> None:
-    """Keep a content by a name; where that fails, nothing is kept."""
+    """Store content under a name; on failure, store nothing."""
     place = _KEPT_IN[-1] if _KEPT_IN else Path(os.environ["NUMBA_CACHE_DIR"]) / "traced"
     partial = place / f"{name}.{secrets.token_hex(8)}"
     try:

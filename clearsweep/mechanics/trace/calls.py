@@ -1,4 +1,4 @@
-"""Calls: of bodies, which are run on symbols, of what is emitted otherwise, and of what Python does."""
+"""Calls of traced bodies, of functions with other emitted code, and of plain Python functions."""
 
 import ast
 import itertools
@@ -14,16 +14,16 @@ from .paths import Path, alike, changed, form_of, joined, leaves, passed, rebuil
 from .primitives import BODIES, ON_ITS_OWN, PRIMITIVES
 from .symbols import NotTraceableError, Symbol, Truth, is_symbol, trace
 
-RUNNERS: list[Callable] = []  # the one that runs bodies: it calls what is here, so it enters itself
+RUNNERS: list[Callable] = []  # runs bodies; registers itself, since it calls functions of this module
 
 
 def run(function: Any, *given: Any, **named: Any) -> Any:
-    """Return what a function returns, emitting what it does to symbols."""
+    """Return the result of a function, emitting its operations on symbols."""
     return run_bound(function, _bound(function, given, named))
 
 
 def run_bound(function: Any, names: dict[str, Any]) -> Any:
-    """Return the same where the names of what is given are known."""
+    """Return the same for arguments bound to names."""
     node = tree_of(function.__code__)
     free = {}
     if function.__closure__:
@@ -68,7 +68,7 @@ def _bound(function: Any, given: tuple, named: dict[str, Any]) -> dict[str, Any]
 
 
 def call(function: Any, *given: Any, **named: Any) -> Any:
-    """Return what a call returns, emitting what it does to symbols."""
+    """Return the result of a call, emitting its operations on symbols."""
     try:
         emit = PRIMITIVES.get(function)
     except TypeError:  # it cannot be looked up
@@ -91,21 +91,21 @@ def call(function: Any, *given: Any, **named: Any) -> Any:
 
 
 class _Function(NamedTuple):
-    """A function of machine code, made of a body for values of certain forms."""
+    """A machine code function, compiled from a body for arguments of certain forms."""
 
     code: Any
-    result: Any  # what it returns, with places in what the code returns for symbols
+    result: Any  # its result, with placeholders for symbols
 
 
 class _Returned:
-    """The place of a symbol in what the code of a function returns."""
+    """Placeholder of a symbol in the result of a function."""
 
     def __init__(self, place: int, symbol: Symbol):
         self.place, self.kind, self.width = place, type(symbol), symbol.width
 
 
 def _on_its_own(function: Any, given: tuple, named: dict[str, Any]) -> Any:
-    """Return what a function returns that becomes one of machine code, once for values of each form."""
+    """Return the result of a function that is compiled separately, once for each form of arguments."""
     hand = trace()
     call_arguments = _bound(function, given, named)
     try:
@@ -127,7 +127,7 @@ def _on_its_own(function: Any, given: tuple, named: dict[str, Any]) -> Any:
 
 
 def _made(function: Any, call_arguments: dict[str, Any], lanes: Any) -> _Function | None:
-    """Return the function of machine code for values of these forms, or None if it returns arrays."""
+    """Return the machine code function for arguments of these forms, or None if it returns arrays."""
     hand, outside, asking = trace(), trace().builder, trace().lanes
     handed = [x for value in (lanes, *call_arguments.values()) for x in passed(value)]
     kinds = [x.type for x in handed]
@@ -162,7 +162,7 @@ def _made(function: Any, call_arguments: dict[str, Any], lanes: Any) -> _Functio
 
 
 def call_body(body: Any, given: tuple, named: dict[str, Any]) -> Any:
-    """Return what a body returns that is entered somewhere, itself a kernel or not."""
+    """Return the result of a registered body, a kernel or not."""
     if isinstance(body, types.FunctionType) and not any(hasattr(body, name) for name in ("body_of", "each", BODIES)):
         return run(body, *given, **named)
     return call(body, *given, **named)
@@ -195,7 +195,7 @@ def _either(first: Any, second: Any, condition: Any, given: tuple) -> Any:
 
 
 def _either_in_lanes(first: Any, second: Any, condition: Truth, given: tuple) -> Any:
-    """Return the same lane by lane: one of them runs where all lanes want that, else both."""
+    """Return the same by lane: only one function runs if all lanes agree, otherwise both."""
     builder, hand = trace().builder, trace()
     single, other, mixed = hand.block(), hand.block(), hand.block()
     builder.cbranch(all_of(condition).value, single, other)
@@ -219,7 +219,7 @@ def _either_in_lanes(first: Any, second: Any, condition: Truth, given: tuple) ->
 
 
 class Lambda:
-    """A function that a body makes."""
+    """A function defined in a body."""
 
     def __init__(self, node: ast.Lambda, at_work: Activation):
         self.node, self.at_work = node, at_work

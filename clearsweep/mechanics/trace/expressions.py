@@ -1,4 +1,4 @@
-"""Expressions of a body on symbols."""
+"""Evaluates expressions of a body on symbols."""
 
 import ast
 from collections.abc import Callable, Iterator
@@ -15,10 +15,10 @@ from .paths import Path, alike, joined, leaves, rebuilt
 from .primitives import RULES, slope_rule
 from .symbols import NotTraceableError, Number, Truth, Whole, is_symbol, trace
 
-LARGEST_POWER = 16  # of whole powers that are written out
+LARGEST_POWER = 16  # largest integer power that is expanded
 
 
-BINARY: dict[type, tuple[str, Callable, Callable]] = {}  # syntax -> rule's name, what Python does, what is emitted
+BINARY: dict[type, tuple[str, Callable, Callable]] = {}  # syntax -> (name of the rule, Python function, emitter)
 for _syntax, _name, _plainly, _emit in (
     (ast.Add, "__add__", lambda a, b: a + b, symbols.plus),
     (ast.Sub, "__sub__", lambda a, b: a - b, symbols.minus),
@@ -48,12 +48,12 @@ def _has_slope(*given: Any) -> bool:
 
 
 def as_answer(x: Any) -> Any:
-    """Return whether a symbol counts as yes; what is known as it is."""
+    """Return the truth value of a symbol; known values unchanged."""
     return symbols.compared("!=", x, 0) if isinstance(x, (Number, Whole)) else x
 
 
 def _one_of(holder: Any, index: Any) -> Any:
-    """Return the item of a tuple whose number is known when the program runs."""
+    """Return an item of a tuple whose index is known only at run time."""
     value = holder[len(holder) - 1]
     for place in range(len(holder) - 2, -1, -1):
         values = alike([holder[place], value])
@@ -65,13 +65,13 @@ def _one_of(holder: Any, index: Any) -> Any:
 
 
 class Expressions:
-    """Finds out what the expressions of one activation are."""
+    """Evaluates the expressions of an activation."""
 
     def __init__(self, at_work: Activation):
         self.at = at_work
 
     def value(self, node: Any) -> Any:
-        """Return what an expression is."""
+        """Return the value of an expression."""
         return getattr(self, f"see_{type(node).__name__}", self.see_what)(node)
 
     def see_what(self, node: Any) -> Any:
@@ -83,7 +83,7 @@ class Expressions:
         return node.value
 
     def see_Name(self, node: Any) -> Any:  # noqa: N802
-        """Return what a name represents."""
+        """Return the value of a name."""
         return self.at.look_up(node.id)
 
     def see_Attribute(self, node: Any) -> Any:  # noqa: N802
@@ -99,7 +99,7 @@ class Expressions:
         return list(self.items(node.elts))
 
     def items(self, nodes: list[Any]) -> Iterator[Any]:
-        """Yield the values of expressions, those with a star one by one."""
+        """Yield the values of expressions; starred ones are unpacked."""
         for node in nodes:
             if isinstance(node, ast.Starred):
                 yield from self.value(node.value)
@@ -107,7 +107,7 @@ class Expressions:
                 yield self.value(node)
 
     def see_JoinedStr(self, node: Any) -> Any:  # noqa: N802
-        """Return a text that nothing is done with."""
+        """Return a text, which is not used."""
         return ""
 
     def index(self, node: Any) -> Any:
@@ -138,11 +138,11 @@ class Expressions:
         return holder[index]
 
     def see_BinOp(self, node: Any) -> Any:  # noqa: N802
-        """Return what an operation makes of two values."""
+        """Return the result of a binary operation."""
         return self.binary(node.op, self.value(node.left), self.value(node.right))
 
     def binary(self, operation: Any, a: Any, b: Any) -> Any:
-        """Return the same of values."""
+        """Return the result of a binary operation on values."""
         if isinstance(operation, ast.Pow):
             return self.power(a, b)
         rule, plainly, emit = BINARY[type(operation)]
@@ -153,7 +153,7 @@ class Expressions:
         return plainly(a, b)
 
     def power(self, a: Any, b: Any) -> Any:
-        """Return a power; a whole one that is known becomes products."""
+        """Return a power; a known integer power becomes products."""
         if _has_slope(a, b):
             return run(RULES["__pow__"], a, b)
         if is_symbol(a) and not is_symbol(b) and float(b).is_integer() and 1.0 <= b <= LARGEST_POWER:
@@ -167,7 +167,7 @@ class Expressions:
         return a**b
 
     def see_UnaryOp(self, node: Any) -> Any:  # noqa: N802
-        """Return what an operation makes of one value."""
+        """Return the result of a unary operation."""
         x = self.value(node.operand)
         if isinstance(node.op, ast.Not):
             x = as_answer(x)
@@ -183,7 +183,7 @@ class Expressions:
         raise NotTraceableError("has an operation that is not known")
 
     def see_Compare(self, node: Any) -> Any:  # noqa: N802
-        """Return an answer, or several one after the other."""
+        """Return the result of a comparison or of a chain of comparisons."""
         left, answer = self.value(node.left), None
         for operation, item in zip(node.ops, node.comparators, strict=True):
             right = self.value(item)
@@ -198,7 +198,7 @@ class Expressions:
         return answer
 
     def compare(self, operation: Any, a: Any, b: Any) -> Any:
-        """Return what a comparison says."""
+        """Return the result of a comparison."""
         if isinstance(operation, (ast.Is, ast.IsNot)):
             return (a is b) == isinstance(operation, ast.Is)
         if isinstance(operation, (ast.In, ast.NotIn)):
@@ -224,7 +224,7 @@ class Expressions:
         return plainly(a, b)
 
     def see_BoolOp(self, node: Any) -> Any:  # noqa: N802
-        """Return whether all answers are yes, or one is; what decides is found out first."""
+        """Return the result of `and` or `or`, with short-circuit evaluation."""
         is_and, answer = isinstance(node.op, ast.And), None
         for place, item in enumerate(node.values):
             if place == 0:
@@ -239,7 +239,7 @@ class Expressions:
         return answer
 
     def further(self, answer: Truth, node: Any, *, is_and: bool) -> Any:
-        """Return an answer and a further one together; the further one is asked for where the first does not decide."""
+        """Return the combination of a condition with a further one, evaluated only where necessary."""
         if answer.width > 1 or not any(isinstance(n, (ast.Call, ast.Subscript)) for n in ast.walk(node)):
             other = as_answer(self.value(node))
             return symbols.both(answer, other) if is_and else symbols.one_of(answer, other)
@@ -252,7 +252,7 @@ class Expressions:
         return joined(paths)
 
     def answer(self, node: Any) -> Any:
-        """Return whether what an expression is counts as yes."""
+        """Return the truth value of an expression."""
         x = as_answer(self.value(node))
         return x if is_symbol(x) else bool(x)
 
@@ -285,7 +285,7 @@ class Expressions:
         return rebuilt(a, iter([x if x is y else symbols.selected(condition, x, y) for x, y in pairs]))
 
     def see_Call(self, node: Any) -> Any:  # noqa: N802
-        """Return what a call returns."""
+        """Return the result of a call."""
         function = self.value(node.func)
         given = list(self.items(node.args))
         named: dict[str, Any] = {}
@@ -322,7 +322,7 @@ class Expressions:
         self.at.names = kept
 
     def assign(self, target: Any, value: Any) -> None:
-        """Give a target a value."""
+        """Assign a value to a target."""
         if isinstance(target, ast.Name):
             lanes = self.at.lanes()
             if lanes is None:
@@ -341,6 +341,6 @@ class Expressions:
             raise NotTraceableError("changes an attribute")
 
     def keep(self, name: str, value: Any, lanes: Any) -> None:
-        """Give a variable a value in some lanes."""
+        """Assign a value to a variable in some lanes."""
         names = self.at.names
         names[name] = blended(lanes, value, names[name]) if name in names else value

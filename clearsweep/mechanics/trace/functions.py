@@ -1,7 +1,7 @@
 """Elementary functions whose bits are the same on every machine, for one number and for numbers in lanes.
 
-They are made of `+ - * /`, fma, comparisons, selections and operations on bits alone (`operations`), so they run on
-floats, arrays and symbols.  An inexact product enters a sum by fma or by `product`: nothing is left to be contracted.
+They use only `+ - * /`, fma, comparisons, selections and operations on bits (`operations`), so they run on
+floats, arrays and symbols.  An inexact product enters a sum by fma or by `product`, so nothing can be contracted.
 
 Largest error in units in the last place, over 9 to 18 million random arguments, against 80-bit extended precision:
 
@@ -25,7 +25,7 @@ from typing import Any
 from .coefficients import ARC, COSINE, EXPONENTIAL, LOGARITHM, LOGARITHM_TAIL, SINE
 from .operations import bits_of, copysign, fma, number_of, where
 
-SHIFT = 1.5 * 2.0**52  # a number to which this is added is rounded to an integer, which its last bits then hold
+SHIFT = 1.5 * 2.0**52  # adding this rounds a number to an integer in its last bits
 ONE_BITS = 1023 << 52
 FRACTION_BITS = (1 << 52) - 1
 EXPONENT_BITS = 2047 << 52
@@ -119,7 +119,7 @@ def _expm1_words(x: Any, down: int) -> tuple[Any, Any]:
     a_low = where(scale < unit, scale - (a + unit), (scale - a) - unit)
     first = a + b  # |a| > |b|, or a = 0
     square = r * r
-    half = 0.5 * square  # a word by itself, as a and b may cancel
+    half = 0.5 * square  # a separate word, as a and b may cancel
     rest = fma(square * r, polynomial(r, EXPONENTIAL[1:]), fma(r_low, r, r_low) + fma(0.5 * r, r, -half))
     c = scale * half
     high = first + c
@@ -365,7 +365,7 @@ def atan2(y: Any, x: Any) -> Any:
     high = fma(j, QUARTER_PI, t)
     lost = t - fma(-j, QUARTER_PI, high)
     angle = high + (lost + fma(j, QUARTER_PI_LOW, rest))
-    return where((x != x) | (y != y), math.nan, copysign(angle, y))  # noqa: PLR0124 - nan alone differs from itself
+    return where((x != x) | (y != y), math.nan, copysign(angle, y))  # noqa: PLR0124 - only nan differs from itself
 
 
 def atan(x: Any) -> Any:

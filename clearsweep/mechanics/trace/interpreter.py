@@ -1,9 +1,9 @@
-"""Runs the body of a function on symbols, statement by statement, as its syntax tree has it.
+"""Interprets the body of a function on symbols, statement by statement, from its syntax tree.
 
-What is known while tracing is computed by Python: which law it is, how many joints there are, whether a number has a
-slope.  A decision on a symbol becomes two blocks, whose variables meet behind it; a loop whose end is not known, or
-that may end early, becomes a loop of blocks.  Other loops are written out.  In lanes, both sides of a decision run,
-each in the lanes that want it, and a loop runs until all lanes have left it.
+Values known while tracing are computed by Python: the law, the number of joints, whether a number has a
+slope.  A branch on a symbol becomes two blocks, whose variables are merged after it; a loop of unknown length, or one
+that may end early, becomes a loop of blocks.  Other loops are unrolled.  In lanes, both sides of a branch run,
+each in its active lanes, and a loop runs until all lanes have left it.
 """
 
 import functools

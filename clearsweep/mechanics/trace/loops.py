@@ -23,7 +23,7 @@ from .symbols import WIDTH, Abreast, NotTraceableError, Symbol, Whole, is_symbol
 class Bounds(NamedTuple):
     """What a loop counts by."""
 
-    start: Any  # None: it goes by a condition
+    start: Any  # None: it depends on a condition
     stop: Any = None
     step: int = 1
     source: Any = None  # an array of which it takes the items

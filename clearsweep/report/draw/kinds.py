@@ -17,7 +17,7 @@ from .comparison import CELLS_VECTOR, WRITTEN
 from .pass_share import UNKNOWN
 from .style import BLUE, GREY, INK, PALE, RED, colour_bar, logarithmic, name_values, plain_axes, stems
 
-KIND_COLOURS = ("#cfe3f1", "#86b8dc", "#f0c48c", "#e0824a")  # from calm to irregular, told apart in grey, too
+KIND_COLOURS = ("#cfe3f1", "#86b8dc", "#f0c48c", "#e0824a")  # from regular to irregular, distinguishable in grey, too
 SHARE_COLOURS = {"free flight": "#f0c48c", "impacts": "#e0824a", "lasting contact": "#86b8dc", "contact": "#86b8dc"}
 ORDERS = 40  # of the crank that a spectrum shows
 FLOOR = 1e-5  # of the largest amplitude, below which nothing is drawn

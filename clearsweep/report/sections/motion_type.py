@@ -45,7 +45,7 @@ def _oiled(study: Study, joint: Joint) -> bool:
 
 
 def _maps(study: Study, joint: Joint) -> list[Picture]:
-    """Return the maps of the least calm kind over the two axes that move the leading figure most."""
+    """Return the maps of the least regular kind over the two axes that move the leading figure most."""
     ranked = [effect.axis for effect in main_effects(study, joint.column(study.lead.figure))][:2]
     if len(ranked) < 2:
         return []

@@ -11,7 +11,7 @@ into which it does not reach.  The means of the bins are therefore smoothed, by 
 loss of volume, whose width is WIDTH, about that of a contact arc, or as much more as keeps the difference above a least
 one however the bodies are turned: AT_POINT for a force at one point, whose normal turns the faster the less they
 differ, ON_SPRINGS, where surfaces that have run in fit each other all along.  Where the bins are finer than that, their
-number is of no account.  A cubic spline through PLACES values of what comes out is twice continuously differentiable,
+number does not matter.  A cubic spline through PLACES values of what comes out is twice continuously differentiable,
 so forces have a continuous slope.
 """
 

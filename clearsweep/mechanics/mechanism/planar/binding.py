@@ -4,7 +4,6 @@ import itertools
 
 import numpy as np
 
-from ..contract import place
 from .drive import Steady
 from .equations import function_of
 from .form import Planar
@@ -23,7 +22,7 @@ def bound_of(value: Planar, machine: MachineType, courses: list) -> list[int]:
 
     if not machine.free:
         value = value._replace(drive=Steady(1.0, value.turn.start))
-    loops, looks = function_of(value, "loops"), []
+    place, loops, looks = function_of(value, "place"), function_of(value, "loops"), []
     angles = range(0, len(courses[0][0]) - 1, max((len(courses[0][0]) - 1) // LOOKS, 1))
     for k in angles:
         time = 2.0 * np.pi * k / (len(courses[0][0]) - 1)

@@ -89,11 +89,7 @@ class MachineType(NamedTuple):
 
 
 def kinds_of(value: Any) -> Any:
-    """Return the types in nested tuples, from values or from compiler types."""
-    if hasattr(value, "instance_class"):
-        return (value.instance_class, *map(kinds_of, value.types))
-    if hasattr(value, "types"):
-        return (tuple, *map(kinds_of, value.types))
+    """Return the types in nested tuples."""
     return (type(value), *map(kinds_of, value)) if isinstance(value, tuple) else float
 
 
