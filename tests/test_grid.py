@@ -397,7 +397,7 @@ def test_the_schema_names_every_key_with_unit_and_range():
     assert set(schema["then"]["properties"]) == {
         *("define", "mechanism", "joints", "simulate", "save", "name"),
         *("sweep", "zip", "cases", "sample", "figures", "limits", "uncertain", "seek", "refine"),
-        *("optimise", "identify"),
+        *("optimise", "identify", "check_laws"),
     }
 
 
