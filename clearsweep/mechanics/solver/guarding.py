@@ -4,6 +4,7 @@ import math
 
 from ..compiled.family import invoke, kernel
 from ..observe.stages import END, NODES, SCRATCH, SHARES
+from .accumulate.totals import PEAK
 from .bernstein import (
     COEFFICIENTS,
     DEGREE,
@@ -19,6 +20,9 @@ from .event import evaluate_dense
 
 ELSEWHERE = NODES.size  # place of the value of a guard at a state by itself, behind those at the nodes of a step
 NEXT_TO_START = 0.125  # share of a step at which a guard that was passed at its start has still to be
+#: Of the largest force of a contact, up to which a force is taken for zero: after an impact that gives back next to
+#: nothing it approaches zero for long, and its sign is that of rounding.
+ROUNDING = 1e-13
 RIGHT = 1e-12  # of the size of a guard: so close to zero it is located
 HALVING = 16  # looks after which the rest is halved
 
@@ -73,12 +77,13 @@ def guard_value(at, g, x):
 @kernel
 def first_passage(at, g):
     """Return the share of the step at which guard `g` turns positive; NOWHERE if it does not."""
-    p = at[0].polynomials
+    p, guards = at[0].polynomials, at[0].guards
     if not take_guard(at, g):
         return NOWHERE
-    if p[VALUES, 0] >= 0.0 and value_and_slope(p, WHOLE, NEXT_TO_START)[0] > 0.0:
+    noise = ROUNDING * at[0].totals.joint[guards.contact[g], PEAK] if guards.column[g] >= 0 else 0.0
+    if p[VALUES, 0] >= 0.0 and value_and_slope(p, WHOLE, NEXT_TO_START)[0] > noise:
         return 0.0
-    x = crossing_for_certain(p)
+    x = crossing_for_certain(p, noise)
     return x if x == NOWHERE else true_passage(at, g, x)
 
 
