@@ -107,7 +107,7 @@ def true_passage(at, g, x):
             break
         x = better
     value = guard_value(at, g, x)
-    (a, fa), (b, fb) = bracket(at, x, value)
+    (a, fa), (b, fb) = ends_around(at, x, value)
     if fb <= 0.0:  # it rises and falls between two stages
         b = top_behind(p, x)
         fb = guard_value(at, g, b)
@@ -117,7 +117,7 @@ def true_passage(at, g, x):
 
 
 @kernel
-def bracket(at, x, value):
+def ends_around(at, x, value):
     """Return (share, value) of a guard before and behind where it is likely to pass zero, its `value` at `x` known."""
     p = at[0].polynomials
     (a, fa), (b, fb) = (0.0, p[VALUES, 0]), (1.0, p[VALUES, DEGREE])
