@@ -183,7 +183,7 @@ def passage(monkeypatch, function, column=-1, peak=0.0):
     value = np.array([[*map(function, SHARES), 0.0]])
     guards = SimpleNamespace(value=value, contact=[0], column=[column])
     totals = SimpleNamespace(joint=np.full((1, JOINT), peak))
-    work = SimpleNamespace(guards=guards, totals=totals, polynomials=np.zeros((ROWS, COEFFICIENTS)))
+    work = SimpleNamespace(guards=guards, totals=totals, method=[0], polynomials=np.zeros((ROWS, COEFFICIENTS)))
     return guarding.first_passage((work,), 0), len(looks)
 
 

@@ -16,7 +16,7 @@ from .bernstein import (
     from_values,
     value_and_slope,
 )
-from .event import evaluate_dense
+from .event import IMPLICIT, evaluate_dense
 
 ELSEWHERE = NODES.size  # place of the value of a guard at a state by itself, behind those at the nodes of a step
 NEXT_TO_START = 0.125  # share of a step at which a guard that was passed at its start has still to be
@@ -107,23 +107,32 @@ def true_passage(at, g, x):
             break
         x = better
     value = guard_value(at, g, x)
-    (a, fa), (b, fb) = (0.0, p[VALUES, 0]), (1.0, p[VALUES, DEGREE])
-    for m in range(1, COEFFICIENTS):
-        if SHARES[m] <= x and p[VALUES, m] < 0.0:
-            a, fa = SHARES[m], p[VALUES, m]
-    for m in range(DEGREE, 0, -1):
-        if SHARES[m] > a and p[VALUES, m] > 0.0:
-            b, fb = SHARES[m], p[VALUES, m]
-    if a < x < b and value < 0.0:
-        a, fa = x, value
-    elif a < x < b:
-        b, fb = x, value
+    (a, fa), (b, fb) = ends_around(at, x, value)
     if fb <= 0.0:  # it rises and falls between two stages
         b = top_behind(p, x)
         fb = guard_value(at, g, b)
         if fb <= 0.0:
             return NOWHERE
     return crossing_between(at, g, (a, fa), (b, fb))
+
+
+@kernel
+def ends_around(at, x, value):
+    """Return (share, value) of a guard before and behind where it is likely to pass zero, its `value` at `x` known."""
+    p = at[0].polynomials
+    (a, fa), (b, fb) = (0.0, p[VALUES, 0]), (1.0, p[VALUES, DEGREE])
+    if at[0].method[0] != IMPLICIT:  # whose values between start and end are interpolated themselves
+        for m in range(1, COEFFICIENTS):
+            if SHARES[m] <= x and p[VALUES, m] < 0.0:
+                a, fa = SHARES[m], p[VALUES, m]
+        for m in range(DEGREE, 0, -1):
+            if SHARES[m] > a and p[VALUES, m] > 0.0:
+                b, fb = SHARES[m], p[VALUES, m]
+    if a < x < b and value < 0.0:
+        a, fa = x, value
+    elif a < x < b:
+        b, fb = x, value
+    return (a, fa), (b, fb)
 
 
 @kernel
