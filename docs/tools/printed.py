@@ -74,14 +74,15 @@ def missing(shown: str, lines: list[str]) -> list[str]:
 
 
 def renewed(shown: str, lines: list[str]) -> str:
-    """Return what is shown with the printed line most like it in place of each line that is not printed."""
+    """Return what is shown with the printed line most like it for each line that is not printed, in printed order."""
     old, left = missing(shown, lines), [line for line in lines if line not in shown.splitlines()]
     made = []
     for line in shown.splitlines():
         best = difflib.get_close_matches(line, left, n=1, cutoff=0.0) if line in old else []
         made.extend(best or [line])
         left = [each for each in left if each not in best]
-    return "".join(f"{line}\n" for line in made)
+    ordered = iter(sorted((line for line in made if line and line in lines), key=lines.index))
+    return "".join(f"{next(ordered) if line and line in lines else line}\n" for line in made)
 
 
 def renew(page: Path) -> None:
