@@ -602,8 +602,9 @@ def test_the_choice_of_the_elastic_law_moves_the_force_fourteenfold(tmp_path):
     run = of_elastic(["winkler", "power", "johnson"])
     message = text(run, tmp_path)
     assert (
-        "At a penetration of 1 µm these elastic laws differ by a factor of 14.2: 66.1 N (power) to 939 N "
-        "(winkler); by 30.2 at 0.1 µm"
+        "At a penetration of 1 µm the 2 elastic laws that hold in this joint differ by a factor of 1.15: "
+        "815 N (johnson) to 939 N (winkler). With the doubtful one it is 14.2. "
+        "Among those that hold the factor is 2.12 at 0.1 µm"
     ) in message
     assert "elastic law winkler, power, johnson" in message
     rows = {row[0]: row for row in table(run, "elastic_force_rod_slider").rows}
@@ -685,7 +686,9 @@ def test_tables_of_laws_are_written_with_their_units(tmp_path):
     report.tables(of_elastic(["power", "johnson"]), tmp_path)
     rows = list(csv.reader((tmp_path / "elastic_force_rod_slider.csv").read_text(encoding="utf-8").splitlines()))
     assert rows[0][:4] == ["elastic law", "used here", "at 0.1\u00a0µm [N]", "at 1\u00a0µm [N]"]
-    assert float(rows[1][3]) == pytest.approx(66.102, rel=1e-4)
+    forces = {row[0]: float(row[3]) for row in rows[1:]}  # N, at 1 µm
+    assert forces == pytest.approx({"johnson": 814.618, "power": 66.102}, rel=1e-4)
+    assert list(forces) == ["johnson", "power"]  # valid laws before doubtful ones
     heads = next(
         csv.reader(
             (tmp_path / "laws_rod_slider_contact_elastic_rod_slider.csv").read_text(encoding="utf-8").splitlines()
@@ -714,6 +717,18 @@ def test_ranges_of_what_is_derived_hold_one_unit_each():
     stiff = {name: first for name, first in derived.items() if "contact.stiffness" in name}
     assert {first["unit"] for first in stiff.values()} == {"N/m^1.5", "N/m^1.16257", "N/m^1.02531"}
     assert all(first["min"] == first["max"] for first in stiff.values())
+
+
+@pytest.mark.heavy
+def test_alt_text_names_the_softest_and_the_stiffest_law_although_a_doubtful_one_comes_last():
+    run = of_elastic(["winkler", "power", "johnson"])
+    (gallery,) = blocks(run, Gallery)
+    rows = table(run, "elastic_force_rod_slider").rows
+    forces = {row[0]: row[3] for row in rows}  # N, at a penetration of 1 µm
+    softest, stiffest = min(forces, key=forces.get), max(forces, key=forces.get)
+    assert rows[-1][0] != stiffest  # laws that are not valid come last, whatever their force
+    alt = gallery.pictures[-1].alt.replace("\u00a0", " ")
+    assert alt == f"At 1 µm {softest} is the softest law and {stiffest} the stiffest."
 
 
 @pytest.mark.heavy

@@ -16,37 +16,42 @@ from .section import Part
 from .study import Joint, Study, joint_of, resolved
 from .table import Column, Table
 
-UNKNOWN = "This version does not know every law of this run: what each by itself would do is not said."
+UNKNOWN = "This version does not know every law of this run, so their forces are not compared."
 DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m, at which forces are tabulated
-FIRST = 1  # place of the depth that the sentence begins with
+FIRST = 1  # index in DEPTHS of the depth by which laws are ordered
 HOLDING = (simulation.HOLDS, "")  # verdict on a law without objection
 CURVE = np.geomspace(DEPTHS[0], DEPTHS[-1], 25)  # m, at which they are drawn
 
 
 def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
-    """Return what there is to say of the swept elastic or roughness laws of a joint.
+    """Return sentences, picture and table that compare the swept elastic or roughness laws of a joint.
 
-    Each is taken in its case closest to the hardest.
+    Each law is evaluated in the case that shares the most other axis values with the case of largest peak force.
     """
     hardest = study.cases[joint.column(PEAK.figure)].idxmax()
     others = [other.path for other in study.swept() if other is not axis]
-    alike = pd.Series(0, study.cases.index)
+    shared_axis_values = pd.Series(0, study.cases.index)
     for path in others:
-        alike += study.cases[path] == study.cases.at[hardest, path]
-    there = [law for law in axis.values if (study.cases[axis.path] == law).any()]
-    closest = [alike[study.cases[axis.path] == law].idxmax() for law in there]
+        shared_axis_values += study.cases[path] == study.cases.at[hardest, path]
+    laws_with_cases = [law for law in axis.values if (study.cases[axis.path] == law).any()]
+    closest = [shared_axis_values[study.cases[axis.path] == law].idxmax() for law in laws_with_cases]
     try:
-        sections = [joint_of(alone, joint) for alone in resolved(study, closest)]
+        sections = [joint_of(resolved_case, joint) for resolved_case in resolved(study, closest)]
     except InputError:
         return Part([UNKNOWN], [], [])
-    by_law = dict(zip(there, sections, strict=True))
-    cases = dict(zip(there, closest, strict=True))
-    words = {law: _words(study, joint, cases[law], by_law[law]).get(law, HOLDING) for law in there}
-    return _beside(joint, by_law, there, words)
+    by_law = dict(zip(laws_with_cases, sections, strict=True))
+    verdicts = {
+        law: _verdicts(study, joint, case_id, by_law[law]).get(law, HOLDING)
+        for law, case_id in zip(laws_with_cases, closest, strict=True)
+    }
+    return _law_comparison(joint, by_law, laws_with_cases, verdicts)
 
 
 def of_material(study: Study, joint: Joint) -> Part | None:
-    """Return what the elastic laws would give in the hardest case that its material allows; None without one."""
+    """Return the comparison of the elastic laws that the joint's material allows, in the case of largest peak force.
+
+    None where the joint has no material, or its material allows one law only.
+    """
     path = f"joints.{joint.title}.contact.material"
     if dig(study.base, path) is None and not any(axis.path.startswith(path) for axis in study.axes):
         return None
@@ -56,8 +61,8 @@ def of_material(study: Study, joint: Joint) -> Part | None:
     except InputError:  # laws of another version
         return None
     sections = simulation.elastic_choices(section)
-    words = _words(study, joint, hardest, section)
-    return _beside(joint, sections, [section.elastic_name], words) if len(sections) > 1 else None
+    verdicts = _verdicts(study, joint, hardest, section)
+    return _law_comparison(joint, sections, [section.elastic_name], verdicts) if len(sections) > 1 else None
 
 
 def load_of(study: Study, joint: Joint, case_id: str) -> float | None:
@@ -67,23 +72,25 @@ def load_of(study: Study, joint: Joint, case_id: str) -> float | None:
     return load if np.isfinite(load) else None
 
 
-def _words(study: Study, joint: Joint, case_id: str, section: case.Joint) -> dict[str, tuple[str, str]]:
+def _verdicts(study: Study, joint: Joint, case_id: str, section: case.Joint) -> dict[str, tuple[str, str]]:
     """Return elastic law -> verdict for a joint of a case, and its reason."""
     return simulation.elastic_words(section, load_of(study, joint, case_id))
 
 
-def _beside(joint: Joint, sections: dict[str, case.Joint], used: list[str], words: dict[str, tuple[str, str]]) -> Part:
-    """Return sentence, picture and table of elastic laws; `sections`: name -> section of the joint with that law.
+def _law_comparison(
+    joint: Joint, sections: dict[str, case.Joint], used: list[str], verdicts: dict[str, tuple[str, str]]
+) -> Part:
+    """Return sentences, picture and table of elastic laws; `sections`: name -> section of the joint with that law.
 
-    words : name -> verdict and reason; valid laws come first and are drawn, and those in use
+    verdicts : name -> verdict and reason; valid laws come first in the table; valid laws and those in use are drawn
     """
     forces = {law: np.array(simulation.elastic_forces(section, DEPTHS)) for law, section in sections.items()}
-    holding = {law for law in sections if words.get(law, HOLDING)[0] == HOLDING[0]}
+    holding = {law for law in sections if verdicts.get(law, HOLDING)[0] == HOLDING[0]}
     ordered = sorted(forces, key=lambda law: (law not in holding, forces[law][FIRST]))
     sentences = _sentences(forces, [law for law in ordered if law in holding])
     drawn = [law for law in ordered if law in holding or law in used]
-    table = _table(joint, sections, forces, ordered, used, words)
-    return Part(sentences, [_curves(sections, drawn, used)] if drawn else [], [table])
+    table = _table(joint, sections, forces, ordered, used, verdicts)
+    return Part(sentences, [_curves({law: sections[law] for law in drawn}, used)] if drawn else [], [table])
 
 
 def _sentences(forces: dict[str, np.ndarray], holding: list[str]) -> list[str]:
@@ -93,7 +100,8 @@ def _sentences(forces: dict[str, np.ndarray], holding: list[str]) -> list[str]:
     values, at = np.array(list(forces.values())), [wording.scale("m", depth).given(depth) for depth in DEPTHS]
     all_laws = wording.plain(float(values.max(axis=0)[FIRST] / values.min(axis=0)[FIRST]))
     doubtful = len(forces) - len(holding)
-    rest = f"With the {doubtful} doubtful ones it is {all_laws}." if doubtful else ""
+    doubtful_laws = "doubtful one" if doubtful == 1 else f"{doubtful} doubtful ones"
+    rest = f"With the {doubtful_laws} it is {all_laws}." if doubtful else ""
     if len(holding) < 2:
         alone = f"only {holding[0]} is valid" if holding else "none is valid"
         return [f"Of {len(forces)} elastic laws {alone} in this joint; together they differ by a factor of {all_laws}."]
@@ -114,14 +122,14 @@ def _table(
     forces: dict,
     ordered: list[str],
     used: list[str],
-    words: dict[str, tuple[str, str]],
+    verdicts: dict[str, tuple[str, str]],
 ) -> Table:
     rows = []
     softest = min(forces[law][FIRST] for law in ordered)
     for law in ordered:
         limit = simulation.penetration_limit(sections[law])
         chosen = "yes" if law in used else ""
-        word, reason = words.get(law, HOLDING)
+        word, reason = verdicts.get(law, HOLDING)
         said = word if word == HOLDING[0] else f"{word}: {reason}"
         deepest = limit if np.isfinite(limit) else np.nan
         rows.append((law, chosen, *forces[law], forces[law][FIRST] / softest, deepest, said))
@@ -155,10 +163,17 @@ def _joint_text(section: case.Joint) -> str:
     return f"In the joint of the hardest case: {', '.join(facts)}"
 
 
-def _curves(sections: dict[str, case.Joint], ordered: list[str], used: list[str]) -> Picture:
-    curves = {law: np.array(simulation.elastic_forces(sections[law], CURVE)) for law in ordered}
-    drawn = [(law, curves[law], law in used) for law in sorted(ordered, key=lambda law: -curves[law][-1])]
-    alt = f"From {ordered[0]}, the softest at 1 µm, to {ordered[-1]}, the stiffest there."
+def _curves(sections: dict[str, case.Joint], used: list[str]) -> Picture:
+    """Return the picture of force over penetration of elastic laws: name -> section of the joint with that law."""
+    curves = {law: np.array(simulation.elastic_forces(section, CURVE)) for law, section in sections.items()}
+    by_last_force = sorted(curves, key=lambda law: -curves[law][-1])
+    drawn = [(law, curves[law], law in used) for law in by_last_force]
+    forces = {law: simulation.elastic_forces(section, DEPTHS)[FIRST] for law, section in sections.items()}
+    softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
+    depth = wording.scale("m", DEPTHS[FIRST]).given(DEPTHS[FIRST])
+    alt = f"At {depth} {softest} is the softest law and {stiffest} the stiffest."
+    if len(forces) < 2:
+        alt = f"Force of {softest} over penetration."
     return Picture(
         "Elastic force over penetration", "", alt, lambda ax: comparison.elastic(ax, CURVE, drawn), size=(4.6, 3.4)
     )

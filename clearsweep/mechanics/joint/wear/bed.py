@@ -1,12 +1,15 @@
-"""Wear under the springs of `joint.worn_bed`: they press where the worn gap closes, and as deep as it does.
+"""Wear under the springs of `joint.worn_bed`: they press where the worn gap is closed, by the local overlap f.
 
 In the frame of the normal at the deepest point the surfaces overlap by
 
-    f(psi) = (pen + c + h(0)) cos psi + h'(0) sin psi - c - h(psi) ,
+    f(psi) = (depth + c + h(0)) cos psi + h'(0) sin psi - c - h(psi)   (m)
 
-which is largest, pen, at psi = 0.  The pressure goes with f, and what of it lies before the edge of a bin is known in
-closed form, as the table of a shape has its integral.  Over time it is Lobatto's rule: a body loses what the law says,
-but a bin whose edge an end of the arc passes within a step gets a little more or less of it than its due.
+c : radial clearance (m); h : wear depth of bearing and journal together (m); psi : angle from the deepest point (rad);
+depth : penetration (m), the maximum of f, at psi = 0.
+
+The pressure is proportional to f.  Its share before the edge of a bin is known in closed form, because the table of a
+shape has the integral of h.  The wear is integrated over time by Lobatto's rule.  The total wear of a body is what the
+law gives.  A bin whose edge an end of the arc passes within a step gets a little more or less than its share.
 """
 
 import math
@@ -24,47 +27,47 @@ from .shape import integral_at, worn_at
 
 
 class Arc(NamedTuple):
-    """Where and how deep worn surfaces are in each other; angles from the deepest point."""
+    """Where and how deep worn surfaces overlap; angles from the deepest point."""
 
-    x: float  # m, f by cos psi
-    y: float  # m, by sin psi
-    turned: tuple  # rad, how far bearing and journal are turned in the frame of the deepest point
-    start: float  # rad
-    stop: float  # rad
-    depth: float  # m, the largest f
-    total: float  # m rad, integral of f; 0 where the surfaces do not press
+    x: float  # m, coefficient of cos psi in f
+    y: float  # m, coefficient of sin psi in f
+    turned: tuple  # rad, angles of bearing and journal in the frame of the deepest point
+    start: float  # rad, first end of the arc
+    stop: float  # rad, last end of the arc
+    depth: float  # m, the maximum of f
+    total: float  # m rad, integral of f over the arc; 0 without contact
 
 
 @inlined
-def summed_to(joint, arc, psi):
-    """Return the integral of f (m rad) from somewhere to an angle (rad)."""
+def antiderivative(joint, arc, psi):
+    """Return the antiderivative of f at psi (m rad); its constant cancels in differences.  psi : angle (rad)."""
     worn = integral_at(joint.bearing, psi - arc.turned[0]) + integral_at(joint.journal, psi - arc.turned[1])
     return arc.x * math.sin(psi) - arc.y * math.cos(psi) - joint.clearance * psi - worn
 
 
 @kernel
 def arc_at(joint, workspace, share):
-    """Return the Arc at a share of a step."""
+    """Return the Arc at a share (0 to 1) of a step."""
     turned, depth = (
         (-value(workspace, ON_BEARING, share), -value(workspace, ON_JOURNAL, share)),
         value(workspace, DEEPEST, share),
     )
     surfaces = surfaces_of(joint)
-    h, slope, bend, _ = worn_at(surfaces.bearing, -turned[0])
-    other, more, other_bend, _ = worn_at(surfaces.journal, -turned[1])
-    x, y = depth + joint.clearance + (h + other), slope + more
+    depth_b, slope_b, curvature_b, _ = worn_at(surfaces.bearing, -turned[0])
+    depth_j, slope_j, curvature_j, _ = worn_at(surfaces.journal, -turned[1])
+    x, y = depth + joint.clearance + (depth_b + depth_j), slope_b + slope_j
     if depth <= 0.0:
         return Arc(x, y, turned, 0.0, 0.0, 0.0, 0.0)
-    guess = math.sqrt(2.0 * depth / max(x + bend + other_bend, depth + BLUNT * joint.clearance))
+    guess = math.sqrt(2.0 * depth / max(x + curvature_b + curvature_j, depth + BLUNT * joint.clearance))
     low, high = arc_ends(surfaces, x, y, turned, (0.0, guess))
     arc = Arc(x, y, turned, -low, high, depth, 0.0)
-    total = max(summed_to(joint, arc, high) - summed_to(joint, arc, -low), 0.0)
+    total = max(antiderivative(joint, arc, high) - antiderivative(joint, arc, -low), 0.0)
     return Arc(x, y, turned, -low, high, depth, total)
 
 
 @kernel
 def sum_over_force(joint, arc):
-    """Return the pressure summed up over an Arc, whatever its direction, over its resultant (Lobatto's rule)."""
+    """Return the integral of the pressure over an Arc divided by the magnitude of its resultant (Lobatto's rule)."""
     normal_sum, across, reach = 0.0, 0.0, 0.5 * (arc.stop - arc.start)
     for i in turns(POINTS):
         psi = arc.start + reach * (1.0 + PLACES[i])
@@ -76,7 +79,7 @@ def sum_over_force(joint, arc):
 
 @kernel
 def rubbing_on(joint, workspace, arc, share):
-    """Return the Rubbing on an Arc at a share of a step."""
+    """Return the Rubbing on an Arc at a share (0 to 1) of a step."""
     load, slid = max(value(workspace, FORCE, share), 0.0), workspace[WAY * POINTS] + workspace[WAY * POINTS + 1] * share
     return Rubbing(
         line_load=load,
@@ -91,20 +94,23 @@ def rubbing_on(joint, workspace, arc, share):
 
 @kernel
 def enter_arc(joint, arc, body, area, bins):
-    """Enter what an Arc wears off a body, 0 the bearing or 1 the journal: an `area` over its radius (m rad)."""
+    """Add the wear of a body under an Arc to its bins.
+
+    body : 0 bearing, 1 journal; area : worn cross-section over the radius of the body (m rad)
+    """
     width, per_width, before = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
     start, stop = arc.start - arc.turned[body], arc.stop - arc.turned[body]
     first, last = math.floor(start / width), math.floor(stop / width)
-    begun, per_total = summed_to(joint, arc, arc.start), area / arc.total
-    place = first % bins.count
+    at_start, per_total = antiderivative(joint, arc, arc.start), area / arc.total
+    bin_index = first % bins.count
     for edge in range(first + 1, last + 2):
         up_to = area
         if edge <= last:
-            up_to = (summed_to(joint, arc, edge * width + arc.turned[body]) - begun) * per_total
+            up_to = (antiderivative(joint, arc, edge * width + arc.turned[body]) - at_start) * per_total
             up_to = min(max(up_to, before), area)
-        bins.depths[bins.first + place] += (up_to - before) * per_width
+        bins.depths[bins.first + bin_index] += (up_to - before) * per_width
         before = up_to
-        place = place + 1 if place + 1 < bins.count else 0
+        bin_index = bin_index + 1 if bin_index + 1 < bins.count else 0
 
 
 @enter_span.member(WornOnBed)
@@ -121,11 +127,11 @@ def _enter_span_worn_on_bed(joint, workspace, length, span, bins):
 
 
 @pressure_on.member(WornOnBed)
-def _pressure_on_worn_on_bed(joint, step, j, place):
-    arc = arc_at(joint, step.workspace, place / PARTS)
+def _pressure_on_worn_on_bed(joint, step, j, sample):
+    arc = arc_at(joint, step.workspace, sample / PARTS)
     if not arc.total > 0.0:
         return 0.0, 0.0
-    load = max(step.step_values[j, FORCE, place], 0.0) / joint.wear.length
+    load = max(step.step_values[j, FORCE, sample], 0.0) / joint.wear.length
     pressed = load * sum_over_force(joint, arc) / joint.bearing_radius
     return pressed / (arc.stop - arc.start), pressed * arc.depth / arc.total
 
