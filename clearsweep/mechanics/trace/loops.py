@@ -129,7 +129,7 @@ def _same_arrays(rows: list[Any], others: list[Any]) -> bool:
 class Loops(Statements):
     """Runs the loops of an activation."""
 
-    def do_For(self, node: Any) -> bool:  # named by the syntax
+    def do_For(self, node: Any) -> bool:  # noqa: N802 - named by the syntax
         """Run a loop over known values, over integers, or over the items of an array."""
         if node.orelse:
             raise NotTraceableError("has an else behind a loop")

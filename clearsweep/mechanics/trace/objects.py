@@ -15,7 +15,7 @@ import numpy as np
 from llvmlite import ir
 
 from ...language import phases
-from . import cache, interpreter, symbols  # the interpreter registers itself
+from . import cache, interpreter, symbols  # noqa: F401 - the interpreter registers itself
 from .calls import call_body, run
 from .memory import Bare, View, viewed
 from .paths import changed, leaves

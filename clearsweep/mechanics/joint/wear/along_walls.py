@@ -48,7 +48,7 @@ def depth_before(strip, depth, way):
 
 @kernel
 def share_of(strip, depth, low, high):
-    """Return the share of the load between two places (m) along a strip; at a point contact all of it is at the begin."""
+    """Return the share of the load between two places (m) along a strip; for a point, all of it is at the begin."""
     total = depth_before(strip, depth, strip.reach)
     if total <= 0.0:
         return 1.0 if low <= 0.0 else 0.0

@@ -69,7 +69,7 @@ def _default_contact_angle(joint, gap):
 
 @family
 def local_clearance(joint, on_bearing, on_journal):
-    """Return the difference (m) of the radii of curvature of the surfaces at the contact; angles : rad, in their frames."""
+    """Return the difference (m) of the radii of curvature of the surfaces at the contact; angles : rad, body frames."""
 
 
 @local_clearance.member(None)

@@ -148,7 +148,7 @@ def reach_of(workspace, row):
     low = [min(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
     high = [max(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
     least, largest = min(low[0], low[1]), max(high[0], high[1])
-    return min(least, min(low[2], low[3])), max(largest, max(high[2], high[3]))  # in pairs
+    return min(least, min(low[2], low[3])), max(largest, max(high[2], high[3]))  # noqa: PLW3301 - in pairs
 
 
 @inlined
