@@ -221,15 +221,18 @@ def first_crossing(p):
 
 
 @kernel
-def crossing_for_certain(p):
-    """Return where WHOLE first crosses zero upwards, or NOWHERE if it rises no higher than its error bound."""
-    if highest(p) < 0.0:
+def crossing_for_certain(p, noise):
+    """Return where WHOLE first crosses zero upwards, or NOWHERE if it rises no higher than its error bound.
+
+    noise : error bound of the values at the nodes.
+    """
+    if highest(p) < noise:
         return NOWHERE
     seen = False
     for m in range(1, COEFFICIENTS):
-        seen = seen or p[VALUES, m] > 0.0
+        seen = seen or p[VALUES, m] > noise
     if not seen:
-        far = tail(p)
+        far = max(tail(p), noise)
         lower(p, far)
         if first_crossing(p) == NOWHERE:
             return NOWHERE

@@ -1,5 +1,6 @@
 """Planar machines: rigid bodies with revolute and prismatic joints in any topology, each joint ideal or open."""
 
+import functools
 import math
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -13,7 +14,7 @@ from ..contract import Built, IdealMotion, Open
 from ..contract import Ideal as Closed
 from . import members  # noqa: F401 - registers the equations of motion
 from .binding import bound_of
-from .closure import Alike, ClosureError, MobilityError, extent
+from .closure import ClosureError, MobilityError, extent
 from .cycle import cycle_of
 from .drive import drive_of, driven
 from .equations import function_of
@@ -23,6 +24,7 @@ from .loads import loads_of, stops_of
 from .machine_type import kinds_of, machine_type
 from .segments import in_segments
 from .spanning_tree import ANGLE, RUN, Coordinate
+from .stations import Alike, geometry_of
 
 __all__ = ["Alike", "ClosureError", "MobilityError", "build", "channels", "ideal", "ideal_of", "stops"]
 
@@ -99,7 +101,7 @@ def _opened(machine: Machine, names: frozenset[str]) -> _Opened:
     tree = machine_type(kinds_of(value))
     paths = [known.course_of(item) for item in tree.hang.coordinates]
     value = value._replace(turn=cycle_of([known.aimed(known.turn)], machine.drive.start_angle))
-    dependent = bound_of(value, tree, paths) if tree.hang.loop_joints else []
+    dependent = _dependent(known, value, paths) if tree.hang.loop_joints else ()
     columns = [known.aimed(known.turn), *(paths[i] for i in dependent)]
     value = value._replace(
         dependent=tuple(map(numbered, dependent)), turn=cycle_of([*columns], machine.drive.start_angle)
@@ -108,6 +110,17 @@ def _opened(machine: Machine, names: frozenset[str]) -> _Opened:
     start = _start(known, state, {})
     lengths = np.array([_length(machine, item) for item in state])
     return _Opened(value, state, lengths, start, _light(machine, value, start))
+
+
+def _dependent(known: Ideal, value: Planar, paths: list) -> tuple[int, ...]:
+    """Return the indices of the dependent coordinates: machines that differ in masses and loads share them."""
+    kinds = kinds_of(value)
+    return _shared_dependent(geometry_of(known.whole), kinds, Alike((value, machine_type(kinds), paths)))
+
+
+@functools.lru_cache(maxsize=64)
+def _shared_dependent(key: bytes, kinds: tuple, given: Alike) -> tuple[int, ...]:
+    return tuple(bound_of(*given.value))
 
 
 def _light(machine: Machine, value: Planar, start: np.ndarray) -> list[str]:
