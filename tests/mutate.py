@@ -1,8 +1,8 @@
-"""Spoils code that decides numbers, one place at a time in a copy, and sees that the tests named for each notice.
+"""Mutates code that determines numbers, one place at a time in a copy, and checks that each mutation fails its tests.
 
 `python tests/mutate.py [WORD ...]` runs the mutations whose file, function or pattern contains one of the words, by
-default all; it ends with 1 where one survives or no longer applies.  The tests run with the compiler off: a changed
-kernel would else be compiled anew each time.
+default all; the exit code is 1 if one survives or no longer applies.  The tests run with the compiler off, because a
+changed kernel would be compiled anew each time.
 """
 
 import argparse
