@@ -1,5 +1,6 @@
 """Planar machines: rigid bodies with revolute and prismatic joints in any topology, each joint ideal or open."""
 
+import functools
 import math
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -13,7 +14,7 @@ from ..contract import Built, IdealMotion, Open
 from ..contract import Ideal as Closed
 from . import members  # noqa: F401 - registers the equations of motion
 from .binding import bound_of
-from .closure import Alike, ClosureError, MobilityError, extent
+from .closure import ClosureError, MobilityError, extent
 from .cycle import cycle_of
 from .drive import drive_of, driven
 from .equations import function_of
@@ -23,6 +24,7 @@ from .loads import discontinuity_times_of, loads_of
 from .machine_type import kinds_of, machine_type
 from .segments import in_segments
 from .spanning_tree import ANGLE, RUN, Coordinate
+from .stations import Alike, geometry_of
 
 __all__ = ["Alike", "ClosureError", "MobilityError", "build", "channels", "discontinuity_times", "ideal", "ideal_of"]
 
@@ -103,7 +105,7 @@ def _compiled(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
     coordinates = [ideal_machine.coordinate_over_turn(item) for item in structure.spanning_tree.coordinates]
     output = ideal_machine.output_at(ideal_machine.turn)
     form = form._replace(turn=cycle_of([output], machine.drive.start_angle))
-    dependent = bound_of(form, structure, coordinates) if structure.spanning_tree.loop_joints else []
+    dependent = _dependent(ideal_machine, form, coordinates) if structure.spanning_tree.loop_joints else ()
     columns = [output, *(coordinates[i] for i in dependent)]
     form = form._replace(
         dependent=tuple(map(numbered, dependent)), turn=cycle_of([*columns], machine.drive.start_angle)
@@ -112,6 +114,18 @@ def _compiled(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
     start = _start(ideal_machine, state, {})
     lengths = np.array([_length(machine, item) for item in state])
     return _Compiled(form, state, lengths, start, _light(machine, form, start))
+
+
+def _dependent(ideal_machine: Ideal, form: Planar, coordinates: list) -> tuple[int, ...]:
+    """Return the indices of the dependent coordinates: machines that differ in masses and loads share them."""
+    kinds = kinds_of(form)
+    inputs = Alike((form, machine_type(kinds), coordinates))
+    return _shared_dependent(geometry_of(ideal_machine.whole), kinds, inputs)
+
+
+@functools.lru_cache(maxsize=64)
+def _shared_dependent(key: bytes, kinds: tuple, inputs: Alike) -> tuple[int, ...]:
+    return tuple(bound_of(*inputs.value))
 
 
 def _light(machine: Machine, form: Planar, start: np.ndarray) -> list[str]:

@@ -9,7 +9,6 @@ Dynamics", chapters 3 and 6).  Derivatives are by the crank's angle: speeds come
 import copy
 import functools
 import math
-import pickle
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -157,23 +156,32 @@ class Closure:
 
     def _scaled(self, jacobian):
         """Return the derivatives with lengths measured by the machine's size."""
+        scale, unit = self._units
+        return jacobian * scale / unit
+
+    @functools.cached_property
+    def _units(self) -> tuple[np.ndarray, np.ndarray]:
+        """Unit of each coordinate (3 bodies,) and of each row (rows, 1)."""
         scale, unit, row = np.tile([self.size, self.size, 1.0], len(self.names)), np.ones(self.rows), 0
         for joint in self.machine.joints:
             unit[row] = 1.0 if isinstance(joint, (Guide, Stretch)) else self.size
             unit[row + 1] = self.size  # of a slot, the next row's, which is set then
             row += 1 if isinstance(joint, Slot) else 2
         unit[row:-1] = self.size
-        return jacobian * scale / unit[:, None]
+        return scale, unit[:, None]
 
-    def _weakest(self, q, angle) -> tuple[float, str]:
+    def _weakest(self, jacobian) -> tuple[float, str]:
         """Return how far a machine is from being singular, and the body that moves most in the weakest way."""
-        _, jacobian, _ = self.evaluate(q, angle)
         _, values, ways = np.linalg.svd(self._scaled(jacobian))
         share = np.abs(ways[-1]).reshape(-1, 3).max(axis=1)
         return values[-1] / values[0], self.names[int(np.argmax(share))]
 
     def closed(self, q, angles) -> np.ndarray:
         """Return where the constraints hold, from `q` (..., 3 bodies) near it; nan where that fails."""
+        return self._closed(q, angles)[0]
+
+    def _closed(self, q, angles) -> tuple[np.ndarray, np.ndarray]:
+        """Return what `closed` does, and the derivatives of the constraints there."""
         q = q.copy()
         for _ in range(30):
             values, jacobian, _ = self.evaluate(q, angles)
@@ -185,12 +193,13 @@ class Closure:
             # what a step of Newton's method leaves is as its square
             if np.max(np.abs(step)) < SQUARE * min(self.size, 1.0) or not np.all(np.isfinite(q)):
                 break
-        values, _, _ = self.evaluate(q, angles)
-        return np.where(np.max(np.abs(values), axis=-1, keepdims=True) < 1e-11 * max(self.size, 1.0), q, math.nan)
+        values, jacobian, _ = self.evaluate(q, angles)
+        satisfied = np.max(np.abs(values), axis=-1, keepdims=True) < 1e-11 * max(self.size, 1.0)
+        return np.where(satisfied, q, math.nan), jacobian
 
-    def derivatives(self, q, angles) -> tuple[np.ndarray, np.ndarray]:
-        """Return first and second derivatives of `q` by the crank's angle."""
-        _, jacobian, _ = self.evaluate(q, angles)
+    def derivatives(self, q, angles, jacobian=None) -> tuple[np.ndarray, np.ndarray]:
+        """Return first and second derivatives of `q` by the crank's angle; jacobian : of the constraints, if known."""
+        jacobian = self.evaluate(q, angles)[1] if jacobian is None else jacobian
         right = np.zeros((*q.shape[:-1], self.rows, 1))
         right[..., -1, :] = 1.0
         first = np.linalg.solve(jacobian, right)[..., 0]
@@ -296,80 +305,52 @@ class Closure:
         every = STATIONS // COARSE
         coarse = np.empty((COARSE + 1, 3 * len(self.names)))
         coarse[0] = self.start(start)
-        self._check(coarse[0], start)
+        jacobian = self.evaluate(coarse[0], start)[1]
+        self._check(jacobian, start)
         for k in range(COARSE):
-            coarse[k + 1] = self._continued(coarse[k], angles[every * k], angles[every * (k + 1)])
+            way = angles[every * k], angles[every * (k + 1)]
+            coarse[k + 1], jacobian = self._continued(coarse[k], jacobian, *way)
         rough = Turn(angles[::every], coarse, *self.derivatives(coarse, angles[::every]))
-        q = self.closed(between(rough, angles).q, angles)
-        first, second = self.derivatives(q, angles)
-        turn = Turn(angles, q, first, second)
-        self._check_all(turn)
+        q, jacobian = self._closed(between(rough, angles).q, angles)
+        turn = Turn(angles, q, *self.derivatives(q, angles, jacobian))
+        self._check_all(turn, jacobian)
         return turn
 
-    def _continued(self, q, before: float, after: float) -> np.ndarray:
-        """Return the machine at another angle of its crank, by as many steps as that takes."""
+    def _continued(self, q, jacobian, before: float, after: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the machine at another angle of its crank, by as many steps as that takes, with its derivatives."""
         parts = 1
         while parts <= FINEST:
-            here, angle, far = q, before, False
+            here, slopes_here, angle, far = q, jacobian, before, False
             for part in range(parts):
                 following = before + (after - before) * (part + 1) / parts
-                first, second = self.derivatives(here, angle)
+                first, second = self.derivatives(here, angle, slopes_here)
                 step = following - angle
                 guess = here + first * step + 0.5 * second * step**2
-                there = self.closed(guess, following)
+                there, slopes_there = self._closed(guess, following)
                 far = not np.all(np.isfinite(there)) or np.max(np.abs((there - guess)[2::3])) > FAR
                 if far:
                     break
-                here, angle = there, following
+                here, slopes_here, angle = there, slopes_there, following
             if not far:
-                self._check(here, after)
-                return here
+                self._check(slopes_here, after)
+                return here, slopes_here
             parts *= 4
-            q, before = here, angle
-        raise ClosureError("its lengths do not let the crank turn on", self._weakest(here, angle)[1], angle)
+            q, jacobian, before = here, slopes_here, angle
+        raise ClosureError("its lengths do not let the crank turn on", self._weakest(slopes_here)[1], angle)
 
-    def _check_all(self, turn: Turn) -> None:
+    def _check_all(self, turn: Turn, jacobian) -> None:
         """Raise ClosureError where a turn passes a singular position between the stations that were looked at."""
-        _, jacobian, _ = self.evaluate(turn.q, turn.angles)
         signs = np.sign(np.linalg.det(self._scaled(jacobian)))
         steep = np.max(np.abs(turn.first[:, 2::3]), axis=1) > 1.0 / NEAR_SINGULAR
         crossed = np.flatnonzero((signs != signs[0]) | steep | ~np.all(np.isfinite(turn.q), axis=1))
         if crossed.size:
             angle = float(turn.angles[crossed[0]])
-            raise ClosureError(_SINGULAR, self._weakest(turn.q[crossed[0] - 1], angle)[1], angle)
+            raise ClosureError(_SINGULAR, self._weakest(self.evaluate(turn.q[crossed[0] - 1], angle)[1])[1], angle)
 
-    def _check(self, q, angle: float) -> None:
-        weak, body = self._weakest(q, angle)
+    def _check(self, jacobian, angle: float) -> None:
+        weak, body = self._weakest(jacobian)
         if weak < NEAR_SINGULAR:
             raise ClosureError(_SINGULAR, body, angle)
-
-
-def turn_of(machine: Machine) -> Turn:
-    """Return the turn of a machine from the start of its crank; cases that differ in masses and loads share it."""
-    bodies = {name: (tuple(body.center), dict(body.points)) for name, body in machine.bodies.items()}
-    joints = [
-        each._replace(stiffness=0.0, damping=0.0) if isinstance(each, Stretch) else each for each in machine.joints
-    ]
-    key = (bodies, joints, machine.driven, dict(machine.start), machine.drive.start_angle)
-    return _kept_turn(pickle.dumps(key), Alike(machine))
-
-
-@functools.lru_cache(maxsize=64)
-def _kept_turn(key: bytes, machine: "Alike") -> Turn:
-    return Closure(machine.value).turn(machine.value.drive.start_angle)
-
-
-class Alike:
-    """A value that is like any other, so that what is kept of it is found by the key next to it alone."""
-
-    def __init__(self, value: Any):
-        self.value = value
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Alike)
-
-    def __hash__(self) -> int:
-        return 0
 
 
 def _driven(machine: Machine):

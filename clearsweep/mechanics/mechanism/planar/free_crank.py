@@ -5,6 +5,7 @@ is one call of compiled code.
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -143,13 +144,18 @@ class FreeMotion(NamedTuple):
     states: np.ndarray  # (n + 1, 2)
     powers: np.ndarray  # (n, 2, STAGES) of the rise over a share of a step, divided by the share
 
-    def at(self, step: np.ndarray, share: np.ndarray) -> np.ndarray:
-        """Return angle and rate (m, 2) at shares (m,) of steps."""
-        powers = self.powers[step]
-        values = powers[:, :, STAGES - 1]
-        for k in range(STAGES - 2, -1, -1):
-            values = values * share[:, None] + powers[:, :, k]
-        return self.states[step] + values * share[:, None]
+    def over(self, step: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+        """Return the function that gives angle and rate (2, m) at shares (m,) of steps (m,)."""
+        start, powers = self.states[step].T, np.ascontiguousarray(self.powers[step].transpose(2, 1, 0))
+
+        def at(share: np.ndarray) -> np.ndarray:
+            values = powers[STAGES - 1]
+            for k in range(STAGES - 2, -1, -1):
+                values = values * share + powers[k]
+            there: np.ndarray = start + values * share
+            return there
+
+        return at
 
 
 class Passage:
@@ -168,10 +174,10 @@ class Passage:
         begun, passed = step < 0, (step >= 0) & (step < len(motion.times) - 1)
         times[:, begun] = np.array([[motion.times[0]], [motion.states[0, 1]]])
         step, wanted = step[passed], angles[passed]
-        low, high = np.zeros(len(step)), np.ones(len(step))
+        low, high, state = np.zeros(len(step)), np.ones(len(step)), motion.over(step)
         share, length = 0.5 * (low + high), np.diff(motion.times)[step]
         for _ in range(HALVINGS):
-            angle, rate = motion.at(step, share).T
+            angle, rate = state(share)
             low, high = np.where(angle < wanted, share, low), np.where(angle < wanted, high, share)
             with np.errstate(divide="ignore", invalid="ignore"):
                 newton = share - (angle - wanted) / (rate * length)
@@ -179,7 +185,7 @@ class Passage:
             change, share = np.max(np.abs(following - share), initial=0.0), following
             if change < CLOSE:
                 break
-        times[:, passed] = motion.times[step] + share * length, motion.at(step, share)[:, 1]
+        times[:, passed] = motion.times[step] + share * length, state(share)[1]
         return times[0], times[1]
 
 

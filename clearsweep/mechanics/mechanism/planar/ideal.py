@@ -27,12 +27,13 @@ from ....contracts.machine import (
 )
 from ...joint.friction.contract import friction_force
 from ..contract import IdealMotion
-from .closure import Alike, Closure, MobilityError, turn_of
+from .closure import STATIONS, Closure, MobilityError
 from .drive import drive_of, torque_at, when
 from .form import Mass, Segment
 from .free_crank import Passage
 from .loads import by_rows, table_of
 from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
+from .stations import Alike, stations_of
 from .turn import Turn, between
 
 SWEEPS = 200  # iterations over reactions and the friction that they cause
@@ -45,7 +46,8 @@ class Ideal:
     def __init__(self, machine: Machine):
         self.whole, self.machine = machine, determined(machine)
         self.closure = Closure(self.machine)
-        self.turn = turn_of(self.machine)
+        self.stations = stations_of(self.machine)
+        self.turn = self.stations.turn
         masses = masses_of(self.machine)
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
         self.tables = {load.name: table_of(load) for load in machine.loads if isinstance(load, Tabled)}
@@ -54,6 +56,10 @@ class Ideal:
 
     def at(self, angles: np.ndarray) -> Turn:
         """Return the machine at crank angles (N,) rad, unwrapped from its start."""
+        return self._closed(angles) if len(angles) < STATIONS else self.stations.at(angles, self._closed)
+
+    def _closed(self, angles: np.ndarray) -> Turn:
+        """Return the machine closed anew at crank angles (N,) rad."""
         q = self.closure.closed(between(self.turn, angles).q, angles)
         return Turn(angles, q, *self.closure.derivatives(q, angles))
 
@@ -148,7 +154,7 @@ class Ideal:
         The torque (N,) N m is the drive's on the crank, by virtual work: joints do none as the crank turns.
         """
         outside = self.outside(there, rate, time)
-        _, jacobian, _ = self.closure.evaluate(there.q, there.angles)
+        multipliers_of = self._multipliers(there)
         reactions: dict[str, np.ndarray] = {}
         rows = self.closure.first
         rubbing, forces = (
@@ -159,7 +165,7 @@ class Ideal:
             acceleration = self.accelerated(there, rate, time, outside + rubbing)
             moved = there.second * (rate**2)[:, None] + there.first * acceleration[:, None]
             left = outside + rubbing - self.inertia * moved
-            multipliers = np.linalg.solve(jacobian.transpose(0, 2, 1), left[..., None])[..., 0]
+            multipliers = multipliers_of(left)
             reactions = {
                 joint.name: self._reaction(joint, there, multipliers[:, begin:end])
                 for joint, begin, end in zip(self.machine.joints, rows, rows[1:], strict=False)
@@ -170,6 +176,14 @@ class Ideal:
             if np.max(np.abs(rubbing - before)) <= SETTLED * np.max(np.abs(rubbing)):
                 break
         return acceleration, reactions, -np.sum(there.first * left, -1)
+
+    def _multipliers(self, there: Turn) -> Callable[[np.ndarray], np.ndarray]:
+        """Return a function that gives the multipliers (N, rows) of the constraints from forces (N, 3 bodies)."""
+        if len(there.angles) < STATIONS:
+            turned = self.closure.evaluate(there.q, there.angles)[1].transpose(0, 2, 1)
+            return lambda left: np.linalg.solve(turned, left[..., None])[..., 0]
+        inverse = self.stations.inverse_at(self.closure, there)
+        return lambda left: np.einsum("nij,nj->ni", inverse, left)
 
     def outside(self, there: Turn, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Return the forces (N, 3 bodies) of gravity and of all loads except friction, about the centres of mass."""

@@ -26,8 +26,14 @@ def between(turn: Turn, angles: np.ndarray) -> Turn:
     d0, d1, s0, s1 = step * d0, step * d1, step * step * s0, step * step * s1
     rise, tilt, bend = f1 - f0 - d0 - 0.5 * s0, d1 - d0 - s0, s1 - s0
     a, b, c = 10 * rise - 4 * tilt + 0.5 * bend, -15 * rise + 7 * tilt - bend, 6 * rise - 3 * tilt + 0.5 * bend
-    winding = turn.q[-1] - turn.q[0]
-    winding[0::3] = winding[1::3] = 0.0
+    winding = winding_of(turn)
     q = f0 + t * (d0 + t * (0.5 * s0 + t * (a + t * (b + t * c)))) + whole[:, None] * winding
     first = (d0 + t * (s0 + t * (3 * a + t * (4 * b + t * 5 * c)))) / step
     return Turn(angles, q, first, (s0 + t * (6 * a + t * (12 * b + t * 20 * c))) / step**2)
+
+
+def winding_of(turn: Turn) -> np.ndarray:
+    """Return by how much the coordinates grow with each turn: angles alone do, of bodies that go round."""
+    winding: np.ndarray = turn.q[-1] - turn.q[0]
+    winding[0::3] = winding[1::3] = 0.0
+    return winding

@@ -1,0 +1,93 @@
+"""The stations of a turn at which an ideal machine is closed: whatever depends on its geometry alone is kept of them.
+
+A position repeats with every turn of the crank, so angles at stations of later turns need no new closure.
+"""
+
+import functools
+import math
+import pickle
+from typing import Any
+
+import numpy as np
+
+from ....contracts.machine import Machine, Stretch
+from .closure import STATIONS, Closure
+from .turn import Turn, winding_of
+
+SAME = 4.0  # roundings of an angle, by which it may differ from that of a station
+
+
+class Alike:
+    """A value that equals any other, so a cache finds results by the other parts of a key."""
+
+    def __init__(self, value: Any):
+        self.value = value
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Alike)
+
+    def __hash__(self) -> int:
+        return 0
+
+
+class Stations:
+    """A turn of a machine, and the inverse of its constraints at the stations."""
+
+    def __init__(self, closure: Closure, start: float):
+        self.turn = closure.turn(start)
+        self._closure = closure
+
+    @functools.cached_property
+    def inverse(self) -> np.ndarray:
+        """(STATIONS, rows, 3 bodies), gives the multipliers of the constraints from the forces on the bodies."""
+        return inverse_of(self._closure, self.turn.q[:-1], self.turn.angles[:-1])
+
+    def find(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the station (N,) nearest to angles (N,) rad, the turns before it, and which angles are elsewhere."""
+        start, step = self.turn.angles[0], 2.0 * math.pi / STATIONS
+        nearest = np.rint((angles - start) / step)
+        elsewhere = np.abs(start + nearest * step - angles) > SAME * np.spacing(np.max(np.abs(angles)))
+        whole = np.floor(nearest / STATIONS)
+        return (nearest - STATIONS * whole).astype(int), whole, elsewhere
+
+    def at(self, angles: np.ndarray, closed: Any) -> Turn:
+        """Return the machine at crank angles (N,) rad, by `closed`, (n,) rad -> Turn, where they are no stations."""
+        station, whole, elsewhere = self.find(angles)
+        q = self.turn.q[station] + whole[:, None] * winding_of(self.turn)
+        there = Turn(angles, q, self.turn.first[station], self.turn.second[station])
+        if elsewhere.any():
+            for values, new in zip(there[1:], closed(angles[elsewhere])[1:], strict=True):
+                values[elsewhere] = new
+        return there
+
+    def inverse_at(self, closure: Closure, there: Turn) -> np.ndarray:
+        """Return the inverses (N, rows, 3 bodies) at the angles of a Turn."""
+        station, _, elsewhere = self.find(there.angles)
+        inverse = self.inverse[station]
+        if elsewhere.any():
+            inverse[elsewhere] = inverse_of(closure, there.q[elsewhere], there.angles[elsewhere])
+        return inverse
+
+
+def inverse_of(closure: Closure, q: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """Return the inverses (N, rows, 3 bodies) of the transposed derivatives of the constraints."""
+    return np.linalg.inv(closure.evaluate(q, angles)[1].transpose(0, 2, 1))
+
+
+def stations_of(machine: Machine) -> Stations:
+    """Return the Stations of a machine; cases that differ in masses and loads share them."""
+    return _shared_stations(geometry_of(machine), Alike(machine))
+
+
+def geometry_of(machine: Machine) -> bytes:
+    """Return the key of whatever determines the positions of a machine: no mass, no load, no speed."""
+    bodies = {name: (tuple(body.center), dict(body.points), body.initial) for name, body in machine.bodies.items()}
+    joints = [
+        each._replace(stiffness=0.0, damping=0.0) if isinstance(each, Stretch) else each for each in machine.joints
+    ]
+    return pickle.dumps((bodies, joints, machine.driven, dict(machine.start), machine.drive.start_angle))
+
+
+@functools.lru_cache(maxsize=64)
+def _shared_stations(key: bytes, machine: Alike) -> Stations:
+    return Stations(Closure(machine.value), machine.value.drive.start_angle)
