@@ -147,7 +147,7 @@ class Oracle:
         return law["coefficient"] * normal * min(max(ramp, 0.0), 1.0)
 
     def forces(self, t, y):
-        """Return force (N) on the rod, moment (N m) about its centre, force (N) on the slider, rate (m/s) by contact."""
+        """Return force (N) on the rod, moment (N m) about its centre, force (N) on the slider, rates (m/s)."""
         seen = self.look(t, y)
         _, _, _, (middle, _, moving, spin), _, (v, w) = seen
         force, moment, on_slider, rates, normals = np.zeros(3), np.zeros(3), np.zeros(3), [], []
@@ -171,7 +171,7 @@ class Oracle:
         return seen, force, moment, on_slider, rates, normals
 
     def constraints(self, seen, t):
-        """Return constraint rows over (rod's acceleration, angular acceleration, slider's acceleration), and right side."""
+        """Return rows over (rod's acceleration, angular acceleration, slider's acceleration); right side."""
         _, near, far, _, _, (_, w) = seen
         arm = far if self.on_crank else near
         pull = np.cross(w, np.cross(w, arm))
