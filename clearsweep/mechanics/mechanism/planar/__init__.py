@@ -19,14 +19,14 @@ from .cycle import cycle_of
 from .drive import drive_of, driven
 from .equations import function_of
 from .form import AngleAim, Hinge, Planar, PointAim, Slide, Sprung, direction_of, numbered, point_of
-from .ideal import Ideal, ideal_of, masses_of, start_of
+from .ideal import Ideal, ideal_of, key_of, masses_of, start_of
 from .loads import loads_of, stops_of
 from .machine_type import kinds_of, machine_type
 from .segments import in_segments
 from .spanning_tree import ANGLE, RUN, Coordinate
 from .stations import Alike, geometry_of
 
-__all__ = ["Alike", "ClosureError", "MobilityError", "build", "channels", "ideal", "ideal_of", "stops"]
+__all__ = ["Alike", "ClosureError", "MobilityError", "build", "channels", "ideal", "ideal_of", "key_of", "stops"]
 
 
 def channels(machine: Machine) -> tuple[Channel, ...]:
