@@ -11,6 +11,7 @@ from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, RATE, SLIP, c
 from clearsweep.mechanics.observe.stages import NODES, PLACES, SCRATCH, SHARES
 from clearsweep.mechanics.solver import bernstein, event_search, guarding
 from clearsweep.mechanics.solver.accumulate.step_sums import step_width
+from clearsweep.mechanics.solver.accumulate.totals import JOINT
 from clearsweep.mechanics.solver.bernstein import COEFFICIENTS, NOWHERE, PART, ROWS, VALUES, WHOLE
 
 MIDDLES = (0.01, 0.07, 0.31, 0.5, 0.53, 0.94, 0.999)
@@ -164,13 +165,13 @@ def test_what_comes_no_higher_than_a_polynomial_may_be_off_by_is_no_crossing_unl
         return -1.0 - np.cos(2.0 * math.pi * x) + 1e-3 * np.polynomial.Legendre.basis(8, domain=[0.0, 1.0])(x)
 
     assert bernstein.first_crossing(made_of(path)) < 1.0
-    assert bernstein.crossing_for_certain(made_of(path)) == NOWHERE
+    assert bernstein.crossing_for_certain(made_of(path), 0.0) == NOWHERE
 
 
 # ---------------------------------------------------------------------------------------------- guards
 
 
-def passage(monkeypatch, function):
+def passage(monkeypatch, function, column=-1, peak=0.0):
     """Return where a guard with this function over the share of the step is located, and how often it was looked at."""
     looks = []
 
@@ -180,8 +181,9 @@ def passage(monkeypatch, function):
 
     monkeypatch.setattr(guarding, "guard_value", look)
     value = np.array([[*map(function, SHARES), 0.0]])
-    guards = SimpleNamespace(value=value)
-    work = SimpleNamespace(guards=guards, polynomials=np.zeros((ROWS, COEFFICIENTS)))
+    guards = SimpleNamespace(value=value, contact=[0], column=[column])
+    totals = SimpleNamespace(joint=np.full((1, JOINT), peak))
+    work = SimpleNamespace(guards=guards, totals=totals, method=[0], polynomials=np.zeros((ROWS, COEFFICIENTS)))
     return guarding.first_passage((work,), 0), len(looks)
 
 
@@ -217,3 +219,9 @@ def test_a_guard_that_its_polynomial_alone_passes_is_not_passed(monkeypatch):
 @pytest.mark.parametrize(("begin", "found"), [(0.1, 0.0), (1e-12, NOWHERE)])
 def test_a_guard_above_zero_at_the_start_is_passed_at_once_unless_it_is_just_leaving(monkeypatch, begin, found):
     assert passage(monkeypatch, lambda x: begin - 0.2 * x)[0] == found
+
+
+@pytest.mark.parametrize(("peak", "found"), [(1e2, 0.3), (1e4, NOWHERE)])
+def test_a_force_is_not_clipped_for_what_is_rounding_of_the_largest_force(monkeypatch, peak, found):
+    x, _ = passage(monkeypatch, lambda x: 1e-10 * (x - 0.3), column=0, peak=peak)
+    assert x == pytest.approx(found, abs=1e-9)

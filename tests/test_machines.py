@@ -227,7 +227,7 @@ MISTAKES = {
     ),
     "friction with a memory": (
         changed(FOUR_BAR, loads={"r": {"on": "rocker-ground", "friction": {"law": "lugre"}}}),
-        "loads.r.friction.law: unknown law 'lugre'",
+        "loads.r.friction.law: found 'lugre'; bristles need a joint with clearance",
     ),
 }
 

@@ -221,7 +221,6 @@ def few(monkeypatch):
     monkeypatch.setattr(measured, "BENCHMARKS", (hertz,))
 
 
-@pytest.mark.usefixtures("few")
 def test_of_differences_that_are_normal_the_spread_contains_19_of_20_further_ones():
     chance, inside = np.random.default_rng(7), []
     (row,) = hertz.measure()[:1]
@@ -233,6 +232,7 @@ def test_of_differences_that_are_normal_the_spread_contains_19_of_20_further_one
     assert page.further([row]) is None
 
 
+@pytest.mark.usefixtures("few")
 def test_the_command_prints_rows_of_the_contract_as_json():
     message = CliRunner().invoke(cli.verbs, ["verify", "--measured", "--json"])
     assert message.exit_code == 0, message.output

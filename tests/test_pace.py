@@ -29,7 +29,7 @@ def test_the_slowest_case_is_the_one_with_the_least_motion_for_its_time():
     (line,) = pace_lines(slowest | {"case_id": "0123456789"})
     assert (
         line.replace("\xa0", " ")
-        == "Slowest for its motion: case 01234567, 1.0 times real time (50.0 ms of motion in 50.0 ms)"
+        == "Slowest case relative to its motion: 01234567, 50.0 ms of motion in 50.0 ms (1.0 times real time)"
     )
 
 

@@ -187,7 +187,7 @@ def _split(numbers: np.ndarray) -> list[np.ndarray]:
 
 def _rows_of_batches(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> tuple[pa.Table, np.ndarray]:
     """Return the batches with the given rows of the summary as one table, and where each row is in it."""
-    tables, starts, count = [schema.empty_table()], np.zeros(len(run.batches), int), 0
+    tables, starts, count = [pa.Table.from_batches([], schema)], np.zeros(len(run.batches), int), 0
     for number in np.flatnonzero(np.bincount(rows["batch"])).tolist():
         batch = run.batches[number]
         table = read_summary(batch.summary, schema.names) if batch.table is None else batch.table

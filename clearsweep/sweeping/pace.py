@@ -53,8 +53,8 @@ def pace_lines(slowest: dict[str, Any] | None) -> list[str]:
     factor = wording.text(slowest["factor"], "1", 2)
     motion, spent = wording.in_common_unit([slowest["motion"], slowest["spent"]], "s")
     return [
-        f"Slowest for its motion: case {wording.short_id(slowest['case_id'])}, {factor} times real time "
-        f"({motion} of motion in {spent})"
+        f"Slowest case relative to its motion: {wording.short_id(slowest['case_id'])}, {motion} of motion in {spent} "
+        f"({factor} times real time)"
     ]
 
 

@@ -1,10 +1,9 @@
 """A revolute joint with oil between its surfaces: a film and, optionally, a dry joint.
 
 The film acts at any journal position.  Its force acts through the centres of journal and bearing, its shear as a couple
-on each body.  The film's formula is valid up to the eccentricity ratio `limit`; beyond, its ratio stays there
-and its rates are the true ones.  Where the surfaces touch, the force changes to that of the dry joint, by a share
-from the transition: (1 - share) film + share dry.  Onset and separation are where the eccentricity equals the
-clearance, as for the dry joint, whose laws are independent of the film.
+on each body.  The film's formula is valid up to the eccentricity ratio `limit`; above it the ratio is clamped, but the
+velocities are not.  Where the surfaces touch, the total force is (1 - share) film + share dry, with the share from the
+transition law.  Onset and separation are where the eccentricity equals the clearance, as in a dry joint.
 """
 
 from typing import NamedTuple
@@ -102,7 +101,7 @@ class FilmLoad(NamedTuple):
 
 @kernel
 def film_load(joint, gap):
-    """Return the Floating of a film; a concentric journal has no direction and no force."""
+    """Return the FilmLoad of a film; a concentric journal has no direction and no force."""
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     journal, bearing = gap.spin_distal, gap.spin_proximal
     if joint.side < 0.0:

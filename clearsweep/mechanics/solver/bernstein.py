@@ -219,15 +219,18 @@ def first_crossing(p):
 
 
 @kernel
-def crossing_for_certain(p):
-    """Return where WHOLE first grows through zero; NOWHERE where it comes no higher than it may be off by."""
-    if highest(p) < 0.0:
+def crossing_for_certain(p, noise):
+    """Return where WHOLE first grows through zero; NOWHERE where it comes no higher than it may be off by.
+
+    noise : what values at the nodes may be off by.
+    """
+    if highest(p) < noise:
         return NOWHERE
     seen = False
     for m in range(1, COEFFICIENTS):
-        seen = seen or p[VALUES, m] > 0.0
+        seen = seen or p[VALUES, m] > noise
     if not seen:
-        far = tail(p)
+        far = max(tail(p), noise)
         lower(p, far)
         if first_crossing(p) == NOWHERE:
             return NOWHERE

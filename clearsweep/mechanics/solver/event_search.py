@@ -102,7 +102,7 @@ def first_onset(at, j, h):
     take_gap(at, j, h)
     if is_rough(p):
         return first_onset_in_parts(at, j, h)
-    x = crossing_for_certain(p)
+    x = crossing_for_certain(p, 0.0)
     if x == NOWHERE and begin >= 0.0 and p[VALUES, DEGREE] >= 0.0:  # never quite left
         return lowest_place(p)
     return x if x == NOWHERE else true_onset(at, j, h, x)
@@ -133,7 +133,7 @@ def first_onset_in_parts(at, j, h):
         if width > LEAST_PART and is_rough(p):
             width *= 0.5
         else:
-            x = crossing_for_certain(p)
+            x = crossing_for_certain(p, 0.0)
             if x != NOWHERE:
                 return true_onset(at, j, h, begin + width * x)
             begin += width

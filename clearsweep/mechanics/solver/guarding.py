@@ -4,6 +4,7 @@ import math
 
 from ..compiled.family import invoke, kernel
 from ..observe.stages import END, NODES, SCRATCH, SHARES
+from .accumulate.totals import PEAK
 from .bernstein import (
     COEFFICIENTS,
     DEGREE,
@@ -15,10 +16,13 @@ from .bernstein import (
     from_values,
     value_and_slope,
 )
-from .event import evaluate_dense
+from .event import IMPLICIT, evaluate_dense
 
 ELSEWHERE = NODES.size  # place of the value of a guard at a state by itself, behind those at the nodes of a step
 NEXT_TO_START = 0.125  # share of a step at which a guard that was passed at its start has still to be
+#: Of the largest force of a contact, up to which a force is taken for zero: after an impact that gives back next to
+#: nothing it approaches zero for long, and its sign is that of rounding.
+ROUNDING = 1e-13
 RIGHT = 1e-12  # of the size of a guard: so close to zero it is located
 HALVING = 16  # looks after which the rest is halved
 
@@ -73,12 +77,13 @@ def guard_value(at, g, x):
 @kernel
 def first_passage(at, g):
     """Return the share of the step at which guard `g` turns positive; NOWHERE if it does not."""
-    p = at[0].polynomials
+    p, guards = at[0].polynomials, at[0].guards
     if not take_guard(at, g):
         return NOWHERE
-    if p[VALUES, 0] >= 0.0 and value_and_slope(p, WHOLE, NEXT_TO_START)[0] > 0.0:
+    noise = ROUNDING * at[0].totals.joint[guards.contact[g], PEAK] if guards.column[g] >= 0 else 0.0
+    if p[VALUES, 0] >= 0.0 and value_and_slope(p, WHOLE, NEXT_TO_START)[0] > noise:
         return 0.0
-    x = crossing_for_certain(p)
+    x = crossing_for_certain(p, noise)
     return x if x == NOWHERE else true_passage(at, g, x)
 
 
@@ -102,23 +107,32 @@ def true_passage(at, g, x):
             break
         x = better
     value = guard_value(at, g, x)
-    (a, fa), (b, fb) = (0.0, p[VALUES, 0]), (1.0, p[VALUES, DEGREE])
-    for m in range(1, COEFFICIENTS):
-        if SHARES[m] <= x and p[VALUES, m] < 0.0:
-            a, fa = SHARES[m], p[VALUES, m]
-    for m in range(DEGREE, 0, -1):
-        if SHARES[m] > a and p[VALUES, m] > 0.0:
-            b, fb = SHARES[m], p[VALUES, m]
-    if a < x < b and value < 0.0:
-        a, fa = x, value
-    elif a < x < b:
-        b, fb = x, value
+    (a, fa), (b, fb) = ends_around(at, x, value)
     if fb <= 0.0:  # it rises and falls between two stages
         b = top_behind(p, x)
         fb = guard_value(at, g, b)
         if fb <= 0.0:
             return NOWHERE
     return crossing_between(at, g, (a, fa), (b, fb))
+
+
+@kernel
+def ends_around(at, x, value):
+    """Return (share, value) of a guard before and behind where it is likely to pass zero, its `value` at `x` known."""
+    p = at[0].polynomials
+    (a, fa), (b, fb) = (0.0, p[VALUES, 0]), (1.0, p[VALUES, DEGREE])
+    if at[0].method[0] != IMPLICIT:  # whose values between start and end are interpolated themselves
+        for m in range(1, COEFFICIENTS):
+            if SHARES[m] <= x and p[VALUES, m] < 0.0:
+                a, fa = SHARES[m], p[VALUES, m]
+        for m in range(DEGREE, 0, -1):
+            if SHARES[m] > a and p[VALUES, m] > 0.0:
+                b, fb = SHARES[m], p[VALUES, m]
+    if a < x < b and value < 0.0:
+        a, fa = x, value
+    elif a < x < b:
+        b, fb = x, value
+    return (a, fa), (b, fb)
 
 
 @kernel

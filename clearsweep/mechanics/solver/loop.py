@@ -231,7 +231,8 @@ def cut_at_event(at, h, event):
     take_step(at)
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
     # the longer step had seen less of what is before the event; of a very short one the error is rounding
-    if share > SHORT and not work.step[ERROR] < 1.0 and work.step[ERROR] != FAILED:
+    too_far = share > SHORT and work.method[0] != IMPLICIT
+    if too_far and not work.step[ERROR] < 1.0 and work.step[ERROR] != FAILED:
         return reject(at, work.step[LENGTH])
     before = work.counts[EVALUATIONS]
     step_to_event(at, share, (kind, contact, stepper[STOP_AT]), work.step[LENGTH])

@@ -1,7 +1,8 @@
 """The film of a bearing of finite length: solutions of the two-dimensional Reynolds equation as an expansion.
 
-The film's force is the gradient of half the dissipated power P of its pressure by -S and W, the squeeze 2 eps' and the
-wedge w eps.  P is the short film's times exp(g), so it is positive for any g, and the film is passive.
+With the squeeze S = 2 eps' and the wedge W = w eps (1/s), the pressure dissipates P = c / 2 (-S F_r + W F_t) (W).  The
+forces (N) follow from its gradient: F_r = -dP/dS / c, F_t = dP/dW / c.  P is that of the short film times exp(g): it is
+positive for any g, so the film is passive.
 `clearsweep.verify.film_table` solves the equation and writes the file of the coefficients of g.
 """
 
@@ -101,7 +102,7 @@ def expansion(table, ratio, direction):
 
 @kernel
 def _direction(motion):
-    """Return sine, cosine and magnitude of the velocity in the expansion, and the factor on the wedge."""
+    """Return S and the scaled W (1/s), their magnitude (1/s), and the scale factor (1 - eps^2)^(1/4) of W (1)."""
     stretch = math.sqrt(math.sqrt(1.0 - motion.ratio * motion.ratio))
     squeeze, wedge = 2.0 * motion.squeeze_rate, motion.spin * motion.ratio * stretch
     size = math.sqrt(squeeze * squeeze + wedge * wedge)
@@ -118,7 +119,7 @@ def _film_force_reynolds(law, motion):
     log_share, slope = expansion(law.power, motion.ratio, sine)
     radial, tangential = film_force(law.short, motion)
     share = math.exp(log_share)
-    # the gradient of half the power: P = -S F_r + W F_t, W = wedge / stretch
+    # P / c = (-S F_r + W F_t) / 2 of the short film, times the derivative of exp(g); W = wedge / stretch
     turned = 0.5 * slope * cosine * (wedge / stretch * tangential - squeeze * radial) / size
     return share * (radial - turned * cosine), share * (tangential - turned * sine * stretch)
 

@@ -52,10 +52,9 @@ def _guards_karnopp(friction):
 @guard_values.member(Karnopp)
 def _guard_values_karnopp(friction, start, contact, root):
     side = where(friction.piece != 0.0, friction.piece, math.copysign(1.0, start.slip))
-    loose = LOOSE * friction.band
     return (
         friction.band - side * contact.slip,
-        contact.slip * contact.slip - loose * loose,
+        abs(contact.slip) - LOOSE * friction.band,
         abs(side) - abs(friction.piece),
         -side * contact.slip,
     )
