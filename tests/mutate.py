@@ -191,11 +191,11 @@ MUTATIONS = (
     Mutation(
         HISTOGRAM,
         "force_exceeded",
-        "rest = float(totals[1 + bins[0]]) - duration",
-        "rest = float(totals[1 + bins[0]]) + duration",
+        "rest = float(totals[first]) - duration",
+        "rest = float(totals[first]) + duration",
         RAMPS,
     ),
-    Mutation(HISTOGRAM, "force_exceeded", "(totals[1:] >= duration) &", "(totals[1:] >= 2.0 * duration) &", RAMPS),
+    Mutation(HISTOGRAM, "force_exceeded", "(totals >= duration) &", "(totals >= 2.0 * duration) &", RAMPS),
     Mutation(ALONG, "sum_along", "square + share * (force * force)", "square + share * force", WINDOW),
     Mutation(
         TOTALS,
