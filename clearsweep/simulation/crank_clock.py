@@ -88,4 +88,4 @@ def followed(schedule: Schedule) -> ScheduledClock:
 
 def knots_of(machine: Machine | None) -> np.ndarray:
     """Return the times (s) at which an acceleration or the slope of a load jumps; none of a free crank."""
-    return np.array([] if machine is None or isinstance(machine.drive, Motor) else planar.stops(machine))
+    return np.array([] if machine is None or isinstance(machine.drive, Motor) else planar.discontinuity_times(machine))

@@ -102,11 +102,11 @@ def _frames(machine: Machine) -> dict[str, tuple[np.ndarray, float]]:
     """Return the origin (2,) m and the angle (rad) of every body's frame at the start."""
     still = machine._replace(drive=Constant(1.0, _start_angle(machine)), loads=())
     try:
-        known = ideal_of(still)
+        ideal_machine = ideal_of(still)
     except (planar.ClosureError, planar.MobilityError) as error:
         raise InputError(f"mechanism: {error}") from error
     frames = {GROUND: (np.zeros(2), 0.0)}
-    starts = dict(zip(known.closure.names, known.turn.q[0].reshape(-1, 3), strict=True))
+    starts = dict(zip(ideal_machine.closure.names, ideal_machine.turn.q[0].reshape(-1, 3), strict=True))
     starts |= {name: body.initial[:3] for name, body in machine.bodies.items() if body.initial}
     for name, (x, y, angle) in starts.items():
         c, s = math.cos(angle), math.sin(angle)

@@ -1,4 +1,4 @@
-"""The integration loop: adaptive steps from event to event, everything that is wanted taken from them on the way."""
+"""The integration loop: adaptive steps from event to event, with all results accumulated from the steps."""
 
 import math
 
@@ -65,18 +65,18 @@ from .run_control import (
 from .step import begin_step, find_first_event, step_to_event, take_step
 from .step_control import MOST_TRIES, first_length, next_length, pace_of, proposal_of, shrinking
 
-BACK = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn back, as it does for a moment when joints knock
-HARDLY = 1e-4  # rad: how far it has to come in the time that it is given
+BACK = 0.01 * 2.0 * math.pi  # rad: permitted reverse rotation of a free crank, which occurs briefly when joints knock
+HARDLY = 1e-4  # rad: rotation required within Control.patience
 AFTER_EVENT = (
     0.8  # growth of the second step after an event: at the onset of a contact the motion bends less than later
 )
-SHORT = 1e-3  # share of a step, cut at an event, up to which its error does not count
-LOG = 512  # events that are logged before whoever called has to take them away
+SHORT = 1e-3  # share of a step, cut at an event, up to which its error is ignored
+LOG = 512  # capacity of the log; the caller must read it when full
 
 
 @kernel
 def advance(at):
-    """Make the end of a step the start of the next, as nothing has changed there."""
+    """Make the end of a step the start of the next; no equation has changed there."""
     work = at[0]
     for i in range(work.y.size):
         work.y[i], work.k[i, START] = work.end[i], work.k[i, END]
@@ -87,14 +87,14 @@ def advance(at):
 
 @kernel
 def accept(at):
-    """Enter the step, which is accepted."""
+    """Add the accepted step to the totals."""
     at[0].step[ACCEPTED] = 1.0
     accumulate_step(accumulators_of(at), at[0].time)
 
 
 @kernel
 def restart(at):
-    """Begin a step at `work.end`, where something has changed."""
+    """Begin a step at `work.end`, where the equations have changed."""
     work = at[0]
     for i in range(work.y.size):
         work.y[i] = work.end[i]
@@ -105,7 +105,7 @@ def restart(at):
 
 @kernel
 def moved_since(at):
-    """Return whether the state is no longer that at the end of the last step, as where a run was put elsewhere."""
+    """Return whether the state differs from the end of the last step, because the run was moved."""
     moved = False
     for i in range(at[0].y.size):
         moved = moved or at[0].y[i] != at[0].end[i]
@@ -114,7 +114,7 @@ def moved_since(at):
 
 @kernel
 def begin(at):
-    """Make a case ready for its first step, or for the next after a pause: as if there had been none."""
+    """Prepare a case for its first step, or for the next one after a pause, without effect on the results."""
     work = at[0]
     totals, record, stepper, control = work.totals, work.record, work.stepper, work.control
     here, moment = work.y[work.independent], work.y[work.time]
@@ -150,13 +150,13 @@ def begin_anew(at):
 
 @kernel
 def target_of(at):
-    """Return where along the run figures begin to be taken or, if they are, the run ends."""
+    """Return the place along the run where figures begin or, if they have begun, where the run ends."""
     return at[0].control[LAST if at[0].stepper[WINDOWED] != 0.0 else WINDOW]
 
 
 @kernel
 def next_stop(at, here):
-    """Return where along the run the next step has to end: the first knot beyond `here`, or the target."""
+    """Return the place along the run where the next step must end: the first knot beyond `here`, or the target."""
     target = target_of(at)
     for knot in at[0].knots:
         if knot > here:
@@ -166,11 +166,11 @@ def next_stop(at, here):
 
 @kernel
 def interruption(at):
-    """Return GOING where nothing keeps a case from its next step, else why it is not to be taken."""
+    """Return GOING if a case may take its next step, else the reason why not."""
     work = at[0]
     stepper, control = work.stepper, work.control
     moment, angle = work.y[work.time], work.y[work.independent]
-    full = stepper[LOGGED] + work.mode.size >= work.log.shape[0]  # all contacts may part at once
+    full = stepper[LOGGED] + work.mode.size >= work.log.shape[0]  # all contacts may separate at the same moment
     if angle >= control[PAUSE] or work.counts[STEPS] >= stepper[REST] or full:
         return PAUSED
     if work.method[0] == IMPLICIT and work.slopes[0] == 0:
@@ -188,7 +188,7 @@ def interruption(at):
 
 @kernel
 def ready(at):
-    """Return GOING where a case is to take a step, whose length then is in `work.step`, else why not."""
+    """Return GOING if a case is to take a step, whose length is then in `work.step`, else the reason why not."""
     work = at[0]
     stepper = work.stepper
     if stepper[BEGUN] == 0.0:
@@ -206,7 +206,7 @@ def ready(at):
 
 @kernel
 def reject(at, h):
-    """Shorten a step of length `h` whose error was too large; return GOING, or why that helps no more."""
+    """Shorten a step of length `h` with too large an error; return GOING, or why no shorter step is possible."""
     work = at[0]
     stepper, error = work.stepper, work.step[ERROR]
     work.counts[REJECTED] += 1
@@ -220,8 +220,8 @@ def reject(at, h):
 def cut_at_event(at, h, event):
     """End the step of length `h` at an event: (share of it, kind, contact); return GOING or the end of the run.
 
-    It is taken again, or rejected where its error then is too large.
-    All that is wanted is taken from what is before the event, and what it changes is changed.
+    The step is repeated up to the event, and rejected if its error is then too large.  All results before the event are
+    accumulated; then its effects are applied.
     """
     work = at[0]
     stepper, windowed = work.stepper, work.stepper[WINDOWED] != 0.0
@@ -230,7 +230,7 @@ def cut_at_event(at, h, event):
     before, work.step[LENGTH] = work.counts[EVALUATIONS], h * share
     take_step(at)
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
-    # the longer step had seen less of what is before the event; of a very short one the error is rounding
+    # the longer step covered less of the motion before the event; the error of a very short step is rounding
     too_far = share > SHORT and work.method[0] != IMPLICIT
     if too_far and not work.step[ERROR] < 1.0 and work.step[ERROR] != FAILED:
         return reject(at, work.step[LENGTH])
@@ -258,7 +258,7 @@ def cut_at_event(at, h, event):
 
 @kernel
 def go_on(at):
-    """Take a step and from it all that is wanted, or reject it; return GOING or the end of the run."""
+    """Take a step and accumulate its results, or reject it; return GOING or the end of the run."""
     work = at[0]
     stepper, step = work.stepper, work.step
     take_step(at)
@@ -287,7 +287,7 @@ def compile_for(model: Pinned) -> objects.Code | None:
             integrate_case(pinned_at(model, address))
 
         made = objects.compiled_at(integrate_at, f"{form_of(model.value)}")
-        if made is None:  # it was not made to be run here
+        if made is None:  # it was not compiled for this machine
             return None
         _CODE.append(made)
     return _CODE[0]
@@ -297,11 +297,12 @@ _CODE: list[objects.Code] = []  # of the loop, which is the same for all cases
 
 
 def integrate(kept: Pinned) -> None:
-    """Integrate a case, a Work that is kept, from where it is until it is to be looked at.  Never raises.
+    """Integrate a case, a pinned Work, from its current state to its next pause.  Never raises.
 
-    The STATUS in its stepper is then OK or the reason why the case ended early; PAUSED, or TURNS_STIFF, its
-    `work.slopes` being needed: call again to go on.  Figures are in its `totals`, samples in its `record`, events in
-    its `log`.
+    The STATUS in its stepper is then OK or the reason why the case ended early.  PAUSED, or TURNS_STIFF where
+    `work.slopes`
+    is required, means: call again to continue.  Figures are in its `totals`, samples in its `record`, events in its
+    `log`.
     """
     if is_plain():
         integrate_case((kept.value,))
@@ -311,7 +312,7 @@ def integrate(kept: Pinned) -> None:
 
 @kernel
 def integrate_case(at):
-    """Do the same; `at` is a pointer to the Work."""
+    """Integrate a case, see `integrate`; `at` is a pointer to the Work."""
     reason = GOING
     while reason == GOING:
         reason = ready(at)

@@ -19,14 +19,24 @@ from .cycle import cycle_of
 from .drive import drive_of, driven
 from .equations import function_of
 from .form import AngleAim, Hinge, Planar, PointAim, Slide, Sprung, direction_of, numbered, point_of
-from .ideal import Ideal, ideal_of, masses_of, start_of
-from .loads import loads_of, stops_of
+from .ideal import Ideal, ideal_of, key_of, masses_of, start_of
+from .loads import discontinuity_times_of, loads_of
 from .machine_type import kinds_of, machine_type
 from .segments import in_segments
 from .spanning_tree import ANGLE, RUN, Coordinate
 from .stations import Alike, geometry_of
 
-__all__ = ["Alike", "ClosureError", "MobilityError", "build", "channels", "ideal", "ideal_of", "stops"]
+__all__ = [
+    "Alike",
+    "ClosureError",
+    "MobilityError",
+    "build",
+    "channels",
+    "discontinuity_times",
+    "ideal",
+    "ideal_of",
+    "key_of",
+]
 
 
 def channels(machine: Machine) -> tuple[Channel, ...]:
@@ -62,96 +72,104 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
     proximal one at the start, without relative velocity.  Raises ClosureError, MobilityError.
     """
     machine = in_segments(machine)
-    known, names = ideal_of(machine), frozenset(joints)
-    if names not in known.opened:
-        known.opened[names] = _opened(machine, names)
-    opened = known.opened[names]
-    if opened.light:
+    ideal_machine, names = ideal_of(machine), frozenset(joints)
+    if names not in ideal_machine.by_open_joints:
+        ideal_machine.by_open_joints[names] = _compiled(machine, names)
+    compiled = ideal_machine.by_open_joints[names]
+    if compiled.light:
         raise MobilityError(
-            f"with these joints open, something moves that has no mass or moment of inertia: {', '.join(opened.light)}"
+            "with these joints open, something moves that has no mass or moment of inertia: "
+            f"{', '.join(compiled.light)}"
         )
-    apart = any(map(any, offsets.values()))
-    start = _start(known, opened.state, offsets) if apart else opened.start
-    return Built(opened.value, start, opened.lengths, known.closure.size, known.rate())
+    displaced = any(map(any, offsets.values()))
+    start = _start(ideal_machine, compiled.state, offsets) if displaced else compiled.start
+    return Built(compiled.form, start, compiled.lengths, ideal_machine.closure.size, ideal_machine.rate())
 
 
 def ideal(machine: Machine, angles) -> IdealMotion:
     """Return the motion of the output and the reactions without clearance at angles (rad, any shape) of the crank."""
     shape = np.shape(angles)
-    known = ideal_of(machine)
-    motion = known.motion(np.asarray(angles, dtype=float).ravel(), lambda: _opened(known.machine, frozenset()).value)
+    ideal_machine = ideal_of(machine)
+    motion = ideal_machine.motion(
+        np.asarray(angles, dtype=float).ravel(), lambda: _compiled(ideal_machine.machine, frozenset()).form
+    )
     reactions = {name: force.reshape((*shape, 2)) for name, force in motion.reactions.items()}
     torque = np.reshape(motion.torque, shape)
     return IdealMotion(*(np.reshape(part, shape) for part in motion[:3]), reactions, torque)
 
 
-class _Opened(NamedTuple):
-    """A machine with some of its joints open, for any clearances and laws: cases of a sweep share it."""
+class _Compiled(NamedTuple):
+    """A compiled machine with some of its joints open, for any clearances and laws: cases of a sweep share it."""
 
-    value: Planar
+    form: Planar
     state: list[Coordinate]
-    lengths: np.ndarray  # m, as of Built
+    lengths: np.ndarray  # m, as in Built
     start: np.ndarray  # as in Built, with zero offsets
     light: list[str]  # moving bodies without mass or inertia
 
 
-def _opened(machine: Machine, names: frozenset[str]) -> _Opened:
+def _compiled(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
     """Return the compiled form of a machine with open joints of these names, and its coordinates."""
-    known, value = ideal_of(machine), _value(machine, names)
-    tree = machine_type(kinds_of(value))
-    paths = [known.course_of(item) for item in tree.hang.coordinates]
-    value = value._replace(turn=cycle_of([known.aimed(known.turn)], machine.drive.start_angle))
-    dependent = _dependent(known, value, paths) if tree.hang.loop_joints else ()
-    columns = [known.aimed(known.turn), *(paths[i] for i in dependent)]
-    value = value._replace(
+    ideal_machine, form = ideal_of(machine), _independent_form(machine, open_joints)
+    structure = machine_type(kinds_of(form))
+    coordinates = [ideal_machine.coordinate_over_turn(item) for item in structure.spanning_tree.coordinates]
+    output = ideal_machine.output_at(ideal_machine.turn)
+    form = form._replace(turn=cycle_of([output], machine.drive.start_angle))
+    dependent = _dependent(ideal_machine, form, coordinates) if structure.spanning_tree.loop_joints else ()
+    columns = [output, *(coordinates[i] for i in dependent)]
+    form = form._replace(
         dependent=tuple(map(numbered, dependent)), turn=cycle_of([*columns], machine.drive.start_angle)
     )
-    state = machine_type(kinds_of(value)).state
-    start = _start(known, state, {})
+    state = machine_type(kinds_of(form)).state
+    start = _start(ideal_machine, state, {})
     lengths = np.array([_length(machine, item) for item in state])
-    return _Opened(value, state, lengths, start, _light(machine, value, start))
+    return _Compiled(form, state, lengths, start, _light(machine, form, start))
 
 
-def _dependent(known: Ideal, value: Planar, paths: list) -> tuple[int, ...]:
+def _dependent(ideal_machine: Ideal, form: Planar, coordinates: list) -> tuple[int, ...]:
     """Return the indices of the dependent coordinates: machines that differ in masses and loads share them."""
-    kinds = kinds_of(value)
-    return _shared_dependent(geometry_of(known.whole), kinds, Alike((value, machine_type(kinds), paths)))
+    kinds = kinds_of(form)
+    inputs = Alike((form, machine_type(kinds), coordinates))
+    return _shared_dependent(geometry_of(ideal_machine.whole), kinds, inputs)
 
 
 @functools.lru_cache(maxsize=64)
-def _shared_dependent(key: bytes, kinds: tuple, given: Alike) -> tuple[int, ...]:
-    return tuple(bound_of(*given.value))
+def _shared_dependent(key: bytes, kinds: tuple, inputs: Alike) -> tuple[int, ...]:
+    return tuple(bound_of(*inputs.value))
 
 
-def _light(machine: Machine, value: Planar, start: np.ndarray) -> list[str]:
-    """Return the moving bodies without mass or moment of inertia."""
-    none = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in value.joints if isinstance(joint.site, Open))
+def _light(machine: Machine, form: Planar, start: np.ndarray) -> list[str]:
+    """Return the moving bodies without mass or moment of inertia; none where all accelerations are finite."""
+    no_loads = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in form.joints if isinstance(joint.site, Open))
     try:
         with np.errstate(all="ignore"):
-            accelerations = function_of(value, "accelerate")(value, function_of(value, "place")(value, start), none)
-        sound = bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
+            accelerations = function_of(form, "accelerate")(form, function_of(form, "place")(form, start), no_loads)
+        finite = bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
     except ZeroDivisionError:
-        sound = False
-    if sound:
+        finite = False
+    if finite:
         return []
     moving = _moving(machine)
     return [name for name in moving if 0.0 in (machine.bodies[name].mass, machine.bodies[name].inertia)] or moving
 
 
-def _start(known: Ideal, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
-    """Return coordinates, their rates and time."""
-    machine, angle = known.whole, known.machine.drive.start_angle
-    there = known.apart(offsets, angle)
-    if not np.all(np.isfinite(there.q)):
+def _start(ideal_machine: Ideal, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
+    """Return the initial state (2n+1,): n coordinates (m or rad), their rates, time (s).
+
+    offsets : as of `build`.  Raises ClosureError where the joints cannot be displaced by them.
+    """
+    machine, angle = ideal_machine.whole, ideal_machine.machine.drive.start_angle
+    turn = ideal_machine.apart(offsets, angle)
+    if not np.all(np.isfinite(turn.q)):
         raise ClosureError("its joints cannot begin as far apart as asked for", _moving(machine)[0], angle)
-    values = [known.read(item, there) for item in state]
+    values = [ideal_machine.read(item, turn) for item in state]
     speed = crank_speed(machine)
-    places, rates = [float(place) for place, _ in values], [speed * float(slope) for _, slope in values]
+    coordinates, rates = [float(value) for value, _ in values], [speed * float(slope) for _, slope in values]
     for i, item in enumerate(state):
         initial = None if item.kind == RUN else machine.bodies[_moving(machine)[item.of - 1]].initial
         if initial is not None:
-            places[i], rates[i] = start_of(initial, item.kind)
-    return np.array([*places, *rates, 0.0])
+            coordinates[i], rates[i] = start_of(initial, item.kind)
+    return np.array([*coordinates, *rates, 0.0])
 
 
 def crank_speed(machine: Machine) -> float:
@@ -161,20 +179,20 @@ def crank_speed(machine: Machine) -> float:
     return driven(drive_of(machine.drive), 0.0)[1]
 
 
-def stops(machine: Machine) -> list[float]:
+def discontinuity_times(machine: Machine) -> list[float]:
     """Return the times (s) at which an acceleration or the slope of a load jumps, where steps should end."""
-    times = {time for load in machine.loads for time in stops_of(load)}
+    times = {time for load in machine.loads for time in discontinuity_times_of(load)}
     if isinstance(machine.drive, Schedule):
         times |= set(map(float, machine.drive.times))
     return sorted(time for time in times if time > 0.0)
 
 
-def _value(machine: Machine, opened: frozenset[str]) -> Planar:
+def _independent_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
     """Return the compiled form with open joints of these names, without dependent coordinates."""
     numbers = {name: numbered(i) for i, name in enumerate([GROUND, *_moving(machine)])}
     placed = []
     for joint in machine.joints:
-        site: tuple = Open() if joint.name in opened else Closed()
+        site: tuple = Open() if joint.name in open_joints else Closed()
         ends = (numbers[joint.proximal.body], numbers[joint.distal.body])
         points = (_point(machine, joint.proximal), _point(machine, joint.distal))
         if isinstance(joint, (Guide, Stretch, Slot)):

@@ -29,8 +29,8 @@ def bound_of(value: Planar, machine: MachineType, courses: list) -> list[int]:
         y = np.array([*(path[0][k] for path in courses), *(0.0 for _ in courses), time])
         looks.append(np.array(loops(value, place(value, y))))
     rows = np.array(looks)
-    never = {Coordinate(ANGLE, machine.hang.crank), *(Coordinate(RUN, j) for j in machine.sprung)}
-    may = [i for i, item in enumerate(machine.hang.coordinates) if item not in never]
+    never = {Coordinate(ANGLE, machine.spanning_tree.crank), *(Coordinate(RUN, j) for j in machine.sprung)}
+    may = [i for i, item in enumerate(machine.spanning_tree.coordinates) if item not in never]
     scale = np.max(np.abs(rows), axis=(0, 2), keepdims=True)
     rows = (rows / scale)[:, :, may]
     rows /= np.maximum(np.max(np.abs(rows), axis=(0, 1)), 1e-300)

@@ -26,7 +26,7 @@ class Dynamics(Bodies):
 
     def __init__(self, machine: MachineType, *arguments: str):
         super().__init__(machine, *arguments)
-        self.crank = Coordinate(ANGLE, machine.hang.crank)
+        self.crank = Coordinate(ANGLE, machine.spanning_tree.crank)
         self.unknown = list(machine.state)
         self.every = list(dict.fromkeys([self.crank, *self.unknown]))
         self.dependent: dict[Coordinate, Row] = {}  # derivatives of dependent coordinates by independent ones
@@ -75,7 +75,7 @@ class Dynamics(Bodies):
                     else:
                         squares = ("1.0",)
                 terms.append(lines.product(mass, lines.total(*squares)))
-            spins = self.spins.get(self.hang.group[body], {})
+            spins = self.spins.get(self.spanning_tree.group[body], {})
             terms.append(lines.product(inertia, spins.get(first), spins.get(second)))
         return lines.total(*terms)
 
@@ -148,7 +148,7 @@ class Dynamics(Bodies):
 
     def moment(self, body: int, point: Vector, force: Vector) -> str | None:
         """Return the moment about its centre of mass of a force at a point of a body."""
-        lines, arm = self.lines, self.turned(self.hang.group[body], point)
+        lines, arm = self.lines, self.turned(self.spanning_tree.group[body], point)
         return lines.total(lines.product(arm[0], force[1]), lines.minus(lines.product(arm[1], force[0])))
 
     def generalised(self, driven: str | None) -> Row:
@@ -166,7 +166,7 @@ class Dynamics(Bodies):
             left = self.sum((None, None), *force[body], self.minus(self.scaled(mass, moved)))
             for item, column in columns.items():
                 terms[item] += lines.dot(column, left)
-            group = self.hang.group[body]
+            group = self.spanning_tree.group[body]
             if group != 0:
                 spun = lines.minus(lines.product(inertia, known.get(Coordinate(ANGLE, group))))
                 spins = lines.total(*moment[body], spun)
@@ -199,7 +199,7 @@ class Dynamics(Bodies):
         """Return the acceleration of the output."""
         body, point, direction = self.machine.aim
         if point is None:
-            return accelerations.get(Coordinate(ANGLE, self.hang.group[body]))
+            return accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body]))
         way = self.way(body, point)
         acceleration = self.sum(self.bias(way), self.combination(self.columns(way), accelerations))
         return self.lines.total(*self.lines.dot(acceleration, direction))

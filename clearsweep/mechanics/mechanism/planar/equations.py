@@ -91,7 +91,7 @@ def _again(take: Callable) -> Callable:
 def source(kinds: tuple) -> str:
     """Return the code of all functions of a type of machine."""
     machine = machine_type(kinds)
-    solvers = (step, closed) if machine.dependent else (loops,) if machine.hang.loop_joints else ()
+    solvers = (step, closed) if machine.dependent else (loops,) if machine.spanning_tree.loop_joints else ()
     moving = rubbing.accelerate if machine.rubs else dynamics.accelerate
     return "\n\n".join(write(machine) for write in (*solvers, moving, *_WRITERS))
 
@@ -149,11 +149,11 @@ def _energy(machine: MachineType) -> str:
 
 def _describe(machine: MachineType) -> str:
     write = Bodies(machine, "mechanism", "pose", "motion", "out")
-    lines, crank = write.lines, machine.groups.index(machine.hang.crank)
+    lines, crank = write.lines, machine.groups.index(machine.spanning_tree.crank)
     place, velocity = _aim(write)
     values = ["pose.time", f"pose.turns[{crank}].angle", "motion.torque", place, velocity, "motion.output"]
     for masses in machine.whole:
-        group = machine.hang.group[masses[0]]
+        group = machine.spanning_tree.group[masses[0]]
         values += _center(write, masses)
         values += [f"pose.turns[{machine.groups.index(group)}].angle", write.spin(masses[0])] if group else [None, None]
         if masses[1:]:
@@ -185,19 +185,19 @@ def _body_angles(machine: MachineType) -> str:
 
 
 def _angle(machine: MachineType, body: int) -> str:
-    group = machine.hang.group[body]
+    group = machine.spanning_tree.group[body]
     return f"pose.turns[{machine.groups.index(group)}].angle" if group else "0.0"
 
 
 def _output_and_crank(machine: MachineType) -> str:
     write = Bodies(machine, "mechanism", "pose")
-    crank = f"pose.turns[{machine.groups.index(machine.hang.crank)}]"
+    crank = f"pose.turns[{machine.groups.index(machine.spanning_tree.crank)}]"
     values = (*map(number, _aim(write)), f"{crank}.angle", f"{crank}.rate")
     return write.lines.function("output", f"({', '.join(values)})")
 
 
 def _crank_rate(machine: MachineType) -> str:
-    crank = machine.groups.index(machine.hang.crank)
+    crank = machine.groups.index(machine.spanning_tree.crank)
     return Lines("mechanism", "pose").function("crank_rate", f"pose.turns[{crank}].rate")
 
 
@@ -210,7 +210,7 @@ def _aim(write: Bodies) -> tuple[str | None, str | None]:
     machine, lines = write.machine, write.lines
     body, point, guide_axis = machine.aim
     if point is None:
-        group = machine.hang.group[body]
+        group = machine.spanning_tree.group[body]
         return (f"pose.turns[{machine.groups.index(group)}].angle", write.spin(body)) if group else (None, None)
     way = write.way(body, point)
     velocity = write.combination(write.columns(way), write.rate)

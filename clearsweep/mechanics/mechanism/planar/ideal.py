@@ -51,7 +51,7 @@ class Ideal:
         masses = masses_of(self.machine)
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
         self.tables = {load.name: table_of(load) for load in machine.loads if isinstance(load, Tabled)}
-        self.opened: dict[frozenset[str], Any] = {}  # results of `build` with joints of these names open
+        self.by_open_joints: dict[frozenset[str], Any] = {}  # compiled machine by the names of its open joints
         self._passage: Passage | None = None  # motion of a free crank, as far as requested
 
     def at(self, angles: np.ndarray) -> Turn:
@@ -63,7 +63,7 @@ class Ideal:
         q = self.closure.closed(between(self.turn, angles).q, angles)
         return Turn(angles, q, *self.closure.derivatives(q, angles))
 
-    def aimed(self, there: Turn) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def output_at(self, there: Turn) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the output and its first two derivatives by the crank's angle."""
         aim, q, first, second = self.machine.aim, there.q, there.first, there.second
         i = 3 * self.closure.index[aim.body]
@@ -114,7 +114,7 @@ class Ideal:
         x, y, dx, dy = far.x - near.x, far.y - near.y, far.dx - near.dx, far.dy - near.dy
         return c * x + s * y, c * dx + s * dy + spin * (c * y - s * x)
 
-    def course_of(self, item: Coordinate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def coordinate_over_turn(self, item: Coordinate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return a coordinate over the turn and its derivatives by the crank's angle, the second approximately."""
         values, slopes = self.read(item, self.turn)
         return values, slopes, np.gradient(slopes, self.turn.angles, edge_order=2)
@@ -125,7 +125,7 @@ class Ideal:
         form : returns the compiled form of the machine, for a free crank.
         """
         there, (time, rate) = self.at(angles), self.passed(angles, form)
-        place, first, second = self.aimed(there)
+        place, first, second = self.output_at(there)
         acceleration, reactions, torque = self.balance(there, rate, time)
         return IdealMotion(place, first * rate, second * rate**2 + first * acceleration, reactions, torque)
 
@@ -340,4 +340,18 @@ def _kept(key: bytes, machine: Alike) -> Ideal:
 
 def ideal_of(machine: Machine) -> Ideal:
     """Return the Ideal of a machine; the cases of a sweep share few of them."""
-    return _kept(pickle.dumps(machine), Alike(machine))
+    return _kept(key_of(machine), Alike(machine))
+
+
+def key_of(machine: Machine) -> bytes:
+    """Return a key that equal machines share; a machine is pickled only once."""
+    known = _KEYS.get(id(machine))
+    if known is None:
+        if len(_KEYS) >= MOST_KEYS:
+            _KEYS.clear()
+        known = _KEYS[id(machine)] = machine, pickle.dumps(machine)
+    return known[1]
+
+
+MOST_KEYS = 256
+_KEYS: dict[int, tuple[Machine, bytes]] = {}  # id of a machine, which stays as long as it is in here -> its key

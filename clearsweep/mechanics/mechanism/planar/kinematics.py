@@ -30,7 +30,7 @@ class Kinematics:
     """Positions and their derivatives in the lines of a function; subclasses define the source of angles and rates."""
 
     def __init__(self, machine: MachineType, lines: Lines):
-        self.machine, self.lines, self.hang = machine, lines, machine.hang
+        self.machine, self.lines, self.spanning_tree = machine, lines, machine.spanning_tree
         self.cosine: dict[int, str] = {}
         self.sine: dict[int, str] = {}
         self.rate: dict[Coordinate, str | None] = {}  # of every coordinate, the driven crank's angle among them
@@ -42,11 +42,11 @@ class Kinematics:
         for i, g in enumerate(self.machine.groups):
             self.cosine[g], self.sine[g] = (self.lines.let(f"pose.turns[{i}].{part}") for part in ("c", "s"))
             self.rate[Coordinate(ANGLE, g)] = self.lines.let(f"pose.turns[{i}].rate")
-        runs = [item.of for item in self.hang.coordinates if item.kind == RUN]
+        runs = [item.of for item in self.spanning_tree.coordinates if item.kind == RUN]
         for i, j in enumerate(runs):
             self.run[j] = self.lines.let(f"pose.runs[{i}][0]")
             self.rate[Coordinate(RUN, j)] = self.lines.let(f"pose.runs[{i}][1]")
-        for i, body in enumerate(self.hang.roots()):
+        for i, body in enumerate(self.spanning_tree.roots()):
             self.shift[body] = tuple(self.lines.let(f"pose.roots[{i}][{part}]") for part in range(2))
             for part, kind in enumerate((SHIFT_X, SHIFT_Y)):
                 self.rate[Coordinate(kind, body)] = self.lines.let(f"pose.roots[{i}][{2 + part}]")
@@ -91,11 +91,11 @@ class Kinematics:
         arms: dict[int, Vector] = {}
         runs: dict[int, str] = {}
         roots: dict[int, str] = {}
-        group = self.hang.group[body]
-        if body != 0 and self.hang.parents[body] is None:
+        group = self.spanning_tree.group[body]
+        if body != 0 and self.spanning_tree.parents[body] is None:
             roots[body] = "+"
         elif body != 0:
-            parent, j = self.hang.parents[body]
+            parent, j = self.spanning_tree.parents[body]
             site = self.machine.sites[j]
             forward = site.link.proximal == parent
             outer, inner = (site.far, site.near) if forward else (site.near, site.far)
@@ -124,12 +124,12 @@ class Kinematics:
 
     def direction(self, body: int) -> Vector:
         """Return cosine and sine of a body's angle."""
-        group = self.hang.group[body]
+        group = self.spanning_tree.group[body]
         return (self.cosine[group], self.sine[group]) if group else ("1.0", None)
 
     def spin(self, body: int) -> str | None:
         """Return the rate of a body's angle."""
-        return self.rate.get(Coordinate(ANGLE, self.hang.group[body]))
+        return self.rate.get(Coordinate(ANGLE, self.spanning_tree.group[body]))
 
     # ------------------------------------------------------------------------------------------ motion
 
@@ -141,7 +141,7 @@ class Kinematics:
     def axis(self, j: int) -> Vector:
         """Return the direction of a guide in the fixed frame."""
         site = self.machine.sites[j]
-        return self.turned(self.hang.group[site.link.proximal], site.axis)
+        return self.turned(self.spanning_tree.group[site.link.proximal], site.axis)
 
     def columns(self, way: Path) -> Columns:
         """Return the derivatives of the position at the end of a path."""
@@ -166,7 +166,7 @@ class Kinematics:
                 square = self.lines.product(rate, rate)
                 terms.append(self.minus(self.scaled(square, self.turned(g, arm))))
         for j, sign in way.runs.items():
-            g = self.hang.group[self.machine.sites[j].link.proximal]
+            g = self.spanning_tree.group[self.machine.sites[j].link.proximal]
             if g != 0:
                 swept = self.lines.product("2.0", self.rate[Coordinate(ANGLE, g)], self.rate[Coordinate(RUN, j)])
                 across = self.scaled(swept, self.left(self.axis(j)))
@@ -194,7 +194,7 @@ class Bodies(Kinematics):
             if load.form is Pushing:
                 parts = tuple(lines.let(f"{path}.{part}") for part in ("fx", "fy", "torque"))
             else:
-                crank = f"pose.turns[{self.machine.groups.index(self.hang.crank)}].angle"
+                crank = f"pose.turns[{self.machine.groups.index(self.spanning_tree.crank)}].angle"
                 at = crank if load.form is ByAngle else "pose.time"
                 parts = tuple(f"{part}_{i}" for part in ("fx", "fy", "torque"))
                 lines.once(f"{', '.join(parts)} = by_table({path}.table, {at})")

@@ -162,7 +162,7 @@ def loads_of(loads: tuple, place: Callable, joint: Callable) -> tuple:
     return tuple(compiled_loads)
 
 
-def stops_of(load: Push | Tabled | Spring) -> list[float]:
+def discontinuity_times_of(load: Push | Tabled | Spring) -> list[float]:
     """Return the times (s) at which the slope of a load jumps: both ends of a table over time."""
     if isinstance(load, Tabled) and load.over == "time":
         return [float(load.knots[0]), float(load.knots[-1])]

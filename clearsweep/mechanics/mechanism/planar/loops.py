@@ -27,7 +27,7 @@ class Equation(NamedTuple):
 def equations(write: Kinematics, *, moving: bool = True) -> list[Equation]:
     """Return the equations of all loops; without their bias where rates are not known."""
     lines, closing_rows = write.lines, []
-    for j in write.hang.loop_joints:
+    for j in write.spanning_tree.loop_joints:
         link = write.machine.sites[j].link
         way = write.between(*write.site(j))
         place, columns = write.place(way), write.columns(way)
@@ -37,7 +37,7 @@ def equations(write: Kinematics, *, moving: bool = True) -> list[Equation]:
                 row = {item: column[part] for item, column in columns.items() if column[part] is not None}
                 closing_rows.append(Equation(place[part], row, bias[part]))
             continue
-        group, direction = write.hang.group[link.proximal], write.axis(j)
+        group, direction = write.spanning_tree.group[link.proximal], write.axis(j)
         normal = write.left(direction)
         row = {item: lines.total(*lines.dot(normal, column)) for item, column in columns.items()}
         terms = [*lines.dot(normal, bias)]

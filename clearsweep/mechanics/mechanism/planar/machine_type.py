@@ -41,7 +41,7 @@ class MachineType(NamedTuple):
     """The structure of a planar machine."""
 
     sites: tuple[Site, ...]
-    hang: SpanningTree
+    spanning_tree: SpanningTree
     crank: int  # number of the driven body
     free: bool  # the crank is free
     steady: bool  # the crank's speed is constant
@@ -54,17 +54,17 @@ class MachineType(NamedTuple):
     @property
     def bodies(self) -> int:
         """Return the number of bodies, including the ground."""
-        return len(self.hang.group)
+        return len(self.spanning_tree.group)
 
     @property
     def state(self) -> list[Coordinate]:
         """Return the coordinates in the order of the state."""
-        return [item for item in self.hang.coordinates if item not in self.dependent]
+        return [item for item in self.spanning_tree.coordinates if item not in self.dependent]
 
     @property
     def groups(self) -> list[int]:
         """Return the rotating groups in the order of a pose."""
-        return [g for g in dict.fromkeys(self.hang.group) if g != 0]
+        return [g for g in dict.fromkeys(self.spanning_tree.group) if g != 0]
 
     @property
     def open(self) -> list[int]:
@@ -97,7 +97,7 @@ def machine_type(kinds: tuple) -> MachineType:
     """Return the MachineType from the result of `kinds_of` for a Planar."""
     sites = tuple(_site(kind, f"mechanism.joints[{j}]") for j, kind in enumerate(_of(kinds, "joints")[1:]))
     crank, drive = _number(_of(kinds, "crank")), _of(kinds, "drive")[0]
-    hang = spanning_tree(len(_of(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free)
+    tree = spanning_tree(len(_of(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free)
     rubs = tuple(
         Rub(i, _number(_of(kind, "joint")), kind[0] is Braked, _of(kind, "friction")[0] is Karnopp)
         for i, kind in enumerate(_of(kinds, "loads")[1:])
@@ -108,10 +108,10 @@ def machine_type(kinds: tuple) -> MachineType:
     assert kinds[0] is Planar
     point = _vector(_of(aim, "at"), f"{path}.at") if aim[0] is PointAim else None
     direction = _vector(_of(aim, "direction"), f"{path}.direction") if aim[0] is PointAim else None
-    dependent = tuple(hang.coordinates[_number(kind)] for kind in _of(kinds, "dependent")[1:])
+    dependent = tuple(tree.coordinates[_number(kind)] for kind in _of(kinds, "dependent")[1:])
     return MachineType(
         sites,
-        hang,
+        tree,
         crank,
         drive is Free,
         drive is Steady,

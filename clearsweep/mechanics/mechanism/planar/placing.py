@@ -26,10 +26,12 @@ class _Placing(Kinematics):
         super().__init__(machine, Lines(*arguments))
         dependent = machine.dependent
         self.known_groups = [g for g in machine.groups if Coordinate(ANGLE, g) not in dependent]
-        self.known_runs = [item.of for item in machine.hang.coordinates if item.kind == RUN and item not in dependent]
+        self.known_runs = [
+            item.of for item in machine.spanning_tree.coordinates if item.kind == RUN and item not in dependent
+        ]
         self.roots = [
             (kind, body)
-            for body in machine.hang.roots()
+            for body in machine.spanning_tree.roots()
             for kind in (SHIFT_X, SHIFT_Y)
             if Coordinate(kind, body) not in dependent
         ]
@@ -48,10 +50,10 @@ class _Placing(Kinematics):
         """Use the named coordinates as positions."""
         for g in self.machine.groups:
             self.cosine[g], self.sine[g] = f"c{g}", f"s{g}"
-        for item in self.hang.coordinates:
+        for item in self.spanning_tree.coordinates:
             if item.kind == RUN:
                 self.run[item.of] = self.name(item)
-        for body in self.hang.roots():
+        for body in self.spanning_tree.roots():
             self.shift[body] = (f"x{body}", f"y{body}")
 
     def take_dependent(self) -> None:
@@ -65,7 +67,7 @@ class _Placing(Kinematics):
 def place(machine: MachineType) -> str:
     """Return the code of the family member of that name."""
     write, state = _Placing(machine, "mechanism", "y"), machine.state
-    lines, crank = write.lines, Coordinate(ANGLE, machine.hang.crank)
+    lines, crank = write.lines, Coordinate(ANGLE, machine.spanning_tree.crank)
     lines.text.append(f"time = y[{2 * len(state)}]")
     if not machine.free:
         lines.text.append(f"{write.name(crank)}, rate, _ = driven(mechanism.drive, time)")
@@ -85,7 +87,7 @@ def _close(write: _Placing) -> None:
     """Write the solution for dependent coordinates and their rates."""
     machine, lines, known = write.machine, write.lines, write.known()
     bare = tupled([f"plain({name})" for name in known])
-    angle = lines.let(f"plain({write.name(Coordinate(ANGLE, machine.hang.crank))})")
+    angle = lines.let(f"plain({write.name(Coordinate(ANGLE, machine.spanning_tree.crank))})")
     guess = tupled([f"at_angle(mechanism.turn, {1 + i}, {angle})[0]" for i in range(len(machine.dependent))])
     lines.text += [
         f"dependent = closed(mechanism, {bare}, {guess})",
@@ -106,10 +108,10 @@ def _pose(write: _Placing) -> str:
     for g in machine.groups:
         item = Coordinate(ANGLE, g)
         turns.append(f"Turn(c{g}, s{g}, {write.name(item)}, {number(write.rate[item])})")
-    for item in machine.hang.coordinates:
+    for item in machine.spanning_tree.coordinates:
         if item.kind == RUN:
             runs.append(f"({write.name(item)}, {number(write.rate[item])})")
-    for body in machine.hang.roots():
+    for body in machine.spanning_tree.roots():
         x, y = Coordinate(SHIFT_X, body), Coordinate(SHIFT_Y, body)
         roots.append(f"(x{body}, y{body}, {number(write.rate[x])}, {number(write.rate[y])})")
     return f"Pose({tupled(turns)}, {tupled(runs)}, {tupled(roots)}, time)"
@@ -142,5 +144,5 @@ def loops(machine: MachineType) -> str:
     """Return the code of the derivatives of all loop equations by the coordinates."""
     write = Kinematics(machine, Lines("mechanism", "pose"))
     write.from_pose()
-    rows = [packed([e.columns.get(item) for item in machine.hang.coordinates]) for e in equations(write)]
+    rows = [packed([e.columns.get(item) for item in machine.spanning_tree.coordinates]) for e in equations(write)]
     return write.lines.function("loops", tupled(rows))

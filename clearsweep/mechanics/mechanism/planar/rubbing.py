@@ -143,7 +143,8 @@ class Reacting(Dynamics):
         lines, link = self.lines, self.machine.sites[rub.joint].link
         if not link.slides:
             turned = (
-                accelerations.get(Coordinate(ANGLE, self.hang.group[body])) for body in (link.distal, link.proximal)
+                accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body]))
+                for body in (link.distal, link.proximal)
             )
             distal, proximal = turned
             return lines.total(distal, lines.minus(proximal))
@@ -167,7 +168,7 @@ class Reacting(Dynamics):
             moved = self.sum(self.bias(way), self.combination(self.tree[body], accelerations))
             there = [tuple(map(lines.minus, pull)) for pull in force[body]]
             missing[body] = self.sum(self.scaled(mass, moved), *there)
-            spun = lines.product(inertia, accelerations.get(Coordinate(ANGLE, self.hang.group[body])))
+            spun = lines.product(inertia, accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body])))
             couples[body] = lines.total(spun, *map(lines.minus, moment[body]))
         return missing, couples
 
@@ -179,12 +180,12 @@ class Reacting(Dynamics):
         for item in machine.dependent:
             terms = [part for body in self.ways for part in self._work(item, body, missing)]
             if item.kind == ANGLE:
-                terms += [couples[body] for body in self.ways if self.hang.group[body] == item.of]
+                terms += [couples[body] for body in self.ways if self.spanning_tree.group[body] == item.of]
             right[item] = lines.total(*terms)
         rows = [equation.columns for equation in equations(self, moving=False)]
         multipliers = Solver(lines, rows, machine.dependent).transposed(right)
         results, row = {}, 0
-        for j in self.hang.loop_joints:
+        for j in self.spanning_tree.loop_joints:
             if machine.sites[j].link.slides:
                 results[j] = self.scaled(multipliers[row], self.left(self.axis(j)))
                 row += 1
@@ -203,8 +204,8 @@ class Reacting(Dynamics):
         return self.sum((None, None), *(missing[body] for body in hung))
 
     def _hangs(self, body: int, joint: int) -> bool:
-        while self.hang.parents[body] is not None:
-            body, through = self.hang.parents[body]
+        while self.spanning_tree.parents[body] is not None:
+            body, through = self.spanning_tree.parents[body]
             if through == joint:
                 return True
         return False
@@ -253,7 +254,7 @@ def _sticking(machine: MachineType, seen: Bodies, friction: list[str], power: li
     paths = {i: f"mechanism.loads[{machine.rubs[i].load}]" for i in sticking}
     slips = {i: _slip(seen, machine.rubs[i]) for i in sticking}
     reach = {i: "1.0" if machine.sites[machine.rubs[i].joint].link.slides else f"{paths[i]}.radius" for i in sticking}
-    rate = f"abs(pose.turns[{machine.groups.index(machine.hang.crank)}].rate)"
+    rate = f"abs(pose.turns[{machine.groups.index(machine.spanning_tree.crank)}].rate)"
 
     def with_one(i: int, value: str, name: str = "rub") -> str:
         return tupled([value if j == i else f"{name}[{j}]" for j in range(len(friction))])

@@ -57,7 +57,7 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
     joints : compiled form of each joint with clearance, in the order of the machine's.  Raises ClosureError,
     MobilityError, UntiedError.
     """
-    machine, known = assembly.machine, ideal_of(assembly.machine)
+    machine, ideal_machine = assembly.machine, ideal_of(assembly.machine)
     hangs = spanning_tree(machine, joints, assembly.ideal)
     numbers = {GROUND: ()} | {hang.body: numbered(i + 1) for i, hang in enumerate(hangs)}
     reported = tuple(numbers[name] for name in machine.bodies if name != GROUND)
@@ -70,14 +70,14 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
         aim=_aim(assembly, numbers),
         speed=speed,
         gravity=Vector(*assembly.gravity),
-        turn=cycle_of([known.aimed(known.turn)], 0.0),
+        turn=cycle_of([ideal_machine.output_at(ideal_machine.turn)], 0.0),
     )
     body_poses = _planar_positions(assembly)
     values = [_coordinates(assembly, hang, body_poses, joints) for hang in hangs]
     start = np.array([*(q for qs, _ in values for q in qs), *(rate for _, rates in values for rate in rates), 0.0])
     lengths = np.array([length for hang in hangs for length in _lengths(assembly, hang)])
     _check_masses(value, start)
-    return Built(value, start, lengths, known.closure.size, speed)
+    return Built(value, start, lengths, ideal_machine.closure.size, speed)
 
 
 class Seat(NamedTuple):
@@ -160,10 +160,10 @@ def _aim(assembly: Assembly, numbers: Mapping) -> tuple:
 
 def _planar_positions(assembly: Assembly) -> dict[str, PlanarPosition]:
     """Return the positions of the bodies."""
-    machine, known = assembly.machine, ideal_of(assembly.machine)
-    there, speed = known.at(np.array([0.0])), machine.drive.speed
+    machine, ideal_machine = assembly.machine, ideal_of(assembly.machine)
+    there, speed = ideal_machine.at(np.array([0.0])), machine.drive.speed
     poses = {GROUND: PlanarPosition(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
-    for name, i in known.closure.index.items():
+    for name, i in ideal_machine.closure.index.items():
         q, first = (values[0, 3 * i : 3 * i + 3] for values in (there.q, there.first))
         poses[name] = PlanarPosition(*map(float, q), *(float(speed * slope) for slope in first))
     return poses

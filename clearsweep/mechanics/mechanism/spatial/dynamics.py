@@ -129,9 +129,11 @@ class Dynamics(Posed):
             if self.spin_free(body):
                 continue
             spin = self.let(f"in_body({self.frame(body)}, {self.spin(body)})")
-            self.moment[body].append(self.let(f"cross(by_axes({part}.inertia, {spin}), {spin})"))
+            self.moment[body].append(self.let(f"cross(elementwise_product({part}.inertia, {spin}), {spin})"))
             if self.alpha[body] is not None:
-                turned = self.let(f"by_axes({part}.inertia, in_body({self.frame(body)}, {self.alpha[body]}))")
+                turned = self.let(
+                    f"elementwise_product({part}.inertia, in_body({self.frame(body)}, {self.alpha[body]}))"
+                )
                 self.moment[body].append(self.let(f"times(-1.0, {turned})"))
         for j, (bearing, journal) in enumerate(self.tree.openings):
             site, frame = f"mechanism.openings[{j}]", self.frame(journal)
@@ -169,7 +171,7 @@ class Dynamics(Posed):
             a, b = b, a
         if isinstance(a, Unit):
             return f"{inertia}.{AXES[a.axis]} * {b}.{AXES[a.axis]}"
-        return f"dot({a}, by_axes({inertia}, {b}))"
+        return f"dot({a}, elementwise_product({inertia}, {b}))"
 
     def right(self, a: int) -> str | None:
         """Return the generalised force of a speed."""

@@ -101,7 +101,10 @@ def energy(tree: MachineType) -> str:
     for body in range(1, len(tree.parts) + 1):
         part, velocity = f"mechanism.parts[{body - 1}]", write.velocity(body)
         spin = write.let(f"in_body({write.frame(body)}, {write.spin(body)})")
-        doubled += [f"{part}.mass * dot({velocity}, {velocity})", f"dot({spin}, by_axes({part}.inertia, {spin}))"]
+        doubled += [
+            f"{part}.mass * dot({velocity}, {velocity})",
+            f"dot({spin}, elementwise_product({part}.inertia, {spin}))",
+        ]
         falling.append(f"{part}.mass * dot({velocity}, mechanism.gravity)")
     return write.lines.function("energy", f"0.5 * ({' + '.join(doubled)}), {' + '.join(falling)}")
 

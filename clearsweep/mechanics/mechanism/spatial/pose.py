@@ -16,7 +16,7 @@ class Pose(NamedTuple):
     rates: tuple  # their rates
     frames: tuple  # Frame of each body
     spins: tuple  # rad/s, Vector in the fixed frame
-    places: tuple  # m, centres of mass
+    centres_of_mass: tuple  # m, Vector in the fixed frame
     velocities: tuple  # m/s
     turnings: tuple  # Turning of each body with a quaternion, () for the others
 
@@ -24,7 +24,7 @@ class Pose(NamedTuple):
 @inlined
 def on_ground(c, s):
     """Return the Frame of a body rotated about z by the angle of this cosine and sine."""
-    zero, unit = 0.0 * c, 0.0 * c + 1.0
+    zero, unit = 0.0 * c, 0.0 * c + 1.0  # of the type of c: a number, with or without slopes
     return Frame(Vector(c, -s, zero), Vector(s, c, zero), Vector(zero, zero, unit))
 
 
@@ -58,7 +58,7 @@ def axis_z(frame):
 
 
 @inlined
-def by_axes(a, b):
+def elementwise_product(a, b):
     """Return the element-wise product of two vectors."""
     return Vector(a.x * b.x, a.y * b.y, a.z * b.z)
 

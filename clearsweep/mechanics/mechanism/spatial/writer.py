@@ -96,7 +96,7 @@ class Posed(Writer):
 
     def at(self, body: int) -> str | None:
         """Return the position of a body's centre of mass."""
-        return self.let(f"pose.places[{body - 1}]") if body else None
+        return self.let(f"pose.centres_of_mass[{body - 1}]") if body else None
 
     def velocity(self, body: int) -> str | None:
         """Return the velocity of a body's centre of mass."""
