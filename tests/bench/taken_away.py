@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 import speed_page
-import yaml
+from ruamel.yaml import YAML
 
 from clearsweep import simulation
 from clearsweep.grid import load
@@ -28,7 +28,7 @@ ROUNDS = 3
 
 def grid_without(features: tuple[str, ...], count: int) -> dict:
     """Return the grid of so many cases without some FEATURES."""
-    grid = yaml.safe_load(GRID.read_text(encoding="utf-8"))
+    grid = YAML(typ="safe").load(GRID)
     if "orbits" in features:
         grid["save"] = {"orbits": "none"}
     for name in {"wear", "friction"} & set(features):
@@ -42,7 +42,7 @@ def cases_of(grid: dict) -> list:
     """Return the cases of a grid that are run."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "grid.yaml"
-        path.write_text(yaml.safe_dump(grid), encoding="utf-8")
+        YAML(typ="safe").dump(grid, path)
         made = load(path, simulation.catalogue())
         step = max(len(made) // TAKEN, 1)
         return [made.case(place) for place in range(0, len(made), step)]
