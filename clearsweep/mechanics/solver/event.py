@@ -51,7 +51,7 @@ class Work(NamedTuple):
     clearance: np.ndarray  # (c,) m
     rubs: np.ndarray  # (c,) int64, whether there is friction: 1, else 0
     film: np.ndarray  # (c, 2) m, depth beyond which a film bears not alone, and its formula is kept; inf: never
-    stepper: np.ndarray  # (AHEAD,) what the loop goes on with, see plan
+    stepper: np.ndarray  # (STEPPER_SIZE,) state of the loop between steps, see run_control
     f: np.ndarray  # (n, STAGES) the interpolant, see `collocation.dense_component`
     polynomials: np.ndarray  # (ROWS, COEFFICIENTS) of the function in hand, see `bernstein`
     apart: np.ndarray  # (c,) int64, the mode to which a separation leads

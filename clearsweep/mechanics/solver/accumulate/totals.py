@@ -23,7 +23,7 @@ from ...observe.observables import (
     put_load,
 )
 from ...observe.stages import END, NODES, START
-from ..run_control import WINDOWED
+from ..run_control import STEPPER_IN_WINDOW
 from .step_sums import (
     HIGHEST_ACCELERATION,
     HIGHEST_DEPTH,
@@ -138,7 +138,7 @@ def accumulate_step(accumulators, time):
     Maxima are those at the ends of the step.  Where a larger one may lie between, NEEDS_PEAK_SEARCH of its `step` is
     set, and what is to be searched for keeps its HIGHEST; of all else that becomes NO_PEAK.
     """
-    step, counted = accumulators.step, accumulators.stepper[WINDOWED] != 0.0
+    step, counted = accumulators.step, accumulators.stepper[STEPPER_IN_WINDOW] != 0.0
     step[NEEDS_PEAK_SEARCH] = 0.0
     enter_powers(accumulators, counted)
     for j in range(accumulators.mode.size):
