@@ -1,7 +1,7 @@
-"""A slider-crank with clearance, computed anew: absolute coordinates, multipliers, numpy and scipy.
+"""An independent slider-crank with clearance: absolute coordinates, multipliers, numpy and scipy.
 
-Nothing of the package is used.  Crank, rod and slider have all of their nine coordinates.  The drive, the guide and the
-joints without clearance are constraints on accelerations.  Contacts follow docs/model.md; events are located by scipy.
+It uses no code of the package.  Crank, rod and slider have all their nine coordinates.  The drive, the guide and the
+joints without clearance are constraints on accelerations.  Contacts follow docs/model.md; scipy locates the events.
 """
 
 import itertools
@@ -24,7 +24,7 @@ class Karnopp(NamedTuple):
     band: float  # m/s
 
     def kinetic(self, slip):
-        """Return the tangential force over the normal force of sliding surfaces."""
+        """Return the tangential over the normal force of sliding surfaces."""
         fall = (self.static - self.coefficient) * math.exp(-((slip / self.stribeck) ** 2))
         return -math.copysign(self.coefficient + fall, slip)
 
@@ -37,21 +37,21 @@ class Tanh(NamedTuple):
     band = 0.0  # m/s
 
     def kinetic(self, slip):
-        """Return the tangential force over the normal force."""
+        """Return the tangential over the normal force."""
         return -self.coefficient * math.tanh(slip / self.scale)
 
 
 class Damped:
-    """F = K pen^1.5 (1 + 0.75 (1 - e^2) rate / onset rate), no less than 0: Lankarani & Nikravesh 1990."""
+    """F = K pen^1.5 (1 + 0.75 (1 - e^2) rate / onset rate), at least 0: Lankarani & Nikravesh 1990."""
 
     events = ("raw",)
 
     def __init__(self, stiffness, restitution):
-        """Take the numbers (N/m^1.5, 1)."""
+        """Take stiffness (N/m^1.5) and restitution (1)."""
         self.stiffness, self.chi = stiffness, 0.75 * (1.0 - restitution**2)
 
     def raw(self, contact, pen, rate):
-        """Return the force (N) before it is clipped."""
+        """Return the force (N) before clipping."""
         return self.stiffness * max(pen, 0.0) ** 1.5 * (1.0 + self.chi * rate / contact.onset)
 
 
@@ -61,11 +61,11 @@ class Yielding:
     events = ("turn", "reach")
 
     def __init__(self, stiffness, restitution):
-        """Take the numbers (N/m^1.5, 1)."""
+        """Take stiffness (N/m^1.5) and restitution (1)."""
         self.stiffness, self.given_back = stiffness, restitution**2
 
     def raw(self, contact, pen, rate):
-        """Return the force, N."""
+        """Return the force (N)."""
         if contact.deepest == 0.0:
             return self.stiffness * max(pen, 0.0) ** 1.5
         left = (1.0 - self.given_back) * contact.deepest
@@ -73,20 +73,20 @@ class Yielding:
 
 
 class Contact:
-    """What a contact keeps between events."""
+    """State of a contact that changes only at events."""
 
     def __init__(self, law, friction, sizes, bodies):
-        """Take laws, (clearance, bearing radius) and ((body, its pin), (body, its pin), sign of the gap)."""
+        """Take laws, (clearance, bearing radius) in m, and ((body, its pin), (body, its pin), sign of the gap)."""
         self.law, self.friction, (self.clearance, self.bearing) = law, friction, sizes
         self.journal, self.bodies = self.bearing - self.clearance, bodies
         self.touching, self.stuck, self.onset, self.deepest, self.sense = False, False, 1.0, 0.0, 1.0
 
 
 class Crank:
-    """One scene, of a grid in SI; `opened` gives each open joint a law, a friction or None, and two sizes (m)."""
+    """One scene of a grid in SI; `opened` gives each open joint a law, a friction or None, and two sizes (m)."""
 
     def __init__(self, mechanism, speed, opened):
-        """Read the numbers."""
+        """Read the parameters."""
         crank, rod = mechanism["crank"], mechanism["rod"]
         self.radius, self.length, self.speed = crank["length"], rod["length"], speed
         here, there = crank.get("center", 0.5 * self.radius), rod.get("center", 0.5 * self.length)
@@ -97,7 +97,7 @@ class Crank:
         pins = {
             "ground-crank": ((GROUND, 0.0), (0, -here), 1.0),
             "crank-rod": ((0, self.radius - here), (1, -there), 1.0),
-            "rod-slider": ((1, self.length - there), (2, 0.0), -1.0),  # the journal sits on the rod
+            "rod-slider": ((1, self.length - there), (2, 0.0), -1.0),  # the journal is on the rod
         }
         self.ideal = [pins[name] for name in NAMES if name not in opened]
         self.names = [name for name in NAMES if name in opened]
@@ -107,7 +107,7 @@ class Crank:
     # ------------------------------------------------------------------------------------------ where things are
 
     def pin(self, y, body, along):
-        """Return place, velocity and acceleration without that of the coordinates, of a pin on the axis of a body."""
+        """Return position, velocity and bias acceleration (at zero coordinate accelerations) of a pin of a body."""
         if body is GROUND:
             return np.zeros(2), np.zeros(2), np.zeros(2)
         at, rate = y[3 * body : 3 * body + 3], y[9 + 3 * body : 12 + 3 * body]
@@ -115,7 +115,7 @@ class Crank:
         return at[:2] + arm, rate[:2] + rate[2] * np.array([-arm[1], arm[0]]), -(rate[2] ** 2) * arm
 
     def gap(self, y, bodies):
-        """Return place, velocity and free acceleration of the distal pin seen from the proximal one, and its rows."""
+        """Return relative position, velocity and bias acceleration of the distal pin, and its rows."""
         (near, near_arm), (far, far_arm), _ = bodies
         before, after = self.pin(y, near, near_arm), self.pin(y, far, far_arm)
         rows = np.zeros((2, 9))
@@ -127,7 +127,7 @@ class Crank:
         return *(b - a for a, b in zip(before, after, strict=True)), rows
 
     def seen(self, y, contact):
-        """Return depth, rate, slip, normal and tangent of a contact, rows and free acceleration of slip."""
+        """Return depth, rate, slip, normal and tangent of a contact, rows and bias acceleration of slip."""
         place, moving, free, rows = self.gap(y, contact.bodies)
         (near, _), (far, _), side = contact.bodies
         place, moving, free, rows = side * place, side * moving, side * free, side * rows
@@ -148,7 +148,7 @@ class Crank:
     def forces(self, y):
         """Return the accelerations (9,), and (normal, tangential, slip, depth) of each open joint.
 
-        Work is done on the rows of depth and slip: the force on the coordinates is -N rows of depth + T rows of slip.
+        Generalised forces act along the rows of depth and slip: -N rows of depth + T rows of slip.
         """
         applied = np.zeros(9)
         applied[1::3] = -self.gravity * self.masses[1::3]
@@ -192,9 +192,10 @@ class Crank:
         return acceleration, message
 
     def hold(self, result, seen, sticking, normals):
-        """Return the accelerations and the forces (N) that let all slips die away at the crank's rate, each if it can.
+        """Return accelerations and forces (N) that let all slips decay at the crank's rate, each as far as possible.
 
-        The slips' rates are b + A T.  Of all ways to have each force free, or at either of its limits, one is right.
+        The slips' rates are b + A T.  Of all combinations of free forces and forces at either limit, exactly one is
+        consistent.
         """
         rows = np.array([seen[j][4] for j in sticking])
         wanted = np.array([-self.speed * seen[j][2] - seen[j][5] for j in sticking])
@@ -216,17 +217,17 @@ class Crank:
 
     @staticmethod
     def limit(friction):
-        """Return what stuck surfaces hold over the normal force: the static coefficient, no less than at the edge."""
+        """Return the limit of sticking over the normal force: the static coefficient or that at the band's edge."""
         return max(friction.static, abs(friction.kinetic(friction.band)))
 
     def rates(self, t, y):
-        """Return the rates of the state: nine coordinates, and theirs."""
+        """Return the rates of the state: of nine coordinates and of their rates."""
         return np.concatenate([y[9:], self.forces(y)[0]])
 
     # ------------------------------------------------------------------------------------------ from event to event
 
     def watched(self):
-        """Return (joint, what, function) of all events that may come next."""
+        """Return (joint, kind, function) of all possible next events."""
         result = []
         for j, contact in enumerate(self.contacts):
             if not contact.touching:
@@ -242,7 +243,7 @@ class Crank:
             elif "reach" in contact.law.events:
                 result.append((j, "reach", self._event(j, lambda c, d, r, s: d - c.deepest, 1.0)))
             if contact.friction is not None and contact.friction.band > 0.0:
-                if contact.stuck:  # a little beyond the band, where it would else stick again at once
+                if contact.stuck:  # slightly beyond the band, otherwise it would stick again at once
                     result.append((j, "slip", self._event(j, lambda c, d, r, s: abs(s) - 1.001 * c.friction.band, 1.0)))
                 else:
                     result.append((j, "stick", self._event(j, lambda c, d, r, s: c.sense * s - c.friction.band, -1.0)))
@@ -257,7 +258,7 @@ class Crank:
         return value
 
     def pass_event(self, t, y, j, what):
-        """Change what a contact keeps."""
+        """Change the state of a contact at an event."""
         contact = self.contacts[j]
         depth, rate, slip = self.seen(y, contact)[:3]
         if what == "onset":
@@ -302,7 +303,7 @@ class Crank:
 
 
 def seat(crank, y):
-    """Let all contacts press from the state `y` on, as a seated run begins."""
+    """Press all contacts in the state `y`, as at the start of a seated run."""
     for contact in crank.contacts:
         slip = crank.seen(y, contact)[2]
         contact.touching, contact.onset, contact.sense = True, 1e-3, math.copysign(1.0, slip)
@@ -310,7 +311,7 @@ def seat(crank, y):
 
 
 def start_of(crank, result, k=0):
-    """Return the state at the sample `k` of a run's time histories: what both programs begin with."""
+    """Return the state at sample `k` of a run's time histories, the common start of both programs."""
     radius, length, (here, there), t = crank.radius, crank.length, crank.centers, result.t[k]
     angle, spin = np.array([crank.speed * t, result["rod/angle"][k]]), np.array([crank.speed, result["rod/rate"][k]])
     along = np.array([np.cos(angle), np.sin(angle)]).T

@@ -1,4 +1,4 @@
-"""Conformal contact on a grid: an oracle that supposes neither the arc of contact nor the form of the pressure."""
+"""Conformal contact on a grid: an oracle without assumptions on the arc of contact or the form of the pressure."""
 
 import math
 from typing import NamedTuple
@@ -17,10 +17,11 @@ class Arc(NamedTuple):
 
 
 def on_a_grid(depth, elements=600):
-    """Return the contact that is `depth` clearances deep: pressures of elements that push, gaps where none does.
+    """Return the contact with a depth of `depth` clearances: elements have positive pressure or a gap.
 
-    The kernel -1 - ln|sin(x / 2)| is integrated over each element; those that would pull are let go, one after the
-    other, until none is left.
+    The kernel -1 - ln|sin(x / 2)| is integrated over each element.  Elements with negative pressure are released one
+    after
+    another until none is left.
     """
     reach = 1.05 * math.acos(1.0 / (1.0 + depth))
     middle, width = (np.arange(elements) + 0.5) * reach / elements, reach / elements
@@ -29,7 +30,7 @@ def on_a_grid(depth, elements=600):
     def displaced(gap):
         inner = np.abs(0.5 * (np.abs(gap)[..., None] + 0.5 * width * nodes))
         far = 0.5 * width * np.sum(weights * (-1.0 - np.log(np.abs(np.sin(inner)))), -1)
-        near = -width * math.log(0.25 * width)  # about its own middle, where the sine is its angle
+        near = -width * math.log(0.25 * width)  # around its own centre, where the sine equals its angle
         return np.where(np.abs(gap) < 0.5 * width, near, far)
 
     kernel = displaced(middle[:, None] - middle[None, :]) + displaced(middle[:, None] + middle[None, :])

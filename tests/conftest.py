@@ -1,8 +1,8 @@
-"""Fixtures that several files of tests share.
+"""Shared fixtures of the tests.
 
-What compiles costs most: a new compiled form is tested compiled once in `make test` at most, all else about it as plain
-Python (marker `plain`, `make test-plain`); compiled code is kept between runs, so no test moves NUMBA_CACHE_DIR unless
-the cache is what it tests.
+Compiling costs most: `make test` tests each compiled form at most once in compiled form, everything else about it as
+plain Python (marker `plain`, `make test-plain`).  Compiled code is kept between runs, so no test moves NUMBA_CACHE_DIR
+unless it tests the cache.
 """
 
 import signal
@@ -13,7 +13,7 @@ from fake_runs import load
 
 from clearsweep.language.errors import InputError
 
-SLOW_LIMIT = 3600.0  # s that a test may take that is marked slow
+SLOW_LIMIT = 3600.0  # s, time limit of a test marked slow
 
 
 def pytest_collection_modifyitems(items):

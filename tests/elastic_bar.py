@@ -1,6 +1,6 @@
-"""An impact on the end of an elastic bar whose other end is fixed: the continuous bar, and what a machine makes of it.
+"""An impact on the end of an elastic bar whose other end is fixed: the continuous bar, and its model in a machine.
 
-The end of a uniform bar moves by the forces that act on it and by what comes back from the other end, which is fixed
+The end of a uniform bar moves under the force on it and the waves reflected from the other, fixed end
 (d'Alembert): Z v(t) = F(t) + 2 sum over j of (-1)^j F(t - 2 j T), with Z = sqrt(k m) and T = sqrt(m / k).
 """
 
@@ -23,8 +23,8 @@ def continuous(speed: float, steps: int = 40000) -> tuple[float, float]:
     """Return peak (N) and duration (s) of the impact of the slider on the continuous bar, by Heun's method."""
     impedance, passing = math.sqrt(STIFFNESS * MASS), math.sqrt(MASS / STIFFNESS)
     h = 2.0 * passing / (steps // 8)
-    back = steps // 8  # steps in which a wave comes back
-    force, wave = np.zeros(8 * steps), np.zeros(8 * steps)  # N; m/s, of what comes back
+    back = steps // 8  # steps until a wave returns
+    force, wave = np.zeros(8 * steps), np.zeros(8 * steps)  # N; m/s, of reflected waves
 
     def rates(depth: float, pace: float, at: int) -> tuple[float, float, float]:
         push = CONTACT * max(depth, 0.0) ** 1.5
@@ -45,20 +45,20 @@ def continuous(speed: float, steps: int = 40000) -> tuple[float, float]:
 
 
 def machine(segments: int):
-    """Return a slider-crank with an elastic rod in line with its crank, which hardly turns."""
+    """Return a slider-crank with an elastic rod in line with its nearly fixed crank."""
     made = slider_crank(drive=Constant(1e-9), gravity=0.0)
     rod = made.bodies["rod"]._replace(elastic=Elastic("big", "small", STIFFNESS, segments))
     return made._replace(bodies={**made.bodies, "rod": rod})
 
 
 class Clearance:
-    """What `planar.build` asks of a joint."""
+    """Joint parameters read by `planar.build`."""
 
     clearance = 1e-3
 
 
 def in_segments(speed: float, segments: int) -> tuple[float, float]:
-    """Return the same for the equations of motion of a machine in segments."""
+    """Return peak (N) and duration (s) of the same impact from the equations of motion of a machine in segments."""
     value, start, *_ = planar.build(machine(segments), {"rod-slider": Clearance()}, {})
     accelerate, place, gaps = (function_of(value, name) for name in ("accelerate", "place", "gaps"))
     count = (len(start) - 1) // 2

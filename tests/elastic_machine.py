@@ -1,7 +1,7 @@
-"""A slider-crank with an elastic rod by equations of its own: Lagrange's, of masses along the turning line of the rod.
+"""An independent slider-crank with an elastic rod: Lagrange's equations of masses along the rotating line of the rod.
 
-The slider pin has clearance, the law is Lankarani's and Nikravesh's.  Coordinates: angle of the rod, displacement of
-each mass along it, place of the slider; integrated with scipy from event to event.
+The slider pin has clearance with Lankarani's and Nikravesh's law.  Coordinates: angle of the rod, displacement of each
+mass along it, position of the slider; integrated with scipy from event to event.
 """
 
 import math
@@ -25,7 +25,7 @@ class Rod:
         self.lump = INERTIA - float(np.sum(self.mass * (self.at - 0.5 * LENGTH) ** 2))
 
     def gap(self, time: float, y: np.ndarray) -> tuple[float, float, np.ndarray]:
-        """Return eccentricity, its rate, and the direction from the rod's pin to the slider's."""
+        """Return eccentricity (m), its rate (m/s), and the direction from the rod's pin to the slider's."""
         n, angle = self.segments, self.speed * time
         (phi, *u, s), (dphi, *du, ds) = y[: n + 2], y[n + 2 :]
         e, across = np.array([math.cos(phi), math.sin(phi)]), np.array([-math.sin(phi), math.cos(phi)])
@@ -59,12 +59,12 @@ class Rod:
         return np.concatenate([y[n + 2 :], right / weight])
 
     def start(self) -> np.ndarray:
-        """Return the state at crank angle 0: nothing stretched, pins concentric, at the rates of the rigid machine."""
+        """Return the state at crank angle 0: unstretched, pins concentric, with the rates of the rigid machine."""
         rate = -CRANK * self.speed / LENGTH
         return np.array([0.0, *np.zeros(self.segments), CRANK + LENGTH, rate, *np.zeros(self.segments), 0.0])
 
     def run(self, end: float) -> tuple[list[tuple[float, float]], np.ndarray]:
-        """Return (time, closing rate) of every begin of a contact and the state at the time `end`."""
+        """Return (time (s), closing rate (m/s)) of every contact onset, and the state at the time `end` (s)."""
         time, y, onset, begun = 0.0, self.start(), None, []
         while time < end:
 

@@ -1,4 +1,4 @@
-"""Mechanics made up by formula on machines with a fault, which an environment variable of the machine asks for."""
+"""Substitute mechanics with a fault on some machines, requested by an environment variable of the machine."""
 
 import errno
 import os
@@ -11,11 +11,11 @@ from clearsweep.store import durable
 
 
 class FullDisk(Fake):
-    """Stands in for the mechanics where the disk of some machines is full."""
+    """Substitute for the mechanics on machines with a full disk."""
 
     @staticmethod
     def load():
-        """Let no file be written by this worker."""
+        """Prevent this worker from writing files."""
         if os.environ.get("CLEARSWEEP_TEST_FULL"):
 
             def refuse(*_, **__):
@@ -25,11 +25,11 @@ class FullDisk(Fake):
 
 
 class OtherClock(Fake):
-    """Stands in for the mechanics where the clocks of machines differ."""
+    """Substitute for the mechanics on machines with different clocks."""
 
     @staticmethod
     def load():
-        """Move the clock of this worker by some seconds."""
+        """Shift the clock of this worker by some seconds."""
         offset = float(os.environ.get("CLEARSWEEP_TEST_CLOCK", "0"))
         now, now_ns = time.time, time.time_ns
         time.time = lambda: now() + offset
@@ -37,11 +37,11 @@ class OtherClock(Fake):
 
 
 class DiesFinishing(Fake):
-    """Stands in for the mechanics where the first worker that finishes a block is killed meanwhile."""
+    """Substitute for the mechanics in which the first worker is killed while it finishes a block."""
 
     @staticmethod
     def peak(case, joint, revolutions):
-        """Die once, else return what `Fake` does."""
+        """Die once, otherwise return the result of `Fake`."""
         marker = os.environ["CLEARSWEEP_TEST_MARKER"]
         if not os.path.exists(marker):
             with open(marker, "w", encoding="utf-8"):

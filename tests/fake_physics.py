@@ -1,6 +1,6 @@
-"""Mechanics made up by formula, and sweeps of it; gravity (m/s^2) says what becomes of a case.
+"""Substitute mechanics by formula, and sweeps with it; gravity (m/s^2) selects the outcome of a case.
 
-Workers import this file, so that it has to stay light: what only the parent needs is imported where it is used.
+Workers import this file, so it must be light: modules needed only by the parent are imported where they are used.
 """
 
 import gc
@@ -29,7 +29,7 @@ _OF_JOINT = {
     **{"onset_rate_max": "m/s", "penetration_max": "m", "eccentricity_max": "m"},
 }
 _WORN = ("depth_max", "rate_max", "volume", "narrow_arcs")
-#: What a grid can name and a case gives here: workers that import it stay as light as without compiled code.
+#: Names allowed in a grid, and figures of a case; workers that import it are as light as without compiled code.
 CATALOGUE = Catalogue(
     laws=(
         Law("law", "hertz", "no loss", "", ""),
@@ -87,7 +87,7 @@ WEAR = {"law": "archard", "coefficient": "2e-14 m^2/N", "bins": 36}
 
 
 def grid(masses=3, gravities=(GOOD,), orbits="last", wear=False, **more) -> dict:
-    """Return a grid with masses x gravities cases, as a user would write it."""
+    """Return a grid with masses x gravities cases, in the form of a user's file."""
     joint = {"clearance": "0.5 mm", "bearing_radius": "10 mm", "length": "20 mm", "contact": CONTACT}
     if wear:
         joint["wear"] = WEAR
@@ -126,7 +126,7 @@ class Fake:
     def compile_for(case):
         """Do nothing."""
 
-    solve_each = None  # one after the other, as they are made to fail
+    solve_each = None  # one after another, because they are made to fail
 
     @staticmethod
     def compile_loop(case):
@@ -139,27 +139,27 @@ class Fake:
 
     @staticmethod
     def warnings(case):
-        """Return nothing to warn of."""
+        """Return no warnings."""
         return []
 
     @staticmethod
     def recommended(case):
-        """Recommend nothing."""
+        """Return no recommendation."""
         return []
 
     @staticmethod
     def alternatives(case):
-        """Return two other laws of which all hold."""
+        """Return two alternative laws, both valid."""
         return {"joints.rod-slider.contact.law": ["lankarani-nikravesh", "hertz"]}
 
     @staticmethod
     def peak(case, joint, revolutions):
-        """Return a made-up revolution, the fourth, whose motion is that of the case."""
+        """Return a made-up revolution, the fourth, with the motion of the case."""
         return results.Peak(3.0, trajectory(case._replace(save=case.save._replace(orbits="last"))))
 
     @staticmethod
     def solve(case, log=None):
-        """Return a made-up trajectory, or fail in the way that the case's gravity says; note in a log that it began."""
+        """Return a made-up trajectory, or fail as the case's gravity specifies; record the start in a log."""
         if log:
             log.keep(str(case.mechanism.values["slider.mass"]).encode())
         gravity = case.mechanism.values["gravity"]
@@ -184,7 +184,7 @@ class Fake:
 
 
 def trajectory(case) -> results.Trajectory:
-    """Return histories, events, wear and figures that depend on the slider's mass alone."""
+    """Return histories, events, wear and figures that depend only on the slider's mass."""
     mass = case.mechanism.values["slider.mass"]
     bins = case.joints[0].wear.bins if case.joints[0].wear else 0
     layout = Layout.of(case, CATALOGUE)
@@ -204,7 +204,7 @@ def trajectory(case) -> results.Trajectory:
 
 
 def _history(mass, bins):
-    """Return a life of some nodes, depending on the slider's mass alone."""
+    """Return a life with some nodes, which depends only on the slider's mass."""
     nodes = 2 + round(1e3 * mass) % 3
     of_joint = {name: mass * np.arange(nodes) for name in ("wear_depth_max", "clearance", "force_peak", "wear_rate")}
     of_joint |= {f"profile_{body}": np.outer(np.arange(nodes), np.full(bins, mass)) for body in ("bearing", "journal")}
@@ -212,18 +212,18 @@ def _history(mass, bins):
 
 
 class OtherVersion(Fake):
-    """Stands in for the mechanics where workers run a version of the model of their own."""
+    """Substitute for the mechanics in workers with a different version of the model."""
 
     @staticmethod
     def load():
-        """Change the version in the process that loads this: a worker."""
+        """Change the version in a worker, the process that calls this."""
         for name, module in list(sys.modules.items()):
             if name.partition(".")[0] == "clearsweep" and "MODEL_VERSION" in vars(module):
                 module.MODEL_VERSION = "another"
 
 
 def await_file(name):
-    """Return when another process has made a file of this name; fail after half a minute."""
+    """Return when another process has created a file of this name; fail after 30 s."""
     for _ in range(3000):
         if Path(name).exists():
             return
@@ -232,30 +232,30 @@ def await_file(name):
 
 
 class Together(Fake):
-    """Mechanics whose parts compile only while the other part does."""
+    """Mechanics whose two parts only compile simultaneously."""
 
     @staticmethod
     def compile_for(case):
-        """Come, and wait for the loop."""
+        """Signal the start, and wait for the loop."""
         Path("scene").touch()
         await_file("loop")
 
     @staticmethod
     def compile_loop(case):
-        """Come, and wait for the scene."""
+        """Signal the start, and wait for the scene."""
         Path("loop").touch()
         await_file("scene")
 
 
 def sweep(source, out=None, *, simulator=Fake, **options):
-    """Do what `clearsweep.sweep` does."""
+    """Call `clearsweep.sweep` with substitute mechanics."""
     from clearsweep.sweeping.sweep import Options, run_sweep
 
     return run_sweep(source, out, Options(**options), simulator)
 
 
 def merge(directories, out, **options):
-    """Do what `clearsweep.merge` does."""
+    """Call `clearsweep.merge` with substitute mechanics."""
     from clearsweep.sweeping.merge import run_merge
 
     return run_merge(directories, out, simulator=Fake, **options)

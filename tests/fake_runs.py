@@ -1,6 +1,6 @@
-"""A small catalogue of laws, a demo grid, and runs as the store hands them out, made up by formula.
+"""A small catalogue of laws, a demo grid, and runs with the reading interface of the store, made up by formula.
 
-Nothing is simulated or compiled; the figures only look the part.
+Nothing is simulated or compiled; the figures are only plausible.
 """
 
 import copy
@@ -93,13 +93,13 @@ def ids(cases):
 
 
 class OfFrame:
-    """The reading side of a store whose summary is the frame `summary`, its units in `attrs`."""
+    """The reading interface of a store whose summary is the frame `summary`, its units in `attrs`."""
 
-    seek = optimise = identify = None  # nothing is searched for, optimised or identified
-    worst = ()  # no revolution of a peak is saved
+    seek = optimise = identify = None  # no search, optimisation or identification
+    worst = ()  # no saved revolution of a peak
 
     def marks(self):
-        """Return the marks of its blocks: it is in one piece."""
+        """Return the marks of its blocks: one block."""
         return []
 
     @property
@@ -109,7 +109,7 @@ class OfFrame:
 
     @property
     def units(self):
-        """Return the unit of every column that has one."""
+        """Return column -> unit, for columns with a unit."""
         return self.summary.attrs["units"]
 
     def blocks(self, columns):
@@ -121,11 +121,11 @@ class OfFrame:
         return self.summary[name]
 
     def event_blocks(self):
-        """Yield nothing: no events were kept."""
+        """Yield nothing: there are no events."""
         yield from ()
 
     def poincare(self, case_id):
-        """Return that nothing was kept at crank angle 0."""
+        """Return None: there are no states at crank angle 0."""
         return pd.DataFrame()
 
 
@@ -141,7 +141,7 @@ CRANK, ROD, SLIDER_MASS = 0.05, 0.12, 0.14
 
 
 class Run(OfFrame):
-    """The reading side of a store: `.summary`, `.orbit`, `.events`, `.wear`, `.grid`, `.layout`."""
+    """The reading interface of a store: `.summary`, `.orbit`, `.events`, `.wear`, `.grid`, `.layout`."""
 
     def __init__(
         self,
@@ -226,7 +226,7 @@ class Run(OfFrame):
         return self.summary.set_index("case_id").loc[case_id]
 
     def orbit(self, case_id):
-        """Return the last two turns of a case by channel name; empty where none was saved."""
+        """Return the last two revolutions of a case by channel name; empty if not saved."""
         names = [column.name for column in self.layout.channels]
         if not self.histories:
             return pd.DataFrame({name: np.empty(0) for name in names})
@@ -258,7 +258,7 @@ class Run(OfFrame):
         return frame
 
     def events(self, case_id):
-        """Return 200 onsets and separations in turn."""
+        """Return 200 onsets and separations, alternating."""
         t = np.linspace(1e-4, 0.1, 200)
         return pd.DataFrame(
             {
@@ -271,7 +271,7 @@ class Run(OfFrame):
         )
 
     def event_blocks(self):
-        """Yield the events of all cases, those of failed ones left out."""
+        """Yield the events of all cases except failed ones."""
         if self.histories:
             first, good = self.events(""), (self.summary["status"] == "ok").to_numpy()
             values = {"t": first["t"].to_numpy(), "joint": np.zeros(len(first), int)}
@@ -279,7 +279,7 @@ class Run(OfFrame):
             yield np.where(good, len(first), 0), {name: np.tile(each, good.sum()) for name, each in values.items()}
 
     def poincare(self, case_id):
-        """Return ten revolutions of a journal that wanders the more the faster the crank turns."""
+        """Return ten revolutions of a journal whose wandering increases with the crank speed."""
         names = [path.removeprefix("poincare/") for _, path in self.layout.sections]
         if not self.histories or not names:
             return pd.DataFrame({"revolution": [], **{name: [] for name in names}})
@@ -306,9 +306,9 @@ class Run(OfFrame):
 
 
 def _layout(mechanism, joints, bins, strength, checked):
-    """Return the layout of a case with clearance in these joints, of this yield strength (Pa) or none that is known.
+    """Return the layout of a case with clearance in these joints, with a yield strength (Pa) or None.
 
-    checked : its errors and its horizon are asked for.
+    checked : its errors and its horizon are requested.
     """
     material = strength and case.Materials(*[case.Material(207e9, 0.3, strength)] * 2)
     contact = case.Contact("lankarani-nikravesh", "power", {}, material)
@@ -324,7 +324,7 @@ def _layout(mechanism, joints, bins, strength, checked):
 
 
 def _record(name, mechanism, joints, sweep, bodies=None):
-    """Return the content of run.json; bodies : values below `mechanism` of one that is neither of those here."""
+    """Return the content of run.json; bodies : values below `mechanism` of another mechanism than those here."""
     contact = {
         "law": "lankarani-nikravesh",
         "elastic": "power",

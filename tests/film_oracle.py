@@ -1,8 +1,9 @@
-"""A second way to Reynolds' equation in two dimensions with p >= 0: finite elements and relaxation.
+"""An independent solution of Reynolds' equation in two dimensions with p >= 0: finite elements and relaxation.
 
-The table of the film law `reynolds` is made with finite volumes on a graded mesh and a guess at the cavity that is
-mended until it agrees.  Here are bilinear elements on an even mesh, Gauss's rule for the film's thickness, and
-Cryer's projected successive over-relaxation.  Pressure is in units of 6 mu R^2 / c^2, z = (L / 2) y.
+The table of the film law `reynolds` is computed with finite volumes on a graded mesh and an iterated guess of the
+cavity.  This oracle uses bilinear elements on an even mesh, Gauss's rule for the film's thickness, and Cryer's
+projected
+successive over-relaxation.  Pressure is in units of 6 mu R^2 / c^2, z = (L / 2) y.
 """
 
 import math
@@ -18,7 +19,7 @@ class Mesh:
     """Bilinear elements over the pin and half of its length."""
 
     def __init__(self, slenderness, ratio, around, along, groove=False):
-        """`groove`: there is no pressure where the film is thickest, at theta = 0."""
+        """Build the mesh; `groove`: zero pressure where the film is thickest, at theta = 0."""
         step, height = 2.0 * math.pi / around, 1.0 / along
         angles = step * (np.arange(around)[:, None] + 0.5 * (POINTS + 1.0))  # (elements, points)
         weights, shapes = 0.5 * step * WEIGHTS, 0.5 * np.array([1.0 - POINTS, 1.0 + POINTS])
@@ -54,7 +55,7 @@ class Mesh:
         whole = np.zeros((count + 1, count + 1))
         for place in range(count):
             whole[place : place + 2, place : place + 2] += element
-        return whole[:-1, :-1]  # no pressure at the end of the pin
+        return whole[:-1, :-1]  # zero pressure at the end of the pin
 
     @staticmethod
     def _load(values, shapes):
@@ -77,7 +78,7 @@ class Mesh:
 
 
 def solution(slenderness, ratio, squeeze, wedge, mesh=(192, 8), groove=False):
-    """Return the same, with what is left of second order taken away."""
+    """Return the integrals of `Mesh.forces` with the second-order error extrapolated to zero."""
     meshes = (Mesh(slenderness, ratio, n * mesh[0], n * mesh[1], groove) for n in (1, 2))
     coarse, fine = (each.forces(squeeze, wedge) for each in meshes)
     return (4.0 * fine - coarse) / 3.0

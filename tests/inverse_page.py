@@ -1,6 +1,6 @@
-"""Writes results/inverse.md of what rigs.py, optima.py and kills.py measured: `python tests/inverse_page.py`.
+"""Writes results/inverse.md from the measurements of rigs.py, optima.py and kills.py: `python tests/inverse_page.py`.
 
-Each of them adds lines to a file below results/inverse, so that a run that was stopped goes on.
+Each of these scripts appends lines to a file below results/inverse, so that an interrupted run can be continued.
 """
 
 import json
@@ -41,7 +41,7 @@ that of an undisturbed run.
 
 
 def rows(name: str) -> list[dict[str, Any]]:
-    """Return what a script measured, or [] if it has not run."""
+    """Return the measurements of a script, or [] if it has not run."""
     file = FOLDER / f"{name}.jsonl"
     return [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()] if file.exists() else []
 
@@ -52,7 +52,7 @@ def table(head: str, lines: list[str]) -> str:
 
 
 def identify(measured: list[dict[str, Any]]) -> str:
-    """Return the intervals of all rigs, and what they come to."""
+    """Return the intervals of all rigs, and their summary."""
     laws = {law: {row["seed"]: row for row in measured if row["law"] == law} for law in ("", "flores")}
     lines = []
     for seed, row in laws[""].items():
@@ -83,7 +83,7 @@ def _in_all(laws: dict[str, dict[int, dict[str, Any]]]) -> str:
 
 
 def again(measured: list[dict[str, Any]]) -> str:
-    """Return how the first rigs came out with a later model version, '' if they were not measured again."""
+    """Return the results of the first rigs with a later model version, '' if they were not repeated."""
     if not measured:
         return ""
     inside, width = sum(row["inside"] for row in measured), np.median([row["half_width"] for row in measured])
@@ -96,7 +96,7 @@ def again(measured: list[dict[str, Any]]) -> str:
 
 
 def times(measured: list[dict[str, Any]]) -> str:
-    """Return the processor time of runs apart from their cases."""
+    """Return the processor time (s) of runs without their cases."""
     own = [row["processor_seconds_beside_the_cases"] for row in measured]
     said = f"{np.median(own):.1f} s in the median, {max(own):.1f} s at most"
     return (
@@ -106,7 +106,7 @@ def times(measured: list[dict[str, Any]]) -> str:
 
 
 def optimise(measured: list[dict[str, Any]]) -> str:
-    """Return how near the best cases of every problem come to those of its brute force."""
+    """Return the best cases of every problem relative to those of its brute-force search."""
     lines = []
     for name in optima.PROBLEMS:
         known, starts = optima.compared(measured, name)
@@ -119,7 +119,7 @@ def optimise(measured: list[dict[str, Any]]) -> str:
 
 
 def kills(measured: list[dict[str, Any]]) -> str:
-    """Return how many runs were killed, and what differed."""
+    """Return the number of killed runs, and their differences."""
     lines = [
         f"| `{row['of']}` | {', '.join(f'{count} {kind}' for kind, count in row['kills'].items())} | {row['runs']} | "
         f"{'; '.join(row['wrong']) or 'nothing'} |"

@@ -1,9 +1,11 @@
-"""Kills `optimise` and `identify` with -9 at random moments, goes on, and compares the answers with undisturbed ones.
+"""Kills `optimise` and `identify` with -9 at random moments, resumes them, and compares the answers with undisturbed
+ones.
 
     python tests/kills.py                          # 100 kills of each
     python tests/kills.py --kills 20 --of identify --seed 2
 
-optimise.parquet and identify.parquet have to have the same bytes; summaries and histories are equal but for times.
+optimise.parquet and identify.parquet must be identical bytes; summaries and histories are equal except for times.
+
 """
 
 import argparse
@@ -21,7 +23,7 @@ import torture
 
 SHORTEST_PAUSE = 0.5  # s between two kills
 OUT = Path("results/inverse/kills.jsonl")
-GRACE = 60.0  # s in which workers end after their parent: they may have to load first, and others use the machine
+GRACE = 60.0  # s in which workers end after their parent: they may have to load first, and the machine may be busy
 FILES = {"optimise": "optimise.parquet", "identify": "identify.parquet"}
 
 
@@ -46,7 +48,7 @@ GRIDS = {"optimise": optimise, "identify": identify}
 
 
 def killed(name, kills, seed, longest_pause):
-    """Kill the run of a grid so often; return what was killed, and the trials in which anything differs."""
+    """Kill the run of a grid `kills` times; return the victims, and the trials with any difference."""
     with tempfile.TemporaryDirectory() as folder:
         start = torture.starter(Path(folder), GRIDS[name]())
         undisturbed = Path(folder) / "undisturbed"
@@ -74,7 +76,7 @@ def killed(name, kills, seed, longest_pause):
 
 
 def main():
-    """Kill, compare, and print what differs; the exit code is 1 where anything does."""
+    """Kill, compare, and print differences; the exit code is 1 if there are any."""
     reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     reader.add_argument("--kills", type=int, default=100)
     reader.add_argument("--seed", type=int, default=1)

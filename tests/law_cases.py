@@ -1,4 +1,4 @@
-"""Numbers for any law that can be named, made from its description alone."""
+"""Parameters for any registered law, derived from its description."""
 
 import functools
 import math
@@ -33,7 +33,7 @@ RECIPES = registry.RECIPES
 
 
 def few(family, *every_day):
-    """Return the names of a family for tests that compile a scene for each; the others are left to `make test-all`."""
+    """Return the names of a family for tests that compile a scene for each; `make test-all` runs the others."""
     return [name if name in every_day else pytest.param(name, marks=pytest.mark.slow) for name in names(family)]
 
 
@@ -46,7 +46,7 @@ def takes_restitution(family, name):
 
 
 def numbers(law):
-    """Return field -> a value in its range; of fields with one unit the later the larger where the law lets it."""
+    """Return field -> a value in its range; fields with the same unit get increasing values if the law allows it."""
     chosen, seen = {}, {}
     for field in law.fields:
         assert field.unit in SAMPLES, f"{law.name}: give the unit {field.unit} a sample"
@@ -59,7 +59,7 @@ def numbers(law):
 
 
 def joint(law="hertz", elastic="power", friction=None, **changes):
-    """Return a joint of a case with these laws; `changes` replaces numbers of any of them."""
+    """Return a joint of a case with these laws; `changes` replaces any of their parameters."""
     return resolved(written(law, elastic, friction, **changes))
 
 
@@ -84,7 +84,7 @@ STEEL = {"young": 207e9, "poisson": 0.3}
 
 
 def written(law="hertz", elastic="power", friction=None, **changes):
-    """Return the same as a grid file writes it, in SI."""
+    """Return the joint in the form of a grid file, in SI."""
     contact = {"law": law} | numbers(RECIPES["law", law].law)
     section = {key: getattr(REFERENCE, key) for key in ("clearance", "bearing_radius", "length")}
     if RECIPES["law", law].law.uses_elastic:
@@ -113,7 +113,7 @@ def length_power(unit, exponent=1.5):
 
 
 def in_millimetres(section):
-    """Return the joint of a section in units in which a length is a thousand times what it is in metres."""
+    """Return a joint with units in which a length has a thousand times its value in metres."""
     units = {"bearing_radius": "m", "clearance": "m", "length": "m", "young": "Pa", "poisson": "1"}
     for recipe in RECIPES.values():
         units |= {field.name: field.unit for field in recipe.law.fields if recipe.law.family == "friction"}

@@ -1,4 +1,4 @@
-"""Resolved cases that many tests start from."""
+"""Resolved cases used by many tests."""
 
 import copy
 import os
@@ -64,7 +64,7 @@ def resolved(source):
 
 
 def told_both_ways(program: str) -> list[list[float]]:
-    """Return the numbers that a program prints after "ok", run with compiled code and then with the compiler off."""
+    """Return the numbers that a program prints after "ok", with compiled code and with the compiler off."""
     message = []
     for off in ("0", "1"):
         done = subprocess.run(

@@ -1,8 +1,8 @@
-"""Spoils code that decides numbers, one place at a time in a copy, and sees that the tests named for each notice.
+"""Mutates code that determines numbers, one place at a time in a copy, and checks that each mutation fails its tests.
 
 `python tests/mutate.py [WORD ...]` runs the mutations whose file, function or pattern contains one of the words, by
-default all; it ends with 1 where one survives or no longer applies.  The tests run with the compiler off: a changed
-kernel would else be compiled anew each time.
+default all; the exit code is 1 if one survives or no longer applies.  The tests run with the compiler off, because a
+changed kernel would be compiled anew each time.
 """
 
 import argparse
@@ -191,11 +191,11 @@ MUTATIONS = (
     Mutation(
         HISTOGRAM,
         "force_exceeded",
-        "rest = float(totals[1 + bins[0]]) - duration",
-        "rest = float(totals[1 + bins[0]]) + duration",
+        "rest = float(totals[first]) - duration",
+        "rest = float(totals[first]) + duration",
         RAMPS,
     ),
-    Mutation(HISTOGRAM, "force_exceeded", "(totals[1:] >= duration) &", "(totals[1:] >= 2.0 * duration) &", RAMPS),
+    Mutation(HISTOGRAM, "force_exceeded", "(totals >= duration) &", "(totals >= 2.0 * duration) &", RAMPS),
     Mutation(ALONG, "sum_along", "square + share * (force * force)", "square + share * force", WINDOW),
     Mutation(
         TOTALS,

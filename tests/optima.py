@@ -1,11 +1,13 @@
-"""Is what `optimise` finds the best there is?  Three problems, each with a brute-force answer of 20,000 cases.
+"""Compares the results of `optimise` with brute-force searches of 20,000 cases, for three problems.
 
     python tests/optima.py                          # all problems, 10 seeds each, 300 cases a seed
     python tests/optima.py --problem spring --seeds 2
     python tests/optima.py --show FILE              # the table of an earlier run
 
-Every line of the JSON file is a brute force or one run of `optimise`; a run that was stopped goes on behind the last.
-A machine of one revolution takes a few ms a case.
+Every line of the JSON file is a brute-force search or one run of `optimise`; an interrupted run continues after the
+last
+line.  A machine of one revolution takes a few ms per case.
+
 """
 
 import argparse
@@ -52,7 +54,7 @@ MACHINE = {
     "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-6},
     "save": {"orbits": "none"},
 }
-#: Objectives that are to be small, and the values of every key: ends, number, whether they are even by ratios.
+#: Objectives to minimise, and the values of every key: ends, number, whether they are spaced logarithmically.
 PROBLEMS = {
     "spring": {
         "minimise": ["rod_slider_load_peak"],
@@ -123,14 +125,14 @@ def grid_of(problem, **more):
 
 
 def brute(problem):
-    """Return what the 20,000 cases of a problem give that are spread evenly."""
+    """Return the results of 20,000 evenly spaced cases of a problem."""
     ways = {True: "geomspace", False: "linspace"}
     axes = {path: {ways[even]: [low, high, count]} for path, (low, high, count, even) in problem["over"].items()}
     return swept(grid_of(problem, sweep=axes), problem)
 
 
 def optimised(problem, seed, cases):
-    """Return what `optimise` finds."""
+    """Return the result of `optimise`."""
     over = {path: [low, high] for path, (low, high, *_) in problem["over"].items()}
     section = {"over": over, "minimise": problem["minimise"], "cases": cases, "seed": seed}
     return swept(grid_of(problem, optimise=section), problem)
@@ -144,9 +146,9 @@ def compared(rows, name):
 
 
 def shares(every, runs, objectives):
-    """Return how near runs come to a brute force in the median and at worst, in %, and their seconds in the median.
+    """Return the results of runs relative to a brute-force search, median and worst, in %, and their median time (s).
 
-    Of one objective it is by how much their best is above its best, of two which share of its hypervolume they have.
+    For one objective it is the excess of their best value over its best; for two, their share of its hypervolume.
     """
     known = np.array(every["points"])
     own = np.median([row["processor_seconds_beside_the_cases"] for row in runs])
@@ -159,7 +161,7 @@ def shares(every, runs, objectives):
 
 
 def table(rows):
-    """Print how near the best cases of every problem come to those of its brute force."""
+    """Print the best cases of every problem relative to those of its brute-force search."""
     for name, problem in PROBLEMS.items():
         every, runs = compared(rows, name)
         if every is None or not runs:
@@ -174,7 +176,7 @@ def table(rows):
 
 
 def main():
-    """Run what is missing and print how it went."""
+    """Run the missing searches and print the table."""
     reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     reader.add_argument("--problem", choices=PROBLEMS, action="append")
     reader.add_argument("--seeds", type=int, default=10)

@@ -1,4 +1,4 @@
-"""Planar machines that tests start from, and their equations of motion in absolute coordinates with multipliers."""
+"""Planar machines for tests, and their equations of motion in absolute coordinates with multipliers."""
 
 import math
 
@@ -102,7 +102,7 @@ def v_twin(drive=V_TWIN_DRIVE, loads=(), gravity=9.81):
 
 
 def quick_return(drive=QUICK_RETURN_DRIVE, loads=(), gravity=9.81):
-    """Return a crank-shaper: a block on the crank's pin slides along a rocker, which draws a ram by a link."""
+    """Return a crank-shaper: a block on the crank's pin slides along a rocker, which drives a ram through a link."""
     arm = Body(0.8, 4e-3, (0.12, 0.01), {"foot": (0.0, 0.0), "slot": (0.0, 0.0), "head": (0.3, 0.0)})
     link = Body(0.2, 1e-4, (0.03, 0.002), {"near": (0.0, 0.0), "far": (0.07, 0.0)})
     block = Body(0.05, 2e-5, (0.001, 0.002), {"pin": (0.0, 0.0)})
@@ -134,7 +134,7 @@ def quick_return(drive=QUICK_RETURN_DRIVE, loads=(), gravity=9.81):
 
 
 def triad(drive=TRIAD_DRIVE, gravity=9.81):
-    """Return a machine whose loops come apart into no pairs: three links bear one plate, the crank moves one foot."""
+    """Return a machine whose loops do not separate into pairs: three links carry a plate, the crank moves a foot."""
     plate = Body(0.6, 2e-3, (0.1, 0.05), {"a": (0.0, 0.0), "b": (0.2, 0.0), "c": (0.1, 0.15)})
     link = Body(0.1, 1e-4, (0.08, 0.0), {"near": (0.0, 0.0), "far": (0.16, 0.0)})
     small = Body(0.1, 1e-5, (0.01, 0.0), {"pivot": (0.0, 0.0), "pin": (0.01, 0.0)})
@@ -173,7 +173,7 @@ def some_loads(count, rng):
 
 
 def read(built, y):
-    """Return places and rates (3 bodies,) of all bodies in a state, in the order of `Closure`."""
+    """Return positions and rates (3 bodies,) of all bodies in a state, in the order of `Closure`."""
     pose, out = place(built.value, y), np.zeros(200)
     count = describe(built.value, y, pose, Motion((), 0.0, 0.0), out)
     bodies = out[6:count].reshape(-1, 6)
@@ -181,9 +181,9 @@ def read(built, y):
 
 
 def advanced(built, y, loads):
-    """Return places, rates and accelerations (3 bodies,) of all bodies, and the Motion, under loads of open joints.
+    """Return positions, rates and accelerations (3 bodies,) of all bodies, and the Motion, under loads of open joints.
 
-    The accelerations are differences of order four of the rates along the motion.
+    The accelerations are fourth-order differences of the rates along the motion.
     """
     motion = accelerate(built.value, place(built.value, y), loads)
     count, step = len(built.lengths), 1e-5
@@ -193,7 +193,7 @@ def advanced(built, y, loads):
 
 
 def multiplied(machine, opened, q, rates, force, crank):
-    """Return accelerations (3 bodies,) and the multiplier of the crank's angle of a machine, joints `opened`.
+    """Return accelerations (3 bodies,) and the multiplier of the crank's angle of a machine with joints `opened`.
 
     force : (3 bodies,) N and N m about the centres of mass; crank : angular acceleration of the crank, rad/s^2.
     """

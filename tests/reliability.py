@@ -1,7 +1,7 @@
-"""Tortures clearsweep and says what came of it: kills, mutated grids, flipped bits, exit codes, an adversary's list.
+"""Tortures clearsweep and reports the result: kills, mutated grids, flipped bits, exit codes, an adversary's list.
 
 `python tests/reliability.py [--kills N] [--lives N] [--grids N] [--flips N] [--exits N] [--attempts no] [--seed N]
-[--write]` ends with 1 where anything fell short; with `--write` it writes docs/reliability.md.
+[--write]` has exit code 1 if anything failed; with `--write` it writes docs/reliability.md.
 """
 
 import argparse
@@ -66,7 +66,7 @@ BLOCKS_TEXT = (
 def kills(
     count: int, seed: int, folder: Path, grid: dict = torture.GRID, block: int = 0
 ) -> tuple[bool, list[list[str]]]:
-    """Kill real sweeps; return whether nothing was lost, and rows for the page."""
+    """Kill real sweeps; return whether no results were lost, and rows for the page."""
     start = torture.starter(folder, grid, block)
     assert start(folder / "undisturbed").wait() == 0
     rounds = torture.torture(start, folder, count, seed, (0.1, 3.0))
@@ -86,17 +86,17 @@ def kills(
 
 
 def lives(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
-    """Kill lives on their way; return whether they came to the same end, and rows for the page."""
+    """Kill lives before their end; return whether their results are unchanged, and rows for the page."""
     return kills(count, seed, folder, torture.LIVES)
 
 
 def blocks(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
-    """Kill sweeps that are cut into blocks; return whether nothing was lost, and rows for the page."""
+    """Kill sweeps in blocks; return whether no results were lost, and rows for the page."""
     return kills(count, seed, folder, block=64)
 
 
 def grids(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
-    """Run mutated grids; return whether none was at fault, and rows for the page."""
+    """Run mutated grids; return whether none had a fault, and rows for the page."""
     result = torture_grids.fuzz(count, seed, folder)
     codes = result["codes"]
     rows = [
@@ -112,7 +112,7 @@ def grids(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
 
 
 def flips(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
-    """Flip bits of a real run; return whether none passed in silence, and rows for the page."""
+    """Flip bits of a real run; return whether all were detected, and rows for the page."""
     grid = torture.GRID | {"sweep": {"drive.speed": {"linspace": ["1000 rpm", "5000 rpm", 12]}}}
 
     def run(directory):
@@ -133,7 +133,7 @@ def flips(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
 
 
 def attempts(_count: int, _seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
-    """Try the adversary's list; return whether all ended as they have to, and rows for the page."""
+    """Try the adversary's list; return whether all ended as specified, and rows for the page."""
     results = torture_attempts.try_all(folder)
     rows = [
         [
@@ -148,7 +148,7 @@ def attempts(_count: int, _seed: int, folder: Path) -> tuple[bool, list[list[str
 
 
 def exits(count: int, _seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
-    """Run every verb many times; return whether each ended with 0, and rows for the page."""
+    """Run every command many times; return whether each had exit code 0, and rows for the page."""
     result = torture_exits.exits(count, -(-count // 10), folder)
     rows = [
         [name, *(f"{number}" for codes in both for number in (len(codes), sum(code != 0 for code in codes)))]
@@ -165,7 +165,7 @@ def table(head: tuple[str, ...], rows: list[list[str]]) -> str:
 
 
 def page(command: str, tables: dict[str, tuple[str, str]]) -> str:
-    """Return docs/reliability.md with these tables in the place of those of the same titles."""
+    """Return docs/reliability.md with the tables of the same titles replaced."""
     before, mark, rest = PAGE.read_text(encoding="utf-8").partition(MARK)
     sections = dict(section.strip().split("\n\n", 1) for section in rest.split("### ")[1:])
     surroundings = f"clearsweep {clearsweep.__version__}, Python {platform.python_version()}, {platform.system()}"
@@ -175,7 +175,7 @@ def page(command: str, tables: dict[str, tuple[str, str]]) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Torture as the options say, print the tables, and write the page."""
+    """Run the tortures given by the options, print the tables, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--kills", type=int, default=100)
     parser.add_argument("--lives", type=int, default=20, help="kills of lives")

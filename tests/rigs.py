@@ -1,10 +1,11 @@
-"""Rigs that are made up, measured with noise, gain and an unknown angle, and identified: is the truth found?
+"""Identifies made-up rigs, measured with noise, gain and an unknown angle, and compares the result with the truth.
 
     python tests/rigs.py --rigs 20 --cases 400             # the model's own law, at another tolerance
     python tests/rigs.py --rigs 20 --law flores            # a law that the model does not have
     python tests/rigs.py --show FILE                       # the table of an earlier run
 
-Every rig is a line of the JSON file; a run that was stopped goes on behind the last one.  40 s of a core a rig.
+Every rig is a line of the JSON file; an interrupted run continues after the last one.  A rig takes 40 s of a core.
+
 """
 
 import argparse
@@ -26,7 +27,7 @@ TRUE = {  # of configs/rig.csv, SI
     **dict(zip(KEYS, (87e-6, 0.6, 6.61e10, 0.02), strict=True)),
     "noise": 0.02,  # rms over that of the signal
     "gain": 1.03,
-    "angle": 40.0,  # deg, by which the encoder is off
+    "angle": 40.0,  # deg, offset of the encoder
 }
 
 
@@ -37,7 +38,7 @@ def base():
 
 
 def drawn(chance):
-    """Return a rig that is made up, within the ranges of configs/rig.yaml, but not at their ends."""
+    """Return a made-up rig, within the ranges of configs/rig.yaml, but not near their ends."""
     parts = chance.uniform((0.25, 0.15, 0.15, 0.15), (0.9, 0.9, 0.85, 0.85))
     ends = ((20e-6, 300e-6), (0.2, 0.95), (1e10, 3e11), (2e-3, 0.1))
     values = [low * (high / low) ** part for (low, high), part in zip(ends, parts, strict=True)]
@@ -51,7 +52,7 @@ def drawn(chance):
 
 
 def measure(file, rig, seed, *, law=None, revolutions=30, samples=1440, places=2):
-    """Write what the accelerometer of a rig gives over the angle of its encoder; of a law of its own, if it has one."""
+    """Write the signal of a rig's accelerometer over its encoder's angle; `law` : a contact law of its own, or None."""
     changes = {key: value for key, value in rig.items() if "." in key}
     changes |= {f"{JOINT}.contact.law": law} if law else {}
     changes |= {"simulate.tolerance": 1e-9, "save.samples": samples, "save.revolutions": revolutions}
@@ -67,7 +68,7 @@ def measure(file, rig, seed, *, law=None, revolutions=30, samples=1440, places=2
 
 
 def identify(folder, rig, seed, cases, law=None):
-    """Return what is found of a rig: its interval, its half-width over its median, misfit, times."""
+    """Return the result for a rig: its interval, its half-width over its median, misfit, times."""
     impacts = measure(folder / "rig.csv", rig, seed, law=law)
     whole = YAML(typ="safe").load(GRID.read_text(encoding="utf-8"))
     whole["identify"] |= {"from": {str(folder / "rig.csv"): {"slider/a": "acceleration"}}, "cases": cases}
@@ -92,7 +93,7 @@ def identify(folder, rig, seed, cases, law=None):
 
 
 def table(rows):
-    """Print what came out, rig by rig and in all."""
+    """Print the results, for each rig and in total."""
     for row in rows:
         low, middle, high, _ = row["found"][CLEARANCE]
         said = f"{row['true'][CLEARANCE] * 1e6:6.1f} um in {low * 1e6:6.1f} .. {middle * 1e6:6.1f} .. {high * 1e6:6.1f}"
@@ -108,7 +109,7 @@ def table(rows):
 
 
 def main():
-    """Identify rigs and print how that went."""
+    """Identify rigs and print the results."""
     reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     reader.add_argument("--rigs", type=int, default=20)
     reader.add_argument("--cases", type=int, default=400)

@@ -1,4 +1,4 @@
-"""A joint that is rubbed along a prescribed history, without a mechanism: what the wear of its kernels enters."""
+"""A joint with prescribed relative motion, without a mechanism, and the wear computed by its kernels."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -38,19 +38,19 @@ class History(NamedTuple):
     load: Callable  # N, normal force
     slip: Callable  # m/s, sliding speed
     depth: Callable  # m, penetration
-    work: Callable  # W, that friction dissipates
-    on_bearing: Callable  # rad, where the surfaces touch, in the frame of the body
+    work: Callable  # W, dissipated by friction
+    on_bearing: Callable  # rad, contact angle in the frame of the body
     on_journal: Callable  # rad
 
 
 def steady(duration, load, slip, depth, work, angle) -> History:
-    """Return the History in which nothing changes."""
+    """Return the History with constant values."""
     constants = (lambda t, value=value: value + 0.0 * t for value in (load, slip, depth, work, angle, angle))
     return History(duration, *constants)
 
 
 def _step_of(history, begin, length, workspace):
-    """Return the Step of a History from `begin` (s) on."""
+    """Return the Step of a History that starts at `begin` (s)."""
     step_values, places = np.zeros((1, COURSES, PARTS + 1)), np.zeros((1, WHERE + SLOPES, MOMENTS))
     even = begin + length * np.arange(PARTS + 1) / PARTS
     quarters = begin + length * np.arange(BETWEEN + 2) / (BETWEEN + 1)
@@ -68,7 +68,7 @@ def _step_of(history, begin, length, workspace):
 
 
 def worn_off(joint, history, steps=1):
-    """Return the depths (m) of bearing and journal, the account, and the room of the last of so many steps."""
+    """Return the depths (m) of bearing and journal, the account, and the workspace of the last of `steps` steps."""
     law, account, workspace = joint.wear, np.zeros(ACCOUNT), np.zeros(ROOM)
     count, length = int(law.bins), history.duration / steps
     depths = np.zeros(2 * count)

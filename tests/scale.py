@@ -1,7 +1,7 @@
-"""Measures what a sweep costs next to its cases, up to a million of them, with substitutes and with real mechanics.
+"""Measures the cost of a sweep besides its cases, up to a million of them, with substitutes and with real mechanics.
 
-`python tests/scale.py [--made-up N,N,...] [--real N,N,...] [--write]` (`make scale`) runs grids of so many cases, each
-step in a process of its own; with `--write` the tables go into results/speed.md.
+`python tests/scale.py [--made-up N,N,...] [--real N,N,...] [--write]` (`make scale`) runs grids of these sizes, each
+step in its own process; with `--write` the tables go into results/speed.md.
 """
 
 import argparse
@@ -31,9 +31,9 @@ from clearsweep.sweeping import estimate, run_summary, sweep
 from clearsweep.sweeping.simulator import SIMULATION
 
 ROOT = Path(__file__).parent.parent
-LEAST = 100  # cases whose run is taken for the start-up of the others
+LEAST = 100  # cases of the run from which the start-up is taken
 JOBS = 2
-SHORT = 1e-3  # s, time of a substitute where the share of the cases in all is asked
+SHORT = 1e-3  # s, duration of a substitute case for the share of the cases in the total
 KINDS = {
     "made-up": (scale_cases.made_up, scale_cases.StandIn),
     "real": (scale_cases.real, SIMULATION._replace(solve=scale_cases.timed, solve_each=scale_cases.timed_each)),
@@ -43,7 +43,7 @@ KINDS = {
 
 
 def run(kind: str, directory: Path, count: int, seconds: float) -> dict[str, Any]:
-    """Run a grid as the verb does, closing table included."""
+    """Run a grid as the command does, including the final table."""
     make, simulator = KINDS[kind]
     source = make(count, seconds) if seconds else make(count)
     result = sweep.run_sweep(source, directory, sweep.Options(jobs=JOBS, show_progress=False), simulator)
@@ -52,18 +52,18 @@ def run(kind: str, directory: Path, count: int, seconds: float) -> dict[str, Any
 
 
 def dry_run(kind: str, directory: Path, count: int, _: float) -> dict[str, Any]:
-    """Say what a run would do."""
+    """Print the plan of a run."""
     make, simulator = KINDS[kind]
     return {"pending": estimate.estimate(make(count), directory, jobs=JOBS, simulator=simulator).pending}
 
 
 def status(_kind: str, directory: Path, _count: int, _: float) -> dict[str, Any]:
-    """Say how far a run is."""
+    """Print the progress of a run."""
     return {"state": store.status(directory)["state"]}
 
 
 def verify(_kind: str, directory: Path, _count: int, _: float) -> dict[str, Any]:
-    """Compare every checksum."""
+    """Verify every checksum."""
     return {"state": store.status(directory, every_file=True)["state"]}
 
 
@@ -89,13 +89,13 @@ STEPS = {
 
 
 def memory(key: str) -> int:
-    """Return a size of this process (B): VmRSS, now, or VmHWM, the largest since it was last reset."""
+    """Return the memory of this process (B): VmRSS, current, or VmHWM, the largest since its last reset."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return 1024 * int(next(line.split()[1] for line in lines if line.startswith(key)))
 
 
 def step(name: str, kind: str, directory: str, count: str, seconds: str) -> None:
-    """Do one step and print what it cost, as JSON."""
+    """Run one step and print its cost, as JSON."""
     if name in ("report", "frame"):
         import clearsweep.report.page  # noqa: F401 - what a verb loads is no part of its memory
     else:
@@ -116,7 +116,7 @@ def step(name: str, kind: str, directory: str, count: str, seconds: str) -> None
 
 
 def measured(name: str, kind: str, directory: Path, count: int, seconds: float = 0.0) -> dict[str, Any]:
-    """Return what one step costs in a process of its own."""
+    """Return the cost of one step in its own process."""
     arguments = [name, kind, str(directory), str(count), str(seconds)]
     program = [sys.executable, "-c", "import scale, sys; scale.step(*sys.argv[1:])", *arguments]
     done = subprocess.run(program, capture_output=True, text=True, check=False, env=_environment())
@@ -140,7 +140,7 @@ def case_seconds(directory: Path) -> float:
 
 
 def growth(kind: str, counts: list[int], folder: Path, seconds: float = 0.0) -> Iterator[list[str]]:
-    """Yield a row for each number of cases: what a case costs, start-up taken off."""
+    """Yield a row for each number of cases: the cost of a case without start-up."""
     tiny = folder / f"{kind}-{LEAST}-{seconds:g}"
     least = measured("run", kind, tiny, LEAST, seconds)
     inside = case_seconds(tiny)
@@ -181,7 +181,7 @@ GROWTH = (
 
 
 def verbs(kind: str, count: int, folder: Path) -> Iterator[list[str]]:
-    """Yield a row for each verb that reads a run of so many cases."""
+    """Yield a row for each command that reads a run with `count` cases."""
     directory = folder / f"{kind}-{count}-0"
     for name in ("again", "dry-run", "status", "verify", "frame", "report"):
         cost = measured(name, kind, directory, count)
@@ -207,7 +207,7 @@ def table(head: tuple[str, ...], rows: list[list[str]]) -> str:
 
 
 def main() -> None:
-    """Measure what the command line asks for."""
+    """Run the measurements of the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--made-up", default="10000,100000,1000000", help="numbers of substitutes: of these")
     parser.add_argument("--real", default="10000,100000", help="numbers of real cases, of the same")

@@ -1,4 +1,4 @@
-"""The cases with which `scale` measures sweeps; workers import this file, which is light."""
+"""The cases with which `scale` measures sweeps; workers import this file, so it must be light."""
 
 import functools
 import time
@@ -24,7 +24,7 @@ REAL = Path(__file__).parent.parent / "configs" / "thousand_cases.yaml"
 
 
 def middles(low: float, high: float, count: int) -> list[float]:
-    """Return the middles of equal parts: means over them depend little on how many there are."""
+    """Return the centres of equal parts: their mean depends little on their number."""
     return (low + (np.arange(count) + 0.5) * (high - low) / count).tolist()
 
 
@@ -35,7 +35,7 @@ def axes_of(count: int, ranges: dict[str, tuple[float, float]]) -> dict[str, lis
 
 
 def made_up(count: int, seconds: float = 0.0) -> dict[str, Any]:
-    """Return a grid of substitutes that take so long (s) each."""
+    """Return a grid of substitutes of this duration (s) each."""
     ranges = {
         "mechanism.slider.mass": (0.1, 0.3),
         "mechanism.crank.length": (0.04, 0.06),
@@ -63,7 +63,7 @@ def real(count: int) -> dict[str, Any]:
 
 
 class StandIn(fake_physics.Fake):
-    """Cases that use the processor for as many seconds as their gravity says."""
+    """Cases that use the processor for the number of seconds given by their gravity."""
 
     @staticmethod
     def load():
@@ -72,7 +72,7 @@ class StandIn(fake_physics.Fake):
 
     @staticmethod
     def solve(case: Any) -> results.Trajectory:
-        """Return figures that follow from the slider's mass."""
+        """Return figures derived from the slider's mass."""
         begin = time.process_time()
         names = _columns(case.mechanism.type)
         mass = case.mechanism.values["slider.mass"]
@@ -84,13 +84,13 @@ class StandIn(fake_physics.Fake):
 
 @functools.cache
 def _columns(_: str) -> list[tuple[str, bool]]:
-    """Return names of the columns of substitutes, and which hold whole numbers."""
+    """Return names of the columns of substitutes, and whether they are integers."""
     case = grid.load(made_up(1), fake_physics.CATALOGUE).case(0)
     return [(column.name, column.kind == "int") for column in Layout.of(case, fake_physics.CATALOGUE).columns]
 
 
 def timed(case: Any) -> results.Trajectory:
-    """Return the result of a real case, with the processor time (s) of all that it took as its `run_time`."""
+    """Return the result of a real case, with its total processor time (s) as `run_time`."""
     from clearsweep import simulation
 
     begin = time.process_time()
@@ -100,9 +100,9 @@ def timed(case: Any) -> results.Trajectory:
 
 
 def timed_each(cases: Iterable[Any]) -> Iterator[tuple[int, results.Trajectory | Exception]]:
-    """Yield results of real cases side by side; their `run_time` is what they took together since the one before (s).
+    """Yield results of real cases in a batch; their `run_time` (s) is the batch's time since the previous result.
 
-    Its sum is the processor time of all cases; that of one of them says nothing.
+    Its sum is the processor time of all cases; a single value has no meaning.
     """
     from clearsweep import simulation
 

@@ -1,10 +1,11 @@
-"""The slider-crank without clearance in closed form, of numpy alone: what planar machines are compared with."""
+"""The slider-crank without clearance in closed form, with numpy only: reference for planar machines."""
 
 import numpy as np
 
 
 def slider(crank_length, rod_length, crank_angle, speed):
-    """Return place (m), velocity (m/s) and acceleration (m/s^2) of the slider at `crank_angle` (rad; array or number).
+    """Return position (m), velocity (m/s) and acceleration (m/s^2) of the slider at `crank_angle` (rad; array or
+    number).
 
     `speed` in rad/s.  Derivatives of x = r cos t + sqrt(l^2 - r^2 sin^2 t) at constant speed.
     """
@@ -53,7 +54,7 @@ def reactions(bodies, speed, crank_angle) -> dict[str, np.ndarray]:
 
 
 def torque(bodies, at_crank: np.ndarray, crank_angle) -> np.ndarray:
-    """Return the torque (N m) that keeps the speed, from the force (..., 2) N of the crank on the rod."""
+    """Return the torque (N m) for constant speed, from the force (..., 2) N of the crank on the rod."""
     angle = np.asarray(crank_angle, dtype=float)
     u1 = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     weight = bodies["crank.mass"] * bodies["gravity"] * bodies["crank.center"] * u1[..., 0]

@@ -1,4 +1,4 @@
-"""Slider-cranks with spatial joints that tests start from."""
+"""Slider-cranks with spatial joints for tests."""
 
 import copy
 
@@ -28,9 +28,10 @@ OTHER = {"crank-rod": "rod-slider", "rod-slider": "crank-rod"}
 
 
 def spatial(*opened, ideal="spherical", **joint):
-    """Return a grid dict with spatial clearance at `opened`; what is left closed allows `ideal`; `joint`: its keys.
+    """Return a grid dict with spatial clearance at `opened`; the closed joint is of type `ideal`; `joint`: keys of the
+    joint.
 
-    A key that is None is left out.
+    A key with the value None is omitted.
     """
     opened = opened or ("crank-rod",)
     keys = {key: value for key, value in (JOINT | joint).items() if value is not None}
@@ -52,7 +53,7 @@ def spatial(*opened, ideal="spherical", **joint):
 
 
 def planar(joint="crank-rod", **keys):
-    """Return the same in the plane."""
+    """Return a grid dict with a planar joint."""
     grid = spatial(joint, axial_clearance=None, flange=None, walls=None, type=None, **keys)
     mechanism = grid["mechanism"]
     del mechanism["spatial"], mechanism["ideal"], mechanism["gravity"]
@@ -61,6 +62,6 @@ def planar(joint="crank-rod", **keys):
 
 
 def limb(scene, form):
-    """Return the number of the body that hangs by this form of joint, and the place of its first coordinate."""
+    """Return the number of the body attached by this type of joint, and the index of its first coordinate."""
     parts = MachineType(kinds_of(scene.value.mechanism)).parts
     return next((k, part.coordinate) for k, part in enumerate(parts) if part.form is form)

@@ -1,8 +1,9 @@
-"""A slider-crank with a spatial joint, computed anew: absolute coordinates, multipliers, the fixed frame, scipy.
+"""An independent slider-crank with a spatial joint: absolute coordinates, multipliers, the fixed frame, scipy.
 
-Nothing of the package is used.  Rod and slider have all of their coordinates; ideal joints and the guide are
-constraints on accelerations.  The point of a circle that is farthest from an axis is looked for on a fan of angles and
-polished by Newton's method on the angle.
+It uses no code of the package.  Rod and slider have all their coordinates; ideal joints and the guide are constraints
+on
+accelerations.  The point of a circle that is farthest from an axis is searched on a fan of angles and refined by
+Newton's method on the angle.
 """
 
 import math
@@ -36,9 +37,9 @@ def turned_about(vector):
 
 
 def extreme(center, radius, axes, along, sign):
-    """Return the point of a circle at which the distance from an axis through 0, times `sign`, is largest.
+    """Return the point of a circle with the largest distance from an axis through 0, times `sign`.
 
-    axes : (2, 3) that span the circle's plane; along : (3,) the axis.
+    axes : (2, 3) vectors in the circle's plane; along : (3,) the axis.
     """
     off = np.eye(3) - np.outer(along, along)
     c, a, b = off @ center, radius * off @ axes[0], radius * off @ axes[1]
@@ -92,12 +93,12 @@ class Oracle:
         return np.concatenate([pin + self.center, slider, [1.0, 0.0, 0.0, 0.0], moving, np.zeros(3), spin])
 
     def crank(self, t):
-        """Return the rotation matrix of the crank and its angular velocity."""
+        """Return the rotation matrix of the crank and its angular velocity (rad/s)."""
         c, s = math.cos(self.speed * t), math.sin(self.speed * t)
         return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), np.array([0.0, 0.0, self.speed])
 
     def look(self, t, y):
-        """Return rotation and pins of the rod, middle, axis, velocity and angular velocity of the bearing, journal."""
+        """Return rotation and pins of the rod; centre, axis, velocity and angular velocity of bearing and journal."""
         r, s, q, v, vs, w = y[:3], y[3:6], y[6:10] / np.linalg.norm(y[6:10]), y[10:13], y[13:16], y[16:19]
         turn = rotation(q)
         near, far = -turn @ self.center, turn @ (np.array([self.length, 0.0, 0.0]) - self.center)
@@ -108,7 +109,7 @@ class Oracle:
         return turn, near, far, (s + self.offset, self.tilt[:, 2], vs, np.zeros(3)), r + far, (v, w)
 
     def points(self, seen):
-        """Return place, outward normal and depth of every contact point."""
+        """Return position (m), outward normal and depth (m) of every contact point."""
         turn, _, _, (middle, u, _, _), journal, _ = seen
         w, result = turn[:, 2], []
         facing = math.copysign(1.0, u @ w)
@@ -138,7 +139,7 @@ class Oracle:
         return result
 
     def rubbing(self, normal, speed):
-        """Return the friction, N."""
+        """Return the friction force (N) for a normal force (N) and a sliding speed (m/s)."""
         law = self.joint.get("friction")
         if law is None:
             return 0.0
@@ -146,7 +147,7 @@ class Oracle:
         return law["coefficient"] * normal * min(max(ramp, 0.0), 1.0)
 
     def forces(self, t, y):
-        """Return force on the rod and moment about its centre, the force on the slider, and rate by contact."""
+        """Return force (N) on the rod, moment (N m) about its centre, force (N) on the slider, rates (m/s)."""
         seen = self.look(t, y)
         _, _, _, (middle, _, moving, spin), _, (v, w) = seen
         force, moment, on_slider, rates, normals = np.zeros(3), np.zeros(3), np.zeros(3), [], []
@@ -170,7 +171,7 @@ class Oracle:
         return seen, force, moment, on_slider, rates, normals
 
     def constraints(self, seen, t):
-        """Return rows over (rod's acceleration, angular acceleration, slider's acceleration) and their right side."""
+        """Return rows over (rod's acceleration, angular acceleration, slider's acceleration); right side."""
         _, near, far, _, _, (_, w) = seen
         arm = far if self.on_crank else near
         pull = np.cross(w, np.cross(w, arm))
@@ -185,7 +186,7 @@ class Oracle:
         guide[0, 7] = guide[1, 8] = 1.0
         if self.ball:
             return np.vstack([rows, guide]), np.concatenate([right, np.zeros(2)])
-        upright = np.zeros((2, 9))  # the journal's axis stays along z
+        upright = np.zeros((2, 9))  # the journal's axis remains along z
         upright[0, 3] = upright[1, 4] = 1.0
         return np.vstack([rows[:2], upright, guide]), np.concatenate([right[:2], np.zeros(4)])
 

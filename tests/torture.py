@@ -1,4 +1,4 @@
-"""Kills: sweeps are killed with -9 at random moments, go on, and what is left is compared with an undisturbed run."""
+"""Kills sweeps with -9 at random moments, resumes them, and compares the results with an undisturbed run."""
 
 import contextlib
 import json
@@ -47,7 +47,7 @@ GRID = {
     },
 }
 JOINT = GRID["joints"]["rod-slider"]
-#: Cases of many blocks each, some tenths of a second long.
+#: Cases in many blocks, of some tenths of a second each.
 LIVES = GRID | {
     "name": "lives",
     "joints": {"rod-slider": JOINT | {"wear": JOINT["wear"] | {"evolve": True}}},
@@ -65,11 +65,11 @@ class Round:
     def __init__(self, start, out: Path, chance: random.Random, pause: tuple[float, float]):
         self.start, self.out, self.chance, self.pause = start, out, chance, pause
         self.kills = Counter()  # by victim
-        self.committed = set()  # names of batches that were seen
+        self.committed = set()  # names of batches that were committed
         self.longest = 0.0  # s between two commits of one parent
 
     def run(self, most: int) -> None:
-        """Kill up to `most` times, go on each time, and let the rest run undisturbed."""
+        """Kill up to `most` times, resume each time, and let the rest run undisturbed."""
         process = self.start(self.out)
         while self.kills.total() < most and self._goes_on(process, self.chance.uniform(*self.pause)):
             family = psutil.Process(process.pid).children(recursive=True)
@@ -98,11 +98,11 @@ class Round:
         assert last.returncode == 0, said
 
     def lost_batches(self) -> int:
-        """Return how many batches were committed once and are there no longer."""
+        """Return the number of batches that were committed and are missing now."""
         return len(self.committed - batches(self.out))
 
     def _look(self) -> bool:
-        """Report what is committed; return whether there is more than before."""
+        """Record the committed batches; return whether there are new ones."""
         with contextlib.suppress(FileNotFoundError):
             names = batches(self.out)
             new, self.committed = not names <= self.committed, self.committed | names
@@ -110,7 +110,7 @@ class Round:
         return False
 
     def _goes_on(self, process, seconds: float) -> bool:
-        """Watch a run for a while; return whether it still runs."""
+        """Watch a run for `seconds`; return whether it is still running."""
         end, before = time.monotonic() + seconds, None
         while process.poll() is None and (now := time.monotonic()) < end:
             if self._look():
@@ -121,7 +121,7 @@ class Round:
 
 
 def batches(directory: Path) -> set[str]:
-    """Return the names of the batches that are committed, those of blocks, too."""
+    """Return the names of all committed batches, including those of blocks."""
     folders = [directory / "parts", *directory.glob("blocks/*/parts")]
     return {name for folder in folders if folder.is_dir() for name in os.listdir(folder)}
 
@@ -137,7 +137,7 @@ def orbits_of(directory: Path) -> list[Path]:
 
 
 def outliving(family: list[psutil.Process], seconds: float) -> list[str]:
-    """Return, in words, which processes still run after a while; one that only waits to be reaped does not."""
+    """Return descriptions of processes still running after `seconds`; one that waits to be reaped does not count."""
     left = []
     for process in psutil.wait_procs(family, timeout=seconds)[1]:
         with contextlib.suppress(psutil.NoSuchProcess):
@@ -156,7 +156,7 @@ def torture(start, folder: Path, kills: int, seed: int, pause: tuple[float, floa
 
 
 def differences(single: Path, other: Path) -> dict[str, int]:
-    """Return how two runs differ: rows and values that are only in the first or not the same, timings aside."""
+    """Return the differences of two runs: rows and values missing or different in the second, without timings."""
     tables = [pa.concat_tables(map(pq.read_table, tables_of(path))) for path in (single, other)]
     tables = [table.drop_columns(sorted(TIMINGS.intersection(table.column_names))) for table in tables]
     rows = [{row["case_id"]: row for row in table.to_pylist()} for table in tables]
@@ -176,7 +176,7 @@ def differences(single: Path, other: Path) -> dict[str, int]:
 
 
 def _compare_orbits(single: Path, other: Path, result: dict[str, int]) -> None:
-    """Add to the counts of `differences` those of two files of orbits."""
+    """Add the differences of two files of orbits to the counts of `differences`."""
     with h5py.File(single, "r") as first, h5py.File(other, "r") as second:
         names = [[], []]
         for file, held in ((first, names[0]), (second, names[1])):
@@ -189,19 +189,19 @@ def _compare_orbits(single: Path, other: Path, result: dict[str, int]) -> None:
 
 
 def same(result: dict[str, int]) -> bool:
-    """Tell whether differences() found none."""
+    """Return whether differences() found none."""
     return not any(count for name, count in result.items() if name not in ("rows", "values"))
 
 
-#: The command line with blocks of so many cases as its first argument says.
+#: The command line, with the number of cases per block as its first argument.
 CUT = "import sys; from clearsweep.store import blocks; blocks.BLOCK = int(sys.argv.pop(1)); import clearsweep.cli as c"
 CUT += "; sys.exit(c.main())"
 
 
 def starter(folder: Path, grid: dict = GRID, block: int = 0):
-    """Write a grid into a folder and return a function that starts its run, by two workers, as a program.
+    """Write a grid into a folder and return a function that starts its run, with two workers, as a program.
 
-    block : cases of a block into which it is cut; 0: as many as ever.
+    block : cases per block; 0: the default.
     """
     program = ["-c", CUT, str(block)] if block else ["-m", "clearsweep"]
     (folder / "grid.yaml").write_text(json.dumps(grid), encoding="utf-8")

@@ -1,6 +1,6 @@
-"""What an adversary tried: command lines that must end in time, with a sentence, and leave what is not theirs alone.
+"""An adversary's list of command lines, which must end in time, with a sentence, and leave other files unchanged.
 
-Each attempt is a script of the shell, in a folder of its own with a grid `g.yaml` and a finished run `ok` of it.
+Each attempt is a shell script, in its own folder with a grid `g.yaml` and a finished run `ok` of it.
 """
 
 import os
@@ -12,10 +12,10 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-SECONDS = 60.0  # that an attempt may take, `clearsweep` loaded and compiled
+SECONDS = 60.0  # time limit of an attempt, including loading and compiling
 TROUBLE = re.compile(r"Traceback|internal error|[\x00-\x08\x0b-\x1f\x7f]")
 
-#: A server on a free port that prints it and says no more; one that speaks HTTP.
+#: A server on a free port that prints the port and is silent; one that speaks HTTP.
 SILENT = (
     "import socket,time; s=socket.create_server(('127.0.0.1',0)); print(s.getsockname()[1],flush=True); time.sleep(99)"
 )
@@ -56,7 +56,7 @@ SWEEP = "sweep:\n  joints.rod-slider.clearance: {linspace: [0.1 mm, 0.5 mm, 6]}\
 
 
 class TrialStep(NamedTuple):
-    """One attempt, and how it has to end."""
+    """One attempt, and its required result."""
 
     name: str
     script: str
@@ -65,7 +65,7 @@ class TrialStep(NamedTuple):
 
 
 def edited(old: str, new: str, verb: str = "run g.yaml --out x") -> str:
-    """Return a script that runs the grid with a text exchanged, in which backslashes stand for what printf makes."""
+    """Return a script that runs the grid with a text replaced; backslash sequences are for printf."""
     return f"""python - <<'END'
 text = open("g.yaml").read()
 assert {old!r} in text
@@ -75,18 +75,18 @@ clearsweep {verb}"""
 
 
 def axes(count: int) -> str:
-    """Return a script that looks at a grid with so many axes of a thousand values."""
+    """Return a script that previews a grid with `count` axes of a thousand values."""
     lines = [f"  {path}: {THOUSAND.format(low=low, high=high)}" for path, (low, high) in list(AXES.items())[:count]]
     return edited(SWEEP, "sweep:\n" + "\n".join(lines) + "\n", "run g.yaml --dry-run")
 
 
 def spares(harm: str, check: str, verb: str = "run g.yaml --out ok") -> str:
-    """Return a script that harms the run, then runs its grid, then checks what may not have changed."""
+    """Return a script that damages the run, then runs its grid, then checks the parts that must not have changed."""
     return f"{harm}; clearsweep {verb}; c=$?; {check} || exit 99; exit $c"
 
 
 def crafted(statement: str) -> str:
-    """Return a script that changes run.json (`r`) of the finished run by a statement, with a good checksum."""
+    """Return a script that changes run.json (`r`) of the finished run by a statement, with a valid checksum."""
     program = (
         "import json; from clearsweep.store.record import checksum_of; r = json.load(open('ok/run.json')); "
         f"{statement}; r['checksum'] = checksum_of(r); json.dump(r, open('ok/run.json', 'w'))"
@@ -247,16 +247,16 @@ ATTEMPTS = (
 
 
 class Result(NamedTuple):
-    """How an attempt ended."""
+    """Result of an attempt."""
 
     attempt: TrialStep
-    code: int | None  # None: it did not within SECONDS
+    code: int | None  # None: not within SECONDS
     seconds: float
     said: str
 
     @property
     def fault(self) -> str:
-        """Return what is wrong with how it ended, or '' if nothing is."""
+        """Return the fault of the result, or ''."""
         if self.code is None:
             return "did not end in time"
         if trouble := TROUBLE.search(self.said):
@@ -267,7 +267,7 @@ class Result(NamedTuple):
 
 
 def prepared(folder: Path) -> dict[str, str]:
-    """Make a folder with the grids, a finished run and the command; return the environment to try in."""
+    """Create a folder with the grids, a finished run and the command; return the environment of the attempts."""
     (folder / "bin").mkdir(parents=True)
     program = (
         f"#!{sys.executable}\nfrom clearsweep.__main__ import main\nmain()\n"  # no shell, which needs files of its own
@@ -290,7 +290,7 @@ def prepared(folder: Path) -> dict[str, str]:
 
 
 def tried(attempt: TrialStep, folder: Path, environment: dict[str, str]) -> Result:
-    """Return how an attempt ends, in a copy of the prepared folder."""
+    """Return the result of an attempt in a copy of the prepared folder."""
     place = folder / "place"
     shutil.rmtree(place, ignore_errors=True)
     shutil.copytree(folder / "fresh", place)
@@ -313,7 +313,7 @@ def tried(attempt: TrialStep, folder: Path, environment: dict[str, str]) -> Resu
 
 
 def try_all(folder: Path, tell=print) -> list[Result]:
-    """Try everything and return how it ended; say what fell short."""
+    """Run all attempts and return their results; report faults."""
     environment = prepared(folder)
     results = [tried(attempt, folder, environment) for attempt in ATTEMPTS]
     for result in results:

@@ -1,4 +1,4 @@
-"""Exit codes: every verb runs many times, as it is and with threads that end late, and each time ends as it has to."""
+"""Exit codes: every command runs many times, unchanged and with threads that end late, with the specified exit code."""
 
 import os
 import shutil
@@ -11,25 +11,25 @@ from pathlib import Path
 import torture_attempts
 
 HERE = Path(__file__).parent
-SECONDS = 300.0  # that one program may take, with others
+SECONDS = 300.0  # time limit of one program, with others running
 SERIES = "time [s],force [N],speed [m/s]\n0,100,0.1\n1,120,0.2\n2,110,0.1\n"
 FROM_PYTHON = (
     "import sys, clearsweep as c; a = sys.argv; c.sweep(a[1], a[2], jobs=1, show_progress=False); "
     "run = c.open(a[2]); len(run.summary), run.column('status'); c.open('ok').summary"
 )
-#: A Parquet file that is read in advance through a Python file: this aborts where threads end late.
+#: A Parquet file that is pre-read through a Python file: this aborts if threads end late.
 READS_AHEAD = (
     "import sys, pyarrow.parquet as q; q.ParquetFile(open(sys.argv[1], 'rb'), pre_buffer=True).read(['status'])"
 )
 
-#: The command line without what makes its exit code sure: the interpreter ends as it does for any program.
+#: The command line without its protected exit: the interpreter ends as for any program.
 ENDS_AS_USUAL = "from clearsweep import cli; cli.main()"
 
 Command = Callable[[str], list[str]]  # arguments of a program from a name that no other try has
 
 
 def prepared(folder: Path) -> dict[str, Command]:
-    """Make what the verbs need in `folder`, and return their programs by name."""
+    """Prepare the inputs of all commands in `folder`, and return their programs by name."""
     environment = torture_attempts.prepared(folder)
     fresh = folder / "fresh"
     (fresh / "series.csv").write_text(SERIES)
@@ -73,7 +73,7 @@ def _verb(*arguments: str) -> list[str]:
 
 
 def late_threads(folder: Path) -> dict[str, str]:
-    """Compile the library that holds threads back, and return the environment in which a program has it."""
+    """Compile the library that delays threads, and return the environment that loads it."""
     library = folder / "late_threads.so"
     source = HERE / "late_threads" / "late_threads.c"
     subprocess.run(
@@ -100,9 +100,10 @@ def codes(command: Command, count: int, cwd: Path, environment: dict[str, str], 
 
 
 def exits(natural: int, forced: int, folder: Path) -> dict[str, tuple[list[int], list[int]]]:
-    """Return the exit codes of every verb: as it is (`natural` runs of all verbs together), and with late threads.
+    """Return the exit codes of every command: unchanged (`natural` runs in total), and with late threads.
 
-    Of the latter there are `forced` runs of each, which end like any program: `__main__` would end them before.
+    With late threads there are `forced` runs of each, with the normal exit of the interpreter instead of that of
+    `__main__`.
     """
     commands = prepared(folder)
     place, late = folder / "fresh", late_threads(folder)

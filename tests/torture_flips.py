@@ -1,4 +1,4 @@
-"""Flipped bits: of every file that a run leaves, one bit is changed; no reader may take it for what was written."""
+"""Flipped bits: one bit of every file of a run is changed; no reader may accept it as the original."""
 
 import contextlib
 import io
@@ -13,11 +13,11 @@ from clearsweep.contracts.results import TIMINGS
 from clearsweep.language.errors import ClearsweepError
 
 NAMED, UNREAD, UNNAMED, SILENT, FAULT = "named", "without meaning", "unnamed", "silent", "traceback"
-PASSING = ("start", "end", "counts", "checksum", "merged")  # of run.json: no two runs agree on them
+PASSING = ("start", "end", "counts", "checksum", "merged")  # of run.json: they differ between any two runs
 
 
 def content(directory: Path) -> str:
-    """Return all that a reader gets of a run, timings aside."""
+    """Return everything that a reader gets from a run, without timings."""
     run = clearsweep.open(directory)
     known = {key: value for key, value in run.grid.items() if key not in PASSING}
     summary = run.summary.drop(columns=list(TIMINGS))
@@ -36,7 +36,7 @@ def flip(path: Path, chance: random.Random) -> None:
 
 
 def command(*arguments: object) -> tuple[int, str]:
-    """Return the exit code of a command line and all that it said."""
+    """Return the exit code and the output of a command line."""
     said = io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
         code = cli._exit_code([str(argument) for argument in arguments])

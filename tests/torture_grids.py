@@ -1,8 +1,9 @@
-"""Mutated grids: each is refused or runs, within seconds, without a traceback and nothing outside its directory.
+"""Mutated grids: each is rejected or runs, within seconds, without a traceback and without changes outside its
+directory.
 
-Keys and values of grids that work are exchanged for others of the schema and for hostile ones, and their bytes are
-spoiled.  Each grid is given to the command line in a child of this process, which has everything loaded and a few kinds
-of scene compiled; mechanics of other kinds, and long runs, are cut short.
+Keys and values of valid grids are replaced by others of the schema and by hostile ones, and their bytes are corrupted.
+Each grid is given to the command line in a child of this process, which has loaded everything and compiled a few kinds
+of scene; mechanics of other kinds, and long runs, are truncated.
 """
 
 import contextlib
@@ -31,9 +32,9 @@ from clearsweep.sweeping.simulator import SIMULATION
 from clearsweep.sweeping.worker import failure
 
 ROOT = Path(__file__).parent.parent
-SECONDS = 5.0  # that a grid may take
-SPACE = 6_000_000_000  # bytes of address space that it may take
-MOST_CASES = 6  # of a grid that are run; of a larger one only the first and the last are looked at
+SECONDS = 5.0  # time limit of a grid
+SPACE = 6_000_000_000  # limit of address space, bytes
+MOST_CASES = 6  # largest number of cases run; of a larger grid only the first and the last are examined
 COMPILED = ("frictionless.yaml", "impact_pair.yaml", "two_joints.yaml")  # their kinds of scene run, others do not
 HOSTILE = (
     *(None, True, False, 0, -1, 1, 3, 10**30, 1e300, -1e300, 5e-324, float("nan"), float("inf"), 0.1, 1e-9),
@@ -65,15 +66,15 @@ WAYS = (*MILD, "hostile", "hostile", "quantity", "remove", "rename", "insert", "
 
 
 class Ended(NamedTuple):
-    """How a grid ended."""
+    """Result of a grid."""
 
-    code: int | None  # None: it did not within SECONDS
+    code: int | None  # None: not within SECONDS
     seconds: float
     said: str
 
     @property
     def fault(self) -> str:
-        """Return what is wrong with how it ended, or '' if nothing is."""
+        """Return the fault of the result, or ''."""
         if self.code is None:
             return "did not end in time"
         if "OUTSIDE " in self.said:
@@ -124,7 +125,7 @@ def mutated(draw, documents, keys):
     document = copy.deepcopy(draw(st.sampled_from(documents)))
     amount = st.floats(allow_nan=True, allow_infinity=True) | st.floats(0.0, 10.0) | st.integers(-(10**6), 10**6)
     quantity = st.builds("{} {}".format, amount, st.sampled_from(UNITS)) | amount
-    mild = draw(st.booleans())  # such grids mostly run
+    mild = draw(st.booleans())  # such grids are mostly valid
     ways = MILD if mild else WAYS
     for _ in range(draw(st.integers(1, 1 if mild else 3))):
         known = list(places(document))
@@ -175,7 +176,7 @@ def insert(document, path, draw, quantity, keys):
 
 
 def spoiled(content, draw):
-    """Return bytes with a few of them changed, put in, taken out or doubled."""
+    """Return bytes with a few of them changed, inserted, removed or doubled."""
     content = bytearray(content)
     for _ in range(draw(st.integers(1, 4))):
         place = draw(st.integers(0, len(content)))
@@ -194,7 +195,7 @@ def spoiled(content, draw):
 
 
 def drawn(count: int, seed: int) -> list[bytes]:
-    """Return `count` different mutated grids; the same seed gives the same ones."""
+    """Return `count` different mutated grids, determined by the seed."""
     result: dict[bytes, None] = {}
     quietly = {"database": None, "deadline": None, "suppress_health_check": list(HealthCheck)}
 
@@ -209,7 +210,7 @@ def drawn(count: int, seed: int) -> list[bytes]:
 
 
 class Short:
-    """Mechanics of the kinds that are compiled already, over two revolutions; scenes of other kinds are made only."""
+    """Mechanics of compiled kinds, over two revolutions; scenes of other kinds are only built."""
 
     def __init__(self):
         """Compile the kinds of scene of COMPILED."""
@@ -217,7 +218,7 @@ class Short:
         for name in COMPILED:
             case = sweep.load(ROOT / "configs" / name).case(0)
             self.known.add(simulation.signature(case))
-            for method in ("explicit", "implicit"):  # stiff scenes turn to the latter by themselves
+            for method in ("explicit", "implicit"):  # stiff scenes change to the latter automatically
                 of_kind = case._replace(simulate=case.simulate._replace(method=method))
                 simulation.compile_for(of_kind)
                 self.solve(of_kind)
@@ -229,10 +230,10 @@ class Short:
         """Compile nothing."""
 
     compile_loop = compile_for
-    solve_each = None  # each case is cut short
+    solve_each = None  # each case is truncated
 
     def solve(self, case):
-        """Return the result of a case cut short."""
+        """Return the result of a truncated case."""
         limits = case.simulate
         short = limits._replace(
             revolutions=min(limits.revolutions, 2.0),
@@ -253,7 +254,7 @@ class Short:
 
 
 def swept(mechanics):
-    """Return what takes the place of `sweep`: it runs a few cases in this process."""
+    """Return a substitute for `sweep` that runs a few cases in this process."""
 
     def run(source, out=None, **options):
         read = sweep.load(source, mechanics)
@@ -269,7 +270,7 @@ def swept(mechanics):
 
 
 def watch(inside: Path) -> None:
-    """Say on stderr where this process opens for writing, makes, renames or removes anything that is not inside."""
+    """Report on stderr if this process opens for writing, creates, renames or removes anything outside `inside`."""
     changes = {"os.mkdir": 1, "os.rename": 2, "os.link": 2, "os.symlink": 2, "os.remove": 1, "os.rmdir": 1}
     root = os.path.realpath(inside)
 

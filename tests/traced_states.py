@@ -1,4 +1,4 @@
-"""States of scenes, and what machine code makes of them."""
+"""States of scenes, and the results of machine code for them."""
 
 import math
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from clearsweep.mechanics.trace.symbols import WIDTH
 
 
 class State(NamedTuple):
-    """Eight states of a scene, as the stages of a step, and what is made of them."""
+    """Eight states of a scene, as the stages of a step, and the results for them."""
 
     parameters: np.ndarray
     nodes: np.ndarray  # (n + 1, STAGES)
@@ -24,7 +24,7 @@ class State(NamedTuple):
 
 
 def states(scene, seed=7):
-    """Return the State of a scene, each of them somewhere else, in contact or not."""
+    """Return the State of a scene with eight different states, some in contact."""
     drawn, value = np.random.default_rng(seed), scene.value
     contacts, n, latching = rates.size_of(value)
     clearance, half = value.joints[0].clearance, len(value.coordinates)
@@ -43,7 +43,7 @@ def states(scene, seed=7):
 
 
 def aligned(array):
-    """Return a copy of an array where a register is loaded from."""
+    """Return a copy of an array with the alignment of a register."""
     buffer = np.zeros(array.size + WIDTH, dtype=array.dtype)
     first = -buffer.ctypes.data // 8 % WIDTH
     copied = buffer[first : first + array.size].reshape(array.shape)
@@ -52,7 +52,7 @@ def aligned(array):
 
 
 def code_of(scene, function, items):
-    """Return the machine code of a function of `trial_step` for a scene; that of a kind of scene is made once."""
+    """Return the machine code of a function of `trial_step` for a scene, compiled once for each kind of scene."""
     key = form_number(scene.value), function
     if key not in _CODE:
         _CODE[key] = objects.compiled(function, scene.value, kinds(scene.value), items)
@@ -63,7 +63,7 @@ _CODE = {}
 
 
 def rates_of(scene, state):
-    """Return the State whose stages machine code has filled with rates and observables, one after the other."""
+    """Return the State with rates and observables of its stages by machine code, one after another."""
     result = State(*map(aligned, state))
     call = objects.function_at(code_of(scene, trial_step.rates_entry, "fifff").address, 5)
     for row in range(STAGES):
@@ -74,7 +74,7 @@ def rates_of(scene, state):
 
 
 def observed(scene, state):
-    """Return the State whose stages machine code has filled with observables, all at once."""
+    """Return the State with observables of its stages by machine code, all at once."""
     result = State(*map(aligned, state))
     call = objects.function_at(code_of(scene, trial_step.observe_entry, "fiff").address, 4)
     given = result.parameters, result.nodes, result.mode, result.latched, result.o

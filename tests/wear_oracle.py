@@ -1,7 +1,7 @@
-"""What docs/model.md says of pressures and wear, in numpy: nothing of the package is used.
+"""The pressures and wear laws of docs/model.md in numpy, without code of the package.
 
-A pressure is a function of line load (N/m), radius of the body (m), penetration (m), E* (Pa) and Sizes; it returns half
-of its arc (rad) and a function of the angle (rad) from the middle of the arc, in Pa.
+A pressure is a function of line load (N/m), radius of the body (m), penetration (m), E* (Pa) and Sizes.  It returns the
+half-angle of its arc (rad) and a function of the angle (rad) from the middle of the arc, in Pa.
 """
 
 import math
@@ -13,27 +13,27 @@ from scipy.optimize import brentq
 
 
 class Sizes(NamedTuple):
-    """Of a joint."""
+    """Sizes of a joint."""
 
     clearance: float  # m
     bearing: float  # m, radius
 
 
 def mean(load, radius, depth, modulus, sizes):
-    """Return the pressure: even over the arc of rigid circles."""
+    """Return the uniform pressure over the arc of rigid circles."""
     half = math.acos(sizes.clearance / (sizes.clearance + depth))
     return half, lambda psi: np.full_like(psi, load / (2.0 * radius * math.sin(half)))
 
 
 def winkler(load, radius, depth, modulus, sizes):
-    """Return the pressure: as deep as rigid circles overlap, over their arc."""
+    """Return the pressure proportional to the overlap of rigid circles, over their arc."""
     half = math.acos(sizes.clearance / (sizes.clearance + depth))
     scale = load / radius / (half - math.sin(half) * math.cos(half))
     return half, lambda psi: scale * (np.cos(psi) - math.cos(half))
 
 
 def hertz_line(load, radius, depth, modulus, sizes):
-    """Return the pressure: half an ellipse."""
+    """Return the Hertzian pressure: half an ellipse."""
     relative = sizes.bearing * (sizes.bearing - sizes.clearance) / sizes.clearance
     width = math.sqrt(4.0 * load * relative / (math.pi * modulus))
     half = width / radius
@@ -41,7 +41,7 @@ def hertz_line(load, radius, depth, modulus, sizes):
 
 
 def persson(load, radius, depth, modulus, sizes):
-    """Return the pressure: Persson's; the load decides the arc."""
+    """Return Persson's pressure; the load determines the arc."""
 
     def excess(b):
         w2 = b * b + 1.0
@@ -61,7 +61,7 @@ def persson(load, radius, depth, modulus, sizes):
 
 
 PRESSURES = {"mean": mean, "winkler": winkler, "hertz-line": hertz_line, "persson": persson}
-#: The area (m^2/s) worn off a cross-section: of coefficient, summed pressure (N/m), slip (m/s) and work (W/m).
+#: Area (m^2/s) removed from a cross-section, from coefficient, summed pressure (N/m), slip (m/s) and work (W/m).
 AREAS = {
     "archard": lambda k, pressed, slip, work: k * pressed * slip,
     "energy": lambda k, pressed, slip, work: k * work,
@@ -69,15 +69,15 @@ AREAS = {
 
 
 def spread(values, half, radius, edges, points=20001):
-    """Return the integral of a pressure (N/m) between edges (rad) and over its arc, half of which is `half` (rad)."""
-    share = np.sin(np.linspace(-0.5 * math.pi, 0.5 * math.pi, points))  # dense where a pressure ends with a root
+    """Return the integral of a pressure (N/m) between edges (rad) and over its arc of half-angle `half` (rad)."""
+    share = np.sin(np.linspace(-0.5 * math.pi, 0.5 * math.pi, points))  # dense where a pressure ends like a square root
     psi = half * share
     sums = np.concatenate([[0.0], cumulative_trapezoid(radius * values(psi), psi)])
     return np.diff(np.interp(edges, psi, sums)), sums[-1]
 
 
 def bin_edges(angle, bins):
-    """Return the edges (rad) of all bins, by number, from the middle of an arc at `angle`."""
+    """Return the edges (rad) of all bins, by number, relative to the middle of an arc at `angle` (rad)."""
     width = 2.0 * math.pi / bins
     begin = np.mod(np.arange(bins) * width - angle + math.pi, 2.0 * math.pi) - math.pi
     return np.stack([begin, begin + width], axis=1)

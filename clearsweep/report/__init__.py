@@ -9,11 +9,11 @@ from .. import store
 from ..store import BlockedRun, StoredRun
 
 if TYPE_CHECKING:
-    from .page import Page  # loads what draws
+    from .page import Page  # loads the drawing libraries
 
 
 class _Reporting(StoredRun):
-    """The results in one directory that can write their report."""
+    """The results in one directory, with their report."""
 
     def figures(self, directory: str | Path, form: str = "svg", width: str = "auto") -> list[Path]:
         """Write every figure of the report as `clearsweep.report.figures` does; return the paths."""
@@ -25,18 +25,19 @@ class _Reporting(StoredRun):
 
 
 class Run(_Reporting):
-    """The results in one directory, as the store reads them, that can write their report."""
+    """The results in one directory, as the store reads them, with their report."""
 
 
 class RunOfBlocks(_Reporting, BlockedRun):
-    """The same of a run that is cut into blocks: its summary is lazy, and its report shows a sample."""
+    """The results of a run in blocks, with their report: the summary is lazy, and the report shows a sample."""
 
 
 def open(directory: str | Path, *, partial: bool = False) -> Run | RunOfBlocks:
-    """Return the run in `directory`: its summary, orbits, events and wear; raise DirectoryError where there is none.
+    """Return the run in `directory`: its summary, orbits, events and wear; raise DirectoryError if there is none.
 
-    A run that is not finished is refused, unless `partial`: then it has the cases that are finished so far.  They are
-    put together in a temporary directory, which goes with the object; `directory` stays as it is.
+    An unfinished run raises an error unless `partial` is set; then the run contains the cases finished so far.  They
+    are
+    assembled in a temporary directory, which is deleted with the object; `directory` is not changed.
     """
     directory = Path(directory)
     if store.is_cut(directory):
@@ -49,10 +50,10 @@ def open(directory: str | Path, *, partial: bool = False) -> Run | RunOfBlocks:
 
 
 def of(run: "StoredRun", *, typical: bool = False, measured: str | Path | None = None) -> "Page":
-    """Return the page of a run (as the store opens it), to write it, its tables, its figures.
+    """Return the page of a run (as the store opens it), from which its files, tables and figures are written.
 
-    Maps show the worst case over the axes that they leave out; `typical`: the median.  measured : a CSV file
-    whose signals are laid over those of the nearest case.
+    Maps show the worst case over the omitted axes; with `typical`, the median.  measured : a CSV file whose signals are
+    compared with those of the nearest case.
     """
     _load_drawing()
     from . import page, study
@@ -79,9 +80,9 @@ def tables(run: "StoredRun", directory: str | Path) -> list[Path]:
 
 
 def figures(run: "StoredRun", directory: str | Path, form: str = "svg", width: str = "auto") -> list[Path]:
-    """Write every figure of a run's page into a directory, under its name, and a list of them; return the paths.
+    """Write every figure of a run's page into a directory, one file per figure, and a list of them; return the paths.
 
-    form : svg, pdf or png; width : 85 or 170 (mm), auto: as much of them as it needs.
+    form : svg, pdf or png; width : 85 or 170 (mm), or auto: the smaller one that fits.
     """
     _load_drawing()
     from . import paper
@@ -106,7 +107,7 @@ def draw_grid(source: str | Path, out: str | Path) -> Path:
 
 
 def _load_drawing() -> None:
-    """Load matplotlib, also where MPLBACKEND names no backend: figures are drawn into files, which needs none."""
+    """Load matplotlib even if MPLBACKEND names an unknown backend: figures are drawn into files without a backend."""
     given = os.environ.get("MPLBACKEND")
     try:
         import matplotlib
@@ -114,7 +115,7 @@ def _load_drawing() -> None:
         if given is None:
             raise
         for name in [name for name in sys.modules if name.partition(".")[0] == "matplotlib"]:
-            del sys.modules[name]  # loaded in part
+            del sys.modules[name]  # partly loaded
         del os.environ["MPLBACKEND"]
         try:
             import matplotlib  # noqa: F401

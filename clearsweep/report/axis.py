@@ -1,4 +1,4 @@
-"""Axes of a run in units for people: names, scales and texts of swept values."""
+"""Axes of a run for display: names, scales and texts of swept values."""
 
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
@@ -11,10 +11,10 @@ from .. import grid
 from ..grid import Fit
 from ..language import wording
 
-AT_ONCE = 65_536  # values whose places are looked for
-DIGITS = 4  # of a swept value, where these distinguish its values
+AT_ONCE = 65_536  # values looked up together
+DIGITS = 4  # of a swept value, if these distinguish its values
 FEW_NUMBERS, FEW_NAMES = 6, 16  # most values of an axis that a sentence lists
-MANY = 30  # different values of an axis in step above which they are scattered, not levels to compare
+MANY = 30  # distinct values of a parallel axis above which it is scattered and its levels are not compared
 
 
 class Axis(NamedTuple):
@@ -24,11 +24,11 @@ class Axis(NamedTuple):
     name: str  # in words
     scale: wording.Scale
     values: tuple  # SI floats or strings
-    digits: int  # that keep its values apart, at least DIGITS
-    scattered: bool = False  # drawn or listed case by case: hardly two cases share a value; `values` in order of size
-    written: bool = False  # its scale is the unit that the grid has it in
-    names: Mapping[float, str] = MappingProxyType({})  # value -> what the grid calls it: a fit of ISO 286
-    labels: Mapping[float, str] = MappingProxyType({})  # value -> the user's own name of it
+    digits: int  # significant digits that distinguish its values, at least DIGITS
+    scattered: bool = False  # shown case by case: few cases share a value; `values` are ascending
+    written: bool = False  # its scale is the unit written in the grid
+    names: Mapping[float, str] = MappingProxyType({})  # value -> its name in the grid: a fit of ISO 286
+    labels: Mapping[float, str] = MappingProxyType({})  # value -> the user's own label
 
     @property
     def numeric(self) -> bool:
@@ -50,7 +50,7 @@ class Axis(NamedTuple):
         return f"{self.labels[value]} ({text})" if value in self.labels else text
 
     def short(self, value: float | str) -> str:
-        """Return the name of a value, or its number to a few digits: for the edge of a figure."""
+        """Return the name of a value, or its number with few digits, for an axis of a figure."""
         if isinstance(value, str):
             return value
         return self.labels.get(value) or self.names.get(value) or wording.short(self.scale.of(value), 3)
@@ -59,7 +59,7 @@ class Axis(NamedTuple):
         return f" ({self.names[value]})" if value in self.names else ""
 
     def listed(self) -> str:
-        """Return the values in a sentence: a few are listed with one unit; of many the number and the ends."""
+        """Return the values in a sentence: a few are listed with one unit; of many, the count and both ends."""
         if self.scattered or len(self.values) > (FEW_NUMBERS if self.numeric else FEW_NAMES):
             return f"in {self.span()}"
         if self.names or self.labels:
@@ -67,16 +67,16 @@ class Axis(NamedTuple):
         return self.scale.joined(", ".join(self.number(value) for value in self.values))
 
     def span(self) -> str:
-        """Return how many values there are and between which ends."""
+        """Return the number of values and both ends."""
         return f"{len(self.values)} values, {self.text(self.values[0])} to {self.text(self.values[-1])}"
 
     def label(self) -> str:
-        """Return name and unit, for the edge of a figure."""
+        """Return name and unit, for an axis of a figure."""
         return f"{self.name} [{self.scale.unit}]" if self.scale.unit else self.name
 
 
 def position(axis: Axis, values: pd.Series) -> np.ndarray:
-    """Return the place of each value on its axis (0, 1, ...), -1 where it is not on it."""
+    """Return the index of each value on its axis (0, 1, ...), -1 if it is not on the axis."""
     if not axis.numeric:
         return values.map({value: place for place, value in enumerate(axis.values)}).fillna(-1).to_numpy(np.int32)
     known, given = np.asarray(axis.values, float), values.to_numpy(float)
@@ -91,7 +91,7 @@ def position(axis: Axis, values: pd.Series) -> np.ndarray:
 
 
 def axes_of(record: Mapping, tried: dict, units: Mapping[str, str], joints: int) -> tuple[Axis, ...]:
-    """Return the axes of a run: swept, in step, drawn, and `tried` by a search; not what `refine` put between."""
+    """Return the axes of a run: swept, parallel, drawn, and `tried` by a search; without values added by `refine`."""
     swept, step = record.get("sweep") or {}, (record.get("zip") or {}) | (record.get("cases") or {}) | tried
     drawn = (record.get("sample") or {}).get("drawn", {})
     axes = [_axis(path, tuple(values), units.get(path, "1"), joints) for path, values in swept.items()]
@@ -127,7 +127,7 @@ def _kind(axis: Axis, units: Mapping[str, str]) -> tuple[str, str]:
 
 
 def _with_fits(axis: Axis, fits: Iterable[Fit], *, drawn: bool) -> Axis:
-    """Return an axis that names the fits of which its clearances are the means, or from which they are `drawn`."""
+    """Return an axis that names the fits whose mean clearances are its values, or from which they are `drawn`."""
     names = {known.mean: known.name for known in fits}
     radial = axis.name.replace("clearance", "radial clearance", 1) if names else axis.name
     if drawn and names:

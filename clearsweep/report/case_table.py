@@ -15,9 +15,9 @@ Headings = Sequence[tuple[str, str]]  # figure, its heading in a table
 
 
 def case_table(study: Study, key: str, title: str, columns: Headings, by: str, *, smallest: bool = False) -> Table:
-    """Return columns of the summary that are there, ordered by the column `by`; no rows without that.
+    """Return a table of the available columns of the summary, ordered by the column `by`; no rows without that column.
 
-    The largest value is first, or the smallest.
+    The largest value comes first, or the smallest.
     """
     present = [(column, heading) for column, heading in columns if column in study.cases]
     heads = (
@@ -33,10 +33,10 @@ def case_table(study: Study, key: str, title: str, columns: Headings, by: str, *
 
 
 class CaseRows(Sequence):
-    """Rows of a table, one per case, made as they are read: of a million cases a page shows a few."""
+    """Rows of a table, one per case, computed as they are read: a page shows only a few of a million cases."""
 
     def __init__(self, cases: Rows, columns: list[str], by: str = "", *, smallest: bool = False):
-        """Take cases, the columns behind case_id, and the one by which they are ordered, from which end."""
+        """Take the cases, the columns after case_id, and the column and direction of the order."""
         self.cases, self.columns, self.by, self.smallest = cases, columns, by, smallest
 
     def __len__(self) -> int:
@@ -54,7 +54,7 @@ class CaseRows(Sequence):
     def __getitem__(self, which: int | slice) -> tuple | list[tuple]:
         if isinstance(which, int):
             return self[which : which + 1 or None][0]
-        places = self._order()[which].copy()  # a view would keep the places of all while columns are read
+        places = self._order()[which].copy()  # a view would keep the indices of all cases while columns are read
         values = [self.cases.index[places].tolist()]
         values += [self.cases[column].iloc[places].tolist() for column in self.columns]
         return list(zip(*values, strict=True))
@@ -68,5 +68,5 @@ class CaseRows(Sequence):
 
 
 def axis_columns(study: Study, axes: Sequence[Axis]) -> list[Column]:
-    """Return the columns that hold the values of some axes."""
+    """Return the columns with the values of some axes."""
     return [Column(axis.name, study.unit(axis.path), axis) for axis in axes]

@@ -1,4 +1,4 @@
-"""Counts on the page of a run: of all its cases, also where the page shows a sample of them."""
+"""Counts on the page of a run: always of all cases, even if the page shows a sample."""
 
 from collections import Counter
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from ..store import summed
 from .section import Note, Section
 from .study import Study
 
-#: Sections in which something is counted of all cases, and what is not; those without any count have no note.
+#: Sections with counts of all cases, and their other contents; sections without counts have no note.
 _MIXED = {
     "verdict": "Counts are of all cases. Maps and shares are of the sample, {}.",
     "failures": "The numbers are of all cases. The list has those of the sample, {}.",
@@ -21,16 +21,16 @@ _MIXED = {
 
 
 class LimitCounts(NamedTuple):
-    """How many finished cases keep to the limits."""
+    """Counts of finished cases by limits."""
 
     cases: int
     exceeding: int  # at least one limit
-    unknown: int  # those of them that a limit cannot judge
-    each: list[tuple[int, int]]  # of every limit: cases that do not keep to it, those of them that it cannot judge
+    unknown: int  # cases among them without the figure of a limit
+    each: list[tuple[int, int]]  # for each limit: cases that exceed it, and cases among them without its figure
 
 
 def finished_and_failed(study: Study) -> tuple[int, int]:
-    """Return how many cases finished, and how many failed."""
+    """Return the numbers of finished and of failed cases."""
     marks = study.run.marks()
     if not marks:
         return len(study.cases), len(study.failed)
@@ -38,7 +38,7 @@ def finished_and_failed(study: Study) -> tuple[int, int]:
 
 
 def failures(study: Study) -> Counter[str]:
-    """Return how many cases failed, by status."""
+    """Return the number of failed cases by status."""
     if study.run.marks():
         statuses = _summed(study, "statuses")
         del statuses["ok"]
@@ -47,7 +47,7 @@ def failures(study: Study) -> Counter[str]:
 
 
 def limits(study: Study) -> LimitCounts:
-    """Return how many finished cases keep to the limits of the grid."""
+    """Return the counts of finished cases that keep to the limits of the grid."""
     if study.run.marks():
         total, fails, unjudged = (_summed(study, part) for part in ("limits", "fails", "unjudged"))
         each = [(fails[str(place)], unjudged[str(place)]) for place in range(len(study.limits))]
@@ -68,17 +68,17 @@ def limits(study: Study) -> LimitCounts:
 
 
 def remarks(study: Study) -> Counter[str] | None:
-    """Return the counts of remarks on all cases, their number under `cases`; None where the page shows all cases."""
+    """Return the counts of remarks on all cases, their number under `cases`; None if the page shows all cases."""
     return _summed(study, "remarks") if study.run.marks() else None
 
 
 def columns(study: Study, limit: Limit) -> dict[str, np.ndarray]:
-    """Return the columns that a limit needs."""
+    """Return the columns that a limit uses."""
     return {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
 
 
 def noted(study: Study, section: Section) -> Section:
-    """Return a section that says of which cases its counts are, where the page shows a sample."""
+    """Return a section with a note on the cases that its counts cover, if the page shows a sample."""
     if not section.title or not study.run.marks():
         return section
     shown = f"{len(study.cases) + len(study.failed):,} of {sum(finished_and_failed(study)):,} cases"

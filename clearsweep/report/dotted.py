@@ -1,4 +1,4 @@
-"""Values of nested mappings by dotted path, and the paths that a run searched for."""
+"""Values of nested mappings by dotted path, and the paths that a run searched."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -23,18 +23,18 @@ def leaves(tree: Mapping, start: str = "") -> list[tuple[str, object]]:
 
 
 def seek_text(record: Mapping) -> str:
-    """Return the first path whose largest or smallest value a run searches for, or '' if none was."""
+    """Return the first path whose largest or smallest value a run searches for, or ''."""
     return next(iter(all_sought(record)), "")
 
 
 def all_sought(record: Mapping) -> tuple[str, ...]:
-    """Return the paths, in step, whose largest or smallest value a run searches for."""
+    """Return the parallel paths whose largest or smallest value a run searches for."""
     seek = record.get("seek") or {}
     paths = seek.get("largest") or seek.get("smallest") or ()
     return (paths,) if isinstance(paths, str) else tuple(paths)
 
 
 def all_tried(record: Mapping) -> tuple[str, ...]:
-    """Return the paths whose values a search of a run chose."""
+    """Return the paths whose values were chosen by a search."""
     searched = record.get("optimise") or record.get("identify") or {}
     return all_sought(record) or tuple(searched.get("over", ()))

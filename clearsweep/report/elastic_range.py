@@ -1,4 +1,4 @@
-"""Approach speeds up to which contacts stay elastic, in sentences, cards and pictures."""
+"""Approach speeds up to which contacts stay elastic, as sentences, cards and pictures."""
 
 import numpy as np
 
@@ -7,12 +7,12 @@ from ..language import wording
 from ..language.errors import InputError
 from .study import Joint, Study, joint_of, resolved
 
-FAR = 3.0  # times the fastest onset: a line further up would press all onsets to the bottom of a picture
+FAR = 3.0  # times the fastest onset: a higher line would compress all onsets at the bottom of a picture
 _NO_STRENGTH = ": it takes a yield strength or a hardness"
 
 
 def remark(study: Study, joint: Joint, case_id: str) -> str:
-    """Return, in words, at which speed a joint of a case first yields."""
+    """Return a sentence on the approach speed (m/s) at which a joint of a case first yields."""
     column = joint.column(YIELD_SPEED)
     speed = study.cases.at[case_id, column] if study.has(column) else np.nan
     if np.isnan(speed):
@@ -21,7 +21,7 @@ def remark(study: Study, joint: Joint, case_id: str) -> str:
 
 
 def span(study: Study, joint: Joint) -> str:
-    """Return the sentence on the speeds at which a joint first yields in all cases."""
+    """Return the sentence on the approach speeds (m/s) of first yield of a joint in all cases."""
     column = joint.column(YIELD_SPEED)
     if not study.has(column):
         reason = " for this kind of joint or law" if _has_strength(study, joint) else _NO_STRENGTH
@@ -33,7 +33,7 @@ def span(study: Study, joint: Joint) -> str:
 
 
 def _has_strength(study: Study, joint: Joint) -> bool:
-    """Return whether the strength of a joint's weaker body is known in any case; False where no case finished."""
+    """Return whether the strength of a joint's weaker body is known in any case; False without a finished case."""
     layout = next(each for each in study.run.layout.joints if each.name == joint.name)
     if layout.strength:
         return True
@@ -45,7 +45,7 @@ def _has_strength(study: Study, joint: Joint) -> bool:
 
 
 def limits(study: Study, case_id: str, fastest: float) -> list[tuple[str, float]]:
-    """Return joint and speed (m/s) at which it first yields in a case; without those far beyond the `fastest`."""
+    """Return joint and approach speed (m/s) of first yield in a case; without speeds far above the `fastest`."""
     ranges = []
     for joint in study.joints:
         column = joint.column(YIELD_SPEED)

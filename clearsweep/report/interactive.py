@@ -1,6 +1,6 @@
-"""The interactive parts of a page: its scripts, and the form in which they are given their numbers.
+"""The interactive parts of a page: its scripts, and the encoding of their data.
 
-All is inline, so that a page opens without a network; its security policy lets no other script run.  uPlot (MIT
+All scripts are inline, so that a page opens without a network; its security policy blocks all others.  uPlot (MIT
 licence, next to it in `vendor`) draws the curves.
 """
 
@@ -16,7 +16,7 @@ from markupsafe import Markup
 from numpy.typing import ArrayLike
 
 HERE = Path(__file__).parent
-#: Files of the page's one script, in order; those of `vendor` are as their makers published them.
+#: Files of the page's one script, in order; those of `vendor` are unmodified.
 SCRIPTS = (
     "vendor/uPlot.iife.min.js",
     *(f"script/{name}.js" for name in ("common", "explorer", "player", "worn", "start")),
@@ -25,7 +25,7 @@ STYLES = ("vendor/uPlot.min.css",)
 
 
 class Script(NamedTuple):
-    """The script of a page, and the hash by which its security policy knows it."""
+    """The script of a page, and its hash in the security policy."""
 
     text: Markup
     hash: str
@@ -33,13 +33,13 @@ class Script(NamedTuple):
 
 @functools.cache
 def script() -> Script:
-    """Return the script that pages with interactive parts carry."""
+    """Return the script of pages with interactive parts."""
     text = "\n".join((HERE / name).read_text(encoding="utf-8").strip() for name in SCRIPTS)
     return Script(Markup(text), base64.b64encode(hashlib.sha256(text.encode()).digest()).decode())
 
 
 def style() -> Markup:
-    """Return the style sheets that come with the scripts."""
+    """Return the style sheets of the scripts."""
     return Markup("\n".join((HERE / name).read_text(encoding="utf-8").strip() for name in STYLES))
 
 
@@ -49,6 +49,6 @@ def packed(values: ArrayLike) -> str:
 
 
 def data(content: dict[str, Any]) -> Markup:
-    """Return content as JSON that may be in a page's script element whatever its texts say."""
+    """Return content as JSON that is safe in a script element for any text."""
     text = json.dumps(content, ensure_ascii=False, separators=(",", ":"), sort_keys=True, allow_nan=False)
     return Markup(text.replace("<", "\\u003c").replace("&", "\\u0026"))

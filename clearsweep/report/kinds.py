@@ -1,4 +1,4 @@
-"""What kind of motion each case has: how its journal bears, and after how many revolutions it repeats itself."""
+"""The kind of motion of each case: contact of its journal, and the number of revolutions of its period."""
 
 import itertools
 from typing import NamedTuple
@@ -8,22 +8,22 @@ import numpy as np
 from .axis import Axis
 from .study import Joint, Study, grouped, window
 
-SHORT = 10.0  # degrees of the crank: a contact that is over sooner is an impact
+SHORT = 10.0  # degrees of the crank: a shorter contact is an impact
 CONTACTS = ("continuous contact", "contact and flight", "impacts", "free flight")
 PERIODS = ("1", "2", "n", "irregular")
 
 
 class Kinds(NamedTuple):
-    """The kinds of some cases, (n,) each; -1 where one is not known."""
+    """The kinds of some cases, (n,) each; -1 if unknown."""
 
-    contact: np.ndarray  # place in CONTACTS
-    period: np.ndarray  # place in PERIODS
+    contact: np.ndarray  # index in CONTACTS
+    period: np.ndarray  # index in PERIODS
     flight: np.ndarray  # share of the window's time
-    impact: np.ndarray  # the same of contacts shorter than SHORT; NaN where no events were kept
-    lasting: np.ndarray  # of other contacts
+    impact: np.ndarray  # the same for contacts shorter than SHORT; NaN without events
+    lasting: np.ndarray  # for other contacts
 
     def shares(self) -> dict[str, np.ndarray]:
-        """Return name -> share of the window's time, (n,) each; contacts are one share where no events were kept."""
+        """Return name -> share of the window's time, (n,) each; without events, contacts are one share."""
         known = np.isfinite(self.impact)
         if not known.any():
             return {"free flight": self.flight, "contact": 1.0 - self.flight}
@@ -40,7 +40,7 @@ def _of_joint(study: Study, joint: Joint) -> Kinds:
     bearing = study.cases[joint.column("contact_fraction")].to_numpy(float)
     onsets = study.cases[joint.column("impacts_per_rev")].to_numpy(float)
     with np.errstate(all="ignore"):
-        usual = 360.0 * bearing / onsets  # degrees that a contact lasts
+        usual = 360.0 * bearing / onsets  # mean duration of a contact, degrees
     contact = _first([bearing == 0.0, onsets == 0.0, usual < SHORT, np.isfinite(usual)], [3, 0, 2, 1], -1)
     impact = short_contacts(study, joint)
     lasting = np.clip(bearing - impact, 0.0, None) if np.isfinite(impact).any() else impact
@@ -48,7 +48,7 @@ def _of_joint(study: Study, joint: Joint) -> Kinds:
 
 
 def _periods(study: Study) -> np.ndarray:
-    """Return the place in PERIODS of every finished case; -1 where the run does not say."""
+    """Return the index in PERIODS of every finished case; -1 if unknown."""
     if "period" not in study.cases:
         return np.full(len(study.cases), -1, np.int8)
     period = study.cases["period"].to_numpy(float)
@@ -56,20 +56,20 @@ def _periods(study: Study) -> np.ndarray:
 
 
 def _first(conditions: list[np.ndarray], places: list[int], other: int) -> np.ndarray:
-    """Return the place of the first condition that is true in each case, in a byte."""
+    """Return the index of the first true condition in each case, as a byte."""
     return np.select(conditions, list(map(np.int8, places)), np.int8(other))
 
 
 def short_contacts(study: Study, joint: Joint) -> np.ndarray:
-    """Return the share of the window's time that contacts shorter than SHORT take, of every finished case.
+    """Return the share of the window's time in contacts shorter than SHORT, for every finished case.
 
-    NaN where no events were kept, where the crank is free, and of joints that touch at several points.
+    NaN without events, for a free crank, and for joints with several contact points.
     """
     speed = study.base.get("drive", {}).get("speed")
     if "drive.speed" in study.cases:
         speed = study.cases[
             "drive.speed"
-        ].to_numpy()  # of a Series numpy asks for attributes, which pandas seeks in ids
+        ].to_numpy()  # of a Series numpy requests attributes, which pandas looks up in ids
     count, contacts = len(study.cases), study.run.layout.contacts
     blocks = iter(study.run.event_blocks())
     block = next(blocks, None)
@@ -96,7 +96,7 @@ def short_contacts(study: Study, joint: Joint) -> np.ndarray:
 def by_value(study: Study, joint: Joint, axis: Axis) -> tuple[list[str], list[tuple]]:
     """Return the names of shares of time, and a row for each value of an axis.
 
-    A row has the value, its cases, the means of their shares of time, the shares of PERIODS.
+    A row contains the value, the number of its cases, the means of their shares of time, the shares of PERIODS.
     """
     kinds, rows = of_joint(study, joint), []
     times = kinds.shares()

@@ -12,7 +12,7 @@ from .table import Column, Table, counted
 
 
 def of_axis(study: Study, groups: Matched) -> Part:
-    """Return the effect of the laws on an axis on the verdict, all else equal; nothing without limits."""
+    """Return the effect of the laws on an axis on the verdict, all else equal; an empty Part without limits."""
     if verdict.EXCEEDED not in study.cases:
         return Part([], [], [])
     ids = groups.pairs["case_id"]
@@ -27,7 +27,7 @@ def of_axis(study: Study, groups: Matched) -> Part:
 
 
 def _sentence(study: Study, groups: Matched, table: pd.DataFrame) -> str:
-    """Return in how many designs the choice moves the verdict, and where it does so."""
+    """Return a sentence on the number of designs whose verdict depends on the law, and where."""
     moved = table[table.max(axis=1) > table.min(axis=1)]
     designs = wording.count(len(table), "design")
     if moved.empty:
@@ -45,7 +45,7 @@ def _sentence(study: Study, groups: Matched, table: pd.DataFrame) -> str:
 
 
 def _table(groups: Matched, compared: pd.DataFrame) -> Table:
-    """Return, law by law, how many designs exceed a limit, and their margins."""
+    """Return, for each law, the number of designs that exceed a limit, and their margins."""
     rows = []
     for law in groups.axis.values:
         mine = compared[compared["law"] == law]

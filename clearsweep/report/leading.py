@@ -1,4 +1,4 @@
-"""The figure of a joint that leads maps, effects and comparisons, by the question that the grid asks."""
+"""The figure of a joint that leads maps, effects and comparisons, according to the grid."""
 
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
@@ -13,7 +13,7 @@ class Lead(NamedTuple):
 
     figure: str
     name: str
-    smallest: bool = False  # the smallest value is the worst
+    smallest: bool = False  # whether the smallest value is the worst
 
 
 PEAK = Lead("force_peak", "force peak")
@@ -24,9 +24,10 @@ LEADS = {
 
 
 def led_by(layout: Layout, limits: Iterable[Limit], has: Callable[[str], bool], grid: Mapping[str, Any]) -> Lead:
-    """Return the leading figure of a page; of limits the first on a figure of a joint that any case `has`.
+    """Return the leading figure of a page: that of the first limit on a figure of a joint that any case `has`, else a
+    default.
 
-    grid : as run.json contains it.
+    grid : as stored in run.json.
     """
     limits = tuple(limits)
     question = order.lead_of(layout, limits, grid).question

@@ -7,33 +7,33 @@ import numpy as np
 from .axis import Axis
 from .study import Study, grouped
 
-CLEAR_FACTOR = 1.05  # largest over smallest median below which an axis is said to have no clear effect
-CLEAR_CONTRAST = 4.0  # F ratio below which it is
-PASSES = 20  # of the fit of main effects; one is exact where every combination finished
+CLEAR_FACTOR = 1.05  # ratio of largest to smallest median below which an axis has no clear effect
+CLEAR_CONTRAST = 4.0  # F ratio below which it has none
+PASSES = 20  # of the fit of main effects; one is exact if every combination finished
 
 
 class MainEffect(NamedTuple):
-    """The main effect of one axis on one figure, other axes spread over all their values."""
+    """The main effect of one axis on one figure, averaged over all values of the other axes."""
 
     axis: Axis
     column: str
-    medians: np.ndarray  # (values,) SI; NaN where no case finished
+    medians: np.ndarray  # (values,) SI; NaN without a finished case
     low: np.ndarray  # (values,) 10th percentile
     high: np.ndarray  # (values,) 90th percentile
-    share: float  # of the variance of the figure's logarithm, less what chance gives, 0 to 1; NaN: undefined
-    contrast: float  # variance between the values over that which no axis explains (F ratio); NaN: undefined
+    share: float  # of the variance of the figure's logarithm, corrected for chance, 0 to 1; NaN: undefined
+    contrast: float  # variance between the values over the variance not explained by any axis (F ratio); NaN: undefined
 
     def extremes(self) -> tuple[int, int]:
-        """Return the places of the smallest and the largest median."""
+        """Return the indices of the smallest and the largest median."""
         return int(np.nanargmin(self.medians)), int(np.nanargmax(self.medians))
 
     def clear(self) -> bool:
-        """Return whether the axis moves the figure by more than the scatter; by its medians if there is none."""
+        """Return whether the effect of the axis exceeds the scatter; from its medians if there is no scatter."""
         enough = bool(self.factor() >= CLEAR_FACTOR)
         return enough if np.isnan(self.contrast) else enough and self.contrast >= CLEAR_CONTRAST
 
     def factor(self) -> float:
-        """Return the largest over the smallest median; NaN where that is zero or undefined."""
+        """Return the ratio of largest to smallest median; NaN if it is zero or undefined."""
         if not np.isfinite(self.medians).any():
             return np.nan
         smallest, largest = (self.medians[place] for place in self.extremes())
@@ -59,19 +59,20 @@ def _main_effects(study: Study, column: str) -> list[MainEffect]:
 
 
 def explained(values: np.ndarray, places: list[np.ndarray]) -> list[tuple[float, float]]:
-    """Return per axis its share of the variance of log(values), chance taken off, and its F ratio.
+    """Return, for each axis, its share of the variance of log(values), corrected for chance, and its F ratio.
 
-    `places` : per axis the place of each case on it, (cases,).  The scatter is what a sum of all main effects leaves
-    (analysis of variance without interactions); where it leaves no freedom both are NaN.
+    `places` : per axis the index of each case on it, (cases,).  The scatter is the residual of the sum of all main
+    effects
+    (analysis of variance without interactions); without degrees of freedom both are NaN.
     """
     known = np.isfinite(values) & (values > 0.0)
-    rest = np.log(values[known])  # the largest array here, of which there is but one
+    rest = np.log(values[known])  # the largest array here, so there is only one
     groups = [_numbered(place[known]) for place in places]
     freedoms = [int(group.max(initial=0)) for group in groups]
     spare = len(rest) - 1 - sum(freedoms)
     rest -= rest.mean() if len(rest) else 0.0
     total = float(rest @ rest)
-    if spare <= 0 or total <= 1e-20 * len(rest):  # all values the same, but for rounding
+    if spare <= 0 or total <= 1e-20 * len(rest):  # all values equal, except for rounding
         return [(np.nan, np.nan)] * len(places)
     between = [float(np.bincount(group) @ _means(group, rest) ** 2) for group in groups]
     for _ in range(PASSES):
@@ -85,7 +86,7 @@ def explained(values: np.ndarray, places: list[np.ndarray]) -> list[tuple[float,
 
 
 def _numbered(places: np.ndarray) -> np.ndarray:
-    """Return places (from -1) with numbers without gaps, in their order."""
+    """Return indices (from -1) renumbered without gaps, in the same order."""
     return (np.cumsum(np.bincount(places + 1) > 0) - 1).astype(places.dtype)[places + 1]
 
 

@@ -1,4 +1,4 @@
-"""Cases that differ in one law alone, side by side."""
+"""Matched cases, which differ in one law only."""
 
 from typing import NamedTuple
 
@@ -9,13 +9,13 @@ from .study import Study
 
 
 class Matched(NamedTuple):
-    """Cases that differ in one law alone, side by side."""
+    """Matched cases, which differ in one law only."""
 
     axis: Axis
     pairs: pd.DataFrame  # columns group, law, case_id
 
     def table(self, study: Study, column: str) -> pd.DataFrame:
-        """Return a figure (SI) by group and law, of the groups in which at least two laws have it above zero."""
+        """Return a figure (SI) by group and law, for groups with a positive figure under at least two laws."""
         values = study.cases[column].reindex(self.pairs["case_id"]).to_numpy()
         known = self.pairs.assign(value=values)[values > 0.0]
         table = known.pivot_table(index="group", columns="law", values="value", aggfunc="median")
@@ -27,9 +27,10 @@ class Matched(NamedTuple):
 
 
 def matched(study: Study, axis: Axis) -> Matched:
-    """Return the cases that share all swept values but those of one axis.
+    """Return the cases that share all swept values except those of one axis.
 
-    A value that a law does not use keeps no case apart: such a case goes with each that shares what it uses.
+    A value that a law does not use does not separate cases: the case then belongs to every group that shares the
+    others.
     """
     others = [other.path for other in study.swept() if other is not axis]
     codes = pd.DataFrame({path: pd.factorize(study.cases[path])[0] for path in others}, index=study.cases.index)

@@ -1,4 +1,4 @@
-"""The picture of a mechanism, by itself or at the top of a report."""
+"""The picture of a mechanism, alone or at the top of a report."""
 
 import io
 import math
@@ -19,7 +19,7 @@ WIDTH, HIGHEST = 6.4, 4.2  # inches
 
 
 def picture(case: Case) -> Picture | None:
-    """Return the picture of the mechanism of a case, or None if it is none of bodies in a plane."""
+    """Return the picture of the mechanism of a case, or None if it does not consist of bodies in a plane."""
     sketch = simulation.sketch(case)
     if sketch is None:
         return None

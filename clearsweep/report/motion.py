@@ -1,6 +1,6 @@
-"""One case in pictures: its joints, its output with the ideal mechanism, its drive, its contact onsets.
+"""Pictures of one case: its joints, its output with the ideal mechanism, its drive, its contact onsets.
 
-What is drawn is asked of the layout, channel by channel, so a mechanism need not be known here.
+Pictures are chosen from the layout, channel by channel, so no mechanism is known by name.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -22,9 +22,9 @@ from .picture import Picture, capital
 from .study import Joint, Study, resolved
 
 TURN = 2.0 * np.pi
-FLAT, SQUARE = (4.2, 3.3), (4.2, 3.05)  # inches; a square next to a colour bar is as wide as it is high, and fits
-ORBIT = ("x", "y", "force_normal")  # channels of a joint that its orbit is drawn of
-LEVELS = (("force_p99", "p99"), ("force_peak_ideal", "ideal peak"))  # drawn across the force of a joint
+FLAT, SQUARE = (4.2, 3.3), (4.2, 3.05)  # inches; a square next to a colour bar is as wide as it is high
+ORBIT = ("x", "y", "force_normal")  # channels of a joint needed for its orbit
+LEVELS = (("force_p99", "p99"), ("force_peak_ideal", "ideal peak"))  # levels in the picture of a joint's force
 
 
 class History(NamedTuple):
@@ -32,8 +32,8 @@ class History(NamedTuple):
 
     channels: Mapping  # name -> values in SI
     time: np.ndarray  # s
-    angle: np.ndarray | None  # rad, of the drive, from 0 to 2 pi at first, or None if nothing turns
-    first: float = 0.0  # rad, whole turns before that
+    angle: np.ndarray | None  # rad, of the drive, from 0 to 2 pi at first; None without a rotating drive
+    first: float = 0.0  # rad, full turns before that
 
     def values(self, name: str) -> np.ndarray:
         """Return the values (SI) of one channel."""
@@ -42,7 +42,7 @@ class History(NamedTuple):
     def painter(
         self, values: np.ndarray, unit: str, name: str, ideal: np.ndarray | None = None
     ) -> Callable[[Axes], None]:
-        """Return a function that draws a quantity (SI) over the angle of the drive; over time where nothing turns."""
+        """Return a function that draws a quantity (SI) over the angle of the drive, or over time without rotation."""
         angle = self.angle
         if angle is None:
             return lambda ax: motion.over_time(ax, self.time, values, unit, name)
@@ -50,7 +50,7 @@ class History(NamedTuple):
 
 
 class JointHistory(NamedTuple):
-    """A quantity of a joint over the history of a case, and the same without clearance."""
+    """A quantity of a joint over the history of a case, with and without clearance."""
 
     name: str
     unit: str  # SI
@@ -65,7 +65,7 @@ def history(run: StoredRun, case_id: str) -> Mapping | None:
 
 
 def turned(study: Study, case_id: str, path: Mapping) -> np.ndarray | None:
-    """Return the angle (rad) of the drive at every sample of a case, or None if nothing turns."""
+    """Return the angle (rad) of the drive at every sample of a case, or None without rotation."""
     if "crank_angle" in path:
         return np.asarray(path["crank_angle"], float)
     speed = study.value(case_id, "drive.speed")
@@ -80,7 +80,7 @@ def saved_of(study: Study, case_id: str, path: Mapping) -> History:
 
 
 def courses(study: Study, case_id: str, saved: History) -> list[JointHistory]:
-    """Return histories of joint forces, output acceleration and torque, each with that of the ideal mechanism."""
+    """Return the histories of joint forces, output acceleration and torque, each with its ideal."""
     ideal, courses = _ideal(study, case_id, saved), []
     for joint in study.joints:
         if f"joints/{joint.name}/force_normal" not in saved.channels:
@@ -102,7 +102,7 @@ def courses(study: Study, case_id: str, saved: History) -> list[JointHistory]:
 
 
 def pictures(study: Study, case_id: str, path: Mapping) -> list[Picture]:
-    """Return the pictures of one case from its channels, those that its mechanism has."""
+    """Return the pictures of one case from its channels, as far as available."""
     saved = saved_of(study, case_id, path)
     joints = [picture for joint in study.joints for picture in _joint(study, case_id, joint, saved)]
     output = _output(study, case_id, saved)
@@ -110,9 +110,9 @@ def pictures(study: Study, case_id: str, path: Mapping) -> list[Picture]:
 
 
 def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[Picture]:
-    """Return the picture of the closing rates at the contact onsets; [] without events or drive.
+    """Return the picture of the closing rates at contact onsets; [] without events or drive.
 
-    Where the speed is not constant, of the stretch whose samples are saved in `path`.
+    If the speed is not constant, the picture covers the stretch whose samples are saved in `path`.
     """
     speed, time = study.value(case_id, "drive.speed"), np.asarray(events["t"], float)
     start = study.value(case_id, "drive.start_angle") or 0.0
@@ -139,9 +139,9 @@ def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[P
 
 
 def _output(study: Study, case_id: str, saved: History) -> list[Picture]:
-    """Return the output's acceleration and the error of its place, with the ideal mechanism where that is known.
+    """Return the output's acceleration and position error, with the ideal mechanism if available.
 
-    The channel of its place is known by its unit, that of the error.
+    The channel of the position is recognised by its unit, which is that of the error.
     """
     output = study.run.layout.output
     unit = study.unit(study.column("error_max"))
@@ -171,13 +171,13 @@ def _output(study: Study, case_id: str, saved: History) -> list[Picture]:
 
 
 def _acceleration(study: Study, saved: History) -> Column | None:
-    """Return the channel of the output's acceleration: of the unit of its place per s^2."""
+    """Return the channel of the output's acceleration: its unit is that of the position per s^2."""
     unit = f"{study.unit(study.column('error_max'))}/s^2"
     return next((each for each in _of_body(study, saved, study.run.layout.output) if each.unit == unit), None)
 
 
 def _torque(study: Study, case_id: str, saved: History) -> list[Picture]:
-    """Return the torque of the drive, with the ideal mechanism's, where the mechanism has that channel."""
+    """Return the torque of the drive with that of the ideal mechanism, if the mechanism has this channel."""
     ideal, drawn = _ideal(study, case_id, saved), []
     for channel in _own(study, saved):
         if channel.name.endswith("/torque"):
@@ -191,7 +191,7 @@ def _torque(study: Study, case_id: str, saved: History) -> list[Picture]:
 
 
 def _bodies(study: Study, saved: History) -> list[Picture]:
-    """Return the mechanism's own channels, one picture each; a rate is drawn over the place before it."""
+    """Return one picture for each channel of the mechanism; a rate is drawn over the quantity before it."""
     drawn, before = [], None
     for channel in _own(study, saved):
         values, name = saved.values(channel.name), _words(channel)
@@ -206,14 +206,14 @@ def _bodies(study: Study, saved: History) -> list[Picture]:
 
 
 def _portrait(place: Column, rate: Column, saved: History) -> Picture:
-    """Return the phase portrait of a place and its rate."""
+    """Return the phase portrait of a quantity and its rate."""
     over, up = ((saved.values(each.name), each.unit, _words(each)) for each in (place, rate))
     title = f"Phase portrait: {_words(rate)} over {_words(place)}"
     return Picture(title, "", f"{title}.", lambda ax: motion.phase(ax, over, up), SQUARE)
 
 
 def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
-    """Return the orbit of the journal, where it has a plane and its clearance is known, and the normal force."""
+    """Return the orbit of the journal, if it is planar with known clearance, and the normal force."""
     if not all(f"joints/{joint.name}/{name}" in saved.channels for name in ORBIT):
         return _force(study, case_id, joint, saved)
     x, y, force = (saved.values(f"joints/{joint.name}/{name}") for name in ORBIT)
@@ -239,7 +239,7 @@ def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
 
 
 def _force(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
-    """Return the picture of the normal force of a joint; [] where it is not stored."""
+    """Return the picture of the normal force of a joint; [] if it is not stored."""
     channel = f"joints/{joint.name}/force_normal"
     if channel not in saved.channels:
         return []
@@ -253,7 +253,7 @@ def _force(study: Study, case_id: str, joint: Joint, saved: History) -> list[Pic
 
 
 def _unrolled(where: str, curve: tuple[np.ndarray, ...], clearance: float) -> Picture:
-    """Return the gap of a journal over the direction of its centre; course : x, y (m), normal force (N)."""
+    """Return the gap of a journal over the direction of its centre; curve : x, y (m), normal force (N)."""
     x, y, force = curve
     times = motion.magnified(x, y, clearance)
     below = f"; below zero, penetration drawn {times:g} times as deep" if times > 1.0 else ""
@@ -281,7 +281,7 @@ def _in_space(study: Study, case_id: str, joint: Joint, saved: History) -> list[
 
 
 def _straight(study: Study, joint: Joint) -> bool:
-    """Return whether a joint is a gap on a line or a guide: no journal goes round in it."""
+    """Return whether a joint is a gap on a line or a guide, without orbit."""
     if "height" in (dig(study.base, f"joints.{joint.title}") or {}):
         return True
     mechanism = simulation.catalogue().mechanism(study.mechanism)
@@ -290,7 +290,7 @@ def _straight(study: Study, joint: Joint) -> bool:
 
 
 def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]:
-    """Return the forces with which the history of a case is compared: name, N."""
+    """Return the reference forces of the history of a case: name, N."""
     if study.cases.place(case_id) < 0:
         return []
     columns = [(name, joint.column(figure)) for figure, name in LEVELS]
@@ -299,7 +299,7 @@ def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]
 
 
 def _ideal(study: Study, case_id: str, saved: History) -> simulation.IdealMotion | None:
-    """Return the mechanism without clearance at the samples of a case, or None if it has no ideal, or is not known."""
+    """Return the ideal mechanism at the samples of a case, or None if there is none or it is unknown."""
     if saved.angle is None:
         return None
     try:
@@ -310,7 +310,7 @@ def _ideal(study: Study, case_id: str, saved: History) -> simulation.IdealMotion
 
 
 def _own(study: Study, saved: History) -> list[Column]:
-    """Return the channels of the mechanism, those of its joints and the time left out."""
+    """Return the channels of the mechanism, without those of its joints and the time."""
     channels = [each for each in study.run.layout.channels if each.name in saved.channels and each.name != TIME]
     return [each for each in channels if not each.name.startswith("joints/")]
 
@@ -330,5 +330,5 @@ def _most(values: np.ndarray, unit: str) -> str:
 
 
 def most_of(histories: Iterable[np.ndarray], unit: str) -> list[str]:
-    """Return the largest magnitudes of histories that are compared, all in one unit."""
+    """Return the largest magnitudes of compared histories, all in one unit."""
     return wording.in_common_unit((float(np.abs(values).max()) for values in histories), unit)

@@ -1,4 +1,4 @@
-"""Measured signals compared with computed ones: the nearest case, the offset of the crank angle."""
+"""Comparison of measured and computed signals: the nearest case, the offset of the crank angle."""
 
 from collections.abc import Mapping
 from os import PathLike
@@ -11,27 +11,27 @@ from ..judging import features
 from ..language.errors import InputError
 from .study import Study
 
-LEAST_TURNS = 3  # revolutions that have to be measured
-MOST_CASES = 200  # that are compared: of more, those spread evenly
-ACCELERATION = "acceleration"  # in a head: that of the output body
+LEAST_TURNS = 3  # revolutions required in a measurement
+MOST_CASES = 200  # compared cases; of more, evenly spaced ones
+ACCELERATION = "acceleration"  # header of the output body's acceleration
 
 
 class Laid(NamedTuple):
-    """One measured signal compared with that of a case; SI."""
+    """One measured signal and the computed one of a case; SI."""
 
     channel: str
     unit: str
     file: str
     case_id: str
     compared: int  # cases
-    measured: np.ndarray  # (turns, samples of a revolution), its crank angle put right
+    measured: np.ndarray  # (turns, samples of a revolution), with corrected crank angle
     computed: np.ndarray  # the same of the case
-    angle: float  # rad, by which the measured angle was off
+    angle: float  # rad, offset of the measured angle
     misfit: float  # rms of the difference of the mean revolutions over the rms measured
 
 
 def lay(study: Study, file: str | PathLike) -> list[Laid]:
-    """Return the signals of a file with those of the nearest case; InputError where they cannot be compared."""
+    """Return the signals of a file with those of the nearest case; raise InputError if they cannot be compared."""
     units = {channel.name: channel.unit for channel in study.run.layout.stored if channel.unit}
     units.pop("t", None)
     names = {name: name for name in units} | _short(units)
@@ -53,13 +53,13 @@ def lay(study: Study, file: str | PathLike) -> list[Laid]:
 
 
 def _short(units: Mapping[str, str]) -> dict[str, str]:
-    """Return a short name of a signal -> its channel."""
+    """Return short name of a signal -> its channel."""
     channels = [name for name in ("slider/a", "output/a", "rocker/a") if name in units]
     return {ACCELERATION: channels[0]} if channels else {}
 
 
 def _angle(signals: measured.Measured, crank_angle: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return the crank angles (rad) of measured samples, by the mean speed of a case where they are over time."""
+    """Return the crank angles (rad) of measured samples; of samples over time, from the mean speed of a case."""
     if signals.over == "crank_angle":
         return signals.places
     return signals.places * (crank_angle[-1] - crank_angle[0]) / (times[-1] - times[0])
@@ -68,7 +68,7 @@ def _angle(signals: measured.Measured, crank_angle: np.ndarray, times: np.ndarra
 def _beside(
     angle: np.ndarray, values: np.ndarray, crank_angle: np.ndarray, computed: np.ndarray, signals: measured.Measured
 ) -> tuple[np.ndarray, np.ndarray, float, float]:
-    """Return the revolutions measured and computed, the angle (rad) between them, and the misfit."""
+    """Return the measured and computed revolutions, the angle (rad) between them, and the misfit."""
     orders = features.common_band(features.density(angle), features.density(crank_angle))
     turns = features.revolutions(angle, values, 0.0, orders)
     if len(turns) < LEAST_TURNS:
@@ -81,7 +81,7 @@ def _beside(
         raise InputError(f"{signals.file}: the cases have less than a revolution saved; write save: {{revolutions: 2}}")
     lag = features.shift(turns.mean(axis=0), own.mean(axis=0))
     turns = np.roll(turns.ravel(), -lag).reshape(turns.shape)
-    turns = turns[:-1] if lag else turns  # the last one has the beginning of the first
+    turns = turns[:-1] if lag else turns  # the last one contains the start of the first
     mean = turns.mean(axis=0)
     size = float(np.sqrt(((mean - mean.mean()) ** 2).mean()))
     off = float(np.sqrt(((mean - own.mean(axis=0)) ** 2).mean()))

@@ -1,4 +1,4 @@
-"""The report: one self-contained HTML file; its tables and its pictures as files."""
+"""The report: one self-contained HTML file; its tables and pictures as files."""
 
 import itertools
 from os import PathLike
@@ -19,7 +19,7 @@ from .study import Study
 
 
 class Page(NamedTuple):
-    """A page before it is written: its name, its kind, the axes that vary, its sections."""
+    """A page before writing: its name, its kind, the varying axes, its sections."""
 
     name: str
     kind: str
@@ -28,7 +28,7 @@ class Page(NamedTuple):
     parts: list[Section]
 
     def write(self, out: Path) -> Path:
-        """Write the page as one self-contained HTML file; the same run gives the same bytes."""
+        """Write the page as one self-contained HTML file; the bytes depend only on the run."""
         durable.check_regular(out)  # before the work
         with phases.phase("drawing the report"):
             return save(self.text(), out)
@@ -49,7 +49,7 @@ class Page(NamedTuple):
         )
 
     def _more(self) -> list[tuple[str, list[Section]]]:
-        """Return the sections that are folded, by subject."""
+        """Return the folded sections, by subject."""
         folded = [section for section in self.parts if section.subject]
         subjects = dict.fromkeys(section.subject for section in folded)
         return [(subject, [each for each in folded if each.subject == subject]) for subject in subjects]
@@ -57,7 +57,7 @@ class Page(NamedTuple):
     def write_tables(self, directory: Path) -> list[Path]:
         """Write the tables of every section into a directory; return the files.
 
-        Each as CSV, all of it in SI with units in the head, and as Markdown, as the page shows it.
+        Each table is written as CSV, in SI with units in the header, and as Markdown, as shown on the page.
         """
         directory.mkdir(parents=True, exist_ok=True)
         return [file for section in self.parts for table in section.tables for file in table.write(directory)]
@@ -69,7 +69,7 @@ class Page(NamedTuple):
 
 
 def of(study: Study, measured: str | PathLike | None = None) -> Page:
-    """Return the page of a run, with the signals of a file `measured` over the computed ones."""
+    """Return the page of a run, with the signals of a file `measured` compared with the computed ones."""
     laid = [overlay.section(study, lay(study, measured))] if measured else []
     record = study.run.grid
     return Page(
@@ -82,8 +82,8 @@ def of(study: Study, measured: str | PathLike | None = None) -> Page:
 
 
 def fill(template: str, *, count: int = 0, **content: object) -> str:
-    """Return a template of this package filled with content; text is escaped, pictures, `count` of them, are drawn."""
-    numbers = itertools.count(1)  # so that the ids inside one SVG never meet those of another
+    """Return a template of this package filled with content; text is escaped, `count` pictures are drawn."""
+    numbers = itertools.count(1)  # so that ids in different SVGs are distinct
 
     def drawing(picture: Picture) -> Markup:
         number = next(numbers)
@@ -103,12 +103,12 @@ def fill(template: str, *, count: int = 0, **content: object) -> str:
 
 
 def save(text: str, out: Path) -> Path:
-    """Write a page so that it is either all there or not at all; return its path."""
+    """Write a page atomically; return its path."""
     out.parent.mkdir(parents=True, exist_ok=True)
     durable.replace(out, text.encode())
     return out
 
 
 def _form(block: Block) -> str:
-    """Return the name of the macro that writes a block."""
+    """Return the name of the macro for a block."""
     return type(block).__name__.lower()

@@ -7,25 +7,28 @@ import numpy as np
 
 from .sensitivity import LEVEL, Estimate
 
-EXACT = 3000  # comparisons up to which the chance of orders is counted; of more it is taken as normal
+EXACT = 3000  # comparisons up to which the distribution of orders is exact; above, it is approximated as normal
 
 
 def power(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
     """Return the exponent of `x` in the trend of a figure, its interval, and the number of pairs of cases.
 
-    The power is the median slope of log figure over log x of all pairs of a row; the interval contains what the orders
-    within the rows do not contradict (Sen 1968, J. Am. Stat. Assoc. 63:1379; several rows as blocks: Hirsch, Slack &
-    Smith 1982, Water Resour. Res. 18:107).  It needs that without a trend every order of a row is as likely, and that
-    rows do not depend on each other.
+    The power is the median slope of log figure over log x of all pairs of a row; the interval contains the slopes that
+    the
+    orders within the rows do not reject (Sen 1968, J. Am. Stat. Assoc. 63:1379; several rows as blocks: Hirsch, Slack &
+    Smith 1982, Water Resour. Res. 18:107).  The method assumes that without a trend every order of a row is equally
+    likely,
+    and that rows are independent.
 
     Parameters
     ----------
-    x : (values,) above 0, each another
-    table : (rows, values) the figure above 0 where all but x is equal in a row, NaN where it is not known
+    x : (values,) above 0, distinct
+    table : (rows, values) the positive figure where all but x is equal in a row, NaN where unknown
 
     Returns
     -------
-    power : Estimate, NaN without a pair; its ends NaN where there are too few pairs for an interval
+    power : Estimate, NaN without a pair; its ends NaN with too few pairs for an interval
+
     """
     logs, at = np.log(table), np.log(np.asarray(x, float))
     powers = [(logs[:, k] - logs[:, j]) / (at[k] - at[j]) for j, k in itertools.combinations(range(len(at)), 2)]
@@ -40,9 +43,9 @@ def power(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
 
 
 def _left_out(sizes: np.ndarray) -> int:
-    """Return how many of the ordered slopes lie beyond each end of the interval, -1 where it has no ends.
+    """Return the number of ordered slopes beyond each end of the interval, -1 without ends.
 
-    Of n values without a trend, the pairs in falling order are as many as the inversions of a permutation.
+    The number of descending pairs of n values without a trend is distributed like the inversions of a permutation.
     """
     tail = 0.5 * (1.0 - LEVEL)
     if (sizes * (sizes - 1) // 2).sum() > EXACT:
@@ -53,6 +56,6 @@ def _left_out(sizes: np.ndarray) -> int:
         return int(0.5 * pairs + norm.ppf(tail) * spread - 0.5)
     chances = np.ones(1)
     for size in sizes:
-        for joined in range(2, size + 1):  # the last of `joined` values is at any place as likely
+        for joined in range(2, size + 1):  # the last of `joined` values has any rank with equal probability
             chances = np.convolve(chances, np.full(joined, 1.0 / joined))
     return int(np.searchsorted(np.cumsum(chances), tail, side="right")) - 1

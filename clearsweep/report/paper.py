@@ -1,4 +1,4 @@
-"""The figures of a page as files for a paper, as wide as its column or its page, with embedded fonts."""
+"""The figures of a page as files for a paper, with the width of its column or page, and embedded fonts."""
 
 import contextlib
 import io
@@ -20,20 +20,20 @@ from .section import Section
 from .table import in_markdown
 
 FORMS = ("svg", "pdf", "png")
-COLUMN, PAGE = 85.0, 170.0  # mm: what most journals set a figure in
+COLUMN, PAGE = 85.0, 170.0  # mm, usual widths of figures in journals
 WIDTHS = {"auto": None, "85": COLUMN, "170": PAGE}
-LARGEST_TEXT = 8.0 / 9.0  # scale from the page, whose text has 9 points, to the 6 to 8 points that journals ask for
-HIGHEST = 110.0  # mm, height of a figure as wide as a page, unless its rows need more
+LARGEST_TEXT = 8.0 / 9.0  # scale from the page, whose text has 9 points, to the 6 to 8 points that journals require
+HIGHEST = 110.0  # mm, height of a figure of page width, unless its rows need more
 DOTS = 600  # per inch, in PNG files and in images inside the other formats
 INCH = 25.4  # mm
 INDEX = "figures.md"
-#: Letters of an SVG are outlines and those of a PDF an embedded TrueType font, as journals ask for.
+#: Letters are outlines in an SVG and an embedded TrueType font in a PDF, as journals require.
 FONTS: dict[Any, Any] = {"svg.fonttype": "path", "pdf.fonttype": 42, "svg.hashsalt": "paper"}
 NO_DATE: dict[str, dict] = {
     "svg": {"Date": None},
     "pdf": {"CreationDate": None},
     "png": {},
-}  # the same run gives the same bytes
+}  # the bytes depend only on the run
 
 
 class Wanted(NamedTuple):
@@ -67,7 +67,7 @@ def write(sections: Iterable[Section], wanted: Wanted) -> list[Path]:
 
 
 def named(sections: Iterable[Section]) -> list[tuple[str, Picture]]:
-    """Return (name, picture) of every picture; names are unique, from the section's key, the part and the title."""
+    """Return (name, picture) of every picture; unique names consist of the section's key, the part and the title."""
     pictures: dict[str, Picture] = {}
     for section in sections:
         for part, picture in section.pictures:

@@ -1,4 +1,4 @@
-"""Opens an unfinished run: its finished cases are put together as if it had ended with them."""
+"""Opens an unfinished run: its finished cases are assembled as if it had ended with them."""
 
 import dataclasses
 import shutil
@@ -22,9 +22,9 @@ Run = TypeVar("Run", bound=store.StoredRun)
 def gathered(
     directory: Path, opened: Callable[[Path, Path], Run], catalogue: Callable[[], Catalogue] = simulation.catalogue
 ) -> Run:
-    """Return what `opened` makes of a directory and of the place where its finished cases are put together.
+    """Return the result of `opened` for a directory and a place where its finished cases are assembled.
 
-    Raises DirectoryError where no case is finished.
+    Raise DirectoryError without a finished case.
     """
     folder = Path(tempfile.mkdtemp(prefix="clearsweep-"))
     try:
@@ -39,7 +39,7 @@ def gathered(
 
 
 def _gather(directory: Path, place: Path, catalogue: Catalogue) -> None:
-    """Write the run of the cases that a directory has so far to `place`."""
+    """Write the run of the cases finished so far in a directory to `place`."""
     record, source = store.read_record(directory), store.RunDirectory(directory)
     source.look()
     if not source.batches:

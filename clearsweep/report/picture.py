@@ -40,21 +40,21 @@ STYLE: dict[Any, Any] = {
 }
 
 
-COLUMN = 4.2  # inches, up to which a picture is made for one column
-LONG = 1000  # characters of a curve's coordinates
-#: Colours of a drawing -> those of the page, which has others in its dark theme.
+COLUMN = 4.2  # inches, largest width of a picture in one column
+LONG = 1000  # characters of a curve's coordinates above which they are rounded more
+#: Colours of a drawing -> colour variables of the page, which has a dark theme.
 THEMED = {INK: "--ink", GREY: "--soft", PALE: "--line", BLUE.lower(): "--curve", "#ffffff": "--paper"}
-THEMED["#f3f6f9"] = "--tint"  # the room of a journal
+THEMED["#f3f6f9"] = "--tint"  # the area of a journal
 _COLOUR = re.compile(rf"((?:fill|stroke): )({'|'.join(THEMED)})\b")
-_LETTERS = re.compile(r"(?<=; fill: )#ffffff(?=\")")  # white ones are on a dark cell of a map in any theme
-PLAYED = 8  # s, that dots take for their way
+_LETTERS = re.compile(r"(?<=; fill: )#ffffff(?=\")")  # white text on a dark cell of a map, in any theme
+PLAYED = 8  # s, duration of a dot's movement
 ToPoints = Callable[[Any], np.ndarray]  # places in a picture's own units -> points from its upper left corner, (n, 2)
 
 
 class Sheet(FigureCanvasBase):
-    """What a picture is drawn on before it is saved: it asks one renderer for the sizes of all texts of all pictures.
+    """The canvas of a picture before it is saved, with one renderer for the text sizes of all pictures.
 
-    A renderer remembers the sizes that it was asked for, and pictures of a page have most of their texts in common.
+    A renderer caches text sizes, and the pictures of a page share most of their texts.
     """
 
     def get_renderer(self) -> RendererAgg:
@@ -68,16 +68,16 @@ def _measure(dpi: float) -> RendererAgg:
 
 
 class Spot(NamedTuple):
-    """A place of a picture that says what is there, and leads to its case; in the picture's own units."""
+    """A region of a picture with a tooltip and a link to its case; in the picture's own units."""
 
-    low: tuple[float, float]  # its lower left corner
+    low: tuple[float, float]  # lower left corner
     high: tuple[float, float]
     text: str
     case_id: str = ""  # '': several cases, or none
 
 
 class Dot(NamedTuple):
-    """A dot that moves over a picture once it is clicked, evenly from place to place; in the picture's own units."""
+    """A dot that moves over a picture when it is clicked, at constant pace; in the picture's own units."""
 
     points: np.ndarray  # (n, 2)
     colour: str
@@ -88,22 +88,22 @@ class Picture(NamedTuple):
 
     title: str
     caption: str
-    alt: str  # what a reader who cannot see it should know
+    alt: str  # alternative text for readers who cannot see it
     paint: Callable[[Any], None]
     size: tuple[float, float] = (4.2, 3.1)  # inches
     projection: str | None = None  # 'polar', '3d'; None: a plane
     spots: tuple[Spot, ...] = ()
     dots: tuple[Dot, ...] = ()
-    played: bool = False  # the player of a page shows it, too
+    played: bool = False  # whether the player of a page also shows it
 
     @property
     def wide(self) -> bool:
-        """Return whether it is too wide for one column, of a page or of a journal."""
+        """Return whether it is too wide for one column of a page or a journal."""
         return self.size[0] > COLUMN
 
 
 def drawn(picture: Picture) -> tuple[Figure, Axes]:
-    """Return a picture on a sheet of its size, and the axes that it is painted on."""
+    """Return a picture on a canvas of its size, and its axes."""
     figure = Figure(figsize=picture.size, dpi=150, layout="constrained")
     Sheet(figure)
     axes = figure.subplots(subplot_kw={"projection": picture.projection})
@@ -112,7 +112,7 @@ def drawn(picture: Picture) -> tuple[Figure, Axes]:
 
 
 def lay_out(figure: Figure) -> None:
-    """Give everything on a sheet its place, once: to save a sheet with a layout is to draw it twice."""
+    """Lay out a canvas once: saving with a layout engine would draw it twice."""
     engine = figure.get_layout_engine()
     assert engine is not None
     engine.execute(figure)
@@ -120,7 +120,7 @@ def lay_out(figure: Figure) -> None:
 
 
 def svg(picture: Picture, key: str) -> str:
-    """Return a picture as an SVG element for a page: no metadata, every id begun with `key`, labelled by its text."""
+    """Return a picture as an SVG element for a page: no metadata, ids prefixed with `key`, labelled by its text."""
     try:
         text, at = _plotted(picture, key)
     except plot.UnsupportedError:
@@ -130,12 +130,12 @@ def svg(picture: Picture, key: str) -> str:
         text = text.removesuffix("\n").removesuffix("</svg>") + _places(picture.spots, at) + "</svg>\n"
     if picture.dots:
         text = text.removesuffix("\n").removesuffix("</svg>") + _moving(picture, at, key) + "</svg>\n"
-    role = "group" if any(spot.case_id for spot in picture.spots) else "img"  # an image contains nothing to click
+    role = "group" if any(spot.case_id for spot in picture.spots) else "img"  # an image contains no links
     return text.replace("<svg ", f'<svg role="{role}" aria-label="{html.escape(picture.alt)}" ', 1)
 
 
 def _plotted(picture: Picture, key: str) -> tuple[str, ToPoints]:
-    """Return a picture as SVG by axes of our own, and where its points are."""
+    """Return a picture as SVG drawn by `plot`, and the mapping of its points."""
     sheet = plot.sheet_of(picture.size, picture.projection)
     picture.paint(sheet.axes)
     text, box = sheet.svg(key)
@@ -148,7 +148,7 @@ def _plotted(picture: Picture, key: str) -> tuple[str, ToPoints]:
 
 
 def _by_matplotlib(picture: Picture, key: str) -> tuple[str, ToPoints]:
-    """Return the same by matplotlib, which draws everything: in space, with arrows or thousands of points."""
+    """Return a picture as SVG drawn by matplotlib, for spatial ones, arrows or thousands of points, and its mapping."""
     with rc_context({**STYLE, "svg.hashsalt": key}):
         figure, axes = drawn(picture)
         lay_out(figure)
@@ -169,7 +169,7 @@ def _by_matplotlib(picture: Picture, key: str) -> tuple[str, ToPoints]:
 
 
 def _places(spots: tuple[Spot, ...], at: ToPoints) -> str:
-    """Return spots as elements of an SVG; at : places in the picture's own units -> points from the upper left."""
+    """Return spots as SVG elements; at : positions in the picture's own units -> points from the upper left."""
     elements = []
     for spot in spots:
         (left, bottom), (right, top) = at([spot.low, spot.high])
@@ -182,12 +182,12 @@ def _places(spots: tuple[Spot, ...], at: ToPoints) -> str:
 
 
 def capital(name: str) -> str:
-    """Return a name as a title begins with it; symbols, 'p99' and 'pV', stay as they are."""
+    """Return a name with a capital, for a title; symbols, 'p99' and 'pV', are not changed."""
     return name if name.startswith(("p99", "pV")) else f"{name[0].upper()}{name[1:]}"
 
 
 def _rounded(attribute: re.Match[str]) -> str:
-    """Return coordinates rounded to a hundredth of a point, those of long curves, most of a page, to a tenth."""
+    """Return coordinates rounded to a hundredth of a point; those of long curves, most of a page, to a tenth."""
     digits = 1 if len(attribute[0]) > LONG else 2
     return re.sub(
         rf"\d+\.\d{{{digits + 1},}}",
@@ -197,12 +197,12 @@ def _rounded(attribute: re.Match[str]) -> str:
 
 
 def _themed(colour: re.Match[str]) -> str:
-    """Return a colour of a style as the page has it in its present theme."""
+    """Return a colour of a style as a colour variable of the page."""
     return f"{colour[1]}var({THEMED[colour[2]]}, {colour[2]})"
 
 
 def _moving(picture: Picture, at: ToPoints, key: str) -> str:
-    """Return the dots of a picture as SVG: they run once over their places when the picture is clicked."""
+    """Return the dots of a picture as SVG: they move once over their positions when the picture is clicked."""
     (width, height), parts = (72.0 * side for side in picture.size), []
     for dot in picture.dots:
         courses = dict(zip(("cx", "cy"), at(dot.points).T, strict=True))

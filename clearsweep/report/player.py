@@ -1,4 +1,4 @@
-"""One case in motion: the histories that the player of a page needs."""
+"""Data of the player of a page, which shows one case in motion."""
 
 from collections.abc import Mapping
 
@@ -13,14 +13,14 @@ from .motion import ORBIT, History, courses, saved_of
 from .section import Interactive
 from .study import Study, resolved
 
-ROUNDING = 1e-12  # of the largest value of a curve: such a torque at a dead centre is none
-MOST = 3000  # samples: of longer histories those round the largest force
-DEEPEST = 0.25  # of the clearance, as deep as the deepest penetration is drawn
+ROUNDING = 1e-12  # of the largest value of a curve: smaller values, such as a torque at a dead centre, are rounding
+MOST = 3000  # samples: longer histories are cut to those around the largest force
+DEEPEST = 0.25  # of the clearance: drawn height of the deepest penetration
 WITHOUT = "The motion needs scripts; clearsweep show DIR CASE draws it without."
 
 
 def of(study: Study, case_id: str, path: Mapping) -> Interactive | None:
-    """Return a case's motion for the player, or None if nothing turns, no picture is known or channels are missing."""
+    """Return the data of a case for the player, or None without rotation, picture or complete channels."""
     if not all(f"joints/{joint.name}/{name}" in path for joint in study.joints for name in ORBIT):
         return None
     saved, sketch = saved_of(study, case_id, path), _sketch(study, case_id)
@@ -39,7 +39,7 @@ def of(study: Study, case_id: str, path: Mapping) -> Interactive | None:
 
 
 def _part(study: Study, path: Mapping) -> slice:
-    """Return which samples are shown."""
+    """Return the slice of displayed samples."""
     force = np.asarray(path[f"joints/{study.hardest_joint().name}/force_normal"], float)
     if len(force) <= MOST:
         return slice(None)
@@ -48,7 +48,7 @@ def _part(study: Study, path: Mapping) -> slice:
 
 
 def _sketch(study: Study, case_id: str) -> simulation.Sketch | None:
-    """Return the mechanism of a case as it starts, or None if it has no picture, or is of another version."""
+    """Return the mechanism of a case at its start, or None without picture or for another version."""
     try:
         return simulation.sketch(resolved(study, [case_id])[0])
     except InputError:
@@ -56,9 +56,9 @@ def _sketch(study: Study, case_id: str) -> simulation.Sketch | None:
 
 
 def _bodies(sketch: simulation.Sketch, path: Mapping) -> list[dict]:
-    """Return the moving bodies: points relative to the centre of mass as they start, place and angle over time.
+    """Return the moving bodies: points relative to the centre of mass at the start, position and angle over time.
 
-    [] where one has no channels.
+    [] if a body has no channels.
     """
     bodies = []
     for body in sketch.bodies:
@@ -103,7 +103,7 @@ def _joints(study: Study, case_id: str, path: Mapping, part: slice) -> list[dict
 
 
 def _without_rounding(values: np.ndarray) -> np.ndarray:
-    """Return values whose size is that of rounding errors, next to the largest of them, as 0."""
+    """Return values, with those within the rounding error of the largest set to 0."""
     clean: np.ndarray = np.where(np.abs(values) < ROUNDING * np.nanmax(np.abs(values), initial=0.0), 0.0, values)
     return clean
 

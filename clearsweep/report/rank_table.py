@@ -1,4 +1,4 @@
-"""The table of what drives a random sample: rank correlations, and how likely limits are exceeded in either half."""
+"""Table of the variables that drive a random sample: rank correlations, chance of exceeding limits in either half."""
 
 import itertools
 
@@ -20,11 +20,11 @@ from .sensitivity import Estimate, Setting
 from .study import Study
 from .table import Column, Quantity, Table
 
-LEAST = 8  # cases: correlations of fewer say nothing
+LEAST = 8  # cases: correlations of fewer are meaningless
 
 
 def rank_table(study: Study, samples: list[Setting]) -> Table:
-    """Return how each figure goes with each drawn variable, the strongest first; no rows from too few cases."""
+    """Return rank correlations of each figure with each drawn variable, the strongest first; none for few cases."""
     names = variables(study)
     drawn = {path: np.asarray(values, float) for path, values in study.run.grid["sample"]["drawn"].items()}
     limited = bool(study.run.grid.get("limits"))
@@ -53,9 +53,9 @@ def rank_table(study: Study, samples: list[Setting]) -> Table:
 
 
 def correlations(study: Study, sample: Setting, column: str) -> list[tuple[str, Estimate, Estimate]]:
-    """Return variable, rank correlation with a figure, and that with the others fixed, the strongest first.
+    """Return variable, rank correlation with a figure, and partial rank correlation, the strongest first.
 
-    [] of too few cases, and of a figure that does not vary.
+    [] with too few cases, and for a constant figure.
     """
     values, rows = sample.figures[column], []
     known = np.isfinite(values)

@@ -1,6 +1,6 @@
-"""Which drawn variable goes with a figure: rank correlations, alone and with the others fixed, and their intervals.
+"""Rank correlations of drawn variables with a figure, simple and partial, and their intervals.
 
-Ranks ask only whether the figure rises with the variable, by whatever law, so that one large peak does not decide.
+Ranks only measure whether the figure increases with the variable, so that a single large peak has little weight.
 """
 
 import math
@@ -13,7 +13,7 @@ BEYOND = 1.959963984540054  # standard deviations: 95 % of a normal distribution
 
 
 def ranks(values: np.ndarray) -> np.ndarray:
-    """Return the ranks of values (n,), equal ones sharing theirs."""
+    """Return the ranks of values (n,); equal values share a rank."""
     from scipy.stats import rankdata
 
     ranked: np.ndarray = rankdata(values)
@@ -23,13 +23,13 @@ def ranks(values: np.ndarray) -> np.ndarray:
 def rank_correlation(x: np.ndarray, y: np.ndarray) -> Estimate:
     """Return Spearman's rank correlation and its 95 % interval (Bonett & Wright 2000, Psychometrika 65:23).
 
-    NaN where one of them does not vary, or of fewer than five.
+    NaN if one of them is constant, or with fewer than five values.
     """
     return _estimate(_correlation(ranks(x), ranks(y)), len(x), 0)
 
 
 def partial_rank_correlation(x: np.ndarray, y: np.ndarray, others: list[np.ndarray]) -> Estimate:
-    """Return the same of what is left of both ranks once `others`, in ranks, have explained what they can linearly.
+    """Return the rank correlation of the residuals of both ranks after linear regression on the ranks `others`.
 
     Iman, Shortencarier & Johnson 1985 (SAND85-0044): PRCC.
     """

@@ -1,4 +1,4 @@
-"""Restitution asked for and given back, law by law."""
+"""Specified and effective restitution of laws."""
 
 from typing import NamedTuple
 
@@ -18,17 +18,17 @@ from .section import Part
 from .study import Joint, Study, joint_of, resolved
 from .table import Column, Quantity, Table
 
-MOST = 5  # values of the restitution that are shown at most, evenly from the least to the largest
-ALIKE = 5e-4  # restitutions closer than this are the same
+MOST = 5  # largest number of displayed values of the restitution, evenly spaced
+ALIKE = 5e-4  # smaller differences of restitution count as equal
 
 
 class Returned(NamedTuple):
-    """What one law gives back of a free impact."""
+    """Effective restitution of a law in a free impact."""
 
     law: str
-    wanted: float  # NaN where the law takes none
-    given: float  # NaN where mass and speed decide
-    measured: float  # median of the cases; NaN where none measures it
+    wanted: float  # NaN for a law without this parameter
+    given: float  # NaN if it depends on mass and speed
+    measured: float  # median of the cases; NaN without measurement
 
 
 def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
@@ -57,7 +57,7 @@ def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
 
 
 def _points(study: Study, axis: Axis, joint: Joint) -> pd.DataFrame:
-    """Return law and restitution asked for, case by case."""
+    """Return law and specified restitution of each case."""
     path = f"joints.{joint.title}.contact.restitution"
     wanted = study.cases[path] if path in study.cases else dig(study.base, path)
     points = pd.DataFrame({"law": study.cases[axis.path], "wanted": wanted}, index=study.cases.index)
@@ -65,7 +65,7 @@ def _points(study: Study, axis: Axis, joint: Joint) -> pd.DataFrame:
 
 
 def _shown(wanted: pd.Series) -> np.ndarray:
-    """Return the values of the restitution that are shown, MOST of them at most."""
+    """Return the displayed values of the restitution, at most MOST."""
     known = np.sort(wanted.dropna().unique())
     if not len(known):
         return known
@@ -73,7 +73,7 @@ def _shown(wanted: pd.Series) -> np.ndarray:
 
 
 def _measured(study: Study, points: pd.DataFrame, joint: Joint, law: str, wanted: float) -> float:
-    """Return the median of what the cases of a law measured, NaN where none did."""
+    """Return the median of the measured restitution of the cases of a law, NaN without measurement."""
     if not study.has(joint.column("restitution")):
         return np.nan
     alike = points["wanted"].isna() if np.isnan(wanted) else points["wanted"] == wanted
@@ -98,7 +98,7 @@ def _table(study: Study, axis: Axis, joint: Joint, rows: list[Returned]) -> Tabl
 
 
 def _sentences(rows: list[Returned]) -> list[str]:
-    """Return how far apart laws are that are asked for the same restitution, at the value where they are farthest."""
+    """Return sentences on the largest difference between laws with the same specified restitution."""
     spans = []
     for wanted in {row.wanted for row in rows if not np.isnan(row.wanted)}:
         known = [row for row in rows if row.wanted == wanted and not np.isnan(row.given)]

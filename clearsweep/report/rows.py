@@ -1,4 +1,4 @@
-"""Cases of a run as a table whose columns are read when they are asked for: of a million cases a page needs a few."""
+"""Cases of a run as a table whose columns are read on demand: a page needs only a few of a million cases."""
 
 import bisect
 from collections import OrderedDict
@@ -12,11 +12,11 @@ from ..grid import Definitions
 from ..store import StoredRun
 
 Found = TypeVar("Found")
-KEPT = 3_000_000  # values in memory, of the columns asked for last: of a million cases three, of 8 MB each
+KEPT = 3_000_000  # values in memory, of the latest columns: of a million cases three, of 8 MB each
 
 
 class Rows:
-    """Some cases of a run by case_id, ascending: numbers as float64, NaN where nothing was computed.
+    """Some cases of a run by case_id, ascending: numbers as float64, NaN for missing values.
 
     It reads like a DataFrame: `rows[column]`, `rows.at[case_id, column]`, `column in rows`, `rows.index`.
     """
@@ -29,7 +29,7 @@ class Rows:
         texts: set[str],
         derived: Mapping[str, Callable[["Rows"], pd.Series]] | None = None,
     ) -> None:
-        """Take the case_id of all rows of a summary, which are `chosen`, its columns of words, and what is computed."""
+        """Take the case_id of all rows of a summary, the `chosen` rows, its text columns, and the computed columns."""
         self._run, self._texts, self._derived = run, texts, derived or {}
         self.chosen = chosen  # (rows of the summary,)
         self._chosen = slice(None) if chosen.all() else chosen
@@ -46,7 +46,7 @@ class Rows:
         return column in self._names
 
     def __getitem__(self, column: str) -> pd.Series:
-        """Return a column; a KeyError where there is none."""
+        """Return a column; raise KeyError if it is missing."""
         if column in self._kept:
             self._kept.move_to_end(column)
             return self._kept[column]
@@ -59,7 +59,7 @@ class Rows:
         return values
 
     def get(self, column: str, default: Any) -> Any:
-        """Return a column, or `default` where there is none."""
+        """Return a column, or `default` if it is missing."""
         if column in self:
             return self[column]
         return default
@@ -72,37 +72,37 @@ class Rows:
 
     @property
     def empty(self) -> bool:
-        """Return whether there is no case."""
+        """Return whether there are no cases."""
         return not len(self)
 
     @property
     def at(self) -> "_At":
-        """Return what gives the value of one case by `[case_id, column]`."""
+        """Return an indexer of one value by `[case_id, column]`."""
         return _At(self)
 
     def place(self, case_id: str) -> int:
-        """Return the row of a case, -1 where it is not among them."""
+        """Return the row of a case, -1 if it is not among them."""
         place = bisect.bisect_left(range(len(self)), case_id, key=self.index.__getitem__)
         return place if place < len(self) and self.index[place] == case_id else -1
 
     def largest(self, column: str) -> float:
-        """Return the largest value of a figure, NaN where no case has any or there is no such column."""
+        """Return the largest value of a figure, NaN without any value or column."""
         if column not in self:
             return np.nan
         return self.once(("largest", column), lambda: float(self[column].max()) if len(self) else np.nan)
 
     def ordered(self, column: str, *, smallest: bool = False) -> np.ndarray:
-        """Return the places of all cases, the largest (or smallest) value of a column first, those without one last."""
+        """Return the indices of all cases by the value of a column, descending (or ascending), missing values last."""
         values = self[column].to_numpy()
         return np.argsort(values if smallest else -values, kind="stable")
 
     def ranked(self, column: str) -> tuple[str, ...]:
-        """Return the case with the largest value of a column, the median and the one with the least; each once."""
+        """Return the cases with the largest, the median and the smallest value of a column, without repetition."""
         there = self.ordered(column)[: int(self[column].count())]
         return tuple(self.index[there[k]] for k in dict.fromkeys((0, len(there) // 2, len(there) - 1)) if len(there))
 
     def once(self, key: Hashable, find: Callable[[], Found]) -> Found:
-        """Return what `find` returns, found once for each key: what several sections need, and is small."""
+        """Return the result of `find`, cached by key, for small results that several sections need."""
         if key not in self._found:
             self._found[key] = find()
         return self._found[key]
@@ -121,7 +121,7 @@ class _At:
 
 
 def followed(defined: Definitions, path: str, cases: Rows, base: Mapping) -> pd.Series:
-    """Return a number that follows from swept names, of every case."""
+    """Return a number derived from swept names, for every case."""
     axes = {f"define.{name}": cases[f"define.{name}"].to_numpy() for name in sorted(defined.varied)}
     points = (dict(zip(axes, values, strict=True)) for values in zip(*axes.values(), strict=True))
     return pd.Series([defined.at(point)[path] for point in points], cases.index, dtype="float64")

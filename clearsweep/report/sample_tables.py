@@ -1,4 +1,4 @@
-"""Tables of a sample: spread of figures, chance to exceed limits, variables that drive the spread."""
+"""Tables of a sample: spread of figures, chance of exceeding limits, variables that drive the spread."""
 
 import itertools
 from typing import NamedTuple
@@ -17,16 +17,16 @@ from .table import Column, Quantity, Table, counted
 
 
 class Judged(NamedTuple):
-    """A figure of merit whose spread is shown."""
+    """A figure of merit with its limits."""
 
     column: str
     name: str
     unit: str
-    limits: tuple[Limit, ...]  # there may be one at either end
+    limits: tuple[Limit, ...]  # at most one at either end
 
 
 def limited_figures(study: Study) -> list[Judged]:
-    """Return the figures whose spread is shown: those that matter, and those that have a limit."""
+    """Return the figures whose spread is shown: the main ones, and those with a limit."""
     named = dict(shown(study, "sample"))
     further = [*(study.run.grid.get("figures") or {}), *(limit.column for limit in study.limits)]
     named |= {column: column.replace("_", " ") for column in further if column not in named}
@@ -68,7 +68,7 @@ def spread_table(study: Study, samples: list[Setting]) -> Table:
 
 
 def limit_table(study: Study, samples: list[Setting]) -> Table:
-    """Return how likely each limit is exceeded and, where cases failed, that with these counted as failures."""
+    """Return the chance of exceeding each limit and, if cases failed, the chance with these counted as failures."""
     failures = any(sample.failed for sample in samples)
     columns = (
         *figure_columns(study),
@@ -102,7 +102,7 @@ def limit_table(study: Study, samples: list[Setting]) -> Table:
 
 
 def _chances(beyond: np.ndarray, failed: int, *, failures: bool) -> list[Quantity]:
-    """Return how many cases there are, how likely one is beyond a limit and, with `failures`, one is or failed."""
+    """Return the number of cases, the chance of exceeding a limit and, with `failures`, of exceeding it or failing."""
     none = Estimate(np.nan, np.nan, np.nan)
     cells = [counted(len(beyond)), *estimate_cells(sensitivity.exceedance(beyond) if len(beyond) else none, "1")]
     if not failures:
@@ -112,24 +112,24 @@ def _chances(beyond: np.ndarray, failed: int, *, failures: bool) -> list[Quantit
 
 
 def _failed_rows(sample: Setting) -> int:
-    """Return how many rows of the design of a sample failed."""
+    """Return the number of failed rows of a sample's design."""
     return int(np.count_nonzero(~finished(sample)))
 
 
 def any_exceeded(study: Study, sample: Setting) -> np.ndarray:
-    """Return which finished cases of a sample exceed a limit, or cannot be judged by one."""
+    """Return which finished cases of a sample exceed a limit, or lack the figure of one."""
     beyond: np.ndarray = np.any([limit.fails(sample.figures) for limit in study.limits], axis=0)[finished(sample)]
     return beyond
 
 
 def finished(sample: Setting) -> np.ndarray:
-    """Return which rows of the design of a sample finished."""
+    """Return which rows of a sample's design finished."""
     failed = set(sample.failed)
     return np.array([case_id not in failed for case_id in sample.case_ids])
 
 
 def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
-    """Return the Sobol indices of every variable on every figure, and what is to be said of chaos."""
+    """Return the Sobol indices of every variable for every figure, and remarks on chaos."""
     columns = (
         Column("figure"),
         *axis_columns(study, _undrawn(study)),
@@ -142,7 +142,7 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
     )
     names = variables(study)
     rows: list[tuple] = []
-    verdicts: dict[str, str] = {}  # figure that is or may be chaotic -> which of these
+    verdicts: dict[str, str] = {}  # chaotic or possibly chaotic figure -> which of these
     measured = False
     for figure in limited_figures(study):
         for sample in samples:
@@ -175,7 +175,7 @@ def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]
 
 
 def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
-    """Return the effect of every variable alone on every figure, and what is to be said of chaos."""
+    """Return the effect of every variable alone on every figure, and remarks on chaos."""
     columns = (
         *figure_columns(study),
         Column("variable"),
@@ -187,7 +187,7 @@ def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]
     )
     names = variables(study)
     rows: list[tuple] = []
-    chaotic: dict[str, None] = {}  # names of figures, each once
+    chaotic: dict[str, None] = {}  # names of figures, without repetition
     for figure in limited_figures(study):
         for sample in samples:
             for effect in sensitivity.effects(sample, figure.column, list(names)):
@@ -213,7 +213,7 @@ def _verdict(chance: Chance) -> str:
 
 
 def _chance_cells(chance: Chance, verdict: str, *, shown: bool) -> list[Quantity | str]:
-    """Return the share of chance, where it comes from and the verdict; the page shows them once a figure."""
+    """Return the share of chance, its source and the verdict; the page shows them once per figure."""
     limit_text = "at most about " if not chance.measured and chance.share >= 0.01 else ""
     share = Quantity(chance.share, limit_text + wording.percent(chance.share) if shown else "")
     return [share, "measured" if chance.measured else "bounded", Quantity(verdict, verdict if shown else "")]
@@ -248,12 +248,12 @@ def _undrawn(study: Study) -> list[Axis]:
 
 
 def figure_columns(study: Study) -> list[Column]:
-    """Return the columns that say of which figure a row is, at which values of the axes that were not drawn."""
+    """Return the columns for figure and the values of the axes that were not drawn."""
     return [Column("figure"), Column("figure unit", file_only=True), *axis_columns(study, _undrawn(study))]
 
 
 def point_cells(study: Study, sample: Setting) -> list[float | str]:
-    """Return at which values of the axes that were not drawn a sample is."""
+    """Return the values of the axes that were not drawn for a sample."""
     return [sample.point[axis.path] for axis in _undrawn(study)]
 
 

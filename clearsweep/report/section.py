@@ -1,4 +1,4 @@
-"""A section of the report, and the blocks of which sections are made; the page has one form for each kind of block."""
+"""A section of the report, and its blocks; the page has one macro for each kind of block."""
 
 from collections.abc import Iterable
 from typing import Any, NamedTuple
@@ -26,7 +26,7 @@ class Note(NamedTuple):
 
 
 class Cards(NamedTuple):
-    """The largest figures at a glance: name, value with unit, what it is compared with."""
+    """The largest figures at a glance: name, value with unit, reference value."""
 
     cards: list[tuple[str, str, str]]
 
@@ -40,7 +40,7 @@ class Gallery(NamedTuple):
 
 
 class Detail(NamedTuple):
-    """One case: why it is shown, its id, its settings in words, its figures (name, value with unit), its pictures."""
+    """One case: reason for showing it, id, settings in words, figures (name, value with unit), pictures."""
 
     why: str
     case_id: str
@@ -48,15 +48,15 @@ class Detail(NamedTuple):
     figures: list[tuple[str, str]]
     pictures: list[Picture]
     moving: "Interactive | None" = None
-    key: str = "motion"  # of what is shown of it, on this page once for each case
-    played: tuple[Picture, ...] = ()  # of what `moving` shows: for files alone
+    key: str = "motion"  # of the content shown of a case, unique on a page for each case
+    played: tuple[Picture, ...] = ()  # shown by the player as well: only for files
 
 
 class Facts(NamedTuple):
     """Names and values in two columns, under a heading."""
 
     title: str
-    label: str  # for a reader who cannot see the heading
+    label: str  # for readers who cannot see the heading
     rows: list[tuple[str, str]]
 
 
@@ -65,13 +65,13 @@ class Interactive(NamedTuple):
 
     kind: str  # 'explorer', 'player' or 'worn': the script of that name
     key: str  # of the data
-    label: str  # for a reader who cannot see it
-    data: dict[str, Any]  # as JSON contains it
-    without: str  # '' where the page shows the same by other means
+    label: str  # for readers who cannot see it
+    data: dict[str, Any]  # JSON content
+    without: str  # '' if the page shows the same by other means
 
 
 class Columns(NamedTuple):
-    """Blocks in columns side by side, where the page is wide enough."""
+    """Blocks side by side, if the page is wide enough."""
 
     columns: tuple[list["Block"], ...]
 
@@ -80,22 +80,22 @@ Block = Sentences | Points | Note | Cards | Gallery | Detail | Facts | Interacti
 
 
 class Section(NamedTuple):
-    """One section: its id on the page, its heading ('': none), and what is in it from the top down."""
+    """One section: its id on the page, its heading ('': none), and its blocks from top to bottom."""
 
     key: str
     title: str
     blocks: list[Block]
-    subject: str = ""  # under which it is folded at the end of the page; '': seen at once
+    subject: str = ""  # heading under which it is folded at the end of the page; '': not folded
     second: bool = False  # whether it is in the second column of a wide page
 
     @property
     def tables(self) -> list[Table]:
-        """Return the tables of the section: those that are written as CSV."""
+        """Return the tables of the section, which are written as CSV."""
         return [block for block in self.blocks if isinstance(block, Table)]
 
     @property
     def pictures(self) -> list[tuple[str, Picture]]:
-        """Return the pictures of the section, each with the part of it that it is in: '', or a case's."""
+        """Return the pictures of the section, each with its part: '', or a case."""
         return [picture for block in self.blocks for picture in _pictures(block)]
 
     @property
@@ -105,26 +105,26 @@ class Section(NamedTuple):
 
     @property
     def moves(self) -> bool:
-        """Return whether the section has anything for scripts."""
+        """Return whether the section contains data for scripts."""
         return any(
             isinstance(block, Interactive) or (isinstance(block, Detail) and block.moving) for block in self.blocks
         )
 
 
 class Part(NamedTuple):
-    """What a section says about one question."""
+    """Result of a section for one question."""
 
     sentences: list[str]
     pictures: list[Picture]
     tables: list[Table]
 
     def blocks(self) -> list[Block]:
-        """Return sentences, pictures and tables in this order, without those that are empty."""
+        """Return sentences, pictures and tables in this order, without empty ones."""
         return filled([Sentences(self.sentences), Gallery("", self.pictures), *self.tables])
 
 
 def filled(blocks: Iterable[Block]) -> list[Block]:
-    """Return the blocks that have anything to show."""
+    """Return the blocks that are not empty."""
     return [block for block in blocks if _size(block)]
 
 
@@ -141,7 +141,7 @@ def _pictures(block: Block) -> list[tuple[str, Picture]]:
 
 
 def _size(block: Block) -> int:
-    """Return how many things a block shows."""
+    """Return the number of items in a block."""
     match block:
         case Table() | Facts():
             return len(block.rows)

@@ -1,7 +1,7 @@
 """Statistics of a sample of cases: spread of figures, chance of exceeding a limit, sensitivity to each variable.
 
-Intervals take the points as independent; for Sobol points and Latin hypercubes, which spread more evenly, they are
-wider than need be.  Nothing here knows how the figures came about.
+Intervals assume independent points; for Sobol points and Latin hypercubes, which are spread more evenly, they are wider
+than necessary.  The statistics do not depend on the origin of the figures.
 """
 
 import functools
@@ -20,15 +20,15 @@ from ..store import StoredRun
 from .rows import KEPT
 
 QUANTILES = (0.05, 0.5, 0.95)
-CHAOTIC = 0.5  # share of chance in a figure's variance from which on no index of it means anything
-BLURRED = 0.3  # scatter over effect from which on an effect is said to be blurred
-MOTION = "energy_residual"  # differs wherever the motion does, if only in rounding
+CHAOTIC = 0.5  # share of chance in a figure's variance from which its indices are meaningless
+BLURRED = 0.3  # scatter over effect from which an effect is called blurred
+MOTION = "energy_residual"  # differs whenever the motion differs, even in rounding
 RESAMPLES = 1000  # of the bootstrap
-_SEED = 1  # of the bootstrap: the same run gives the same intervals
+_SEED = 1  # of the bootstrap: intervals depend only on the run
 
 
 class Estimate(NamedTuple):
-    """An estimate and its confidence interval; NaN for an end that the sample is too small to give."""
+    """An estimate and its confidence interval; an end is NaN if the sample is too small."""
 
     value: float
     low: float
@@ -36,19 +36,19 @@ class Estimate(NamedTuple):
 
 
 class Setting(NamedTuple):
-    """The cases of one sample: those that share the values of all axes that were not drawn."""
+    """The cases of one sample, which share the values of all axes that were not drawn."""
 
     point: dict  # dotted path -> value of the other axes, SI, or {} if there are none
     case_ids: tuple[str, ...]  # one for each row of the design, in its order
     figures: Mapping[str, np.ndarray]  # column of the summary -> (rows,) SI; NaN where a case failed
-    failed: tuple[str, ...]  # ids of failed cases, each once
+    failed: tuple[str, ...]  # ids of failed cases, without repetition
 
 
 class Figures(Mapping[str, np.ndarray]):
-    """The figures of some cases of a run, each read when it is asked for."""
+    """The figures of some cases of a run, read on demand."""
 
     def __init__(self, names: Sequence[str], read: Callable[[str], np.ndarray], rows: np.ndarray) -> None:
-        """Take the names of all, what reads one of all cases, and the rows of these cases in the order wanted."""
+        """Take the names of all figures, a function that reads one for all cases, and the rows of these cases."""
         self._names, self._read, self._rows = names, read, rows
 
     def __getitem__(self, column: str) -> np.ndarray:
@@ -64,7 +64,7 @@ class Figures(Mapping[str, np.ndarray]):
 
 
 class Spread(NamedTuple):
-    """How one figure is distributed; the unit is that of the figure but for `cv`."""
+    """The distribution of one figure, in its unit except for `cv`."""
 
     cases: int  # rows of the design with a value
     mean: Estimate
@@ -79,11 +79,11 @@ class Effect(NamedTuple):
     low: float  # the figure at the 5 % quantile, the others in the middle
     middle: float
     high: float
-    scatter: float  # spread of the figure under disturbances too small to matter
-    chaotic: bool  # the scatter is as large as the effect: the effect means nothing
+    scatter: float  # spread of the figure under negligible disturbances
+    chaotic: bool  # the scatter is as large as the effect, which is then meaningless
 
     def blurred(self) -> float:
-        """Return the scatter over the effect where that is a share to be taken of, NaN elsewhere."""
+        """Return the scatter over the effect for a blurred effect that is not chaotic, else NaN."""
         reach = max(self.low, self.middle, self.high) - min(self.low, self.middle, self.high)
         return self.scatter / reach if not self.chaotic and 0.0 < BLURRED * reach <= self.scatter else np.nan
 
@@ -100,11 +100,11 @@ class Chance(NamedTuple):
     """Share of chance in a figure's variance over a design: chaos, or the tolerance."""
 
     share: float  # 0 to 1; NaN for a figure that does not vary
-    measured: bool  # from cases run again; else the most that the design allows for
+    measured: bool  # from repeated cases; else the upper bound from the design
 
     @property
     def chaotic(self) -> bool:
-        """Whether chance makes up as much of the variance as the variables do, or may do so."""
+        """Return whether chance contributes, or may contribute, as much to the variance as the variables do."""
         return bool(self.share >= CHAOTIC)
 
 
@@ -140,19 +140,19 @@ def settings(run: StoredRun) -> list[Setting]:
 
 
 def _key(run: StoredRun, paths: list[str]) -> list[tuple]:
-    """Return the values of these columns in every row; a value that is not in use is None."""
+    """Return the values of these columns in every row; None for unused values."""
     columns = [run.column(path) for path in paths or ["case_id"]]
     lists = [column.astype(object).where(column.notna(), None).tolist() for column in columns]
     return list(zip(*lists, strict=True)) if paths else [()] * len(columns[0])
 
 
 def _order(point: tuple) -> tuple:
-    """Return what sorts points by value: numbers by size, then words, then what is not in use."""
+    """Return the sort key of a point: numbers by size, then words, then unused values."""
     return tuple((value is None, isinstance(value, str), 0.0 if value is None else value) for value in point)
 
 
 def spread(values: np.ndarray) -> Spread:
-    """Return how a figure is distributed, `values` (rows,) with NaN for what is not known; at least one is."""
+    """Return the distribution of a figure, `values` (rows,) with NaN for missing ones; at least one is present."""
     known = np.sort(values[np.isfinite(values)])
     resampled = np.random.default_rng(_SEED)
     means, ratios = np.empty(RESAMPLES), np.empty(RESAMPLES)
@@ -168,7 +168,7 @@ def spread(values: np.ndarray) -> Spread:
 
 
 def _cv(values: np.ndarray) -> float:
-    """Return standard deviation over mean; exactly 0 where all values are equal, NaN where the mean is 0."""
+    """Return standard deviation over mean; exactly 0 if all values are equal, NaN if the mean is 0."""
     if values.min() == values.max():
         return 0.0
     mean = values.mean()
@@ -198,14 +198,14 @@ def quantile(ordered: np.ndarray, share: float) -> Estimate:
 
 
 def exceedance(beyond: np.ndarray) -> Estimate:
-    """Return the probability of what is true of some of the cases, with Clopper and Pearson's exact interval."""
+    """Return the probability of a condition that holds in some cases, with Clopper and Pearson's exact interval."""
     return Estimate(*probability.share(int(beyond.sum()), len(beyond)))
 
 
 def sobol_indices(setting: Setting, figure: str, paths: list[str]) -> list[Index]:
     """Return the first-order and total indices of all variables, from a design of method saltelli.
 
-    An InputError names the cases that failed.  A figure that does not vary has no indices: NaN.
+    Raise InputError with the failed cases.  A constant figure has no indices: NaN.
     """
     values = _complete(setting, figure).reshape(len(paths) + 2, -1)
     values = values - values[:2].mean()  # the estimators lose digits to a large mean
@@ -240,9 +240,10 @@ def _indices(values: np.ndarray) -> np.ndarray:
 def chance(setting: Setting, figure: str, indices: list[Index]) -> Chance:
     """Return the share of chance in the variance of a figure over a design of method saltelli.
 
-    Cases that part under a disturbance are two draws of the same figure: the mean square of their difference is twice
-    the variance of chance.  Without such differences it is bounded by the smallest total index of the variables that
-    disturb the motion: chance is in all of these.
+    Cases that diverge under a disturbance are two samples of the same figure: their mean squared difference is twice
+    the
+    variance of chance.  Without such differences chance is bounded by the smallest total index of the variables that
+    disturb the motion, as it contributes to all of these.
     """
     blocks = (len(indices) + 2, -1)
     variance, scatter = setting.figures[figure].reshape(blocks)[:2].var(), disturbance(setting, figure)
@@ -255,7 +256,7 @@ def chance(setting: Setting, figure: str, indices: list[Index]) -> Chance:
 
 
 def disturbance(setting: Setting, figure: str) -> float:
-    """Return the rms over the cases of what a tenth of the tolerance changes in a figure; NaN where none knows."""
+    """Return the rms over the cases of the change of a figure at a tenth of the tolerance; NaN if unknown."""
     changes = setting.figures.get(figure + DIFFERENCE, np.empty(0))
     changes = changes[np.isfinite(changes)]
     return float(np.sqrt(np.mean(changes**2))) if changes.size else np.nan
@@ -264,8 +265,9 @@ def disturbance(setting: Setting, figure: str) -> float:
 def effects(setting: Setting, figure: str, paths: list[str]) -> list[Effect]:
     """Return the effect of each variable alone, from a design of method one-at-a-time, the largest first.
 
-    The scatter is that of the design's own disturbed cases, or the `disturbance` where that is larger.  An InputError
-    names the cases that failed.
+    The scatter is that of the design's own disturbed cases, or the `disturbance` if that is larger.  Raise InputError
+    with
+    the failed cases.
     """
     middle, *rest = _complete(setting, figure).tolist()
     low, high, disturbed = (rest[start::3] for start in range(3))
@@ -278,7 +280,7 @@ def effects(setting: Setting, figure: str, paths: list[str]) -> list[Effect]:
 
 
 def _complete(setting: Setting, figure: str) -> np.ndarray:
-    """Return a figure on every row of the design; an InputError where a case failed."""
+    """Return a figure on every row of the design; raise InputError if a case failed."""
     if setting.failed:
         named = ", ".join(itertools.islice(setting.failed, 10)) + (", ..." if len(setting.failed) > 10 else "")
         raise InputError(

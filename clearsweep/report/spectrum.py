@@ -1,4 +1,4 @@
-"""Of which harmonics of the crank a history is made."""
+"""Harmonics of the crank in a history."""
 
 from typing import NamedTuple
 
@@ -8,17 +8,17 @@ TURN = 2.0 * np.pi
 
 
 class Spectrum(NamedTuple):
-    """Amplitudes over the crank's orders, oscillations in a turn; of a history of whole turns."""
+    """Amplitudes over the crank's orders (oscillations per revolution) of a history of full revolutions."""
 
-    order: np.ndarray  # (n,) multiples of 1 / turns, from there up
+    order: np.ndarray  # (n,) multiples of 1 / turns, starting there
     amplitude: np.ndarray  # (n,) in the unit of the history
     turns: int  # of the history: its last order is half of the samples of a turn
 
 
 def of_history(angle: np.ndarray, values: np.ndarray) -> Spectrum | None:
-    """Return the spectrum of values at equal steps of the crank angle (rad); None of less than a turn.
+    """Return the spectrum of values at equal steps of the crank angle (rad); None for less than a revolution.
 
-    No window: over whole turns what repeats itself with the crank is at whole orders and nowhere else.
+    No window is applied: over full revolutions, periodic components are at integer orders only.
     """
     steps = len(angle) - 1
     if steps < 2:
@@ -30,5 +30,5 @@ def of_history(angle: np.ndarray, values: np.ndarray) -> Spectrum | None:
         return None
     amplitudes = np.abs(np.fft.rfft(values[-count:])) * 2.0 / count
     if count % 2 == 0:
-        amplitudes[-1] *= 0.5  # the highest order is for itself alone
+        amplitudes[-1] *= 0.5  # the highest order has no mirrored one
     return Spectrum(np.arange(1, len(amplitudes)) / turns, amplitudes[1:], turns)

@@ -1,4 +1,4 @@
-"""Journals seen once a revolution, at crank angle 0: along an axis of a run, and in one case."""
+"""Journals once per revolution, at crank angle 0: along an axis of a run, and in one case."""
 
 from typing import NamedTuple
 
@@ -8,17 +8,17 @@ import pandas as pd
 from .axis import Axis
 from .study import WAYS, Joint, Study, window
 
-MOST = 120  # cases along an axis: more are no denser on paper
+MOST = 120  # cases along an axis: more do not increase the density in print
 LEAST = 3  # points of a case that make a picture
 
 
 class Points(NamedTuple):
-    """Where a journal is at crank angle 0 of each revolution of some cases, one after another; (n,) each."""
+    """Positions of a journal at crank angle 0 of each revolution of some cases, concatenated; (n,) each."""
 
     value: np.ndarray  # of the axis, SI
     x: np.ndarray  # m
     y: np.ndarray  # m
-    clearance: np.ndarray  # m, of the case; NaN where it is none of a circle
+    clearance: np.ndarray  # m, of the case; NaN if not a circle
     cases: int
 
 
@@ -55,9 +55,9 @@ def along_axis(study: Study, joint: Joint, axis: Axis, reference: str) -> Points
 
 
 def line(study: Study, axis: Axis, reference: str) -> list[int]:
-    """Return the places of the cases along an axis whose other values are those of a case, at most MOST, by value.
+    """Return the indices of the cases along an axis whose other values are those of a case, at most MOST, by value.
 
-    Of an axis whose values are drawn, or in step with others, these vary along with it.
+    For a drawn or parallel axis, the axes drawn or parallel with it vary as well.
     """
     together = _together(study, axis)
     alike, here = np.ones(len(study.cases), bool), study.cases.place(reference)
@@ -71,7 +71,7 @@ def line(study: Study, axis: Axis, reference: str) -> list[int]:
 
 
 def _together(study: Study, axis: Axis) -> set[str]:
-    """Return the paths whose values change with those of an axis: in step with it, or drawn with it."""
+    """Return the paths whose values change together with an axis: parallel or drawn."""
     record = study.run.grid
     groups = [{*(record.get(way) or {})} for way in WAYS if way in ("zip", "cases")]
     groups.append({*(record.get("sample") or {}).get("drawn", {})})

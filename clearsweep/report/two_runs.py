@@ -25,16 +25,16 @@ NAMES = ("A", "B")
 
 
 class Pairs(NamedTuple):
-    """The cases that two runs share by the values of all that either varies."""
+    """The cases that two runs share, by the values of all axes of either."""
 
     first: Study
     second: Study
     ids: pd.DataFrame  # (pairs, 2): columns A and B hold each one's case_id; finished in both
-    alone: tuple[int, int]  # finished cases of each that the other has not
+    alone: tuple[int, int]  # finished cases in only one of the two
 
 
 def compared(first: StoredRun, second: StoredRun) -> Page:
-    """Return the page that compares two runs.  Raises InputError where no case is in both."""
+    """Return the page that compares two runs.  Raise InputError without a common case."""
     return of(matched(prepare(first), prepare(second)))
 
 
@@ -51,7 +51,7 @@ def of(pairs: Pairs) -> Page:
 
 
 def matched(first: Study, second: Study) -> Pairs:
-    """Return the finished cases of two runs that have the same value of everything that either of them varies."""
+    """Return the finished cases of two runs with equal values on all axes of either."""
     paths = list(dict.fromkeys(axis.path for study in (first, second) for axis in study.axes))
     keyed = [_keyed(study, paths, name) for study, name in zip((first, second), NAMES, strict=True)]
     both = pd.merge(*keyed, on=paths, how="inner") if paths else pd.concat([keyed[0][:1], keyed[1][:1]], axis=1)
@@ -72,7 +72,7 @@ def _keyed(study: Study, paths: list[str], name: str) -> pd.DataFrame:
 
 
 def sections(pairs: Pairs) -> list[Section]:
-    """Return the sections of the page: what differs, by how much, and in which cases most."""
+    """Return the sections of the page: differences of setup and figures, and the most different cases."""
     setup: list[Block] = [Facts("What differs in their setup", "Differences of setup", _setup(pairs))]
     blocks: list[Block] = [Points(_told(pairs))]
     return [
@@ -84,7 +84,7 @@ def sections(pairs: Pairs) -> list[Section]:
 
 
 def _told(pairs: Pairs) -> list[str]:
-    """Return how many cases there are to compare, and how many are the same to the last bit."""
+    """Return the number of compared cases, and of those identical to the last bit."""
     column = _lead(pairs)
     ratio = _ratio(pairs, column)
     same = int(np.count_nonzero(ratio == 1.0))
@@ -108,7 +108,7 @@ def _told(pairs: Pairs) -> list[str]:
 
 
 def _known(pairs: Pairs, column: str) -> bool:
-    """Return whether any of the cases has a figure."""
+    """Return whether any case has a figure."""
     return bool(np.isfinite(_values(pairs, column)[0]).any())
 
 
@@ -135,7 +135,7 @@ def _cloud(pairs: Pairs, column: str) -> Picture:
 
 
 def _figures(pairs: Pairs) -> Table:
-    """Return the table of all figures that both have: B over A, and how many cases differ."""
+    """Return the table of all common figures: B over A, and the number of different cases."""
     rows = []
     for column in _columns(pairs):
         ratio = _ratio(pairs, column)
@@ -150,7 +150,7 @@ def _figures(pairs: Pairs) -> Table:
 
 
 def _cases(pairs: Pairs) -> Table:
-    """Return the table of the cases, those first whose leading figure differs most."""
+    """Return the table of cases, by the difference of the leading figure."""
     column, study = _lead(pairs), pairs.first
     here, there, ratio = (*_values(pairs, column), _ratio(pairs, column))
     with np.errstate(all="ignore"):
@@ -173,7 +173,7 @@ def _cases(pairs: Pairs) -> Table:
 
 
 def _setup(pairs: Pairs) -> list[tuple[str, str]]:
-    """Return the fixed values of both that differ: dotted path, the value of A and that of B."""
+    """Return the fixed values that differ: dotted path, value in A, value in B."""
     values = []
     for study in (pairs.first, pairs.second):
         swept = {axis.path for axis in study.axes}
@@ -187,13 +187,13 @@ def _setup(pairs: Pairs) -> list[tuple[str, str]]:
 
 
 def _columns(pairs: Pairs) -> list[str]:
-    """Return the figures that both have, timings aside."""
+    """Return the common figures, without timings."""
     known = {column.name for column in pairs.first.run.layout.columns if column.kind != "text"} - TIMINGS
     return [name for name in pairs.first.cases.columns if name in pairs.second.cases and name in known]
 
 
 def _lead(pairs: Pairs) -> str:
-    """Return the leading figure of the joint that is loaded hardest in A, as far as both have it."""
+    """Return the leading figure of the most loaded joint in A, if both have it."""
     column = pairs.first.hardest_joint().column(pairs.first.lead.figure)
     return column if column in pairs.second.cases else _columns(pairs)[0]
 
@@ -205,7 +205,7 @@ def _values(pairs: Pairs, column: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _ratio(pairs: Pairs, column: str) -> np.ndarray:
-    """Return a figure of B over that of A; 1 where both are equal, also of zeros and of what neither has."""
+    """Return a figure of B over that of A; 1 if both are equal, including zeros and missing values."""
     first, second = _values(pairs, column)
     with np.errstate(all="ignore"):
         ratio: np.ndarray = np.where((first == second) | (np.isnan(first) & np.isnan(second)), 1.0, second / first)

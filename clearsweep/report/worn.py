@@ -1,4 +1,4 @@
-"""The wear of one case: how deep round each body, in pictures."""
+"""The wear of one case: pictures of the depth around each body."""
 
 import base64
 from functools import partial
@@ -13,12 +13,12 @@ from .section import Interactive
 from .study import Joint, Study, joint_of, resolved
 
 POLAR, FLAT, UNROLLED = (3.3, 3.5), (3.5, 3.3), (4.2, 2.9)  # inches
-MOST, SECTORS = 30, 120  # cases to choose from in all joints, and parts of the circle in which the page has them
+MOST, SECTORS = 30, 120  # cases to choose from in all joints, and sectors of the circle on the page
 Depths = tuple[np.ndarray, np.ndarray]
 
 
 def bodies(study: Study, joint: Joint) -> tuple[str, str]:
-    """Return what carries the bearing and what the journal, such as 'Bearing in the slider', 'Journal on the rod'."""
+    """Return the carriers of bearing and journal, such as 'Bearing in the slider', 'Journal on the rod'."""
     mechanism = simulation.catalogue().mechanism(study.mechanism)
     sites = {site.name: site for site in mechanism.joints} if mechanism else {}
     site, journal = sites.get(joint.title), study.base["joints"].get(joint.title, {}).get("journal")
@@ -29,9 +29,9 @@ def bodies(study: Study, joint: Joint) -> tuple[str, str]:
 
 
 def pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Picture]:
-    """Return the depths (m) round the bearing and the journal on one scale, and both along their surfaces.
+    """Return the depths (m) around bearing and journal on one scale, and both along their surfaces.
 
-    A body that does not wear has no picture of its own.  Of a joint in space there is a map of each body.
+    A body without wear has no picture of its own.  A spatial joint has a map of each body.
     """
     named = bodies(study, joint)
     if depths[0].ndim > 1:
@@ -76,12 +76,12 @@ def _maps(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Pict
 
 
 def round_it(depth: np.ndarray) -> np.ndarray:
-    """Return the depths (m) of a body by angular bin, of a joint in space the deepest along its axis."""
+    """Return the depths (m) of a body by angular bin; of a spatial joint, the deepest along its axis."""
     return np.asarray(depth, float) if depth.ndim == 1 else np.asarray(depth.max(axis=1), float)
 
 
 def chosen(study: Study, joint: Joint) -> Interactive | None:
-    """Return the wear of the joint's deepest worn cases, to choose from, or None if there are no two."""
+    """Return the wear of the joint's most worn cases for selection, or None with fewer than two."""
     column = joint.column("wear_depth_max")
     places = study.cases.ordered(column)[: min(int((study.cases[column] > 0.0).sum()), MOST // len(study.joints))]
     if len(places) < 2:
@@ -93,10 +93,10 @@ def chosen(study: Study, joint: Joint) -> Interactive | None:
 
 
 def _drawn(study: Study, joint: Joint, case_id: str) -> dict:
-    """Return the depths round the bodies of a joint as the page's script draws them: bytes, of the deepest."""
+    """Return the depths around the bodies of a joint for the page's script: bytes, relative to the deepest."""
     depths = [round_it(depth) for depth in study.run.wear(case_id)[joint.name]]
     most = max(float(depth.max()) for depth in depths)
-    scale = most or 1.0  # any will do where nothing is worn
+    scale = most or 1.0  # arbitrary without wear
     shares = [wear.joined(depth, SECTORS) / scale for depth in depths]
     text = wording.text(most, "m")
     return {
@@ -109,7 +109,7 @@ def _drawn(study: Study, joint: Joint, case_id: str) -> dict:
 
 
 def depth_text(depth: np.ndarray) -> str:
-    """Return where a body is worn deepest, and its mean depth, in words."""
+    """Return the place of the deepest wear of a body, and its mean depth, in words."""
     angle = 360.0 * (int(depth.argmax()) + 0.5) / len(depth)
     deepest, mean = wording.in_common_unit((float(depth.max()), float(depth.mean())), "m")
     return f"deepest {deepest} at {angle:.0f}°, mean {mean}"

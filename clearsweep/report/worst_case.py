@@ -1,4 +1,4 @@
-"""The worst case of a run by the question that its grid asks, the same as in the closing lines of the run."""
+"""The worst case of a run with respect to its grid's question, as in the last lines of the run."""
 
 import numpy as np
 
@@ -20,5 +20,5 @@ def worst_case(study: Study) -> tuple[str, order.Candidate] | None:
     if np.isnan(values).all():
         return None
     badness = lead.ranking(values)
-    place = int(np.flatnonzero(badness == badness.max())[-1])  # of equal ones the last, as the closing lines do
+    place = int(np.flatnonzero(badness == badness.max())[-1])  # of equal ones the last, as in the last lines of the run
     return cases.index[place], lead.candidates[int(which[place])]

@@ -2,13 +2,13 @@
 
 import functools
 import math
-import pickle
 from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from ..contracts.case import Case
 from ..contracts.catalogue import Mechanism
+from ..contracts.machine import Machine
 from ..contracts.outline import Outline
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import IdealMotion
@@ -34,13 +34,16 @@ def ideal_motion(case: Case, angles: np.ndarray) -> IdealMotion | None:
     return planar.ideal(mechanism.machine(case), angles) if mechanism.machine else None
 
 
-def ideal_peaks(case: Case) -> Mapping[str, float]:
-    """Return the largest reaction (N) of each joint without clearance; empty if the mechanism has no ideal motion."""
+def ideal_peaks(case: Case, machine: Machine | None = None) -> Mapping[str, float]:
+    """Return the largest reaction (N) of each joint without clearance; empty if the mechanism has no ideal motion.
+
+    machine : that of the case, if it is known.
+    """
     mechanism = mechanism_of(case)
     if not mechanism.machine:
         return {}
-    machine, stretch = mechanism.machine(case), _stretch(case)
-    return _peaks(pickle.dumps(machine), stretch, _knots(case, stretch), planar.Alike(machine))
+    machine, stretch = machine or mechanism.machine(case), _stretch(case)
+    return _peaks(planar.key_of(machine), stretch, _knots(case, stretch), planar.Alike(machine))
 
 
 def _stretch(case: Case) -> tuple[float, float]:

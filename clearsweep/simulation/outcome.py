@@ -261,7 +261,7 @@ def window_of(outcome: Outcome, period: int | None) -> Window:
         totals=totals,
         exceeded=outcome.exceeded,
         dry=outcome.dry,
-        ideal=ideal_peaks(scene.case) if scene.mechanism.turns and outcome.status == "ok" else {},
+        ideal=ideal_peaks(scene.case, scene.machine) if scene.mechanism.turns and outcome.status == "ok" else {},
         wear=wear_of(scene.layout, totals),
         counts=outcome.counts,
         events=outcome.events,

@@ -1,9 +1,10 @@
-"""How true the answers are and what they cost: error against run time on problems with known answers.
+"""Accuracy and cost: error against run time on problems with known answers.
 
-A problem (`problems`) is a trajectory in quadruple precision or a closed form; the rivals (`rivals`) are
-integrators that others use, on the same compiled laws; `measure` runs all on all, a chaotic case over tolerances and
-lengths (`convergence`), every case of a table of stiff and extreme ones (`stability`), and cases that show what the
-implicit method saves (`stiff`).
+A problem (`problems`) is a trajectory in quadruple precision or a closed form.  The rivals (`rivals`) are integrators
+in
+common use, on the same compiled laws.  `measure` runs all methods on all problems, a chaotic case over tolerances and
+lengths (`convergence`), every case of a table of stiff and extreme ones (`stability`), and cases that show the savings
+of the implicit method (`stiff`).
 """
 
 from collections.abc import Callable
@@ -14,10 +15,11 @@ from ..language import phases
 
 
 def main(*, json: bool = False, quick: bool = False, directory: str | Path | None = None) -> None:
-    """Measure, and print the tables or, for programs, JSON; what is being done goes to stderr.
+    """Measure, and print the tables or JSON; progress goes to stderr.
 
-    `quick` takes fewer tolerances, steps, rounds and extreme cases, and ends within a minute; `directory` : where the
-    report is written, see `write`.
+    `quick` uses fewer tolerances, steps, rounds and extreme cases, and ends within a minute; `directory` : destination
+    of
+    the report, see `write`.
     """
     from json import dumps
 
@@ -37,7 +39,7 @@ def main(*, json: bool = False, quick: bool = False, directory: str | Path | Non
 
 
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
-    """Return all figures as a dict that JSON can hold; see `measure` of each of the modules named above."""
+    """Return all figures as a dict for JSON; see `measure` of each of the modules named above."""
     from . import accuracy, convergence, known_machines, stability, stiff
 
     more = {"machines": known_machines, "convergence": convergence, "stability": stability, "stiffness": stiff}
@@ -46,7 +48,7 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
 
 
 def write(results: dict[str, Any], directory: str | Path) -> Path:
-    """Write `accuracy.md` and its figure, `accuracy/error.svg`, below `directory`; return the path of the former."""
+    """Write `accuracy.md` and its figure, `accuracy/error.svg`, into `directory`; return the path of the former."""
     from . import figure, text
 
     directory = Path(directory)
@@ -58,7 +60,7 @@ def write(results: dict[str, Any], directory: str | Path) -> Path:
 
 
 def draw(results: dict[str, Any], path: str | Path) -> Path:
-    """Draw error against run time, a panel a problem, as SVG or PNG by the ending of `path`; return the path."""
+    """Draw error against run time, one panel per problem, as SVG or PNG by the ending of `path`; return the path."""
     from . import figure
 
     return figure.draw(results, path)

@@ -1,4 +1,4 @@
-"""Every method on every problem: how far from the truth it is, and how long it takes, all in one interleaved run."""
+"""Every method on every problem: its error and its run time, in one interleaved run."""
 
 import datetime
 import itertools
@@ -27,8 +27,8 @@ FEW, QUICK_FEW = (1e-4, 1e-6, 1e-8), (1e-6,)  # for methods that are slow at tig
 STEPS = (1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8)  # s
 QUICK_STEPS = (1e-5, 1e-6, 1e-7)  # s
 ROUNDS, QUICK_ROUNDS = 7, 2
-SLOW = 0.2  # s, a run that takes so long has one round: a moment's disturbance hardly shows in it
-ENOUGH = 0.02  # s, a round repeats a short run until it has taken so long
+SLOW = 0.2  # s, a run of this duration has one round: short disturbances hardly affect it
+ENOUGH = 0.02  # s, a round repeats a short run until this time has passed
 FLAGSHIP, TOLERANCE = "b_base", 1e-9
 #: ms per revolution of scipy's DOP853 on the flagship when it was first measured, by tolerance (2-core x86-64 machine):
 #: a rival that takes far more or less than this is not the one that a ratio is quoted against.
@@ -36,13 +36,13 @@ RIVAL = {1e-6: 74.0, 1e-9: 127.0}
 
 
 class Method(NamedTuple):
-    """A way to integrate, at some settings."""
+    """A method of integration, with some settings."""
 
     name: str
-    setting: str  # what is varied: tolerance (1) or step (s)
+    setting: str  # varied setting: tolerance (1) or step (s)
     settings: tuple[float, ...]
     solve: object  # (problem, setting) -> Solution at the problem's times
-    repeat: object  # (problem, setting) -> a function that integrates and returns nothing of use, to be timed
+    repeat: object  # (problem, setting) -> a function to be timed, which integrates; its result is not used
 
 
 def _solve_ours(problem, tolerance: float, method: str) -> Solution:
@@ -74,7 +74,7 @@ def _repeat_scipy(problem, tolerance: float, method: str, times=()):
 
 
 def methods(*, quick: bool) -> list[Method]:
-    """Return the methods and their settings: ours first, then the rivals'."""
+    """Return our methods, then those of the rivals, with their settings."""
     tolerances, steps = (QUICK_TOLERANCES, QUICK_STEPS) if quick else (TOLERANCES, STEPS)
     few = QUICK_FEW if quick else FEW
 
@@ -95,10 +95,10 @@ def methods(*, quick: bool) -> list[Method]:
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return every figure of every method on every problem, as `results["problems"][i]["rows"]`, and `headline`.
 
-    `note` : called with a sentence on what is being done.  Times are the least of several rounds, in each of which
-    every method has its turn; compilation is over before.  Our time is that of the whole call of `simulate` with every
-    figure of the summary and no history; `integration_ms_per_revolution` is the part of it that the summary calls
-    `run_time`.
+    `note` : called with progress messages.  Times are the least of several rounds, in each of which every method has
+    one
+    turn, after compilation.  Our time is that of the whole call of `simulate` with every figure of the summary and no
+    history; `integration_ms_per_revolution` is the part that the summary calls `run_time`.
     """
     results = stamp("clearsweep verify" + (" --quick" if quick else "")) | {
         "quick": quick,
@@ -155,12 +155,12 @@ def _row(method: Method, setting: float, verdict: Verdict, solution: Solution) -
 
 
 def _number(value):
-    """Return a value that JSON has a word for."""
+    """Return a value that JSON can represent."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _least_times(runs: list, rounds: int, slow: float, timer) -> tuple[np.ndarray, list]:
-    """Return the least time (s) of each of `runs`, and the least time that it reports of itself, if it does."""
+    """Return the least time (s) of each of `runs`, and the least time reported by the run itself, if any."""
     least, inner = np.full(len(runs), math.inf), [None] * len(runs)
     for _ in range(rounds):
         for i, run in enumerate(runs):
@@ -207,9 +207,10 @@ def headline(entries: list[dict]) -> dict:
 
 
 def time_at_error(entry: dict, method: str, error: float) -> float | None:
-    """Return the time (ms a revolution) at which a method reaches an error, between its settings on a log-log line.
+    """Return the time (ms per revolution) at which a method reaches an error, interpolated between its settings
+    (log-log).
 
-    None where its settings do not span the error.
+    None if its settings do not span the error.
     """
     rows = [row for row in entry["rows"] if row["method"] == method and row["error_first_half"]]
     points = [(row["error_first_half"], row["ms_per_revolution"]) for row in rows]
@@ -220,7 +221,7 @@ def time_at_error(entry: dict, method: str, error: float) -> float | None:
 
 
 def stamp(command: str) -> dict:
-    """Return what was run, when and on what."""
+    """Return command, date and machine of a measurement."""
     return {
         "command": command,
         "version": clearsweep.__version__,
@@ -231,7 +232,7 @@ def stamp(command: str) -> dict:
 
 
 def machine() -> dict:
-    """Return what the figures were measured on."""
+    """Return a description of the machine."""
     return {
         "system": f"{platform.system()} {platform.machine()}",
         "processor": _processor(),
@@ -242,7 +243,7 @@ def machine() -> dict:
 
 
 def _processor() -> str:
-    """Return the processor's name, where the system gives it."""
+    """Return the processor's name, if the system reports it."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

@@ -1,8 +1,9 @@
-"""Where an error at a point says nothing any more: how statistics settle with the tolerance and the length of the run.
+"""Convergence of statistics with the tolerance and the length of a run, where pointwise errors are meaningless.
 
-Beyond the first revolution or two two integrations of the same chaotic motion are two samples of it, whatever their
-tolerance.  What can converge are figures over many revolutions: with the length of the run to a value with an interval
-(blocks of revolutions, see `blocks`), and these intervals must agree from tolerance to tolerance.
+After one or two revolutions two integrations of the same chaotic motion are two samples of it, whatever their
+tolerance.  Only figures over many revolutions can converge.  With the length of the run they converge to a value with
+an
+interval (blocks of revolutions, see `blocks`), and these intervals must agree between tolerances.
 """
 
 import copy
@@ -20,7 +21,7 @@ from ..simulation.batch_means import Blocks, Interval
 from ..simulation.trajectory import simulate
 from .problems import problems
 
-PROBLEM, DISCARD = "b_base", 2  # and its revolutions before statistics begin
+PROBLEM, DISCARD = "b_base", 2  # and the revolutions before its statistics begin
 WEAR = {"law": "archard", "coefficient": 2e-14}
 FIGURES = ("rod_slider_force_rms", "rod_slider_force_p99", "rod_slider_impacts_per_rev", "rod_slider_wear_rate_max")
 TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
@@ -29,7 +30,7 @@ QUICK_TOLERANCES, QUICK_LENGTHS = (1e-6, 1e-8, 1e-10), (10, 30, 100)
 
 
 class Lengths:
-    """Takes down the intervals of the figures whenever a run has reached one of some lengths."""
+    """Records the intervals of the figures when a run reaches given lengths."""
 
     parts = 1
 
@@ -38,7 +39,7 @@ class Lengths:
         self.intervals: dict[int, dict[str, Interval]] = {}  # length -> figure -> interval
 
     def see(self, work: Work) -> bool:
-        """Take the end of a revolution into account."""
+        """Add the end of a revolution."""
         turns = self.blocks.turns
         self.blocks.note(work)
         if turns in self.lengths:
@@ -47,10 +48,10 @@ class Lengths:
 
 
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
-    """Return the figures and intervals of every tolerance and length as `rows`, and how well they agree.
+    """Return the figures and intervals of every tolerance and length as `rows`, and their agreement.
 
-    `within` : share of the pairs of tolerances, over all figures and lengths, that differ by no more than both
-    intervals together (root of the sum of squares); 0.95 where intervals are what they say.
+    `within` : share of the pairs of tolerances, over all figures and lengths, whose difference is within both intervals
+    combined (root of the sum of squares); 0.95 for correct intervals.
     """
     tolerances, lengths = (QUICK_TOLERANCES, QUICK_LENGTHS) if quick else (TOLERANCES, LENGTHS)
     begin, rows = time.perf_counter(), []

@@ -1,9 +1,9 @@
 """The cases of the stability table: stiff, extreme and degenerate ones, each with a name.
 
 They span stiffness 1e5 to 1e14 N/m^1.5, clearance 1e-7 to 5e-3 m, restitution 0.01 to 1, speed 1 to 50,000 rpm,
-friction 0 to 1, masses over four decades, one to three open joints.  Stiffness and speed go together so that the load
-presses the surfaces by less than the joint's size; a contact is at most some 1e5 oscillations from the next revolution,
-but for the group `dear`, whose cases may take more steps than the budget has.
+friction 0 to 1, masses over four decades, one to three open joints.  Stiffness increases with speed so that the
+penetration under load is smaller than the joint.  A contact has at most some 1e5 oscillations per revolution, except in
+the group `dear`, whose cases may need more steps than the budget.
 """
 
 import itertools
@@ -41,10 +41,10 @@ SPEED_AND_STIFFNESS = {  # rpm -> N/m^1.5
     20000: 1e12,
     50000: 1e12,
 }
-MIXED, SEED = 48, 20240229  # drawn at random, always the same ones
+MIXED, SEED = 48, 20240229  # drawn at random with a fixed seed
 SURFACES = ("johnson/fractal", "compatible/kogut-etsion", "compatible/", "power/fractal")  # elastic law/roughness
 ROUGH, ROUGH_SEED = 10, 20261122
-CYCLES = 5e4  # oscillations in contact per revolution that a mixed case may have
+CYCLES = 5e4  # largest number of oscillations in contact per revolution of a mixed case
 
 Section = dict[str, Any]  # of a grid, in SI
 
@@ -55,7 +55,7 @@ class Extreme(NamedTuple):
     name: str  # group/what
     grid: Section
     shift: tuple = ()  # clearances by which the slider, and lengths of the rod's end, are displaced at the start
-    tuning: tuple = ()  # (what: graze or meet, dotted path, low, high): made by bisection, see `tuning`
+    tuning: tuple = ()  # (kind: graze or meet, dotted path, low, high): found by bisection, see `tuning`
 
     @property
     def group(self) -> str:
@@ -64,7 +64,7 @@ class Extreme(NamedTuple):
 
 
 def contact(stiffness: float = 6.61e10, restitution: float = 0.9) -> Section:
-    """Return a contact section whose free impact gives back exactly `restitution`."""
+    """Return a contact section whose free impact has exactly this `restitution`."""
     return {"law": "exact", "stiffness": stiffness, "restitution": restitution}
 
 
@@ -83,7 +83,7 @@ def ambrosio(coefficient: float) -> Section:
     return {"law": "ambrosio", "coefficient": coefficient, "v0": 1e-3, "v1": 1e-2}
 
 
-def crank(  # noqa: PLR0913 - what a case may differ in, each by name
+def crank(  # noqa: PLR0913 - parameters that differ between cases, by name
     opening: str,
     *,
     speed: float = 5000.0,
@@ -95,7 +95,7 @@ def crank(  # noqa: PLR0913 - what a case may differ in, each by name
     gravity: float = 0.0,
     start: str = "centred",
 ) -> Section:
-    """Return a grid of a slider-crank open at the joints that the letters of `opening` name.
+    """Return a grid of a slider-crank open at the joints given by the letters of `opening`.
 
     `speed` : rpm; `mass` : factor on all masses and inertias.
     """
@@ -134,12 +134,12 @@ def pair(
 
 
 def cases() -> list[Extreme]:
-    """Return all cases of the table but those of `machines`."""
+    """Return all cases of the table except those of `machines`."""
     return [*_along_the_axes(), *_degenerate(), *_tuned(), *_stiff(), *_mixed(), *_pairs(), *_surfaces(), *_dear()]
 
 
 def _along_the_axes() -> Iterator[Extreme]:
-    """Yield cases in which one quantity goes through its range."""
+    """Yield cases in which one quantity varies over its range."""
     for (stiffness, speed), opening in itertools.product(STIFFNESS_AND_SPEED.items(), ("C", "BC", "ABC")):
         yield Extreme(f"stiffness/{opening} {stiffness:.0e}", crank(opening, speed=speed, law=contact(stiffness)))
     for clearance, opening in itertools.product((1e-7, 1e-6, 1e-5, 5e-5, 2e-4, 1e-3, 2e-3, 5e-3), ("C", "AB", "ABC")):
@@ -176,7 +176,7 @@ def _degenerate() -> Iterator[Extreme]:
 
 
 def _tuned() -> Iterator[Extreme]:
-    """Yield grazing onsets, and onsets of two joints at one time."""
+    """Yield grazing onsets, and simultaneous onsets of two joints."""
     for opening, speed, restitution in itertools.product("ABC", (1000, 5000), (0.9, 0.7)):
         grid = crank(opening, speed=speed, law=contact(restitution=restitution))
         tuning = ("graze", f"joints.{LETTERS[opening]}.clearance", 1e-4, 3e-3)
@@ -189,7 +189,7 @@ def _tuned() -> Iterator[Extreme]:
 
 
 def _stiff() -> Iterator[Extreme]:
-    """Yield contacts whose damping or friction outruns the motion."""
+    """Yield contacts whose damping or friction is faster than the motion."""
     for damping, opening, speed in itertools.product((1e6, 1e7), ("C", "BC"), (300, 1500, 5000)):
         grid = crank(opening, speed=speed, law=voigt(damping))
         yield Extreme(f"stiff/{opening} damping {damping:.0e}, {speed} rpm", grid)
@@ -202,7 +202,7 @@ def _stiff() -> Iterator[Extreme]:
 
 
 def _mixed() -> Iterator[Extreme]:
-    """Yield cases in which everything differs at once."""
+    """Yield cases in which all quantities differ."""
     draw = np.random.default_rng(SEED)
     for number in range(MIXED):
         opening = OPENINGS[number % len(OPENINGS)]
@@ -210,7 +210,7 @@ def _mixed() -> Iterator[Extreme]:
         mass, restitution = 10.0 ** draw.uniform(-2.0, 2.0), float(draw.choice([0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0]))
         coefficient, gravity = float(draw.choice([0.0, 0.05, 0.3, 1.0])), float(draw.choice([0.0, 9.81]))
         load = 0.65 * mass * (gravity + 0.05 * (speed * math.pi / 30.0) ** 2)
-        softest = max(1e5, load / 5e-4**1.5)  # presses by half a millimetre
+        softest = max(1e5, load / 5e-4**1.5)  # penetration of half a millimetre
         # the frequency of small oscillations, sqrt(1.5 K^(2/3) F^(1/3) / m), times the duration of a revolution
         stiffest = ((CYCLES * speed / 60.0 * 2.0 * math.pi) ** 2 * 0.14 * mass / (1.5 * load ** (1.0 / 3.0))) ** 1.5
         stiffest = min(max(stiffest, softest), 1e14)
@@ -238,7 +238,7 @@ def _pairs() -> Iterator[Extreme]:
 
 
 def _surfaces() -> Iterator[Extreme]:
-    """Yield rough and conformal joints in which everything differs at once."""
+    """Yield rough and conformal joints in which all quantities differ."""
     draw = np.random.default_rng(ROUGH_SEED)
     for number in range(ROUGH):
         elastic, _, rough = SURFACES[number % len(SURFACES)].partition("/")
@@ -257,7 +257,7 @@ def _surfaces() -> Iterator[Extreme]:
 
 
 def _dear() -> Iterator[Extreme]:
-    """Yield contacts that oscillate so often in a revolution that the budget of steps is at stake."""
+    """Yield contacts with so many oscillations per revolution that they may exceed the budget of steps."""
     yield Extreme("dear/C undamped 1e14, 1 rpm", crank("C", speed=1, law=contact(1e14, 1.0)))
     yield Extreme("dear/ABC undamped 1e14, 1 rpm", crank("ABC", speed=1, law=contact(1e14, 1.0), gravity=9.81))
     yield Extreme("dear/C 1e14, 10 rpm", crank("C", speed=10, law=contact(1e14, 0.9), gravity=9.81))

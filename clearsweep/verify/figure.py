@@ -1,4 +1,4 @@
-"""Error against run time, drawn."""
+"""Drawing of error against run time."""
 
 from pathlib import Path
 from typing import Any
@@ -21,9 +21,9 @@ FIRST_HALF, RATIO = "error over the first half [1]", "error of the restitution [
 
 
 def draw(results: dict[str, Any], path: str | Path) -> Path:
-    """Draw error against run time for every problem of `results`, as `measure` returned them; return the path.
+    """Draw error against run time for every problem of `results`, from `measure`; return the path.
 
-    The ending of `path` chooses the format: .svg, .png or .pdf.
+    The ending of `path` determines the format: .svg, .png or .pdf.
     """
     entries = results["problems"]
     rows = -(-len(entries) // COLUMNS)

@@ -1,14 +1,15 @@
-"""The table of the film law `reynolds`: solutions of Reynolds' equation in two dimensions, and the expansion of them.
+"""The table of the film law `reynolds`: solutions of Reynolds' equation in two dimensions, and their expansion.
 
-`python -m clearsweep.verify.film_table` makes the file that the law reads, which takes some minutes.
+`python -m clearsweep.verify.film_table` writes the file that the law reads, in some minutes.
 
 With H = 1 + eps cos(theta), y = 2 z / L and the pressure in units of 6 mu R^2 / c^2, the film obeys
 
     (H^3 p_theta)_theta + (H^3 p_y)_y / (L / D)^2 = -f,  f = W sin(theta) - S cos(theta),  W = w eps,  S = 2 eps'
 
 where p > 0, and p >= 0 with no outflow from the cavity elsewhere: Reynolds' boundary condition as an obstacle problem.
-p maximises the power l(p) - a(p, p) / 2 over all p >= 0 (Kinderlehrer & Stampacchia 1980, section VII), so that the
-force is the gradient of half the power l(p) by (-S, W): one function says all, and a film of positive power is passive.
+p maximises the power l(p) - a(p, p) / 2 over all p >= 0 (Kinderlehrer & Stampacchia 1980, section VII).  Therefore the
+force is the gradient of half the power l(p) by (-S, W): one function determines both components, and a film of positive
+power is passive.
 """
 
 import math
@@ -20,14 +21,14 @@ from scipy.sparse.linalg import spsolve
 
 from ..mechanics.joint.film import reynolds as law
 
-GRIDS = ((64, 8), (128, 16))  # cells round and along half of the pin; what is left of second order is taken away
-RATIOS, DIRECTIONS = 16, 24  # nodes at which the expansion is found
-SHARE = 0.5  # of the cells that are spread evenly round the pin; the others gather where the film is thin
-GATHERED = 2.2  # how closely cells gather at the end of the pin
+GRIDS = ((64, 8), (128, 16))  # cells around and along half of the pin; the second-order error is extrapolated to zero
+RATIOS, DIRECTIONS = 16, 24  # nodes at which the expansion is fitted
+SHARE = 0.5  # of the cells that are spaced evenly around the pin; the others cluster where the film is thin
+GATHERED = 2.2  # clustering of cells at the end of the pin
 
 
 class Solution(NamedTuple):
-    """What a film does at one motion."""
+    """Result of a film for one motion."""
 
     radial: float  # integral of p cos(theta) over theta and half of the pin, y from 0 to 1
     tangential: float  # of p sin(theta)
@@ -35,10 +36,10 @@ class Solution(NamedTuple):
 
 
 class Film:
-    """A film cut into cells, whose pressure can be found for any motion."""
+    """A discretised film, whose pressure is computed for any motion."""
 
     def __init__(self, slenderness: float, ratio: float, grid: tuple[int, int]) -> None:
-        """Take length / diameter, the eccentricity ratio, and the numbers of cells round and along half of the pin."""
+        """Take length / diameter, the eccentricity ratio, and the numbers of cells around and along half of the pin."""
         around, axial = grid
         faces, self.angles = _round(ratio, around)
         steps = np.arange(2 * axial + 1) / (2.0 * axial)
@@ -59,10 +60,10 @@ class Film:
         self.matrix = sparse.csr_matrix((flat[0], (flat[1], flat[2])), shape=(cells.size, cells.size))
         self.areas = widths[:, None] * spans
         self.cosines, self.sines = np.cos(self.angles), np.sin(self.angles)
-        self.filled: np.ndarray | None = None  # cells under pressure at the last motion, a good guess for the next
+        self.filled: np.ndarray | None = None  # cells under pressure at the last motion, an initial guess for the next
 
     def solve(self, squeeze: float, wedge: float) -> Solution:
-        """Return the Solution for 2 eps' and w eps: the cells under pressure are guessed until they agree with it."""
+        """Return the Solution for 2 eps' and w eps; the set of cells under pressure is iterated until consistent."""
         source = (self.areas * (wedge * self.sines - squeeze * self.cosines)[:, None]).ravel()
         filled = source > 0.0 if self.filled is None else self.filled
         for _ in range(60):
@@ -91,7 +92,7 @@ class Film:
 
 
 def _round(ratio: float, cells: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the angles of the faces of cells, and of the middles between them."""
+    """Return the angles of the faces of cells, and of their centres."""
     fine = np.linspace(0.0, 2.0 * math.pi, 40001)
     density = SHARE + (1.0 - SHARE) * math.sqrt(1.0 - ratio * ratio) / (1.0 + ratio * np.cos(fine))
     counted = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
@@ -100,7 +101,7 @@ def _round(ratio: float, cells: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def short(slenderness: float, ratio: float, squeeze: float, wedge: float) -> tuple[float, float]:
-    """Return the integral of p f and the largest p, as of a Film, of a film that flows along the pin alone."""
+    """Return the integral of p f and the largest p of a film with axial flow only."""
     x, weights = np.polynomial.legendre.leggauss(400)
     angles = math.atan2(squeeze, wedge) + 0.5 * math.pi * (x + 1.0)
     source = wedge * np.sin(angles) - squeeze * np.cos(angles)
@@ -139,7 +140,7 @@ def logarithms(slenderness: float, ratio: float, directions: np.ndarray) -> np.n
 
 
 def coefficients(slenderness: float) -> np.ndarray:
-    """Return the (2, terms, powers) coefficients of the expansions that the law reads, for one length / diameter."""
+    """Return the (2, terms, powers) coefficients of the expansions in the law's file, for one length / diameter."""
     turns = math.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
     depths = np.cos(math.pi * (np.arange(RATIOS) + 0.5) / (2 * RATIOS))
     ratios = np.tanh(law.DEEPEST * depths)

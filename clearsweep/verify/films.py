@@ -1,8 +1,10 @@
-"""Cases of the stability table with films: a factorial drawn once, by a seed, before the first of them was run.
+"""Cases of the stability table with films: a factorial drawn once, by a seed, before the first run.
 
-Two families of FOLD cases: a film alone, which has to carry the load, and a film with a dry joint behind it, of which
-some run so thin that the dry joint carries most.  In every factor each level occurs equally often, as in `machines`.
-The viscosity is given by the ratio of the load to what a film of half its clearance bears by turning.
+There are two families of FOLD cases: a film alone, which must carry the load, and a film with a dry joint behind it.
+In
+some of the latter the film is so thin that the dry joint carries most of the load.  In every factor each level occurs
+equally often, as in `machines`.  The viscosity follows from the ratio of the load to the load capacity of the film at
+half its clearance in pure rotation.
 """
 
 import math
@@ -18,10 +20,10 @@ CRANK, ROD, SLIDER = 0.05, 0.12, 0.14  # m, m, kg
 FACTORS = {
     "speed": (60.0, 300.0, 1500.0, 3000.0, 6000.0),  # rpm
     "clearance": (1e-5, 3e-5, 1e-4, 2e-4, 5e-4),  # m
-    "scarcity": (0.03, 0.1, 0.3, 1.0, 10.0),  # load over what the film bears at half the clearance
+    "scarcity": (0.03, 0.1, 0.3, 1.0, 10.0),  # load over the film's load capacity at half the clearance
     "law": (0, 1, 2, 3, 4),  # of LAWS
     "mass": (0.1, 1.0, 1.0, 1.0, 10.0),  # factor on all masses and inertias
-    "softness": (0.2, 0.4, 0.6, 0.8, 1.0),  # where the stiffness is, as in `machines`
+    "softness": (0.2, 0.4, 0.6, 0.8, 1.0),  # position of the stiffness in its range, as in `machines`
     "restitution": (0.05, 0.3, 0.5, 0.9, 1.0),
     "friction": (0.0, 0.0, 0.05, 0.1, 0.3),
     "width": (5e-7, 1e-6, 2e-6, 2e-6, 5e-6),  # m, of the transition
@@ -74,7 +76,7 @@ def _grid(levels: Levels, *, dry: bool) -> Section:
 
 
 def _joint(levels: Levels, load: float, *, dry: bool) -> Section:
-    """Return a joint whose film at half its clearance bears `load` (N) over the scarcity, by turning as the crank."""
+    """Return a joint whose film at half its clearance carries `load` (N) over the scarcity at the crank's speed."""
     rate, clearance = levels["speed"] * math.pi / 30.0, levels["clearance"]
     bears = 2.6 * LENGTH * RADIUS**3 / clearance**2 * rate  # N per Pa s, for length / diameter 1, to an order
     film: Section = {"law": LAWS[int(levels["law"])], "viscosity": load / (levels["scarcity"] * bears)}

@@ -1,7 +1,7 @@
-"""Cases of the stability table with joints in space: a factorial drawn once, by a seed.
+"""Cases of the stability table with spatial joints: a factorial drawn once, by a seed.
 
-Of each form there are FOLD cases; in every factor each level occurs equally often in each of them, in an order drawn at
-random.  Stiffness is chosen as for `machines`; misalignment is a share of the tilt that jams the journal.
+There are FOLD cases of each form; in every factor each level occurs equally often in each form, in random order.
+Stiffness is chosen as for `machines`; misalignment is a share of the tilt that jams the journal.
 """
 
 import math
@@ -17,12 +17,12 @@ FACTORS = {
     "clearance": (3e-6, 3e-5, 2e-4, 1e-3),  # m
     "axial": (0.3, 1.0, 3.0, 10.0),  # axial clearance over the radial one
     "restitution": (0.05, 0.5, 0.9, 1.0),
-    "softness": (0.0, 0.33, 0.67, 1.0),  # where the stiffness is, on the logarithmic scale from softest to stiffest
+    "softness": (0.0, 0.33, 0.67, 1.0),  # position of the stiffness on the logarithmic scale from softest to stiffest
     "friction": (0.0, 0.0, 0.1, 0.5),
     "mass": (0.1, 1.0, 1.0, 30.0),  # factor on all masses and inertias
-    "tilt": (0.0, 0.1, 0.3, 0.7),  # share of what the clearances leave
+    "tilt": (0.0, 0.1, 0.3, 0.7),  # share of the tilt that the clearances allow
 }
-#: The open joint, what the other one allows, and whether there are flanges.
+#: The open joint, the freedoms of the other one, and whether there are flanges.
 FORMS = {
     "flanges": ("crank-rod", "spherical", True),
     "edges": ("crank-rod", "spherical", False),
@@ -50,7 +50,7 @@ def _said(levels: Levels) -> str:
 
 
 def _ends(levels: Levels, *, flange: bool) -> Section:
-    """Return flanges, or a journal that goes beyond its bearing, and how the bearing is misaligned."""
+    """Return flanges, or a journal that extends beyond its bearing, and the misalignment of the bearing."""
     axial = levels["axial"] * levels["clearance"]
     steepest = min(levels["clearance"] / (0.5 * LENGTH), axial / RADIUS if flange else math.inf)
     tilt = [0.8 * levels["tilt"] * steepest, 0.6 * levels["tilt"] * steepest]

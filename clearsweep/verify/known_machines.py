@@ -1,7 +1,7 @@
-"""Error against run time on machines whose motion is known in quadruple precision: one of each kind.
+"""Error against run time on machines with known motion in quadruple precision: one of each kind.
 
-`references/machines.json` says how the trajectories were made.  The error is the largest of any channel of the bodies,
-over the channel's own largest value, up to where a comparison is fair.
+`references/machines.json` describes the origin of the trajectories.  The error is the largest of all channels of the
+bodies, over the channel's own largest value, up to the time where a comparison is meaningful.
 """
 
 import copy
@@ -17,7 +17,7 @@ from ..simulation import scene
 from ..simulation.trajectory import simulate
 
 TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12)
-ROUNDS = 3  # of which the least run time counts
+ROUNDS = 3  # the least run time counts
 STILL = 1e-9  # largest value below which a channel is at rest
 TITLES = {
     "fb_c": "four-bar, clearance in coupler-rocker",
@@ -37,7 +37,7 @@ def references() -> dict[str, Any]:
 
 
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
-    """Return `rows`, one for every machine and tolerance; none where it has to be `quick`: each compiles a scene."""
+    """Return `rows`, one for every machine and tolerance; none if `quick`, because each machine compiles a scene."""
     rows = []
     for name, entry in ({} if quick else references()).items():
         if note:
@@ -75,11 +75,11 @@ def run(name: str, entry: dict[str, Any], tolerance: float) -> dict[str, Any]:
 
 
 def event_error(moments: np.ndarray, truth: np.ndarray) -> float:
-    """Return by how much (s) the worst of as many events is off, 0 where there are none: a film may bear for ever."""
+    """Return the largest error (s) of corresponding events, 0 without events."""
     return float(np.max(np.abs(moments - truth), initial=0.0))
 
 
 def _error(computed: np.ndarray, truth: np.ndarray) -> float:
-    """Return the largest error over the largest value, 0 of a channel at rest."""
+    """Return the largest error over the largest value, 0 for a channel at rest."""
     size = float(np.max(np.abs(truth)))
     return float(np.max(np.abs(computed - truth))) / size if size > STILL and math.isfinite(size) else 0.0

@@ -1,7 +1,7 @@
 """Cases of the stability table with loads, free cranks, four-bars, guides, elastic rods: a factorial drawn by a seed.
 
-Each family has FOLD cases.  In every factor each level occurs equally often, in an order drawn at random: a balanced
-factorial.  Stiffness is between what the load presses by half a millimetre and what oscillates CYCLES times in a
+Each family has FOLD cases.  In every factor each level occurs equally often, in random order: a balanced factorial.
+Stiffness is between that with a penetration of half a millimetre under load and that with CYCLES oscillations per
 revolution, as in the mixed cases of `extremes`.
 """
 
@@ -15,10 +15,10 @@ from .extremes import CYCLES, Extreme, Section, contact, tanh
 SEED, FOLD = 20261122, 16
 LINKS = {"crank": (0.05, 0.3, 1e-4), "rod": (0.12, 0.21, 2.5e-4), "rocker": (0.1, 0.25, 2.2e-4)}  # m, kg, kg m^2
 FACTORS = {
-    "speed": (30.0, 300.0, 1500.0, 6000.0),  # rpm; of a free crank about what it settles at
+    "speed": (30.0, 300.0, 1500.0, 6000.0),  # rpm; of a free crank near its steady speed
     "clearance": (1e-6, 3e-5, 3e-4, 2e-3),  # m
     "restitution": (0.05, 0.5, 0.9, 1.0),
-    "softness": (0.0, 0.33, 0.67, 1.0),  # where the stiffness is, on the logarithmic scale from softest to stiffest
+    "softness": (0.0, 0.33, 0.67, 1.0),  # position of the stiffness on the logarithmic scale from softest to stiffest
     "load": (0.0, 1.0, 30.0, 1000.0),  # N on the slider, or N m / 10 on the rocker
     "friction": (0.0, 0.0, 0.1, 0.5),
     "mass": (0.1, 1.0, 1.0, 30.0),  # factor on all masses and inertias
@@ -85,14 +85,14 @@ def _pressed(levels: Levels) -> Section:
 
 
 def _loaded(levels: Levels) -> Section:
-    """Return a slider-crank that is pressed on."""
+    """Return a slider-crank with a load on its slider."""
     return _grid(
         levels, _slider_crank(levels), {"rod-slider": _joint(levels) | {"bearing_radius": 0.01}}, _pressed(levels)
     )
 
 
 def _free(levels: Levels) -> Section:
-    """Return a slider-crank that a motor turns from half its speed, with a flywheel that outlasts its load."""
+    """Return a slider-crank with a motor, from half its speed, and a flywheel whose energy exceeds the load's work."""
     rate, lift = levels["speed"] * math.pi / 30.0, 0.1 * (levels["load"] + 0.7 * 9.81 * levels["mass"])
     motor = {"stall_torque": 2.0 * lift + 1.0, "no_load_speed": rate}
     flywheel = 2.0 * lift * 2.0 * math.pi / (0.25 * rate**2) + 1e-3 * levels["mass"]
@@ -102,7 +102,7 @@ def _free(levels: Levels) -> Section:
 
 
 def _four_bar(levels: Levels) -> Section:
-    """Return a four-bar whose rocker is braked."""
+    """Return a four-bar with a brake on its rocker."""
     links = {"crank": _link("crank", levels), "coupler": _link("rod", levels), "rocker": _link("rocker", levels)}
     mechanism = {"type": "four-bar", "ground": {"length": 0.13}, **links}
     loads = {"brake": {"on": "rocker", "torque": -0.1 * levels["load"]}}
@@ -110,14 +110,14 @@ def _four_bar(levels: Levels) -> Section:
 
 
 def _guide(levels: Levels) -> Section:
-    """Return a slider-crank whose slider has play in its guide."""
+    """Return a slider-crank with clearance in its guide."""
     joint = _joint(levels) | {"length": 0.06, "height": 0.03}
     mechanism = _slider_crank(levels, inertia=5e-5 * levels["mass"])
     return _grid(levels, mechanism, {"slider-ground": joint}, _pressed(levels))
 
 
 def _elastic(levels: Levels) -> Section:
-    """Return a slider-crank whose rod gives: from as much as rubber to as little as ten of steel."""
+    """Return a slider-crank with an elastic rod: from as soft as rubber to ten times as stiff as steel."""
     mechanism = _slider_crank(levels)
     softer = levels["softness"] * (1.0 if levels["restitution"] < 0.8 else 0.5)
     damping = 0.1 if levels["restitution"] < 0.1 else 0.01

@@ -1,7 +1,7 @@
-"""Problems whose answers are known: quadruple-precision trajectories of slider-cranks, and impacts of two bodies.
+"""Problems with known answers: quadruple-precision trajectories of slider-cranks, and impacts of two bodies.
 
-`references/planar.json` says where its trajectories come from and what its rows hold.  A problem makes its scene, says
-where to report, and judges what an integrator found.
+`references/planar.json` describes the origin of its trajectories and its rows.  A problem builds its scene, gives the
+output times, and assesses the solution of an integrator.
 """
 
 import copy
@@ -26,18 +26,18 @@ KINDS = {"on": ONSET, "off": SEPARATION}
 
 
 class Verdict(NamedTuple):
-    """How far from the truth a solution is, or None if that cannot be said."""
+    """Errors of a solution, None where undefined."""
 
     first_half: float | None  # largest error of a sample in the first half of the run, over its scale
     whole: float  # the same over the whole run; impact pair: largest error of a restitution
     events: int  # contact onsets and separations found
-    events_exact: bool  # as many as there are, of the same joints and kinds in the same order
+    events_exact: bool  # correct number, joints and kinds in the correct order
     peaks: float | None  # largest relative error of a force peak in the first half
-    first_peaks: float | None  # the same of the first three force peaks
+    first_peaks: float | None  # as peaks, of the first three force peaks
 
 
 class Trajectory(NamedTuple):
-    """A slider-crank whose motion is known at some times."""
+    """A slider-crank whose motion is known at given times."""
 
     name: str
     title: str
@@ -57,7 +57,7 @@ class Trajectory(NamedTuple):
         return self.times[-1]
 
     def assess(self, solution: Solution) -> Verdict:
-        """Return how far a solution is from the truth, pointwise at the samples."""
+        """Return the errors of a solution at the samples."""
         half = len(self.times) // 2
         complete = solution.states.shape == self.samples.shape and bool(np.all(np.isfinite(solution.states)))
         error = np.abs(solution.states - self.samples) / self.scales if complete else np.full((2 * half, 1), np.nan)
@@ -74,7 +74,7 @@ class Trajectory(NamedTuple):
         )
         if len(ours) != len(truth) or not len(truth) or not np.all(ours > 0.0):
             return None
-        return float(np.nanmax(np.abs(ours / truth - 1.0)))  # nan: a peak that is not known
+        return float(np.nanmax(np.abs(ours / truth - 1.0)))  # nan: an unknown peak
 
 
 class ImpactPair(NamedTuple):
@@ -85,15 +85,15 @@ class ImpactPair(NamedTuple):
     grid: dict
     restitution: float  # the ratio, of every impact
     separations: int
-    end: float  # s, not reached before the last separation
+    end: float  # s, later than the last separation
     times: np.ndarray = np.empty(0)
-    revolutions: float = 1.0  # its cost is that of the whole run
+    revolutions: float = 1.0  # cost is measured over the whole run
     measure: str = "restitution"
     tightest: float = 0.0
 
     @property
     def events(self) -> np.ndarray:
-        """Return the events as `Trajectory.events` has them, of which only joint and kind are given."""
+        """Return the events in the form of `Trajectory.events`, with joint and kind only."""
         return np.array([(0.0, 0.0, kind, 0.0, 0.0) for kind in (ONSET, SEPARATION)] * self.separations)
 
     def assess(self, solution: Solution) -> Verdict:
@@ -109,7 +109,7 @@ def _same_events(computed: np.ndarray, truth: np.ndarray) -> bool:
 
 
 def scene_of(problem, tolerance: float, method: str = "auto"):
-    """Return the Scene of a problem, to be integrated with `tolerance`; nothing is stored on the way."""
+    """Return the Scene of a problem, to be integrated with `tolerance`; no history is stored."""
     settings = {"simulate.tolerance": tolerance, "simulate.method": method}
     return scene.build(grid.load(problem.grid, scene.catalogue(), settings).case(0))
 
@@ -117,7 +117,7 @@ def scene_of(problem, tolerance: float, method: str = "auto"):
 def returned(factor: float) -> float:
     """Return the ratio of rebound to approach speed under F = F_elastic (1 + chi u), chi being `factor`.
 
-    (1 + W(-(1 + chi) exp(-(1 + chi)))) / chi with Lambert's W, whatever the elastic law, the masses and the speed.
+    It is (1 + W(-(1 + chi) exp(-(1 + chi)))) / chi with Lambert's W, for any elastic law, masses and speed.
     """
     return float(1.0 + lambertw(-(1.0 + factor) * math.exp(-(1.0 + factor))).real) / factor
 
@@ -136,7 +136,7 @@ def problems() -> list:
 def _stiff() -> Trajectory:
     """Return a heavily damped contact as a problem; its trajectory is our own at the tightest tolerance.
 
-    scipy's methods, which share nothing with it but the force law, arrive at the same.
+    scipy's methods, which share only the force law with it, give the same trajectory.
     """
     source = copy.deepcopy(_trajectory("", _held()["b_base"]).grid)
     (joint,) = source["joints"]
@@ -162,7 +162,7 @@ def _trajectory(name: str, entry: dict) -> Trajectory:
             "law": "lankarani-nikravesh",
             "stiffness": entry["stiffness"],
             "restitution": entry["restitution"],
-            "onset": "first",  # as the references were made
+            "onset": "first",  # as for the references
         },
     }
     if "friction" in entry:
@@ -203,7 +203,7 @@ def _pair() -> ImpactPair:
                     "law": "lankarani-nikravesh",
                     "stiffness": 6.61e10,
                     "restitution": 0.9,
-                    "onset": "first",  # which rivals know
+                    "onset": "first",  # supported by the rivals
                 },
             }
         },
@@ -227,7 +227,7 @@ def found_by_simulate(problem, trajectory) -> Solution:
 
 
 def _channel_names(problem) -> list[str]:
-    """Return the channels that hold the compiled state of a problem with known samples, in its order."""
+    """Return the channels with the compiled state of a problem with known samples, in its order."""
     if problem.measure == "restitution":
         return []
     rod = ["rod/x", "rod/y"] if len(problem.grid["joints"]) == 2 else []

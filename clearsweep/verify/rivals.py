@@ -1,8 +1,8 @@
-"""Integrators to measure ours by, on the right-hand side in time of the same compiled laws and mechanism.
+"""Reference integrators, on the right-hand side in time of the same compiled laws and mechanism.
 
-The state here is coordinates, their rates, time; the penetration is that of the coordinates.  One is classical
-Runge-Kutta 4 with a fixed step and no event location, as most papers on clearance joints have it; the others are
-scipy's DOP853, LSODA and Radau, stopped at every contact onset and separation and started anew.
+The state is coordinates, their rates, time; the penetration follows from the coordinates.  One integrator is classical
+Runge-Kutta 4 with a fixed step and without event location, as in most papers on clearance joints.  The others are
+scipy's DOP853, LSODA and Radau, stopped and restarted at every contact onset and separation.
 """
 
 import math
@@ -19,15 +19,15 @@ from ..mechanics.solver.event import ONSET, SEPARATION
 from ..mechanics.trace.objects import machine_code
 
 ROWS = 4  # of the rates: the stages of Runge-Kutta 4
-DEPTH, RATE, NORMAL, JOINT_WIDTH = 0, 1, 2, 3  # what is after the rates, for every joint
+DEPTH, RATE, NORMAL, JOINT_WIDTH = 0, 1, 2, 3  # numbers after the rates, for every joint
 TINY = 1e-300  # m
-RELATIVE = 2.3e-14  # the least relative tolerance that scipy takes
-BLIND = 1e-9  # turns of the crank after an event during which its joint has no further one
-LONGEST = 0.02  # turns of the crank a step may span: none over a contact from free flight to free flight
+RELATIVE = 2.3e-14  # least relative tolerance of scipy
+BLIND = 1e-9  # turns of the crank after an event during which its joint has no other event
+LONGEST = 0.02  # largest step in turns of the crank, so that no step skips a contact
 
 
 class Solution(NamedTuple):
-    """What an integration found and what it took."""
+    """Result and cost of an integration."""
 
     states: np.ndarray  # (samples, coordinates and their rates)
     events: np.ndarray  # (events, 5) time (s), joint, ONSET or SEPARATION, rate (m/s), force peak (N)
@@ -41,7 +41,7 @@ class Solution(NamedTuple):
 
 @kernel
 def load_of(joint, gap, state, onset):
-    """Return the Load of a joint at the penetration of its Gap; a force that would pull is clipped at zero."""
+    """Return the Load of a joint at the penetration of its Gap; a pulling force is clipped at zero."""
     depth = math.sqrt(gap.x * gap.x + gap.y * gap.y) - joint.clearance
     if depth < 0.0:  # a trial step past the separation
         return joint_load(joint, gap, FREE, 0.0, onset)
@@ -65,7 +65,7 @@ loads_of = map_joints(_load, _next)  # of joints, their Gaps, 0 and (state, onse
 
 @kernel
 def rates_in_time(scene, y, state, onset, k, row):
-    """Put the rates of `y` in time into `k[row]`, then depth, its rate and the normal force of every joint.
+    """Write the rates of `y` in time to `k[row]`, then depth, its rate and the normal force of every joint.
 
     y : (n,) coordinates, rates, time; k : (ROWS, n + JOINT_WIDTH * joints); state, onset : (joints,).
     """
@@ -84,7 +84,7 @@ def rates_in_time(scene, y, state, onset, k, row):
 
 
 def rates_entry(scene, y, state, onset, k, row):
-    """Evaluate `rates_in_time` with arrays from bare pointers; `scene` points at the Scene."""
+    """Evaluate `rates_in_time` with arrays from bare pointers; `scene` is a pointer to the Scene."""
     here = scene[0]
     joints, n = len(here.joints), 2 * len(here.coordinates) + 1
     rates_in_time(
@@ -98,7 +98,7 @@ def rates_entry(scene, y, state, onset, k, row):
 
 
 def rates_of(scene, parameters) -> Entry:
-    """Return the Entry that evaluates the right-hand side in time of the compiled `scene`."""
+    """Return the Entry of the right-hand side in time of the compiled `scene`."""
     return entry(rates_entry, scene, "fiff", parameters)
 
 
@@ -115,7 +115,7 @@ def runge_kutta_4(scene, times, step, separations=0) -> Solution:
     step : s, shortened a little so that a whole number of steps lies between the times.
     separations : stop after so many; 0: at the last of the times.
     """
-    parameters = flatten(scene.value)  # compiled code has its address
+    parameters = flatten(scene.value)  # compiled code contains its address
     n, joints = 2 * len(scene.value.coordinates) + 1, len(scene.value.joints)
     each = 0
     if len(times):
@@ -137,26 +137,27 @@ def runge_kutta_4(scene, times, step, separations=0) -> Solution:
 
 
 class March(NamedTuple):
-    """What Runge-Kutta 4 works on: n numbers in the state, j joints."""
+    """Arrays of Runge-Kutta 4: n numbers in the state, j joints."""
 
     y: np.ndarray  # (n,) state
     z: np.ndarray  # (n,) state of a stage
     k: np.ndarray  # (ROWS, n + JOINT_WIDTH j) as in `rates_in_time`
-    state: np.ndarray  # (j,) int64, what each contact does
+    state: np.ndarray  # (j,) int64, mode of each contact
     onset: np.ndarray  # (j,) m/s
     peak: np.ndarray  # (j,) N
 
 
 CODE, PARAMETERS, EACH, WANTED, STEPS, EVALUATIONS, EVENTS = range(7)  # of `counts`
-MOST_EVENTS = 1 << 16  # that are kept
+MOST_EVENTS = 1 << 16  # capacity of the log
 
 
 @machine_code
 def _march(work, counts, states, log, step):
-    """Take steps of Runge-Kutta 4; every counts[EACH] of them a row of `states` is filled.
+    """Take steps of Runge-Kutta 4; fill a row of `states` every counts[EACH] steps.
 
-    A contact begins at the first step that finds itself inside, which also sets the onset rate, and ends at the first
-    one that finds itself outside.
+    A contact begins at the first step with penetration, which also sets the onset rate, and ends at the first step
+    without
+    penetration.
     """
     y, z, k, state, onset, peak = work.y, work.z, work.k, work.state, work.onset, work.peak
     n, joints, each, ended = y.size, state.size, counts[EACH], 0
@@ -200,11 +201,13 @@ def _march(work, counts, states, log, step):
 
 
 def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> Solution:
-    """Integrate with `scipy.integrate.solve_ivp` and its `method`, from event to event, each located on dense output.
+    """Integrate with `scipy.integrate.solve_ivp` and its `method`, from event to event, located on dense output.
 
-    `times` : (n,) s, where to report, may be empty; `end` : s, or `separations`, after which to stop.  Errors are
-    measured as ours are, in clearances: a step may err by `tolerance` times clearance, rates by that times crank
-    speed, whatever the size of the coordinates.  Force peaks are not searched for.
+    `times` : (n,) s, output times, may be empty; `end` : s; or `separations`, after which to stop.  Errors are scaled
+    as ours
+    are, in clearances: the error of a step is at most `tolerance` times clearance, of rates times crank speed,
+    regardless of
+    the size of the coordinates.  There is no search for force peaks.
     """
     value = scene.value
     parameters = flatten(value)
@@ -226,7 +229,7 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
         place = 2 * half + 1 + JOINT_WIDTH * j + DEPTH
 
         def depth(t, y):
-            if at_event == j and t - begin < blind:  # zero but for rounding, whose sign must not hide the next event
+            if at_event == j and t - begin < blind:  # zero except for rounding, whose sign must not hide the next event
                 return -TINY * depth.direction
             return evaluate(t, y)[place]
 
@@ -243,7 +246,7 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
         for j in range(joints):
             depths[j].direction = 1.0 if state[j] == FREE else -1.0
         remaining = times[times > begin] if len(times) else None
-        with np.errstate(all="ignore"):  # a step tried far too long may overflow; it is rejected
+        with np.errstate(all="ignore"):  # a trial step that is far too long may overflow; it is rejected
             solution = solve_ivp(
                 slope,
                 (begin, end),

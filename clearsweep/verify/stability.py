@@ -56,19 +56,20 @@ from . import extremes, films, in_space, machines
 from .extremes import Extreme
 from .tuning import tuned
 
-ENERGY = 1000.0  # tolerances a revolution
+ENERGY = 1000.0  # tolerances per revolution
 LOAD = 2.0
-SLACK = 1e-6  # of the bound, and of the clearance outside of contacts: what the tolerance leaves
-SAMPLES = 4000  # places of the run at which every joint is looked at
+SLACK = 1e-6  # of the bound, and of the clearance outside of contacts: permitted by the tolerance
+SAMPLES = 4000  # samples of every joint per run
 QUICK = 30
 ANGLES = np.linspace(0.0, 2.0 * math.pi, 361)
 
 
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
-    """Return what became of every case of the table: `rows`, and their summary.
+    """Return the results of all cases of the table, `rows`, and their summary.
 
-    `quick` takes some of each group, none of `machines`, `films` and `in_space`, each kind of which compiles a scene;
-    `note` is called with a sentence on what is being done.
+    `quick` runs some of each group, and none of `machines`, `films` and `in_space`, each kind of which compiles a
+    scene;
+    `note` is called with progress messages.
     """
     rows, begin = [], time.perf_counter()
     whole = (*extremes.cases(), *machines.cases(), *films.cases(), *in_space.cases())
@@ -91,7 +92,7 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
 
 
 def some(table: list[Extreme], count: int) -> list[Extreme]:
-    """Return `count` cases: of each group in turn, evenly from its range; none that is dear to run or to compile."""
+    """Return `count` cases, evenly spaced within each group; none that is expensive to run or to compile."""
     groups = [[case for case in table if case.group == name] for name in dict.fromkeys(case.group for case in table)]
     groups = [group for group in groups if group[0].group not in ("dear", "rough")]
     each = math.ceil(count / len(groups))
@@ -100,10 +101,10 @@ def some(table: list[Extreme], count: int) -> list[Extreme]:
 
 
 def run(case: Extreme) -> dict[str, Any]:
-    """Return the row of a case; `failure` is empty where it passes."""
+    """Return the row of a case; `failure` is empty if it passes."""
     made, note = scene_of(case)
     turns = made.case.simulate.revolutions if made.layout.turns else 1.0
-    times = None  # of a free crank they are not known before: the grid's own samples
+    times = None  # of a free crank they are unknown in advance: the grid's own samples
     if not made.crank_clock.free:
         times = np.linspace(0.0, made.crank_clock.at(turns), SAMPLES + 1) if made.layout.turns else np.empty(0)
     trajectory = simulate(made, times=times)
@@ -130,7 +131,7 @@ def run(case: Extreme) -> dict[str, Any]:
 
 
 def scene_of(case: Extreme) -> tuple[scene.Scene, str]:
-    """Return the Scene of a case, tuned and displaced as it asks, and a note on that."""
+    """Return the Scene of a case, tuned and displaced as specified, and a note on that."""
     source, note = tuned(case) if case.tuning else (case.grid, "")
     made = scene.build(grid.load(source, scene.catalogue()).case(0))
     if case.shift:
@@ -144,7 +145,7 @@ def scene_of(case: Extreme) -> tuple[scene.Scene, str]:
 
 
 def _failure(made: scene.Scene, trajectory: Trajectory, row: dict[str, Any]) -> str:
-    """Return why a run that ended `ok` does not pass; empty where it does."""
+    """Return why a run that ended `ok` does not pass; empty if it does."""
     figures = [value for value in trajectory.summary.values() if isinstance(value, float)]
     if not np.all(np.isfinite(figures)) or not all(np.all(np.isfinite(v)) for v in trajectory.channels.values()):
         return "not finite: a figure or a sample"
@@ -161,7 +162,7 @@ def _failure(made: scene.Scene, trajectory: Trajectory, row: dict[str, Any]) -> 
 
 
 def _second_look(made: scene.Scene) -> str:
-    """Return, in words, how well a penetration beyond its bound is founded."""
+    """Return a sentence on the accuracy of a penetration beyond its bound."""
     settings = made.case.simulate
     tighter = settings._replace(tolerance=0.1 * settings.tolerance, step_budget=10 * settings.step_budget)
     end = made.crank_clock.at(settings.revolutions) if made.layout.turns else math.inf
@@ -181,10 +182,10 @@ def _second_look(made: scene.Scene) -> str:
 
 
 def _largest_escape(made: scene.Scene, trajectory: Trajectory, place: int, name: str) -> float:
-    """Return how far (clearances) a sample outside of the logged contacts of a joint is beyond its bearing."""
+    """Return the largest penetration (clearances) of a joint in samples outside of its logged contacts."""
     clearance = float(made.value.joints[place].clearance)
     if isinstance(made.value.joints[place], Film):
-        return 0.0  # there is no surface to be beyond
+        return 0.0  # without surface there is no penetration
     if made.layout.joints[place].corners:
         return _largest_gap(made, trajectory, place, name) / clearance - 1.0
     events = trajectory.events[trajectory.events["joint"] == name]
@@ -194,7 +195,7 @@ def _largest_escape(made: scene.Scene, trajectory: Trajectory, place: int, name:
 
 
 def _largest_gap(made: scene.Scene, trajectory: Trajectory, place: int, name: str) -> float:
-    """Return how far (m) a corner of the slider's block that is in no logged contact gets from where it is centred."""
+    """Return the largest distance (m) of a block's corner outside logged contacts from its centred position."""
     guide, angle, across, farthest = (
         made.value.joints[place],
         trajectory["slider/angle"],
@@ -220,7 +221,7 @@ def share_of_bound(made: scene.Scene, summary: dict[str, Any]) -> float:
     for part, written, joint in trios:
         rate = summary[f"{part.name}_onset_rate_max"]
         impact = getattr(joint.law, "impact", joint.law)
-        factor = getattr(impact, "factor", 0.0) * min(1.0, rate / ONSET_FLOOR)  # laws divide by no less
+        factor = getattr(impact, "factor", 0.0) * min(1.0, rate / ONSET_FLOOR)  # laws do not divide by less
         mass = _mass_of_machine(made, part) if made.machine else _reduced_mass(made.case, part.name)
         energies.append(_damped_energy(mass, rate, factor))
         loads.append(_largest_load(made, written.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
@@ -259,16 +260,16 @@ def _damped_energy(mass: float, rate: float, factor: float) -> float:
 
 
 def _largest_load(made: scene.Scene, name: str) -> float:
-    """Return LOAD times the largest load (N) of a joint in the ideal mechanism, 0 where there is none."""
+    """Return LOAD times the largest load (N) of a joint in the ideal mechanism, 0 without a load."""
     return LOAD * ideal_peaks(made.case).get(name, 0.0)
 
 
 def _mass_of_machine(made: scene.Scene, part: JointLayout) -> float:
-    """Return the largest reduced mass (kg) of a joint of a machine, the others closed, its crank driven to its speed.
+    """Return the largest reduced mass (kg) of a machine's joint, the others closed, its crank driven at its speed.
 
-    Of a guide the mass of all that moves: nothing but its block is struck there, and a rod that pushes it.
+    For a guide it is the total moving mass: only its block is struck there, and a rod that pushes it.
     """
-    assert made.machine is not None  # asked of machines
+    assert made.machine is not None  # called for machines only
     place = made.layout.joints.index(part)
     name, term = made.case.joints[place].name, made.value.joints[place]
     if part.corners:

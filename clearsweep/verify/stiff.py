@@ -1,8 +1,9 @@
-"""What the implicit method saves where the explicit one is limited by stability, and what it costs where that is not.
+"""Savings of the implicit method where stability limits the explicit one, and its cost elsewhere.
 
-Equal error: the explicit method at some tolerance against `auto` at the loosest tolerance, by tens, at which its error
-is no larger.  The truth is the explicit method at TIGHT, with which the implicit one has nothing in common but the
-right-hand side; an evaluation of the Jacobian counts as one of the right-hand side for each of its columns.
+Equal error: the explicit method at some tolerance is compared with `auto` at the loosest power of ten at which its
+error
+is no larger.  The reference is the explicit method at TIGHT, which shares only the right-hand side with the implicit
+one.  An evaluation of the Jacobian counts as one of the right-hand side for each of its columns.
 
 Equal tolerance: `auto` over the better of the two methods, in processor time.
 """
@@ -26,10 +27,10 @@ CHOICE_TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
 METHODS = ("explicit", "implicit", "auto")
 DEFAULT = 1e-8
 TIGHT = 1e-11
-TIGHTER = 3  # tens by which `auto` may be tighter
-SAMPLES = 160  # a revolution, at which the error is taken
-STEPS = 3e6  # budget: the explicit method is given what it needs
-ROUNDS = 3  # of which the least run time counts
+TIGHTER = 3  # powers of ten by which `auto` may be tighter
+SAMPLES = 160  # per revolution, samples of the error
+STEPS = 3e6  # budget: not a limit for the explicit method
+ROUNDS = 3  # the least run time counts
 
 
 def cases() -> list[Extreme]:
@@ -49,9 +50,10 @@ def cases() -> list[Extreme]:
 
 
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
-    """Return `rows`, one for every stiff case and tolerance, of explicit and automatic at equal error; `choices`, of
+    """Return the comparisons of methods: `rows`, `choices` and `others`.
 
-    all methods at equal tolerance; and `others`, of what is not stiff.
+    rows : explicit and automatic at equal error, for every stiff case and tolerance; choices : all methods at equal
+    tolerance; others : cases that are not stiff.
     """
     rows, choices = [], []
     for case in cases():
@@ -99,9 +101,9 @@ def compare(case: Extreme, tolerances: Sequence[float]) -> list[dict[str, Any]]:
 
 
 def choice(case: Extreme, tolerance: float) -> dict[str, Any]:
-    """Return evaluations and processor time (s) of every method, the least of ROUNDS interleaved ones, and their ratio.
+    """Return evaluations and least processor time (s) of ROUNDS interleaved runs of every method, and their ratio.
 
-    A method that uses up its budget of steps takes for ever.
+    The time of a method that exhausts its budget of steps is infinite.
     """
     spent: dict[str, float] = dict.fromkeys(METHODS, math.inf)
     runs: dict[str, results.Trajectory] = {}

@@ -1,4 +1,4 @@
-"""What was measured, as text of a fixed width."""
+"""The measurements as fixed-width text."""
 
 import math
 

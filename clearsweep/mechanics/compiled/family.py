@@ -185,15 +185,19 @@ def kinds(value):
 
 def _recall(part, numbers):
     """Return what `_walk` returns for a part of a scene; the cases of a sweep share their mechanism."""
-    latest = _PARTS.get(type(part))
-    if latest is None or latest[0] is not part:
+    known = _PARTS.get(id(part))
+    if known is None:
         own: list[float] = []
-        _PARTS[type(part)] = latest = part, _walk(part, own), own
-    numbers += latest[2]
-    return latest[1]
+        known = part, _walk(part, own), own
+        if len(_PARTS) >= MOST_PARTS:
+            _PARTS.clear()
+        _PARTS[id(part)] = known
+    numbers += known[2]
+    return known[1]
 
 
-_PARTS: dict[type, tuple] = {}  # the last part of each type with its types and numbers
+MOST_PARTS = 256
+_PARTS: dict[int, tuple] = {}  # id of a part, which stays as long as it is in here -> part, its types, its numbers
 
 
 def _walk(value, numbers, inner=None):

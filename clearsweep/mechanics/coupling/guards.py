@@ -1,7 +1,6 @@
-"""The guards of a scene's laws, and what the laws keep of events, as the loop calls them: by address.
+"""The compiled guards and latched quantities of the laws of a scene, which the loop calls by address.
 
-Only a scene whose laws give the values of guards has code for them, and only one whose laws keep something has code for
-that.
+Code is compiled only for scenes whose laws evaluate guards themselves, and only for laws that latch a quantity.
 """
 
 from typing import NamedTuple
@@ -30,32 +29,32 @@ from .rates import observed_width
 class Guards(NamedTuple):
     """The guards of all joints of a scene, g of them, in the order of their parts; see `contract.Guard`."""
 
-    evaluate: Entry  # puts the values of guards that laws give into `value`; NO_ENTRY where there is none
-    latch: Entry  # lets laws latch what they keep of an event; NO_ENTRY where none keeps anything
-    contact: np.ndarray  # (g,) int64, at which it acts
-    modes: np.ndarray  # (g,) int64, bit m: it is looked at in mode m
-    leads_to: np.ndarray  # (g,) int64
-    at_start: np.ndarray  # (g,) bool, likewise the next two
+    evaluate: Entry  # computes the guards that laws evaluate and writes them to `value`; NO_ENTRY without such guards
+    latch: Entry  # lets laws latch quantities at an event; NO_ENTRY if no law does
+    contact: np.ndarray  # (g,) int64, index of the contact of each guard
+    modes: np.ndarray  # (g,) int64, bit m is set if the guard is active in mode m
+    leads_to: np.ndarray  # (g,) int64, mode after the passage
+    at_start: np.ndarray  # (g,) bool, as the next two; see `contract.Guard`
     counted: np.ndarray
     ends_run: np.ndarray
-    column: np.ndarray  # (g,) int64, that of the observable that it is, -1 where its law gives the value
-    sign: np.ndarray  # (g,) by which that is multiplied
-    value: np.ndarray  # (g, ELSEWHERE + 1) values of the guards at the nodes of the step in hand, and at another state
-    event: np.ndarray  # (2,) int64, what `latch` is called for: the contact and ENTERED, LEFT or the number of a guard
+    column: np.ndarray  # (g,) int64, column of the observable used as guard; -1 if the law evaluates the guard
+    sign: np.ndarray  # (g,) factor on that observable, 1 or -1
+    value: np.ndarray  # (g, ELSEWHERE + 1) guards at the nodes of the current step; last at any other state
+    event: np.ndarray  # (2,) int64, arguments of `latch`: the contact, and ENTERED, LEFT or the guard's number
 
 
 # ---------------------------------------------------------------------------------------------- the values
 
 
 class _Values(NamedTuple):
-    """What the values of guards are made of."""
+    """Inputs and results of the evaluation of guards."""
 
     y: np.ndarray  # (n,) state
     latched: np.ndarray  # (contacts + l,)
     o: np.ndarray  # (columns, PLACES) observables
-    row: int  # the row of `o` at the state
-    roots: int  # where the roots of penetration begin in `y`
-    value: np.ndarray  # (g,) for the results
+    row: int  # row of `o` with the observables of this state
+    roots: int  # place of the first root of penetration in `y`
+    value: np.ndarray  # (g,) results
 
 
 @kernel
@@ -90,9 +89,9 @@ _evaluate_joints = map_joints(_evaluate_joint, after_joint)
 
 
 def guards_entry(scene, y, nodes, latched, o, value, row):
-    """Put the values of guards that laws give into `value`, see `solver.guarding.evaluate_guards`.
+    """Write the guards that laws evaluate to `value`, see `solver.guarding.evaluate_guards`.
 
-    Arrays are bare pointers; `scene` points at the Scene.
+    Arrays are bare pointers; `scene` is a pointer to the Scene.
     """
     here = scene[0]
     roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
@@ -113,15 +112,15 @@ def guards_entry(scene, y, nodes, latched, o, value, row):
 
 
 class _Event(NamedTuple):
-    """An event at which laws latch."""
+    """The state at an event and the arrays that latching changes."""
 
     y: np.ndarray  # (n,) state, changed
     latched: np.ndarray  # (contacts + l,) changed
     o: np.ndarray  # (columns, PLACES) observables
-    row: int  # the row of `o` at the state
+    row: int  # row of `o` with the observables of this state
     roots: int
     contact: int
-    guard: int  # ENTERED, LEFT or the number of the guard
+    guard: int  # ENTERED, LEFT or the guard's number
 
 
 @kernel
@@ -159,9 +158,10 @@ _latch_joints = map_joints(_latch_joint, after_joint)
 
 
 def latch_entry(scene, y, latched, o, event, row):
-    """Let the laws latch what they keep of an event, from and into `y` and `latched`; observables in row `row` of `o`.
+    """Let the laws latch their quantities at an event: read and change `y` and `latched`; observables are in row `row`
+    of `o`.
 
-    event : (2,) int64, the contact and ENTERED, LEFT or the number of the guard.
+    event : (2,) int64, the contact, and ENTERED, LEFT or the guard's number.
     """
     here = scene[0]
     roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
@@ -183,7 +183,7 @@ def latch_entry(scene, y, latched, o, event, row):
 
 
 def guards_of(scene, parameters, zeros=np.zeros) -> Guards:
-    """Return the Guards of the compiled `scene`; `parameters` : what `flatten(scene)` gave; `zeros` makes arrays."""
+    """Return the Guards of the compiled `scene`; `parameters` : of `flatten(scene)`; `zeros` allocates arrays."""
     key = form_number(scene)
     if key not in _LISTED:
         _LISTED[key] = _listed(scene.joints)
@@ -198,11 +198,11 @@ def guards_of(scene, parameters, zeros=np.zeros) -> Guards:
     )
 
 
-_LISTED: dict[int, tuple[dict[str, np.ndarray], bool]] = {}  # number of the form of a scene -> what `_listed` returns
+_LISTED: dict[int, tuple[dict[str, np.ndarray], bool]] = {}  # key: id of the form of a scene
 
 
 def _listed(joints) -> tuple[dict[str, np.ndarray], bool]:
-    """Return what Guards says of each guard, and whether a law keeps anything: the types of the laws decide that."""
+    """Return the fields of Guards, and whether any law latches a quantity; both depend on the types of laws only."""
     listed = every_guard(joints)
     each = [guard for _, guard in listed]
     flags = ("at_start", "counted", "ends_run")

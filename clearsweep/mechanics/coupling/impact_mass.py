@@ -1,4 +1,4 @@
-"""The mass that takes part in an impact at a contact, passed to the laws that ask for it."""
+"""The effective mass (kg) of an impact at a contact, for the laws that use it."""
 
 from ..compiled.choosing import none_of
 from ..compiled.dual import as_type_of
@@ -14,7 +14,7 @@ from ..mechanism.contract import gaps, impact_masses, place
 
 @family
 def _awaits(joint, gap, place, present):
-    """Return whether the law of a joint needs the mass as things are."""
+    """Return whether the law of a joint needs the effective mass in its current state."""
 
 
 @_awaits.member(None)
@@ -33,7 +33,7 @@ def _law_awaits(joint, gap, place, present):
 
 @family
 def _tell(joint, mass, place, shared):
-    """Return the joint, its law with the mass (kg) of its contact."""
+    """Return the joint with the effective mass (kg) of its contact set in its law."""
 
 
 @_tell.member(None)
@@ -94,16 +94,16 @@ def _joints_at_event(scene, y):
 
 @kernel
 def joints_now(scene, pose, relative, present):
-    """Return the joints of a scene; laws that need it in the JointState, its pose and Gaps, are given their mass."""
+    """Return the joints of a scene; laws that need the effective mass in this JointState and pose get it."""
     return _joints_told(scene, pose, relative, present) if _ask(scene.joints) else scene.joints
 
 
 @kernel
 def joints_at_event(scene, y):
-    """Return the joints of a scene, all laws that can need it given the mass of their contact at the state `y`."""
+    """Return the joints of a scene, with the effective mass at the state `y` set in every law that may need it."""
     return _joints_at_event(scene, y) if _ask(scene.joints) else scene.joints
 
 
 def _ask(joints):
-    """Return whether a law of the joints can need the mass of its contact."""
+    """Return whether any law of the joints may need the effective mass of its contact."""
     return any(type(law) in with_mass.members for _, law in every_part(joints))

@@ -1,15 +1,15 @@
-"""The right-hand side: rates of the state, and what the motion does on the way (observables).
+"""The right-hand side: rates of the state, and the observables of the motion.
 
-State, a vector of n numbers: coordinates q, their rates v, time t, one s per contact, the square root of the
-penetration while the surfaces touch, and the internal states that have rates.  The independent variable is not time but
-tau, with
+The state is a vector of n numbers: coordinates q, their rates v, time t, one root s per contact, and the internal
+states of laws that have rates.  s is the square root of the penetration while the surfaces touch.  The independent
+variable is not time but tau, with
 
     dt/dtau = kappa,   1/kappa = sigma * sum over contacts that touch of 1/s,   kappa = 1 without contact,
 
-and ds/dtau = kappa (rate + relaxation) / (2 s).  A Hertzian contact is singular in time: its force goes with t^1.5 at
-both ends, which costs any high-order method its order there.  In tau it is smooth: the force is K s^3 and s passes
-through zero like a straight line, so that entry and separation are ordinary points and the separation is a simple root.
-The relaxation keeps s^2 and the penetration of the coordinates together (Baumgarte 1972, one integration constant).
+and ds/dtau = kappa (rate + relaxation) / (2 s).  A Hertzian contact is singular in time: its force varies as t^1.5 at
+both ends, where any high-order method loses its order.  In tau it is smooth: the force is K s^3 and s crosses zero
+linearly.  So entry and separation are ordinary points, and the separation is a simple root.  The relaxation keeps s^2
+equal to the penetration that follows from the coordinates (Baumgarte 1972, one integration constant).
 """
 
 from typing import NamedTuple
@@ -76,7 +76,7 @@ class Scene(NamedTuple):
 
     mechanism: tuple  # its compiled form
     joints: tuple  # one Joint per open joint, in the order of the sites
-    coordinates: tuple  # as many zeros as there are coordinates: their number is part of the type
+    coordinates: tuple  # as many zeros as there are coordinates; the number is part of the type
     reference_rate: float  # rad/s, crank speed, or approach speed over clearance
     sigma: float  # m^0.5, sets the unit of tau; any positive number
 
@@ -88,18 +88,18 @@ def _turned_gaps(scene, y, relative):
 
 @kernel
 def turned_gaps(scene, y, relative):
-    """Return the Gaps `relative` of a scene at the state `y`; those of worn joints know how far bodies are turned."""
+    """Return the Gaps `relative` of a scene at the state `y`, with the rotation (rad) of the bodies of worn joints."""
     return _turned_gaps(scene, y, relative) if some_worn(map(type, scene.joints)) else relative
 
 
 def some_worn(kinds):
-    """Return whether a type of joint asks for the angles of its bodies."""
+    """Return whether a type of joint uses the rotation of its bodies."""
     return any(form in with_angles.members for form in kinds)
 
 
 @inlined
 def look(scene, y, mode, latched):
-    """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from it."""
+    """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from the pose."""
     p = place(scene.mechanism, y)
     relative = turned_gaps(scene, y, gaps(scene.mechanism, p))
     present = JointState(y, mode, latched, 2 * len(scene.coordinates) + 1)
@@ -111,7 +111,7 @@ def look(scene, y, mode, latched):
 
 @inlined
 def catching_up(reference_rate, rate, depth, root):
-    """Return half of what the square of a root of penetration changes by, m/s: it follows the depth."""
+    """Return half the rate of the square of a root of penetration, m/s, with its relaxation towards the depth."""
     return 0.5 * (rate + reference_rate * (depth - root * root))
 
 
@@ -133,12 +133,12 @@ _rate_of_root = either(root_rate, _stays)
 
 
 class _Seen(NamedTuple):
-    """Where the observables of contacts go."""
+    """Destination of the observables of contacts."""
 
-    contacts: int  # how many there are
+    contacts: int  # number of contacts
     o: tuple  # (columns, 16)
     row: int
-    accurate: bool  # whether the state is one of the motion
+    accurate: bool  # whether the state is on the solution, not an iterate
 
 
 @kernel
@@ -175,7 +175,7 @@ _put_all_contacts = map_joints(_put_contacts, after_joint)
 
 
 class _Roots(NamedTuple):
-    """Where the rates of roots of penetration go, and what they follow from."""
+    """Destination of the rates of roots of penetration, and their inputs."""
 
     scene: Scene
     present: JointState
@@ -198,11 +198,11 @@ _put_all_roots = map_joints(_put_roots, after_joint)
 
 @inlined
 def rates(scene, y, mode, latched, k, o, row, accurate=True):
-    """Put the rates of `y` with respect to tau into row `row` of `k` and the observables into that of `o`.
+    """Write the rates of `y` with respect to tau to row `row` of `k`, and the observables to row `row` of `o`.
 
-    y : (n,) state; k : (n, 16) and o : (columns, 16), or None if these are not wanted, a row being the last index;
-    mode : (contacts,) what each contact does; latched : see JointState; accurate : whether the state is one of the
-    motion, none that an iteration passes.
+    y : (n,) state; k : (n, 16) and o : (columns, 16), None to omit either; a row is one value of the last index;
+    mode : (contacts,) mode of each contact; latched : see JointState; accurate : whether the state is on the solution,
+    not an iterate.
     """
     n = len(scene.coordinates)
     time = 2 * n
@@ -231,32 +231,32 @@ def rates(scene, y, mode, latched, k, o, row, accurate=True):
 
 @inlined
 def put_error(scene, pose, o, row):
-    """Put the error of the output at a `pose`, which is looked up in tables and wanted at ends of steps alone."""
+    """Write the output error at a `pose`; it comes from a table and is used only at the ends of steps."""
     o[ERROR, row], o[ERROR_RATE, row] = output_error(scene.mechanism, pose)
 
 
 @inlined
 def put_root_rates(scene, relative, present, kappa, k, row):
-    """Put the rates of all roots of penetration into a row of `k`, as the Gaps `relative` have them; see `rates`."""
+    """Write the rates of all roots of penetration to a row of `k`, from the Gaps `relative`; see `rates`."""
     loads = loads_of(scene.joints, relative, present)
     _put_all_roots(scene.joints, loads, first_place(scene.joints, present.roots), _Roots(scene, present, kappa, k, row))
 
 
 @inlined
 def observed_width(scene):
-    """Return how many observables a scene has: those of its joints, and behind them the power of each friction load."""
+    """Return the number of observables of a scene: those of its joints, then the power (W) of each friction load."""
     return observed_columns(scene.joints) + friction_loads(scene.mechanism)
 
 
 @kernel
 def size_of(scene):
-    """Return how many contacts there are, and how many numbers are in the state vector and latched."""
+    """Return the number of contacts, the length of the state vector, and the number of latched values."""
     size = extent(scene.joints)
     return size.contact, 2 * len(scene.coordinates) + 1 + size.contact + size.internal, size.contact + size.latched
 
 
 class _Column(NamedTuple):
-    """Where the derivatives of roots of penetration go, and what they follow from."""
+    """Destination of the derivatives of roots of penetration, and their inputs."""
 
     scene: Scene
     present: JointState
@@ -280,7 +280,7 @@ _put_all_root_slopes = map_joints(_put_root_slopes, after_joint)
 
 @inlined
 def differentiate(scene, y, mode, latched, jacobian, place):
-    """Put the derivatives of the `rates` at the state `y` into `jacobian[place]` (n, n): exact ones, by columns."""
+    """Write the exact derivatives of `rates` at the state `y` to `jacobian[place]` (n, n), column by column."""
     n = len(scene.coordinates)
     _, size, _ = size_of(scene)
     for column in turns(size):
@@ -299,7 +299,7 @@ def differentiate(scene, y, mode, latched, jacobian, place):
 
 
 def slopes_entry(scene, y, mode, latched, jacobian, place):
-    """Evaluate `differentiate` with arrays from bare pointers; `scene` points at the Scene."""
+    """Evaluate `differentiate` with arrays from bare pointers; `scene` is a pointer to the Scene."""
     here = scene[0]
     contacts, n, latching = size_of(here)
     differentiate(
@@ -312,7 +312,7 @@ def slopes_entry(scene, y, mode, latched, jacobian, place):
     )
 
 
-#: The time histories of a joint, as `sample_entry` puts them.
+#: Time histories of a joint, in the order in which `sample_entry` writes them.
 JOINT_CHANNELS = (
     Channel("x", "m", "journal centre relative to the bearing centre, fixed frame, x"),
     Channel("y", "m", "journal centre relative to the bearing centre, fixed frame, y"),
@@ -325,16 +325,16 @@ JOINT_CHANNELS = (
     ),
     Channel("force_tangential", "N", "tangential force on the journal along the outward normal turned by +90 degrees"),
 )
-#: Those of a joint with a film, behind these.
+#: Time histories of a film, after those of its joint.
 FILM_CHANNELS = (Channel("force_dry", "N", "dry share of the normal force"),)
-#: Those of a joint, of a joint in space, and of each of the contact points of the latter, the same for all joints.
+#: Time histories of a joint, of a spatial joint, and of each contact point of a spatial joint; the same for all joints.
 CHANNELS = (JOINT_CHANNELS, FILM_CHANNELS, spatial.CHANNELS, spatial.POINT_CHANNELS)
 
 
 class _Samples(NamedTuple):
-    """Where a joint's values go: its first contact, and the column of the first."""
+    """Destination of the time histories of a joint: its first contact and first column."""
 
-    place: tuple  # Place
+    place: tuple  # Offsets of the joint
     column: int
 
 
@@ -375,9 +375,9 @@ _put_gaps, _put_forces = map_joints(_put_gap, _after_samples), map_joints(_put_f
 
 
 def sample_entry(scene, y, mode, latched, side, out, channels):
-    """Put the time histories' values at the state `y` into `out`, in the order of the `channels`, so many.
+    """Write the first `channels` time histories at the state `y` to `out`.
 
-    Of a joint with several contacts the forces are those of the one that bears most.
+    The forces of a joint with several contacts are those of its most loaded contact.
     """
     here = scene[0]
     contacts, n, latching = size_of(here)
@@ -390,10 +390,10 @@ def sample_entry(scene, y, mode, latched, side, out, channels):
 
 
 def slopes_of(scene, parameters) -> Entry:
-    """Return the Entry that differentiates the right-hand side of `scene`."""
+    """Return the Entry of the derivatives of the right-hand side of `scene`."""
     return entry(slopes_entry, scene, "fiff", parameters)
 
 
 def samples_of(scene, parameters) -> Entry:
-    """Return the Entry that evaluates the time histories' values of `scene`."""
+    """Return the Entry of the time histories of `scene`."""
     return entry(sample_entry, scene, "fifff", parameters)

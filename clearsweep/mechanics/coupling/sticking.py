@@ -1,9 +1,9 @@
-"""Surfaces that stick: the tangential force that stops their sliding, found from the mechanism itself.
+"""Sticking surfaces: the tangential force that stops sliding, computed from the mechanism.
 
-The accelerations are affine in the tangential forces: one evaluation of the motion, and one more for each grip of the
-joints (`joint.gripping`) give how all sliding speeds change with all of these forces.  Each force is then solved for in
-turn, clipped at its limit, until nothing changes: projected Gauss-Seidel, on a matrix that is symmetric and positive
-definite because these forces work on these very slips.
+Accelerations are affine in the tangential forces.  One evaluation of the motion, and one more for each grip of the
+joints (`joint.gripping`), give the change of all sliding speeds with all tangential forces.  Each force is then solved
+for in turn and clipped at its limit until nothing changes: projected Gauss-Seidel.  The matrix is symmetric and
+positive definite because these forces do work on exactly these sliding speeds.
 """
 
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from ..joint.gripping import grips_of, slip_rate, sticks, with_tangential
 from ..joint.places import after_joint, after_number, extent, first_place
 from ..mechanism.contract import accelerate, gap_accelerations
 
-SWEEPS = 100  # over the grips that stick; joints share little, so a dozen do
+SWEEPS = 100  # over the grips that stick; coupling between joints is weak, so a dozen suffice
 SETTLED = 1e-15  # of the largest force of the surfaces
 
 
@@ -30,13 +30,13 @@ def _grips(joint, pair, place, mode):
     return grips_of(joint, pair[0], pair[1], mode, place.contact)
 
 
-_pairs = map_joints(_paired, after_number)  # of two tuples in step
+_pairs = map_joints(_paired, after_number)  # of two tuples, item by item
 _grips_of_each = map_joints(_grips, after_joint)
 
 
 @kernel
 def every_grip(joints, relative, loads, mode):
-    """Return, per joint of the tuple `joints`, its grips under the loads; the joints' Gaps are `relative`."""
+    """Return the grips of each joint of the tuple `joints` under the loads; `relative` are the Gaps of the joints."""
     return _grips_of_each(joints, _pairs(relative, loads, 0, 0), first_place(joints, 0), mode)
 
 
@@ -117,14 +117,14 @@ def _replaced(_, force, place, shared):
 
 _forces = map_joints(_force, after_number)
 _limits, _slips = map_joints(_limit, after_number), map_joints(_slip, after_number)
-_rates_per_force = map_joints(_per_force, after_number)  # of rates with a force more and without, and that force
+_rates_per_force = map_joints(_per_force, after_number)  # of rates with and without an additional force, and that force
 _no_rates = map_joints(_nothing, after_number)
-_moved_rates = map_joints(_moved, after_number)  # of rates, rates per force, and the force more
-_replaced_in_one = map_joints(_replaced, after_number)  # of grips, forces, and (the grip, the force of it)
+_moved_rates = map_joints(_moved, after_number)  # of rates, rates per force, and the additional force
+_replaced_in_one = map_joints(_replaced, after_number)  # of grips, forces, and (the grip, its force)
 
 
 class Question(NamedTuple):
-    """What the rates per force of the grips are found from."""
+    """Inputs of the rates per force of the grips."""
 
     scene: tuple
     y: tuple  # state vector
@@ -150,10 +150,10 @@ _gains = map_joints(_gain, after_number)
 
 @kernel
 def with_sticking_forces(scene, y, pose, relative, loads, mode):
-    """Return the loads with the tangential forces of joints that stick such as let their sliding speed die away.
+    """Return the loads with tangential forces that let the sliding speed of sticking joints decay.
 
-    It dies away with the rate `scene.reference_rate`, as the rest is within the band and negligible; where
-    that takes more force than their limit, the limit acts.
+    The decay rate is `scene.reference_rate`, because the remaining speed is within the band and negligible.  Where the
+    decay needs more force than the limit of a grip, the limit acts.
     """
     if not any(type(joint.friction) in static_limit.members for joint in scene.joints if hasattr(joint, "friction")):
         return loads

@@ -1,4 +1,4 @@
-"""How fast time goes along tau, the independent variable: see `rates`."""
+"""The time scale kappa = dt/dtau of the independent variable tau: see `rates`."""
 
 from ..compiled.choosing import where
 from ..compiled.dual import as_type_of
@@ -9,7 +9,7 @@ from ..joint.places import extent
 
 @kernel
 def time_scale(scene, y, mode):
-    """Return kappa = dt/dtau at the state `y`, s.  A contact that does not touch has no share in 1/kappa."""
+    """Return kappa = dt/dtau (s) at the state `y`.  Contacts that do not touch contribute nothing to 1/kappa."""
     first, contacts = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact
     if contacts == 1:
         return where(touches(mode[0]), y[first] * (1.0 / scene.sigma), 1.0)
@@ -18,7 +18,7 @@ def time_scale(scene, y, mode):
 
 @kernel
 def roots_beside(scene, y, mode, contact):
-    """Return the product of the roots of penetration, each in m^0.5, of all contacts that touch but one."""
+    """Return the product of the roots of penetration (m^0.5 each) of all touching contacts except `contact`."""
     first = 2 * len(scene.coordinates) + 1
     product = as_type_of(1.0, y[first])
     for c in range(extent(scene.joints).contact):
@@ -29,7 +29,7 @@ def roots_beside(scene, y, mode, contact):
 
 @kernel
 def per_root(scene, y, mode):
-    """Return what `roots_beside` times is kappa over the root, where each contact parts by itself: one division."""
+    """Return the factor on `roots_beside` that gives kappa over the root where contacts separate one by one."""
     total = as_type_of(0.0, y[2 * len(scene.coordinates) + 1])
     for c in range(extent(scene.joints).contact):
         total = total + where(touches(mode[c]), roots_beside(scene, y, mode, c), 0.0)
@@ -38,13 +38,13 @@ def per_root(scene, y, mode):
 
 @kernel
 def _clock_of_joints(scene, y, mode):
-    """Return the same where each contact parts by itself."""
+    """Return kappa (s) where contacts separate one by one."""
     return roots_beside(scene, y, mode, -1) * per_root(scene, y, mode)
 
 
 @kernel
 def _haste_of_joints(scene, y, mode, kappa, contact):
-    """Return kappa over the root of a contact that touches, s/m^0.5, also where that is zero."""
+    """Return kappa over the root of a touching contact, s/m^0.5, also where the root is zero."""
     return roots_beside(scene, y, mode, contact) * per_root(scene, y, mode)
 
 
@@ -55,10 +55,11 @@ def _haste_of_corners(scene, y, mode, kappa, contact):
 
 @kernel
 def clock_of_corners(scene, y, mode):
-    """Return the same where contacts may part at one moment, as corners of a block do.
+    """Return kappa (s) where contacts may separate at the same moment, such as the corners of a block.
 
-    Trial steps past that moment come to roots of opposite signs, between which 1/kappa goes through zero: where a root
-    is as far below zero as half of another is above it, kappa goes on along its tangent.
+    Trial steps beyond that moment reach roots of opposite signs, between which 1/kappa crosses zero.  Where a root is
+    as
+    far below zero as half of another root is above zero, kappa continues along its tangent.
     """
     first, contacts, nearest = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact, -1
     for c in range(contacts):
@@ -82,6 +83,6 @@ def _clock_of_several(scene, y, mode):
 
 @kernel
 def kappa_over_root(scene, y, mode, kappa, contact):
-    """Return kappa over the root of penetration of a contact that touches, one of several, s/m^0.5."""
+    """Return kappa over the root of penetration of a touching contact, one of several, s/m^0.5."""
     corners = extent(scene.joints).contact > len(scene.joints)
     return (_haste_of_corners if corners else _haste_of_joints)(scene, y, mode, kappa, contact)

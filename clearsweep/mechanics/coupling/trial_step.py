@@ -1,7 +1,7 @@
-"""The right-hand side as compiled code: of one state, and of all stages of a step in one sweep of its iteration.
+"""The compiled right-hand side: of one state, and of all stages of a step in one sweep of the iteration.
 
-A sweep has the stages in the lanes of a register.  Where a machine has narrower ones the same operations are done in
-parts: the bits are the same.
+A sweep places the stages in the lanes of a register.  Where registers are narrower, the same operations run in parts
+with identical bits.
 """
 
 from ..compiled.choosing import abreast, total_of
@@ -16,7 +16,7 @@ from .time_scale import time_scale
 
 
 def rates_entry(scene, y, mode, latched, k, o, row):
-    """Fill a `row` of rates and observables for a state; from bare pointers; `scene` points at the Scene."""
+    """Write rates and observables of a state to a `row`; arrays are bare pointers, `scene` points to the Scene."""
     here = scene[0]
     contacts, n, latching = size_of(here)
     y, o = shaped(y, (n,)), shaped(o, (observed_width(here), PLACES))
@@ -27,7 +27,7 @@ def rates_entry(scene, y, mode, latched, k, o, row):
 
 @inlined
 def _move(scene, first, last, given):
-    """Move some components of all stages to where their rates lead; add up how far, over the allowed error, squared."""
+    """Update some components of all stages from their rates; add up the squared change over the allowed error."""
     y, weight, k, nodes, h = given
     n = nodes.shape[0] - 1
     for c in range(first, last):
@@ -42,7 +42,7 @@ def _move(scene, first, last, given):
 
 
 def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
-    """Evaluate all stages of a step and move them to where their rates lead, see `solver.collocation`."""
+    """Evaluate and update all stages of a step, see `solver.collocation`."""
     here = scene[0]
     contacts, n, latching = size_of(here)
     many = len(here.coordinates)
@@ -78,7 +78,7 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
 
 
 def observe_entry(scene, nodes, mode, latched, o, _):
-    """Fill the rows of observables of all stages of a step."""
+    """Write the observables of all stages of a step."""
     here = scene[0]
     contacts, n, latching = size_of(here)
     nodes, mode, latched = shaped(nodes, (n + 1, STAGES)), shaped(mode, (contacts,)), shaped(latched, (latching,))
@@ -89,15 +89,15 @@ def observe_entry(scene, nodes, mode, latched, o, _):
 
 
 def rates_of(scene, parameters) -> Entry:
-    """Return the Entry that evaluates the right-hand side of `scene` at a state."""
+    """Return the Entry of the right-hand side of `scene` at one state."""
     return entry(rates_entry, scene, "fifff", parameters)
 
 
 def sweep_of(scene, parameters) -> Entry:
-    """Return the Entry that does a sweep of the iteration for `scene`."""
+    """Return the Entry of one sweep of the iteration for `scene`."""
     return entry(sweep_entry, scene, "fifffff", parameters)
 
 
 def stages_of(scene, parameters) -> Entry:
-    """Return the Entry that fills the observables of all stages of a step of `scene`."""
+    """Return the Entry of the observables of all stages of a step of `scene`."""
     return entry(observe_entry, scene, "fiff", parameters)

@@ -1,4 +1,4 @@
-"""The wear of a step: where all joints touch their bodies on the way, and what that takes off them."""
+"""The wear of a step: contact positions of all joints along it, and the depth removed there."""
 
 from ..compiled.choosing import abreast
 from ..compiled.family import Entry, entry, kernel, shaped
@@ -24,9 +24,11 @@ def _look(scene, between, step):
 
 
 def wear_entry(scene, between, mode, step_values, length, workspace, depths, account, stride):
-    """Enter the wear of a step; from bare pointers; `scene` points at the Scene.
+    """Add the wear of a step; arrays are bare pointers; `scene` is a pointer to the Scene.
 
-    between : (2 coordinates + 1, MOMENTS) the state within the step; length : its length; room : as of room_of.
+    between : (2 coordinates + 1, MOMENTS) the state within the step; length : of the step, in tau; workspace : of the
+    size
+    `room_of` returns.
     """
     here = scene[0]
     contacts, size = extent(here.joints).contact, 2 * len(here.coordinates) + 1
@@ -50,7 +52,7 @@ def wear_entry(scene, between, mode, step_values, length, workspace, depths, acc
 
 @kernel
 def room_of(contacts, stride):
-    """Return how many numbers of room the wear of so many contacts takes; stride : bins of a body at most."""
+    """Return the size of the workspace for the wear of `contacts`; stride : largest number of bins of a body."""
     return ROOM + contacts * SEEN + STRIP * (PARTS + 1) + 3 * stride
 
 

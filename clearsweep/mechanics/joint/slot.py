@@ -1,17 +1,18 @@
 """A pin with clearance in a straight slot: two parallel walls and two rounded ends.
 
-The slot is all that is within bearing_radius of a line of `length` between the centres of its ends.  So the pin touches
-where it is farther from the nearest point of that line than the clearance, and the normal points from there to the
-pin: across the walls, or radially at the ends, without a jump between them.  The proximal body has the slot, the distal
-one the pin.  All is in the frame of the slot: x along it, y across.  Force and friction act on both bodies at the
-pin's surface, so that their powers add up to normal force times rate of penetration and friction times sliding speed
-exactly, as in a guide.
+The slot is the set of points within bearing_radius of a line of `length` between the centres of its ends.  So the pin
+touches where its distance from the nearest point of that line exceeds the clearance.  The normal points from there to
+the pin: across the walls, or radially at the ends, without a jump between them.  The slot is on the proximal body, the
+pin on the distal one.  All vectors are in the frame of the slot: x along it, y across.  Force and friction act on both
+bodies at the pin's surface.  So, as in a guide, their powers add up exactly to normal force times rate of penetration
+plus friction times sliding speed.
 
 Wear of the wall depends on the arc length s along it, counter-clockwise from the middle of the end that lies in the
-direction of the slot: with the angle a (0 to 2 pi) of the normal, the radius R of the ends and half the length l, x
+direction of the slot.  With the angle a (0 to 2 pi) of the normal, the radius R of the ends and half the length l, x
 within +-l,
 
     s = R a + (l - x where a <= pi, else 3 l + x).
+
 """
 
 from typing import NamedTuple
@@ -39,7 +40,7 @@ class SlotJoint(NamedTuple):
     law: tuple  # contact_force
     elastic: tuple  # elastic_force
     friction: tuple  # friction_force
-    bearing_radius: float  # m, of a circle as long as the wall all round: by its angle wear has places on the wall
+    bearing_radius: float  # m, of a circle with the circumference of the wall: its angle indexes the wear of the wall
     wear: tuple  # wear_rate, or NoWear
 
 
@@ -54,7 +55,7 @@ def _parts_slot_joint(joint):
 
 
 class _Normal(NamedTuple):
-    """Where the pin is from the nearest point of the slot's line."""
+    """Normal and motion of the pin relative to the nearest point of the slot's line."""
 
     x: float  # unit vector
     y: float
@@ -108,7 +109,7 @@ def _pressed(joint, gap, place, present):
 
 @inlined
 def load_at_pin(gap, axial, across, on_pin, contact):
-    """Return the Load of a force (N) on the pin in the frame of the slot and a couple (N m), with its Contact."""
+    """Return the Load and Contact of a force (N) on the pin, in the frame of the slot, and a couple (N m)."""
     return Load(
         fx=gap.axis_x * axial - gap.axis_y * across,
         fy=gap.axis_y * axial + gap.axis_x * across,
@@ -134,7 +135,7 @@ def _see_slot_joint(joint, gap, turned, j, moment):
 
 @inlined
 def note_contact(joint, gap, turned, j, moment):
-    """Note where contact `j`, which touches, is on wall and pin at a Moment."""
+    """Record the position of touching contact `j` on wall and pin at a Moment."""
     step, i = moment.step, moment.number
     half, radius = joint.half_length, joint.journal_radius + joint.clearance
     nearest = min(max(gap.x, -half), half)
@@ -161,7 +162,7 @@ def _local_clearance_slot_joint(joint, on_wall, on_pin):
 
 @inlined
 def on_flat_wall(joint, on_wall):
-    """Return whether the wall is flat where the way along it, over the radius of a circle as long, is `on_wall`."""
+    """Return whether the wall is flat at `on_wall`, the arc length over the radius of the equivalent circle."""
     radius, turn = joint.journal_radius + joint.clearance, 2.0 * math.pi
     way = (on_wall - turn * math.floor(on_wall / turn)) * joint.bearing_radius
     quarter, wall = 0.5 * math.pi * radius, 2.0 * joint.half_length
@@ -172,14 +173,14 @@ def on_flat_wall(joint, on_wall):
 
 @inlined
 def local_by_way(joint, on_wall):
-    """Return the difference (m) of the radii of curvature of new surfaces by the way along the wall.
+    """Return the difference (m) of the radii of curvature of new surfaces, by the arc length along the wall.
 
-    A wall is flat: with it the pin has its own radius, R_b R_j / c for c = R_b.
+    On a flat wall the relevant radius is that of the pin: R_b R_j / c for c = R_b.
     """
     return where(on_flat_wall(joint, on_wall), joint.journal_radius + joint.clearance, joint.clearance)
 
 
 @middle_arc.member(SlotJoint)
 def _middle_arc_slot_joint(joint, workspace):
-    """No arc is too narrow for the bins: the pin runs along the wall, so that what it wears is even within a bin."""
+    """Return an arc wide enough for the bins: the pin moves along the wall, so its wear is even within a bin."""
     return 2.0 * math.pi, rubbing_at(joint, workspace, 0.5)

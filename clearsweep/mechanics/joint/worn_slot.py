@@ -1,15 +1,16 @@
 """A pin in a slot whose worn surfaces act: `wear.evolve`.
 
-What is worn off the wall is h(s) by the way s along it, see `slot`; what is worn off the pin is h_j by its angle.  Near
-the point of the wall that is closest to the pin's centre, the gap of the new surfaces grows by K t^2 / 2 with the way t
-along the wall.  K is 1 / R_j on a flat wall and c / (R_b R_j) at an end.  So the pin touches the worn wall where
+The wear of the wall is h(s) of the arc length s along it, see `slot`; the wear of the pin is h_j of its angle.  Near
+the point of the wall that is closest to the pin's centre, the gap of the new surfaces increases by K t^2 / 2 with the
+distance t along the wall.  K is 1 / R_j on a flat wall and c / (R_b R_j) at an end.  So the pin touches the worn wall
+at
 
-    g(s) = min over t of  K t^2 / 2 + h(s + t)
+    g(s) = min over t of  K t^2 / 2 + h(s + t) ,
 
-says, s being the closest point: a groove narrower than the pin is one into which the pin does not reach.  The surfaces
-penetrate by the eccentricity less c + g(s) + h_j.  By virtual work the normal force also acts along the wall, by the
-slopes of g and h_j, so that what a law stores over the depth is a potential.  The pin's own wear shifts the point of
-contact by a share h_j'' / K of the way, which is left out.
+s being the closest point; the pin does not reach into a groove narrower than itself.  The penetration is the
+eccentricity minus c + g(s) + h_j.  By virtual work the normal force also acts along the wall, with the slopes of g and
+h_j, so the energy stored by a law over the depth is a potential.  The pin's own wear shifts the contact point by the
+fraction h_j'' / K of the distance, which is neglected.
 """
 
 import math as plain_math
@@ -36,11 +37,11 @@ from .wear.step import see
 _FIELDS = [*SlotJoint.__annotations__.items(), ("bearing", Shape), ("journal", Shape)]
 WornSlot = NamedTuple("WornSlot", _FIELDS)
 WornSlot.__doc__ = "A pin in a slot, and what is worn off both; the Shape of the slot is that of g."
-NEWTON = 50  # steps to where the pin touches the wall: the function has one minimum, so that they settle
+NEWTON = 50  # steps to the contact point of the pin; the function has one minimum, so the iteration converges
 
 
 class TurnedSlotGap(NamedTuple):
-    """A GuideGap, and how far the body of the pin is turned."""
+    """A GuideGap, and the rotation of the body of the pin."""
 
     x: float  # m, of the pin from the middle of the slot, along it
     y: float  # m, across
@@ -54,12 +55,12 @@ class TurnedSlotGap(NamedTuple):
 
 
 class _Worn(NamedTuple):
-    """Where a pin is in a worn slot."""
+    """Contact of a pin in a worn slot."""
 
     normal: tuple  # of `normal_of`: of the new slot
     depth: float  # m
     rate: float  # m/s, of the depth
-    sideways: float  # 1, force along the wall over the normal force, against the direction of the way
+    sideways: float  # 1, force along the wall over the normal force, against the direction of s
     couple: float  # m, h_j': couple on the slot's body over the normal force
 
 
@@ -164,9 +165,9 @@ def _middle_arc_worn_slot(joint, workspace):
 
 
 def slot_shapes(joint: SlotJoint, bearing: np.ndarray, journal: np.ndarray) -> tuple[Shape, Shape, float]:
-    """Return the shapes of slot (g) and pin by the mean depths of their bins (m), and the Gaussian's width (rad).
+    """Return the shapes of slot (g) and pin from the mean depths of their bins (m), and the Gaussian's width (rad).
 
-    The Gaussian smooths the wall as far as is needed for the pin to touch it at one point.
+    The Gaussian smooths the wall enough for the pin to touch it at one point.
     """
     from scipy.interpolate import CubicSpline
 

@@ -16,7 +16,7 @@ BINS = 62 << BIN_BITS
 FIRST_BIN = (1023 + LOWEST) << BIN_BITS  # the bits of 2^LOWEST
 EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)  # N
 WIDTHS = np.diff(EDGES)  # N
-AT_ONCE = 1024  # bins processed together: a factor of 16 between forces
+AT_ONCE = 256  # bins processed together: a factor of 2 between forces
 PARTS = 8  # parts of a step for the histogram and for wear
 BETWEEN = 3  # quarter points of a step at which positions are evaluated
 MOMENTS = 8  # these, both ends, and the last again, to fill the vector lanes
@@ -113,19 +113,25 @@ def force_exceeded(histogram: np.ndarray, duration: float) -> float:
 
     histogram : (up to BINS, 2), of the Totals; missing bins are empty.
     """
-    time, change = histogram[::-1].T
-    above, steps, begin = 0.0, 0.0, 0  # time in all higher bins
-    while begin < time.size:  # from the top, as most bins are below the result
-        part = slice(begin, begin + AT_ONCE)
-        sums = np.cumsum(np.concatenate([[steps], change[part]]))
-        spent = time[part] - sums[1:] * WIDTHS[: time.size][::-1][part]
-        totals = np.cumsum(np.concatenate([[above], spent]))
-        bins = np.flatnonzero((totals[1:] >= duration) & (spent > 0.0))
+    size = len(histogram)
+    above, steps, end = 0.0, 0.0, size  # time in all higher bins
+    while end > 0:  # from the top, as most bins are below the result
+        begin = max(end - AT_ONCE, 0)
+        time, change = histogram[begin:end][::-1].T
+        sums = change.copy()
+        sums[0] += steps
+        np.cumsum(sums, out=sums)
+        spent = time - sums * WIDTHS[begin:end][::-1]
+        totals = spent.copy()
+        totals[0] += above
+        np.cumsum(totals, out=totals)
+        bins = ((totals >= duration) & (spent > 0.0)).nonzero()[0]
         if bins.size:
-            place = begin + bins[0]
-            rest = float(totals[1 + bins[0]]) - duration
-            return float(EDGES[time.size - 1 - place] + rest / spent[bins[0]] * WIDTHS[time.size - 1 - place])
-        above, steps, begin = float(totals[-1]), float(sums[-1]), begin + AT_ONCE
+            first = bins[0]
+            place = end - 1 - first
+            rest = float(totals[first]) - duration
+            return float(EDGES[place] + rest / spent[first] * WIDTHS[place])
+        above, steps, end = float(totals[-1]), float(sums[-1]), begin
     return 0.0
 
 

@@ -1,1 +1,1 @@
-"""The integrator: two Runge-Kutta methods, located events, and the loop that goes from one event to the next."""
+"""The integrator: two Runge-Kutta methods, event location, and the loop from event to event."""

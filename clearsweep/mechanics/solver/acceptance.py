@@ -1,4 +1,4 @@
-"""Whether a step is good, and how long the next may be."""
+"""Acceptance of a step, and the largest length of the next step."""
 
 import math
 
@@ -9,15 +9,15 @@ from .event import FARTHEST, IMPLICIT
 from .run_control import STEPPER_EXPECTED_ERROR, STEPPER_GROWTH, STEPPER_NEXT_LENGTH, STEPPER_REJECTIONS
 from .step_control import GROW, change_of_length, twelfth_power
 
-FEWEST = 0.22  # contraction, which goes with the square of the length, at which a way costs least
-#: Sweeps up to which a step costs little, however slowly they contract, and the contraction that may then be.
+FEWEST = 0.22  # contraction at which a step is cheapest per length; it varies as the square of the length
+#: Sweeps up to which a step is cheap regardless of its contraction, and the largest contraction that allows.
 FEW, MOST = 4.0, 0.35
-FAST = 0.03  # contraction from which on a step may be short for what is stiff
+FAST = 0.03  # contraction from which a stiff component may limit the step
 
 
 @inlined
 def assess_step(accumulators, method):
-    """Note how large the error of the trial step is and, if it is accurate, how long the next may be."""
+    """Set the error of the trial step and, if it is accurate, the largest length of the next step."""
     step, stepper = accumulators.step, accumulators.stepper
     h, error = step[LENGTH], max(step[ERROR], twelfth_power(travel_ratio(accumulators)))  # the twelfth root is taken
     step[ERROR], step[ACCEPTED], step[STIFF] = error, 0.0, 0.0
@@ -33,7 +33,7 @@ def assess_step(accumulators, method):
 
 @inlined
 def travel_ratio(accumulators):
-    """Return how far journals in free flight go in the step, over what they may."""
+    """Return the travel of journals in free flight over the step, divided by the allowed travel."""
     step, mode = accumulators.step, accumulators.mode
     farthest = 0.0
     for j in range(mode.size):

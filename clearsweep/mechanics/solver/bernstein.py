@@ -1,12 +1,13 @@
-"""Polynomials over a step in Bernstein's form, which bounds them: no event within a step is missed.
+"""Polynomials over a step in Bernstein form, which bounds them, so that no event within a step is missed.
 
 A polynomial of degree n over the shares x of a step is the sum of b_i B_i(x), B_i = C(n, i) x^i (1 - x)^(n - i).  It
-lies between the least and the largest coefficient, and crosses zero at most as often as the signs of successive
-coefficients change, by an even number less often (Farouki 2012, Comput. Aided Geom. Des. 29:379, section 3).  So the
-first crossing is isolated by cutting the step until one change is left, however close crossings are.
+lies between the least and the largest coefficient.  The number of its zeros is at most the number of sign changes of
+successive coefficients, and differs from it by an even number (Farouki 2012, Comput. Aided Geom. Des. 29:379,
+section 3).  So the first crossing is isolated by cutting the step until one sign change is left, however close
+crossings are.
 
-A function of the motion is taken as the polynomial of degree 8 through its values at the start and the eight stages.
-The last two coefficients of its series in Legendre's polynomials, the *tail*, show how far it may be from that.
+A function of the motion is represented by the polynomial of degree 8 through its values at the start and the eight
+stages.  The last two coefficients of its Legendre series, the *tail*, estimate its error.
 """
 
 from fractions import Fraction
@@ -20,15 +21,15 @@ from ..observe.stages import SHARES, STAGES
 
 DEGREE = STAGES
 COEFFICIENTS = DEGREE + 1
-NOWHERE = 2.0  # share of a step at which nothing is
-FINEST = 2.0**-40  # of a step: crossings that are closer to each other are none
-FINE = 1e-12  # of a step: how closely a crossing is located
-#: Rows of `Work.polynomials`: values at the nodes, the coefficients that follow from them, those of a part of the step.
+NOWHERE = 2.0  # share of a step that means: no crossing
+FINEST = 2.0**-40  # of a step: crossings closer to each other are ignored
+FINE = 1e-12  # of a step: accuracy of the location of a crossing
+#: Rows of `Work.polynomials`: values at the nodes, the coefficients of the whole step, those of a part of the step.
 VALUES, WHOLE, PART, ROWS = range(4)
 
 
 def _inverse(rows: list[list[Fraction]]) -> list[list[Fraction]]:
-    """Return the inverse of a matrix, exactly."""
+    """Return the exact inverse of a matrix."""
     size = len(rows)
     whole = [[*row, *(Fraction(int(i == j)) for j in range(size))] for i, row in enumerate(rows)]
     for i in range(size):
@@ -43,12 +44,12 @@ def _inverse(rows: list[list[Fraction]]) -> list[list[Fraction]]:
 
 
 def _basis(x: Fraction) -> list[Fraction]:
-    """Return Bernstein's polynomials at `x`."""
+    """Return the Bernstein polynomials at `x`."""
     return [comb(DEGREE, i) * x**i * (1 - x) ** (DEGREE - i) for i in range(COEFFICIENTS)]
 
 
 def _tail() -> list[list[float]]:
-    """Return the weights of the coefficients that give the last but one and the last of Legendre's series."""
+    """Return the weights of the coefficients that give the last two coefficients of the Legendre series."""
     n = DEGREE
     before, last = (
         [Fraction(comb(n, k) * comb(k, i) * (-1) ** (k - i)) for i in range(COEFFICIENTS)] for k in (n - 1, n)
@@ -58,9 +59,10 @@ def _tail() -> list[list[float]]:
 
 
 _EXACT = _inverse([_basis(Fraction(x)) for x in SHARES])
-#: (node, coefficient but the first): from values at the nodes.
+#: (node, coefficient except the first): from values at the nodes.
 OF_VALUES = np.array([[float(row[m]) for row in _EXACT[1:]] for m in range(COEFFICIENTS)])
-#: (power, coefficient but the first): from the interpolant, see `collocation.dense_component`, less the state at START.
+#: (power, coefficient except the first): from the interpolant, see `collocation.dense_component`, minus the state at
+#: START.
 OF_INTERPOLANT = np.array(
     [
         [
@@ -75,7 +77,7 @@ TAIL = np.array(_tail())
 
 @kernel
 def from_values(p):
-    """Put into WHOLE of `p` (ROWS, COEFFICIENTS) the coefficients of the polynomial through VALUES at the nodes."""
+    """Write the coefficients of the polynomial through VALUES at the nodes to row WHOLE of `p` (ROWS, COEFFICIENTS)."""
     p[WHOLE, 0] = p[VALUES, 0]
     for i in abreast(STAGES):
         total = OF_VALUES[0, i] * p[VALUES, 0]
@@ -87,7 +89,7 @@ def from_values(p):
 
 @kernel
 def from_interpolant(p, begin, f, c):
-    """Put there those of component `c` of the interpolant `f` (n, STAGES) from the state `begin` of that component."""
+    """Write component `c` of the interpolant `f` (n, STAGES) to row WHOLE of `p`; `begin` is its value at the start."""
     p[WHOLE, 0] = begin
     for i in abreast(STAGES):
         total = OF_INTERPOLANT[0, i] * f[c, 0]
@@ -98,21 +100,21 @@ def from_interpolant(p, begin, f, c):
 
 @kernel
 def turn_sign(p):
-    """Turn the sign of WHOLE."""
+    """Reverse the sign of WHOLE."""
     for i in range(COEFFICIENTS):
         p[WHOLE, i] = -p[WHOLE, i]
 
 
 @kernel
 def lower(p, by):
-    """Take a number from the polynomial WHOLE."""
+    """Subtract a number from the polynomial WHOLE."""
     for i in range(COEFFICIENTS):
         p[WHOLE, i] -= by
 
 
 @kernel
 def highest(p):
-    """Return the largest coefficient of WHOLE, which no value within the step exceeds; the first is not asked."""
+    """Return the largest coefficient of WHOLE except the first, an upper bound of its values within the step."""
     top = p[WHOLE, 1]
     for i in range(2, COEFFICIENTS):
         top = max(top, p[WHOLE, i])
@@ -121,7 +123,7 @@ def highest(p):
 
 @kernel
 def lowest(p):
-    """Return the least coefficient of WHOLE, below which no value within the step is; the first is not asked."""
+    """Return the least coefficient of WHOLE except the first, a lower bound of its values within the step."""
     bottom = p[WHOLE, 1]
     for i in range(2, COEFFICIENTS):
         bottom = min(bottom, p[WHOLE, i])
@@ -140,7 +142,7 @@ def tail(p):
 
 @kernel
 def value_and_slope(p, row, x):
-    """Return the polynomial in a row of `p` and its slope at the share `x` of what it is over (de Casteljau's sums)."""
+    """Return the polynomial in a row of `p` and its slope at the share `x` of its interval (de Casteljau's sums)."""
     rest, power, count = 1.0 - x, 1.0, 1.0
     value, slope = p[row, 0] * rest, p[row, 1] - p[row, 0]
     for i in range(1, DEGREE):
@@ -154,7 +156,7 @@ def value_and_slope(p, row, x):
 
 @kernel
 def cut(p, begin, width):
-    """Put into PART the coefficients of WHOLE over [begin, begin + width], by de Casteljau's algorithm."""
+    """Write the coefficients of WHOLE over [begin, begin + width] to PART, by de Casteljau's algorithm."""
     for i in range(COEFFICIENTS):
         p[PART, i] = p[WHOLE, i]
     if begin > 0.0:
@@ -170,7 +172,7 @@ def cut(p, begin, width):
 
 @kernel
 def changes_of_sign(p):
-    """Return how often the coefficients of PART change their sign, zero counting as above it."""
+    """Return the number of sign changes of the coefficients of PART; zero counts as positive."""
     changes = 0
     for i in range(DEGREE):
         if (p[PART, i] >= 0.0) != (p[PART, i + 1] >= 0.0):
@@ -180,7 +182,7 @@ def changes_of_sign(p):
 
 @kernel
 def only_crossing(p):
-    """Return the share of its part at which PART, below zero first and above it last, crosses zero, its only time.
+    """Return the share of its interval of the only zero of PART, which begins negative and ends positive.
 
     Newton's method, kept in the bracket.
     """
@@ -203,7 +205,7 @@ def only_crossing(p):
 
 @kernel
 def first_crossing(p):
-    """Return the share of the step at which the polynomial WHOLE first grows through zero; NOWHERE if it does not."""
+    """Return the share of the step at which WHOLE first crosses zero upwards, or NOWHERE."""
     begin, width = 0.0, 1.0
     while begin < 1.0:
         cut(p, begin, width)
@@ -220,9 +222,9 @@ def first_crossing(p):
 
 @kernel
 def crossing_for_certain(p, noise):
-    """Return where WHOLE first grows through zero; NOWHERE where it comes no higher than it may be off by.
+    """Return where WHOLE first crosses zero upwards, or NOWHERE if it rises no higher than its error bound.
 
-    noise : what values at the nodes may be off by.
+    noise : error bound of the values at the nodes.
     """
     if highest(p) < noise:
         return NOWHERE
@@ -240,7 +242,7 @@ def crossing_for_certain(p, noise):
 
 @kernel
 def lowest_place(p):
-    """Return the share of the step at which the slope of WHOLE, below zero first, grows through zero; else NOWHERE."""
+    """Return the share of the step at which the slope of WHOLE, negative first, crosses zero upwards, or NOWHERE."""
     _, last = value_and_slope(p, WHOLE, 1.0)
     if last < 0.0:
         return NOWHERE

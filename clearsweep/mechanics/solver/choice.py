@@ -1,14 +1,15 @@
-"""Which method the next step takes: the one that costs less for the same time.
+"""Choice of the method of the next step: the one with the lower cost for the same time.
 
-An explicit step costs some sweeps, however many numbers the state has.  An implicit one costs evaluations and
-matrices that grow with the number of unknowns.  The price of all this in evaluations was measured on the cases of
-`verify.stiff`, with 6, 11 and 16 numbers in the state.
+An explicit step costs a few sweeps, however many numbers the state has.  An implicit step costs evaluations and
+matrices that grow with the number of unknowns.  Its price in evaluations was measured on the cases of `verify.stiff`,
+with 6, 11 and 16 numbers in the state.
 
-Where the motion is stiff, an explicit step is short for a motion that hardly bends within it.  How fast small errors
-change is seen from how the iteration of a step contracts; how the motion bends, from states as far apart as within an
-implicit step.  The contraction alone says nothing: that of a motion that is not stiff is as slow now and then.
+Where the motion is stiff, an explicit step is short although the motion hardly bends within it.  The rate at which
+small errors change follows from the contraction of the iteration.  The bend of the motion follows from states as far
+apart as those within an implicit step.  Contraction alone is not sufficient: a motion that is not stiff contracts as
+slowly now and then.
 
-Counts of evaluations decide, never a clock, and of these only what the motion takes: not what is asked besides it.
+Counts of evaluations decide, never a clock, and only evaluations of the motion count, not those of extra outputs.
 """
 
 from ..compiled.family import kernel
@@ -18,21 +19,22 @@ from .event import EVALUATIONS, EXPLICIT, IMPLICIT
 from .radau import ERROR, ORDER
 from .run_control import AUTO, CONTROL_METHOD, STEPPER_EVALUATIONS
 
-PRICE = 0.62  # of an evaluation in an implicit step, for each number in the state: most of it goes into the matrices
-LOOK = 2.0  # over an implicit step that is worth its price: how far the motion is looked at, and the first such step
-SMALL = 0.5  # error, over the allowed one, that is expected of an implicit step worth its price where it is tried
-SWEEPS = 6.0  # in a step of the explicit method, as a rule: what one of them costs is counted in these
-PER_STEP = 12.0  # evaluations, one after the other, that take as long as such a step
-REST = 2.0  # times as long as the motion was looked at in vain it is not looked at, which costs a lane a few per cent
+PRICE = 0.62  # of an evaluation in an implicit step, for each number in the state, mostly for the matrices
+LOOK = 2.0  # over an implicit step worth its price: stretch over which the bend is measured, and the first such step
+SMALL = 0.5  # error over the allowed one, expected of an implicit step worth its price where it is tried
+SWEEPS = 6.0  # in a typical step of the explicit method; their cost is the unit of cost
+PER_STEP = 12.0  # sequential evaluations that take as long as such a step
+REST = 2.0  # pause after a measurement without result, over its stretch; it costs a lane a few per cent
 LOSS = 4.0  # implicit steps whose price the implicit method may lose before it is left,
-GAINED = 0.1  # and this share of what it has saved before
-BACK = 0.1  # of explicit evaluations: so many have to make up for what was lost before the motion is looked at again
-STEADY = 1.2  # growth of the step that is forgone, as the factors of the matrices can be used again
+GAINED = 0.1  # plus this share of its earlier savings
+BACK = 0.1  # of explicit evaluations: number that must offset the loss before the bend is measured again
+STEADY = 1.2  # growth of the step that is forgone because the factors of the matrices can be reused
 STEP_COST = SWEEPS * STAGES
-# Places in Implicit.choice: length of an explicit step before the method changed; explicit evaluations that the
-# implicit one has SAVED since then, and those that it has LOST of them; how many explicit steps are LEFT until the
-# motion is looked at again; of the steps that may be short for what is stiff, length and evaluations, and these without
-# the last of ORDER parts; then the length at the beginning and at the end of each part
+# Places in Implicit.choice: length of an explicit step before the method changed; explicit evaluations SAVED by the
+# implicit method since then, and LOST; number of explicit steps LEFT until the bend is measured again; length and
+# evaluations of the steps that a stiff component may limit, and both without the last of ORDER parts; then the length
+# at
+# the beginning and at the end of each part
 LIMIT, SAVED, LOST, LEFT, SPAN, COST, EARLY, MARKS = range(8)
 CHOICE = MARKS + ORDER + 1
 
@@ -45,9 +47,9 @@ def steady(at, h, proposal):
 
 @kernel
 def choose_method(at, h, pattern):
-    """Change the method where the step just taken, of length `h`, shows that the other one serves better.
+    """Change the method where the latest step, of length `h`, shows that the other method is cheaper.
 
-    pattern : that of `step_control.proposal_of`.  The change takes effect with the next step.
+    pattern : result of `step_control.proposal_of`.  The change takes effect with the next step.
     """
     work, choice = at[0], at[0].implicit.choice
     if work.method[0] == EXPLICIT:
@@ -71,19 +73,19 @@ def choose_method(at, h, pattern):
 
 @kernel
 def price_of_step(n):
-    """Return what an implicit step costs, in explicit ones: two iterations, and Jacobians now and then."""
+    """Return the cost of an implicit step in explicit steps: two iterations, and Jacobians now and then."""
     return PRICE * n * (5.0 + 4.0 * n) / PER_STEP
 
 
 @kernel
 def is_stiff(at, h, cost):
-    """Return whether an implicit step will be so much longer than one of length `h` that it is worth its price.
+    """Return whether an implicit step would be long enough, compared with one of length `h`, to be worth its price.
 
-    It is asked after LOOK times as many explicit steps in a row as that, each of which may be short for what is stiff.
+    It is called after LOOK times as many explicit steps in a row, each of which a stiff component may have limited.
     """
     work = at[0]
     n, choice = work.y.size, work.implicit.choice
-    if h == 0.0:  # two events at one time: what is seen there is of either side
+    if h == 0.0:  # two events at one time: the observed states belong to both sides
         choice[COST] += cost
         return False
     if work.method[1] == 0:
@@ -109,7 +111,7 @@ def is_stiff(at, h, cost):
 
 @kernel
 def mark(at, place, y):
-    """Keep the state `y` and how far the steps have come."""
+    """Store the state `y` and the length of the steps so far."""
     choice, marks = at[0].implicit.choice, at[0].implicit.marks
     choice[MARKS + place] = choice[SPAN]
     for i in range(y.size):
@@ -120,7 +122,7 @@ def mark(at, place, y):
 def is_longer(at):
     """Return whether an implicit step worth its price in explicit steps has a SMALL error.
 
-    Such explicit steps are as long as the last ones or, where these jitter at the limit of stability, as all are.
+    The length of these explicit steps is that of the last ones or, if they jitter at the limit of stability, the mean.
     """
     n, choice = at[0].y.size, at[0].implicit.choice
     late = (choice[SPAN] - choice[MARKS + ORDER - 1]) / (choice[COST] - choice[EARLY])
@@ -153,10 +155,12 @@ def squared_bend(at, h):
 
 @kernel
 def loses(at, saved, cost):
-    """Return whether the implicit method has lost too much, a step having `saved` explicit evaluations at some `cost`.
+    """Return whether the implicit method has lost too much; a step saved `saved` explicit evaluations at a cost of
+    `cost`.
 
-    What it may lose grows with what it has saved: where explicit steps are a hundred times shorter, to be without it
-    until it is tried again costs more than a stretch on which it is dear.
+    The permitted loss grows with the savings: where explicit steps are a hundred times shorter, doing without the
+    implicit
+    method until the next trial costs more than a stretch on which it is expensive.
     """
     work = at[0]
     n, choice = work.y.size, work.implicit.choice

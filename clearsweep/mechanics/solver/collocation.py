@@ -1,18 +1,18 @@
-"""Collocation at eight Radau points: all stages of a step lie in the lanes of one register and are found together.
+"""Collocation at eight Radau points: all stages of a step are in the lanes of one register and are solved together.
 
-The state over a step of length h is a polynomial whose rates, at the points C, are those of the states there: Radau IIA
-of eight stages and order 15 (Hairer, Wanner, "Solving Ordinary Differential Equations II", 2nd ed., IV.5), whose last
+The state over a step of length h is a polynomial whose rates at the points C equal the right-hand side there: Radau IIA
+with eight stages and order 15 (Hairer, Wanner, "Solving Ordinary Differential Equations II", 2nd ed., IV.5), whose last
 stage is the end of the step.  Its equations are solved by fixed-point iteration, every sweep of which evaluates the
 right-hand side at all stages at once (van der Houwen & Sommeijer 1990, J. Comput. Appl. Math. 29:111):
 
     guess the stages from the polynomial of the step before, or from the rates at the start
-    until a sweep moves them too little to count:
-        rates of the velocities and of internal states at all stages; move these: Y = y + h A K
-        rates of the roots of penetration with the new velocities; move these
-        rates of coordinates and time from what is new; move these
-    the step's polynomial, its error from how its coefficients decay, the next length
+    repeat until the change of a sweep is negligible:
+        rates of the velocities and internal states at all stages; update these: Y = y + h A K
+        rates of the roots of penetration with the new velocities; update these
+        rates of coordinates and time with the new values; update these
+    the step's polynomial, its error from the decay of its coefficients, the next length
 
-Everything else here follows from the points, by exact rational arithmetic.
+All constants follow from the points by exact rational arithmetic.
 """
 
 import math
@@ -26,7 +26,7 @@ from ..observe.stages import POINTS, STAGES, START
 
 
 def _lagrange() -> list[list[Fraction]]:
-    """Return the coefficients, constant first, of the polynomials that are 1 at one point and 0 at the others."""
+    """Return the Lagrange polynomials of the points, as coefficients with the constant first."""
     points, made = [Fraction(x) for x in POINTS], []
     for j, point in enumerate(points):
         coefficients = [Fraction(1)]
@@ -49,7 +49,7 @@ def _about_middle(coefficients: list[Fraction]) -> list[Fraction]:
 
 _INTEGRALS = [[c / (k + 1) for k, c in enumerate(part)] for part in _lagrange()]  # over x, divided by x
 C = np.array(POINTS)
-#: (of the stage that gives, of the stage that gets): the integral up to each stage.
+#: (stage of the rate, stage of the state): the integral up to each stage.
 A = np.array(
     [[float(sum(c * Fraction(x) ** (k + 1) for k, c in enumerate(part))) for x in POINTS] for part in _INTEGRALS]
 )
@@ -74,19 +74,19 @@ def dense_component(x, i, y, f):
 
 @kernel
 def dense_state(x, y, f, w):
-    """Put into `w` (n,) the interpolant at the share `x` (0 to 1) of the step that starts at `y` (n,)."""
+    """Write the interpolant at the share `x` (0 to 1) of the step that starts at `y` (n,) to `w` (n,)."""
     for i in range(y.size):
         w[i] = dense_component(x, i, y, f)
 
 
 def shapes(x):
-    """Return the (places, STAGES) values at the shares `x` of what the coefficients `f` are multiplied by."""
+    """Return the basis functions (places, STAGES) of the coefficients `f` at the shares `x`."""
     return np.asarray(x)[:, None] * (2.0 * np.asarray(x)[:, None] - 1.0) ** np.arange(STAGES)
 
 
 @kernel
 def interpolate(h, k, f):
-    """Put the coefficients of the interpolant over a step of length `h` into `f`; k : (n, ROWS)."""
+    """Write the coefficients of the interpolant over a step of length `h` to `f`; k : (n, ROWS)."""
     for i in range(f.shape[0]):
         for m in abreast(STAGES):
             total = DENSE[0, m] * k[i, 0]
@@ -97,9 +97,10 @@ def interpolate(h, k, f):
 
 @kernel
 def continue_stages(theta, first, y, f, nodes):
-    """Put into `nodes` (n + 1, STAGES) the stages as the interpolant `f` has them.
+    """Write the stages according to the interpolant `f` to `nodes` (n + 1, STAGES).
 
-    It is that of a step from whose share `first`, at which the state is `y`, a step of `theta` times its length begins.
+    The new step begins at the share `first` of the interpolant's step, with the state `y`, and is `theta` times as
+    long.
     """
     for i in range(y.size):
         here = 0.0
@@ -117,7 +118,7 @@ def continue_stages(theta, first, y, f, nodes):
 
 @kernel
 def begin_stages(h, y, k, nodes):
-    """Put into `nodes` the stages as the rates at the start of a step of length `h` have them."""
+    """Write the stages according to the rates at the start of a step of length `h` to `nodes`."""
     for i in range(y.size):
         rise = h * k[i, START]
         for m in abreast(STAGES):
@@ -126,12 +127,13 @@ def begin_stages(h, y, k, nodes):
 
 @kernel
 def error_norm(f, weight):
-    """Return the error over the tolerance of a step with the interpolant `f`: the step is good below 1.
+    """Return the error of a step with the interpolant `f` over the tolerance: the step is accurate below 1.
 
-    weight : (n,) 1 / allowed error of each component.  Of the rates' series in Legendre's polynomials the last four
-    coefficients are looked at, in pairs, as every other one may be small.  By how much the last pair is smaller than
-    the one before, squared, tells a smooth motion, whose end is far more accurate than its interior, from one with a
-    kink.  Root mean squares.
+    weight : (n,) 1 / allowed error of each component.  The last four coefficients of the Legendre series of the rates
+    count,
+    in pairs, as every other one may be small.  The squared ratio of the last pair to the pair before distinguishes a
+    smooth
+    motion, whose end is far more accurate than its interior, from a motion with a kink.  Norms are root mean squares.
     """
     last = before = 0.0
     for i in range(weight.size):

@@ -1,4 +1,4 @@
-"""What an event changes: contacts begin and end, guards are passed, and all of it is logged."""
+"""Effects of an event: contacts begin and end, guards are passed; every event is logged."""
 
 import math
 from typing import NamedTuple
@@ -44,7 +44,7 @@ def begin_contact(at, j, windowed):
 
 @kernel
 def end_contact(at, j):
-    """Release contact `j` at `work.end`, its laws forgetting; return the rate of its gap, m/s, closing positive."""
+    """Release contact `j` at `work.end` and reset its laws; return the rate of its gap, m/s, closing positive."""
     work = at[0]
     totals = work.totals
     rate = observed(at, END, j).rate
@@ -55,25 +55,25 @@ def end_contact(at, j):
         if work.ended_by[i] == j:
             work.end[work.time + 1 + work.mode.size + i] = work.began[i]
     work.counts[SEPARATIONS] += 1
-    if totals.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws work with the floor and give back something else
+    if totals.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws use the floor: the ratio is not theirs
         totals.joint[j, RESTITUTION] -= rate / totals.joint[j, APPROACH]
         totals.joint[j, REBOUNDS] += 1.0
     return rate
 
 
 class Event(NamedTuple):
-    """What changed at a contact: onsets and separations are logged like this."""
+    """One event of a contact, as it is logged."""
 
     time: float  # s
     contact: int
-    kind: int  # ONSET, SEPARATION, or GUARD and the number of the guard
+    kind: int  # ONSET, SEPARATION, or GUARD plus the number of the guard
     rate: float  # m/s, closing positive
-    force_peak: float  # N, of the contact that ends
+    force_peak: float  # N, largest force of the contact that ends
 
 
 @kernel
 def log_event(at, event):
-    """Enter an Event into the log, unless it is the passage of a guard or a limit."""
+    """Add an Event to the log, unless it is the passage of a guard or a limit."""
     work = at[0]
     if event.kind >= LIMIT or work.control[CONTROL_KEEP_EVENTS] == 0.0:
         return
@@ -85,7 +85,7 @@ def log_event(at, event):
 
 @kernel
 def apply_event(at, kind, j, windowed):
-    """Change what an event at contact `j` changes at `work.end`; return the Event."""
+    """Apply the effects of an event at contact `j` at `work.end`; return the Event."""
     work = at[0]
     moment, peak = work.end[work.time], work.totals.joint[j, PEAK]
     if kind >= GUARD:
@@ -104,9 +104,11 @@ def apply_event(at, kind, j, windowed):
 
 @kernel
 def parting_too(at):
-    """Return (SEPARATION, contact) of one that parts at the moment of an event, too, as corners of a block do.
+    """Return (SEPARATION, contact) of a contact that separates at the moment of another event, such as a corner of a
+    block.
 
-    Its root of penetration is not above zero there, so no step could begin with it.  (NOTHING, 0) if there is none.
+    Its root of penetration is not positive there, so no step could begin with it.  Return (NOTHING, 0) if there is
+    none.
     """
     work = at[0]
     for j in range(work.mode.size):
@@ -117,7 +119,7 @@ def parting_too(at):
 
 @kernel
 def pass_events(at, kind, contact, windowed):
-    """Apply the event that was found and what happens at its moment, too; return GOING or the reason to end."""
+    """Apply an event and all others at the same moment; return GOING or the reason to end the run."""
     work = at[0]
     while kind != NOTHING:
         log_event(at, apply_event(at, kind, contact, windowed))

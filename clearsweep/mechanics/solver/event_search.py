@@ -1,8 +1,8 @@
-"""Where a step meets its first event: an onset, a separation, a limit, a guard of a joint's law, or a place to stop.
+"""Search for the first event of a step: an onset, a separation, a limit, a guard of a joint's law, or a stop.
 
-Every event is where a function of the motion grows through zero.  Over the step that function is a polynomial, through
-its values at the start and the stages.  Its coefficients in Bernstein's form bound it, so that no rise and fall between
-two stages is missed, see `bernstein`.
+Every event is an upward zero crossing of an event function.  Over the step that function is represented by a
+polynomial through its values at the start and the stages.  Its Bernstein coefficients bound it, so that no rise and
+fall between two stages is missed, see `bernstein`.
 """
 
 import math
@@ -31,19 +31,20 @@ from .bernstein import (
 from .event import GUARD, LIMIT, NOTHING, ONSET, SEPARATION, STOP, evaluate_dense
 from .guarding import evaluate_guards, first_passage, looked_at
 
-MARGIN = 1.2  # on the largest speed seen at the stages: bounds the speed between them
-ROUGH = 1e-3  # tail of a gap's polynomial, over its size, from which on the step is looked at in parts,
-LEAST_PART = 1.0 / 16.0  # of a step, at the shortest
-NEXT_TO_ROOT, ENOUGH = 0.05, 1e-7  # of a step: how far Newton's method may move an onset, and when it ends
-PASSED = 1e-9  # of the root of a penetration: a step that begins as close to a limit has just passed it
+MARGIN = 1.2  # on the largest speed at the stages: bounds the speed between them
+ROUGH = 1e-3  # tail of a gap's polynomial, over its size, from which the step is searched in parts
+LEAST_PART = 1.0 / 16.0  # of a step: shortest part
+NEXT_TO_ROOT, ENOUGH = 0.05, 1e-7  # of a step: largest correction of an onset by Newton's method, and its tolerance
+PASSED = 1e-9  # of the root of a penetration: a step that begins this close to a limit has just passed it
 
 
 @kernel
 def take_gap(at, j, h):
-    """Make the polynomial of contact `j` in free flight, above zero where it touches, from the depths at the nodes.
+    """Set the polynomial of contact `j` in free flight, positive where it touches, from the depths at the nodes.
 
-    It is d (d + 2 s) of the depth d (m) and its largest size s: in a bearing the square of the eccentricity less that
-    of the clearance, smooth also where the path passes the middle and the depth has a kink.
+    It is d (d + 2 s) of the depth d (m) and its largest size s.  In a bearing this is the squared eccentricity minus
+    the
+    squared clearance, which is smooth even where the path crosses the centre and the depth has a kink.
     """
     work, there = at[0], column_of(j, DEPTH)
     p, size = work.polynomials, work.clearance[j]
@@ -59,7 +60,7 @@ def take_gap(at, j, h):
 
 @kernel
 def take_part_of_gap(at, j, begin, width):
-    """Make the same over a part of the step, of the interpolant."""
+    """Set the polynomial of contact `j` over a part of the step, from the interpolant."""
     work, there = at[0], column_of(j, DEPTH)
     p, size = work.polynomials, work.clearance[j]
     for m in range(COEFFICIENTS):
@@ -73,7 +74,7 @@ def take_part_of_gap(at, j, begin, width):
 
 @kernel
 def is_rough(p):
-    """Return whether WHOLE, which may vanish, may be inaccurate."""
+    """Return whether the error of WHOLE matters, where it may vanish."""
     size = 0.0
     for i in range(COEFFICIENTS):
         size = max(size, abs(p[VALUES, i]))
@@ -83,7 +84,7 @@ def is_rough(p):
 
 @kernel
 def cannot_arrive(at, j, h):
-    """Return whether the path of the journal of free contact `j` is too short to come to the bearing and to its end."""
+    """Return whether the path of the journal of free contact `j` is too short to reach the bearing."""
     work = at[0]
     fastest = max(work.step[sum_of(j, FASTEST)], work.o[column_of(j, SLIP), END] * work.o[KAPPA, END])
     gaps = work.o[column_of(j, DEPTH), START] + work.o[column_of(j, DEPTH), END]
@@ -92,7 +93,7 @@ def cannot_arrive(at, j, h):
 
 @kernel
 def first_onset(at, j, h):
-    """Return the share of the step at which free contact `j` first touches its bearing, closing; NOWHERE if not."""
+    """Return the share of the step at which free contact `j` first touches its bearing while closing, or NOWHERE."""
     work = at[0]
     p, begin = work.polynomials, work.o[column_of(j, DEPTH), START]
     if cannot_arrive(at, j, h):
@@ -103,20 +104,20 @@ def first_onset(at, j, h):
     if is_rough(p):
         return first_onset_in_parts(at, j, h)
     x = crossing_for_certain(p, 0.0)
-    if x == NOWHERE and begin >= 0.0 and p[VALUES, DEGREE] >= 0.0:  # never quite left
+    if x == NOWHERE and begin >= 0.0 and p[VALUES, DEGREE] >= 0.0:  # it never quite separated
         return lowest_place(p)
     return x if x == NOWHERE else true_onset(at, j, h, x)
 
 
 @kernel
 def true_onset(at, j, h, x):
-    """Return where contact `j` touches its bearing, by Newton's method from the share `x` that its polynomial gives."""
+    """Return the share of the step at which contact `j` touches, by Newton's method from its polynomial's share `x`."""
     work = at[0]
     for _ in range(4):
         evaluate_dense(at, x)
         slope = work.o[column_of(j, RATE), SCRATCH] * work.o[KAPPA, SCRATCH] * h
         move = work.o[column_of(j, DEPTH), SCRATCH] / slope if slope != 0.0 else 1.0
-        if not abs(move) < NEXT_TO_ROOT:  # all but tangential
+        if not abs(move) < NEXT_TO_ROOT:  # nearly tangential
             break
         x = min(max(x - move, 0.0), 1.0)
         if abs(move) <= ENOUGH:
@@ -126,7 +127,7 @@ def true_onset(at, j, h, x):
 
 @kernel
 def first_onset_in_parts(at, j, h):
-    """Return the same where the gap is no smooth function over the step, such as that of worn surfaces."""
+    """Return the result of `first_onset` where the gap is not smooth over the step, as with worn surfaces."""
     p, begin, width = at[0].polynomials, 0.0, 0.5
     while begin < 1.0:
         take_part_of_gap(at, j, begin, width)
@@ -143,7 +144,7 @@ def first_onset_in_parts(at, j, h):
 
 @kernel
 def first_separation(at, j):
-    """Return the share of the step at which contact `j` separates, on the interpolant; NOWHERE if it does not."""
+    """Return the share of the step at which contact `j` separates, from the interpolant, or NOWHERE."""
     work, root = at[0], at[0].time + 1 + j
     from_interpolant(work.polynomials, work.y[root], work.f, root)
     if lowest(work.polynomials) > 0.0:
@@ -154,7 +155,7 @@ def first_separation(at, j):
 
 @kernel
 def first_limit(at, j):
-    """Return the share at which the penetration of contact `j` passes the limit of its elastic law; NOWHERE if not."""
+    """Return the share at which the penetration of contact `j` passes the limit of its elastic law, or NOWHERE."""
     work, root = at[0], at[0].time + 1 + j
     limit = math.sqrt(work.limit_depth[j])
     from_interpolant(work.polynomials, work.y[root] - limit, work.f, root)
@@ -166,7 +167,7 @@ def first_limit(at, j):
 
 @kernel
 def first_stop(at, stop):
-    """Return the share of the step at which the run comes to `stop`, which is not beyond its end."""
+    """Return the share of the step at which the run reaches `stop`, which is not beyond its end."""
     work = at[0]
     from_interpolant(work.polynomials, work.y[work.independent] - stop, work.f, work.independent)
     return min(first_crossing(work.polynomials), 1.0)
@@ -174,7 +175,7 @@ def first_stop(at, stop):
 
 @kernel
 def first_event(at, h, stop):
-    """Return (share of the step, kind, contact) of the first event in it; kind NOTHING: there is none."""
+    """Return (share of the step, kind, contact) of its first event; kind is NOTHING without event."""
     work, guards = at[0], at[0].guards
     best, kind, contact = NOWHERE, NOTHING, 0
     if work.end[work.independent] >= stop:

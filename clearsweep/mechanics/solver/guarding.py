@@ -1,4 +1,4 @@
-"""The guards of joints, functions that change something where they turn positive: their values, and where that is."""
+"""The guards of joints, functions whose upward zero crossing changes a mode or a state: values and crossings."""
 
 import math
 
@@ -18,21 +18,21 @@ from .bernstein import (
 )
 from .event import IMPLICIT, evaluate_dense
 
-ELSEWHERE = NODES.size  # place of the value of a guard at a state by itself, behind those at the nodes of a step
-NEXT_TO_START = 0.125  # share of a step at which a guard that was passed at its start has still to be
-#: Of the largest force of a contact, up to which a force is taken for zero: after an impact that gives back next to
-#: nothing it approaches zero for long, and its sign is that of rounding.
+ELSEWHERE = NODES.size  # place of a guard's value at a single state, after those at the nodes of a step
+NEXT_TO_START = 0.125  # share of a step within which a guard passed at its start is ignored
+#: Of the largest force of a contact: smaller forces count as zero.  After an impact with almost no rebound the force
+#: approaches zero slowly, and its sign is rounding.
 ROUNDING = 1e-13
-RIGHT = 1e-12  # of the size of a guard: so close to zero it is located
-HALVING = 16  # looks after which the rest is halved
+RIGHT = 1e-12  # of the size of a guard: accuracy of the location
+HALVING = 16  # evaluations after which the interval is bisected
 
 
 @kernel
 def evaluate_guards(at, y, row):
-    """Put values of all guards into `work.guards.value`.
+    """Write the values of all guards to `work.guards.value`.
 
-    Where `row` is END those at the start of the step, the state `y`, and at its stages; else, ELSEWHERE, those at the
-    state `y` whose observables are in row `row`.
+    If `row` is END, these are the values at the state `y` at the start of the step, and at its stages.  Otherwise the
+    values at ELSEWHERE are those at the state `y`, whose observables are in row `row`.
     """
     work, guards = at[0], at[0].guards
     for g in range(guards.contact.size):
@@ -49,14 +49,14 @@ def evaluate_guards(at, y, row):
 
 @kernel
 def looked_at(at, g):
-    """Return whether guard `g` is looked at in the mode in which its contact is."""
+    """Return whether guard `g` is active in the current mode of its contact."""
     guards = at[0].guards
     return guards.modes[g] >> at[0].mode[guards.contact[g]] & 1 != 0
 
 
 @kernel
 def take_guard(at, g):
-    """Make the polynomial of guard `g`, whose values were evaluated; return whether it can be passed as things are."""
+    """Set the polynomial of guard `g` from its values at the nodes; return whether it can be passed."""
     p, value = at[0].polynomials, at[0].guards.value
     if not (value[g, 0] > -math.inf and value[g, DEGREE] > -math.inf):
         return False
@@ -68,7 +68,7 @@ def take_guard(at, g):
 
 @kernel
 def guard_value(at, g, x):
-    """Return the value of guard `g` at the share `x` of the step, of the interpolant."""
+    """Return the value of guard `g` at the share `x` of the step, from the interpolant."""
     evaluate_dense(at, x)
     evaluate_guards(at, at[0].z, SCRATCH)
     return at[0].guards.value[g, ELSEWHERE]
@@ -76,7 +76,7 @@ def guard_value(at, g, x):
 
 @kernel
 def first_passage(at, g):
-    """Return the share of the step at which guard `g` turns positive; NOWHERE if it does not."""
+    """Return the share of the step at which guard `g` becomes positive, or NOWHERE."""
     p, guards = at[0].polynomials, at[0].guards
     if not take_guard(at, g):
         return NOWHERE
@@ -89,10 +89,11 @@ def first_passage(at, g):
 
 @kernel
 def true_passage(at, g, x):
-    """Return where guard `g` itself passes zero, its polynomial doing so at the share `x`; NOWHERE if it does not.
+    """Return where guard `g` itself crosses zero, near the crossing of its polynomial at the share `x`, or NOWHERE.
 
-    Many are smooth, and a look shows that the polynomial is right.  Others are not, such as the force of a contact that
-    leaves its indentation, which goes with a power of 3/2 there.
+    Many guards are smooth, and one evaluation confirms the polynomial.  Others are not, such as the force of a contact
+    that
+    leaves its indentation, which varies with a power of 3/2 there.
     """
     p, size = at[0].polynomials, 0.0
     for m in range(COEFFICIENTS):
@@ -137,7 +138,7 @@ def ends_around(at, x, value):
 
 @kernel
 def top_behind(p, x):
-    """Return where WHOLE is highest, of some places behind `x` up to where it is below zero again."""
+    """Return where WHOLE is highest, of several places between `x` and its next negative value."""
     best, top, step = x, 0.0, 0.02 * (1.0 - x)
     for i in range(1, 51):
         value, _ = value_and_slope(p, WHOLE, x + i * step)
@@ -150,10 +151,11 @@ def top_behind(p, x):
 
 @kernel
 def crossing_between(at, g, begin, end):
-    """Return the share at which guard `g` passes zero, known at both ends: (share, value) of each; from behind.
+    """Return the share at which guard `g` crosses zero between two ends, each (share, value), approached from behind.
 
-    Regula falsi as Anderson & Bjorck (1973, BIT 13:253) have it: of an end that stays, the value is scaled down by how
-    much that at the other has changed.
+    Regula falsi by Anderson & Bjorck (1973, BIT 13:253): the value at a retained end is scaled down according to the
+    change
+    of the value at the other end.
     """
     (a, fa), (b, fb) = begin, end
     if fa >= 0.0:
@@ -163,7 +165,7 @@ def crossing_between(at, g, begin, end):
         x = (a * fb - b * fa) / (fb - fa)
         if tried > HALVING or not a < x < b:  # a jump, or a value that is not finite
             x = 0.5 * (a + b)
-        x = min(max(x, a + 0.4 * FINE), b - 0.4 * FINE)  # so that the end that stays follows
+        x = min(max(x, a + 0.4 * FINE), b - 0.4 * FINE)  # so that the retained end moves, too
         fx = guard_value(at, g, x)
         if fx >= 0.0:
             if side == 1:

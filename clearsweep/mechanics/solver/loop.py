@@ -67,9 +67,8 @@ from .step_control import MOST_TRIES, first_length, next_length, pace_of, propos
 
 REVERSAL_TOLERANCE = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn back without a stall, as at an impact
 STALL_ADVANCE = 1e-4  # rad: how far a free crank has to advance within Control.patience
-AFTER_EVENT = (
-    0.8  # growth of the second step after an event: at the onset of a contact the motion bends less than later
-)
+# Growth of the second step after an event: at the onset of a contact the motion bends less than later
+AFTER_EVENT = 0.8
 SHORT_SHARE = 1e-3  # share of a step up to which a step cut at an event is accepted whatever its error
 LOG_ROWS = 512  # events in the log before the loop pauses so that the caller can read them
 
@@ -294,7 +293,7 @@ def compile_for(model: Pinned) -> objects.Code | None:
             integrate_case(pinned_at(model, address))
 
         made = objects.compiled_at(integrate_at, f"{form_of(model.value)}")
-        if made is None:  # machine code is not available here
+        if made is None:  # it was not compiled for this machine
             return None
         _CODE.append(made)
     return _CODE[0]

@@ -1,10 +1,10 @@
-"""The implicit method for stiff stretches: how a step of Radau IIA is solved for.
+"""The implicit method for stiff stretches: solution of a step of Radau IIA.
 
-Hairer & Wanner, "Solving Ordinary Differential Equations II", 2nd ed., section IV.8: simplified Newton iteration with
-its start values and its end, when the Jacobian is kept, error estimate (8.19), (8.20).  Where a contact is stiff, its
-direction turns along the step, and what is stiff with it: the Jacobian is taken at three of the stages and interpolated
-to the others, and the stages are solved for as one system.  It is the exact derivative of the compiled forces and
-motions (`dual`); it only steers the iteration, the solution does not depend on it.
+Hairer & Wanner, "Solving Ordinary Differential Equations II", 2nd ed., section IV.8: simplified Newton iteration, its
+start values and its end, the reuse of the Jacobian, error estimate (8.19), (8.20).  The direction of a stiff contact
+rotates along the step, and the stiff subspace with it.  The Jacobian is therefore evaluated at three of the stages and
+interpolated to the others, and the stages are solved for as one system.  It is the exact derivative of the compiled
+forces and motions (`dual`).  It only steers the iteration; the solution does not depend on it.
 """
 
 import math
@@ -20,34 +20,35 @@ from .event import EVALUATIONS, evaluate
 from .radau import DENSE, GAMMA, LOOK, ORDER, PLACES, ROWS, SPREAD, STAGES, A, C, E
 
 ITERATIONS = 5  # with the same Jacobians
-CLOSE = 0.03  # of the allowed error: the iteration ends where it expects to be as close as that
-KEEP = 1e-3  # convergence from one iteration to the next that keeps the Jacobians for the next step
-FAILED = 10.0  # error of a step whose iteration did not converge: the step control then takes 0.6 of its length
+CLOSE = 0.03  # of the allowed error: expected distance at which the iteration ends
+KEEP = 1e-3  # convergence per iteration up to which the Jacobians are kept for the next step
+FAILED = 10.0  # error of a step whose iteration did not converge; the step control then tries 0.6 of its length
 # Places in Implicit.past
 LENGTH, AFTER, RENEWED, FACTORED, CONVERGENCE, PAST = range(6)
 
 
 class Implicit(NamedTuple):
-    """What the implicit method works on; n numbers in the state."""
+    """Workspace of the implicit method; n numbers in the state."""
 
     jacobian: np.ndarray  # (3, n, n) derivatives of the rates at the stages PLACES
     newton: np.ndarray  # (STAGES n, STAGES n) factors of the matrix of the iteration
     pivots: np.ndarray  # (STAGES n,) int64
     small: np.ndarray  # (n, n) factors of the matrix of the error estimate
     small_pivots: np.ndarray  # (n,) int64
-    stages: np.ndarray  # (STAGES n,) distances of the stages from the start of the step
+    stages: np.ndarray  # (STAGES n,) differences of the stages from the start of the step
     change: np.ndarray  # (STAGES n,)
     offset: np.ndarray  # (n,)
     marks: np.ndarray  # (ORDER + 1, n) states along explicit steps, see `choice`
     choice: np.ndarray  # (CHOICE,) see `choice`
     #: (PAST,) LENGTH of the step whose interpolant is in `Work.f` (0: none), AFTER: 1 if this step follows it, 0 if it
-    #: begins where that began; length of the step from here for which the Jacobians were RENEWED (0: none) and of that
-    #: which the matrices are FACTORED for (0: none); CONVERGENCE: convergence of the last iteration
+    #: begins at the same place; length of the step from here for which the Jacobians were RENEWED (0: none) and of the
+    #: step
+    #: for which the matrices are FACTORED (0: none); CONVERGENCE: convergence of the last iteration
     past: np.ndarray
 
 
 def implicit_of(n, zeros=np.zeros) -> Implicit:
-    """Return the arrays for a state of `n` numbers, as `zeros` makes them."""
+    """Return the arrays for a state of `n` numbers; `zeros` allocates them."""
     many = STAGES * n
     return Implicit(
         jacobian=zeros((PLACES.size, n, n)),
@@ -66,7 +67,7 @@ def implicit_of(n, zeros=np.zeros) -> Implicit:
 
 @kernel
 def bring_largest(a, i):
-    """Exchange row `i` of `a` for the one below with the largest entry in column `i`; return which it was."""
+    """Exchange row `i` of `a` for the row below with the largest entry in column `i`; return its index."""
     n, top = a.shape[0], i
     for row in range(i + 1, n):
         if abs(a[row, i]) > abs(a[top, i]):
@@ -121,7 +122,7 @@ def substitute(a, pivots, b):
 
 @kernel
 def differentiate(at, y, place):
-    """Put the derivatives of the rates at `y` into a Jacobian; each column costs and counts as an evaluation."""
+    """Write the derivatives of the rates at `y` to a Jacobian; each column costs and counts as an evaluation."""
     work = at[0]
     work.counts[EVALUATIONS] += y.size
     invoke(work.slopes[0], work.slopes[1], (y, work.mode, work.latched, work.implicit.jacobian), place)
@@ -129,10 +130,11 @@ def differentiate(at, y, place):
 
 @kernel
 def renew(at, h):
-    """Renew the Jacobians, at three of the stages as they are now, and with them the factors; return if that went well.
+    """Evaluate the Jacobians at three of the current stages and factorise the matrices; return whether they are
+    regular.
 
-    Contact turns the direction of what is stiff along the step: with one Jacobian for all stages the iteration would
-    fail long before the error asks for shorter steps.
+    Contact rotates the stiff direction along the step: with one Jacobian for all stages the iteration would fail long
+    before the error requires shorter steps.
     """
     work = at[0]
     n, past, stages = work.y.size, work.implicit.past, work.implicit.stages
@@ -148,7 +150,8 @@ def renew(at, h):
 def unknown(stage, i, time):
     """Return the place of component `i` of a stage among the unknowns of the iteration.
 
-    Coordinates and time come first: their rates depend on no other of them, so that their elimination costs little and
+    Coordinates and time come first: their rates depend on no other coordinates or time, so their elimination is cheap
+    and
     leaves a system of half the size.
     """
     half = time // 2
@@ -159,7 +162,7 @@ def unknown(stage, i, time):
 
 @kernel
 def prepare(at, h):
-    """Make the factors for a step of length `h`, unless they are there; return whether that went well."""
+    """Compute the factors for a step of length `h` unless they are current; return whether the matrix is regular."""
     work, time = at[0].implicit, at[0].time
     n, jacobian = work.offset.size, work.jacobian
     if work.past[FACTORED] == h:
@@ -186,7 +189,7 @@ def prepare(at, h):
 
 @kernel
 def begin_stages(at, h):
-    """Put into the stages what the interpolant of the step before, or of a rejected one from here, says of them."""
+    """Initialise the stages from the interpolant of the step before, or of a rejected one from the same place."""
     work = at[0]
     n, past, stages = work.y.size, work.implicit.past, work.implicit.stages
     for i in range(n):
@@ -201,7 +204,7 @@ def begin_stages(at, h):
 
 @kernel
 def correct(at, h):
-    """Do one iteration; return how far the stages moved, over the allowed error."""
+    """Do one iteration; return the change of the stages over the allowed error."""
     work = at[0]
     n, stages, change = work.y.size, work.implicit.stages, work.implicit.change
     for s in range(STAGES):
@@ -226,9 +229,9 @@ def correct(at, h):
 
 @kernel
 def iterate(at, h):
-    """Move the stages to where they fulfil their equations; return whether that went well within ITERATIONS.
+    """Iterate until the stages fulfil their equations; return whether they do within ITERATIONS.
 
-    It ends where the distance that is left, from the convergence seen last, is CLOSE (IV.8.10).
+    The iteration ends when the remaining distance, estimated from the last convergence, is CLOSE (IV.8.10).
     """
     past = at[0].implicit.past
     before = 0.0
@@ -247,7 +250,7 @@ def iterate(at, h):
 
 @kernel
 def solve(at, h):
-    """Find the stages of a step of length `h`; return whether they were found."""
+    """Solve for the stages of a step of length `h`; return whether the iteration converged."""
     past = at[0].implicit.past
     begin_stages(at, h)
     kept = past[RENEWED] == h or (past[LENGTH] > 0.0 and past[CONVERGENCE] <= KEEP)
@@ -258,7 +261,7 @@ def solve(at, h):
 
 @kernel
 def filtered_error(at, h, row):
-    """Return the error over the allowed one: (IV.8.19), or (IV.8.20) if `row` contains the rates at what that gave."""
+    """Return the error over the allowed one: (IV.8.19), or (IV.8.20) if `row` contains the rates at its result."""
     work = at[0]
     n, offset, stages = work.y.size, work.implicit.offset, work.implicit.stages
     for i in range(n):
@@ -275,9 +278,9 @@ def filtered_error(at, h, row):
 
 @kernel
 def implicit_step(at, h):
-    """Put the state after an implicit step into `work.end`, its dense output into `work.f`; return its error.
+    """Write the state after an implicit step to `work.end`, its dense output to `work.f`; return its error.
 
-    The error is raised to the power at which the step control, made for order 8, takes the right root of it.
+    The step control assumes order 8, so the error is raised to the power that makes its root correct for this method.
     """
     work = at[0]
     n, past, stages = work.y.size, work.implicit.past, work.implicit.stages
@@ -306,9 +309,9 @@ def implicit_step(at, h):
 
 @kernel
 def look_along(at, share):
-    """Put states and observables where the explicit method has its stages: the polynomials through those that it has.
+    """Interpolate states and observables from the implicit stages to the stages of the explicit method.
 
-    share : of the interpolant that the step is.
+    share : of the interpolant's step that this step covers.
     """
     work = at[0]
     for i in range(work.y.size):
@@ -324,7 +327,7 @@ def look_along(at, share):
 
 @kernel
 def fall_back(at, share):
-    """Take the end of a step cut to a share of its length, and what is seen on it, from the longer interpolant."""
+    """Shorten a step to a share of its length; take its end and stages from the longer interpolant."""
     work = at[0]
     for s in range(STAGES):
         dense_state(share * C[s], work.y, work.f, work.z)

@@ -1,7 +1,7 @@
-"""Radau IIA of order 9: five stages, the last at the end of the step; L-stable, so that what is stiff dies out at once.
+"""Radau IIA of order 9: five stages, the last at the end of the step; L-stable, so stiff components decay at once.
 
 Hairer & Wanner, "Solving Ordinary Differential Equations II", 2nd ed., section IV.5: collocation at the zeros of the
-fourth derivative of x^4 (x - 1)^5.  Everything else here follows from the matrix.
+fourth derivative of x^4 (x - 1)^5.  All other constants follow from the matrix.
 """
 
 import math
@@ -21,8 +21,8 @@ A = np.array(
     ]
 )
 STAGES = len(A)
-C = np.append(A[:-1].sum(axis=1), 1.0)  # shares of the step at which the stages are
-ORDER = STAGES + 1  # of the error estimate: the power of the step with which it falls
+C = np.append(A[:-1].sum(axis=1), 1.0)  # shares of the step at the stages
+ORDER = STAGES + 1  # of the error estimate: power of the step length with which it decreases
 
 GAMMA = 6.286704751729277  # the real eigenvalue of the inverse of A
 
@@ -30,7 +30,7 @@ GAMMA = 6.286704751729277  # the real eigenvalue of the inverse of A
 def _error_weights():
     """Return the weights of the stages in the error estimate, f(y) + GAMMA / h of their sum (IV.8.19).
 
-    It is the difference to a quadrature of one order less than the stages have, which also takes f(y) at 1 / GAMMA.
+    It is the difference from a quadrature of one order less than the stages, which also uses f(y) at 1 / GAMMA.
     """
     powers = np.arange(STAGES)
     right = 1.0 / (powers + 1.0)
@@ -40,13 +40,13 @@ def _error_weights():
 
 
 E = _error_weights()
-#: Of the error estimate where nothing is stiff, over the sixth derivative times h^6: what it is for y' = t^5 / 5!.
+#: Error estimate without stiffness over the sixth derivative times h^6, from y' = t^5 / 5!.
 ERROR = abs(E @ C**ORDER) / math.factorial(ORDER)
 DENSE = np.linalg.inv(shapes(C)[:, :STAGES])  # from the stages to the first rows of the dense output
-#: From start and stages to where the explicit method has its stages, by the polynomial through all.
+#: From start and stages to the stages of the explicit method, by the polynomial through all.
 LOOK = np.vander(SHARES[1 : 1 + END], ORDER) @ np.linalg.inv(np.vander(np.append(0.0, C)))
-ROWS = np.arange(OTHERS, OTHERS + STAGES)  # in which rates and observables of the stages are
+ROWS = np.arange(OTHERS, OTHERS + STAGES)  # rows of the rates and observables of the stages
 STAGE_WEIGHTS = np.zeros(OTHERS + STAGES)
 STAGE_WEIGHTS[ROWS] = A[-1]
-PLACES = np.array([0, 2, 4])  # stages at which there are Jacobians
+PLACES = np.array([0, 2, 4])  # stages at which Jacobians are evaluated
 SPREAD = np.vander(C, PLACES.size) @ np.linalg.inv(np.vander(C[PLACES]))  # from these to all stages, by a parabola

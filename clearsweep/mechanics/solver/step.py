@@ -1,4 +1,4 @@
-"""One step: its stages, found by iteration, and the step again where an event cuts it short."""
+"""One step: its stages by iteration, and its repetition where an event shortens it."""
 
 import math
 
@@ -35,15 +35,15 @@ from .newton import LENGTH as PAST_LENGTH
 from .radau import STAGE_WEIGHTS
 
 MOST_SWEEPS = 16
-CLOSE = 0.1  # of the allowed error: the iteration ends where it expects to be as close as that
-#: Contraction that is expected to follow, at least: the first sweeps move what is far off, and say little of the rest.
+CLOSE = 0.1  # of the allowed error: expected distance at which the iteration ends
+#: Least contraction assumed of further sweeps; the first sweeps reduce large distances and say little about the rest.
 SLOWEST = 0.05
-HOPELESS = 0.8  # contraction at which the iteration is given up
+HOPELESS = 0.8  # contraction at which the iteration is abandoned
 
 
 @kernel
 def latch(at, y, contact, guard, row):
-    """Let the laws of a contact latch what they keep of an event: ENTERED, LEFT or the passage of a guard."""
+    """Let the laws of a contact latch their quantities at an event: ENTERED, LEFT or the passage of a guard."""
     work, guards = at[0], at[0].guards
     if guards.latch.code != 0:
         guards.event[0], guards.event[1] = contact, guard
@@ -52,7 +52,7 @@ def latch(at, y, contact, guard, row):
 
 @kernel
 def go_through(at, g, y, row):
-    """Change what the passage of guard `g` changes, at the state `y` whose observables are in row `row`."""
+    """Apply the passage of guard `g` at the state `y`, whose observables are in row `row`."""
     work, guards = at[0], at[0].guards
     contact = guards.contact[g]
     if guards.leads_to[g] != SAME:
@@ -62,7 +62,7 @@ def go_through(at, g, y, row):
 
 @kernel
 def begin_step(at):
-    """Evaluate the start of a step at which something has changed, and pass the guards that are passed there."""
+    """Evaluate the start of a step after a change of the equations, and apply the guards that are passed there."""
     work, guards = at[0], at[0].guards
     evaluate(at, work.y, START)
     changed, waiting = False, True
@@ -80,7 +80,7 @@ def begin_step(at):
 
 @kernel
 def guess_stages(at, h):
-    """Put a guess of the stages of a step of length `h` into `work.nodes`."""
+    """Write a guess of the stages of a step of length `h` to `work.nodes`."""
     work = at[0]
     past = work.implicit.past
     if past[PAST_LENGTH] > 0.0:
@@ -91,7 +91,7 @@ def guess_stages(at, h):
 
 @kernel
 def sweep(at):
-    """Move all stages once; return how far, over the allowed error."""
+    """Update all stages once; return the change over the allowed error."""
     work = at[0]
     given = work.y, work.mode, work.latched, work.weight, work.k, work.nodes, work.step
     invoke(work.sweep.code, work.sweep.parameters, given, 0)
@@ -101,7 +101,7 @@ def sweep(at):
 
 @kernel
 def observe_stages(at):
-    """Fill the observables at all stages."""
+    """Write the observables of all stages."""
     work = at[0]
     invoke(work.observed.code, work.observed.parameters, (work.nodes, work.mode, work.latched, work.o), 0)
     work.counts[EVALUATIONS] += STAGES
@@ -109,9 +109,9 @@ def observe_stages(at):
 
 @kernel
 def solve_stages(at):
-    """Move the stages until they fulfil their equations; return whether they do.
+    """Update the stages until they fulfil their equations; return whether they do.
 
-    They do where the distance that is left, from how much less each sweep moves them, is CLOSE.
+    The iteration has converged when the remaining distance, estimated from the contraction, is CLOSE.
     """
     step, before, earlier = at[0].step, sweep(at), 0.0
     if not before < math.inf:
@@ -132,7 +132,7 @@ def solve_stages(at):
 
 @kernel
 def collocate(at, h):
-    """Find the stages of a step of length `h`, with them its end, interpolant and error."""
+    """Solve for the stages of a step of length `h`; set its end, interpolant and error."""
     work = at[0]
     past = work.implicit.past
     guess_stages(at, h)
@@ -148,7 +148,7 @@ def collocate(at, h):
 
 @kernel
 def finish(at):
-    """Fill what the step in hand, which is good or ends at an event, comes to."""
+    """Compute the sums, profiles and maxima of the current step, which is accurate or ends at an event."""
     if at[0].method[0] == IMPLICIT:
         evaluate(at, at[0].end, END)
         sum_up(trial_of(at), STAGE_WEIGHTS)
@@ -159,7 +159,7 @@ def finish(at):
 
 @kernel
 def take_step(at):
-    """Take the step whose length is in `work.step`: fill `work.end`, the stages and what the step comes to."""
+    """Take the step whose length is in `work.step`: set `work.end`, the stages and the results of the step."""
     work, h = at[0], at[0].step[LENGTH]
     if work.method[0] == IMPLICIT:
         work.step[ERROR] = implicit_step(at, h)
@@ -168,13 +168,13 @@ def take_step(at):
     if work.step[ERROR] < 1.0:
         finish(at)
     else:
-        for j in range(work.mode.size):  # what is seen is that of some step before
+        for j in range(work.mode.size):  # the interpolant belongs to an earlier step
             work.step[sum_of(j, FASTEST)] = 0.0
 
 
 @kernel
 def shorten(at, share):
-    """Put a `share` of the step that was taken in its place, as its interpolant has it."""
+    """Replace the latest step by a `share` of it, from its interpolant."""
     work = at[0]
     if work.method[0] == IMPLICIT:
         fall_back(at, share)
@@ -187,14 +187,14 @@ def shorten(at, share):
 
 @kernel
 def step_to_event(at, share, event, h):
-    """Finish a step of length `h` that was taken again, with a `share` of its length, to end at an event.
+    """Finish a step of length `h` that was repeated with a `share` of its length to end at an event.
 
-    event : (kind, contact, place of a STOP along the run).  But for guards, whose values are located, it is put exactly
-    at the end.
+    event : (kind, contact, place of a STOP along the run).  The end is corrected to the exact event, except for guards,
+    whose values are already located.
     """
     work = at[0]
     kind, contact, stop = event
-    if work.step[ERROR] == FAILED:  # the interpolant of the longer step has to do
+    if work.step[ERROR] == FAILED:  # keep the interpolant of the longer step
         shorten(at, share)
     if not work.step[ERROR] < 1.0:
         finish(at)
@@ -209,7 +209,7 @@ def step_to_event(at, share, event, h):
         miss, slope = work.end[root] - math.sqrt(work.limit_depth[contact]), work.k[root, END]
     elif kind == STOP:
         miss, slope = work.end[work.independent] - stop, work.k[work.independent, END]
-    if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # Newton, once; not where the event is all but tangential
+    if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # one Newton step, unless the event is nearly tangential
         for i in range(work.end.size):
             work.end[i] -= work.k[i, END] * miss / slope
     if kind == STOP:
@@ -218,9 +218,9 @@ def step_to_event(at, share, event, h):
 
 @kernel
 def find_first_event(at, h, stop):
-    """Look for events in the step just taken; `stop` is where along the run to stop.
+    """Search for events in the latest step; `stop` is the place along the run where it must stop.
 
-    Return the share of the step at which the first was met, what it was, and by which contact.
+    Return the share of the step at the first event, its kind, and its contact.
     """
     work = at[0]
     before = work.counts[EVALUATIONS]

@@ -1,7 +1,7 @@
-"""How long the next step is: after an error that was small enough, after one that was not, and at the beginning.
+"""Step length after an accepted step, after a rejected one, and at the start.
 
-The error of a smooth motion goes with the twelfth power of the length: its size with the eighth, the square of its
-decay with the fourth, see `collocation.error_norm`.
+The error of a smooth motion varies as the twelfth power of the length: its size as the eighth power, the square of its
+decay as the fourth, see `collocation.error_norm`.
 """
 
 import math
@@ -13,36 +13,36 @@ from .choice import LIMIT, steady
 from .newton import LENGTH
 
 SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
-MOST_TRIES = 60  # rejections in a row: each shrinks the step by a fifth at least, so no shorter step will do either
-THIRD_ROOT_BITS = 2 * (1023 << 52) // 3 - (200 << 40)  # of 1; less what halves the error of the root
-LEAST_ERROR = 1e-10  # over the allowed one: below, it says no more about how much longer a step may be
+MOST_TRIES = 60  # rejections in a row: each shortens the step by at least a fifth, so a shorter step would not help
+THIRD_ROOT_BITS = 2 * (1023 << 52) // 3 - (200 << 40)  # of 1; minus half the error of the root
+LEAST_ERROR = 1e-10  # over the allowed one: a smaller error does not predict how much longer a step may be
 
 
 @inlined
 def twelfth_power(x):
-    """Return the twelfth power, in a fraction of the time that a power takes."""
+    """Return the twelfth power, in a fraction of the time of `pow`."""
     fourth = (x * x) * (x * x)
     return fourth * fourth * fourth
 
 
 @inlined
 def twelfth_root(error):
-    """Return the twelfth root within 2 %, in a fraction of the time that a power takes."""
+    """Return the twelfth root within 2 %, in a fraction of the time of `pow`."""
     third = number_of(bits_of(error) // 3 + THIRD_ROOT_BITS)
     return math.sqrt(math.sqrt(third))
 
 
 @kernel
 def shrinking(error):
-    """Return by which factor a step is shortened whose `error`, over the allowed one, was too large."""
+    """Return the factor on the length of a step whose `error`, over the allowed one, was too large."""
     return max(SHRINK, SAFETY / twelfth_root(error)) if error < 1e300 else SHRINK
 
 
 @inlined
 def change_of_length(error, expected):
-    """Return by which factor the next step may be longer, from this step's error and that which was expected of it.
+    """Return the factor on the length of the next step, from this step's error and its expected error.
 
-    The larger of the two counts, as the estimate goes through zero now and then.
+    The larger of the two counts, as the estimate crosses zero now and then.
     """
     larger = max(error, expected)
     return SAFETY / twelfth_root(max(larger, LEAST_ERROR))
@@ -50,9 +50,9 @@ def change_of_length(error, expected):
 
 @kernel
 def first_length(at, proposals, pattern):
-    """Return a step length to begin with: the last one of the same contacts that touch, else a guess.
+    """Return the length of a first step: the last one with the same touching contacts, else a guess.
 
-    A contact lasts the longer along tau the slower it begins: about as one over the root of that rate.
+    A contact lasts longer along tau the slower it begins: about as one over the root of that rate.
     """
     work = at[0]
     if proposals[pattern] > 0.0:
@@ -66,7 +66,7 @@ def first_length(at, proposals, pattern):
 
 @kernel
 def proposal_of(at):
-    """Return where the step length for this method and these contacts that touch is kept: the bits of a number."""
+    """Return the place of the step length for this method and these touching contacts: the bits of a number."""
     work = at[0]
     pattern = work.method[0] << work.mode.size
     for j in range(work.mode.size):
@@ -77,7 +77,7 @@ def proposal_of(at):
 
 @kernel
 def pace_of(at):
-    """Return the rate, m/s, at which the fastest of the contacts that touch began; 1 where none does."""
+    """Return the onset rate, m/s, of the fastest touching contact; 1 without contact."""
     work, fastest = at[0], 0.0
     for j in range(work.mode.size):
         if touches(work.mode[j]):
@@ -87,7 +87,7 @@ def pace_of(at):
 
 @kernel
 def next_length(at, h, proposal):
-    """Change the method if that was decided, and return the length of the step after one of length `h`."""
+    """Apply a decided change of method; return the length of the step after one of length `h`."""
     work = at[0]
     if work.method[2] == work.method[0]:
         return steady(at, h, proposal)

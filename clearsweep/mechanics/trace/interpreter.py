@@ -50,7 +50,7 @@ for_symbols(operations.copysign, lambda a, b: symbols.intrinsic("copysign", a, b
 for_symbols(operations.bits_of, symbols.bits_of)
 for_symbols(operations.number_of, symbols.number_of)
 
-#: Those of Python's that are emitted as the bodies of `functions`: bits do not depend on the system's library.
+#: Functions of Python that are emitted from the bodies in `functions`: bits do not depend on the system's library.
 OURS = ("atan", "atan2", "cos", "cosh", "exp", "expm1", "log", "log1p", "log2", "sin", "sinh", "tanh")
 for _name, _body in vars(functions).items():
     if isinstance(_body, FunctionType) and _body.__module__ == functions.__name__:

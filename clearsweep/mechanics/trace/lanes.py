@@ -1,4 +1,4 @@
-"""Answers in lanes: in all, in none; values that differ from lane to lane."""
+"""Conditions over lanes, and values that differ between lanes."""
 
 from typing import Any
 
@@ -28,17 +28,17 @@ def none_of(condition: Any) -> Any:
 
 
 def all_lanes(width: int) -> Truth:
-    """Return yes in every lane."""
+    """Return a condition that is true in every lane."""
     return Truth(symbols.constant(symbols.BIT, True, width), width)
 
 
 def nothing(x: Any) -> Any:
-    """Return a value of the kind of a symbol that means nothing; of what is known, itself."""
+    """Return an undefined value of the kind of a symbol; a known value is returned unchanged."""
     return type(x)(symbols.constant(x.item, 0, x.width), x.width) if is_symbol(x) else x
 
 
 def blended(lanes: Any, new: Any, old: Any) -> Any:
-    """Return a value in some lanes, that before in the others; the new one where they are of different forms."""
+    """Return the new value in some lanes and the old one in the others; the new one if their forms differ."""
     if new is old:
         return new
     try:

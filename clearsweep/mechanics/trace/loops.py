@@ -1,8 +1,7 @@
-"""Loops: written out turn by turn where it is known how many there are, else one of blocks.
+"""Loops: unrolled if the number of turns is known, otherwise a loop of blocks.
 
-Of a loop of blocks every variable that it changes needs a place that all turns share.  What kind of value it has,
-a number, a whole one, in lanes or not, shows when its turn has been run; where it was taken for a narrower kind, the
-loop is taken out and emitted anew.
+Each variable that a loop of blocks changes needs a phi node.  Its kind (number, integer, in lanes or not) is known only
+after a turn has been emitted.  If a narrower kind was assumed, the loop is removed and emitted again.
 """
 
 import ast
@@ -21,16 +20,16 @@ from .symbols import WIDTH, Abreast, NotTraceableError, Symbol, Whole, is_symbol
 
 
 class Bounds(NamedTuple):
-    """What a loop counts by."""
+    """Range of a loop."""
 
-    start: Any  # None: it depends on a condition
+    start: Any  # None: the loop depends on a condition
     stop: Any = None
     step: int = 1
-    source: Any = None  # an array of which it takes the items
+    source: Any = None  # an array whose items are the loop's values
 
 
 class _Mark:
-    """A place in the code, and in an activation, to which one can go back."""
+    """A position in the code and in an activation that can be restored."""
 
     def __init__(self, at: Activation):
         builder = trace().builder
@@ -41,7 +40,7 @@ class _Mark:
         self.depth = len(at.loops)
 
     def back(self) -> None:
-        """Take out all that was emitted since."""
+        """Remove the code emitted since."""
         builder = trace().builder
         del self.function.blocks[self.blocks :]
         del self.block.instructions[self.instructions :]
@@ -54,7 +53,7 @@ class _Mark:
 
 
 class _Variable:
-    """A number that the turns of a loop share."""
+    """A variable shared by the turns of a loop."""
 
     def __init__(self, first: Any, kind: type, width: int):
         self.kind, self.width = kind, width
@@ -62,31 +61,31 @@ class _Variable:
         self.phi: Any = None
 
     def begin(self, before: Any) -> Symbol:
-        """Emit its place; return what it contains in a turn."""
+        """Emit its phi node; return its value within a turn."""
         self.phi = trace().builder.phi(symbols.form(self.kind.item, self.width))  # type: ignore[attr-defined]
         self.phi.add_incoming(self.first, before)
         phi_node: Symbol = self.kind(self.phi, self.width)
         return phi_node
 
     def wider(self, last: Any) -> tuple[type, int] | None:
-        """Return the kind and width that it needs for what it is at the end of a turn, or None if it contains that."""
+        """Return the kind and width required for its value at the end of a turn, or None if they are unchanged."""
         needed = symbols.kind_of(self.kind(None), last), max(self.width, symbols.width_of(last))
         return None if needed == (self.kind, self.width) else needed
 
     def close(self, last: Any) -> None:
-        """Let the next turn begin with what it is at the end of one."""
+        """Set its value in the next turn to its value at the end of this one."""
         value = symbols.as_kind(last, self.kind, self.width)
         self.phi.add_incoming(value, trace().builder.block)
 
 
 class _Carried:
-    """The variables of an activation that a loop changes, by name; `kinds` : those found so far, by name and place."""
+    """The variables that a loop changes in an activation; `kinds` : those determined so far, by name and place."""
 
     def __init__(self, at: Activation, names: list[str], kinds: dict[Any, Any]):
         self.at, self.parts = at, {}
         self.variables: dict[tuple[str, int], _Variable] = {}
         for name in names:
-            if name in kinds:  # it represents something else behind every turn: it has no value where one begins
+            if name in kinds:  # its structure changes from turn to turn, so it has no value at the start of a turn
                 del at.names[name]
                 continue
             parts = list(leaves(at.names[name]))
@@ -99,7 +98,7 @@ class _Carried:
                     self.variables[name, place] = _Variable(x, *kind)
 
     def begin(self, before: Any) -> None:
-        """Emit the places of all of them; let the activation see what they hold."""
+        """Emit the phi nodes of all variables; bind their values in the activation."""
         for name, parts in self.parts.items():
             phi_node = [
                 x if isinstance(x, View) else self.variables[name, place].begin(before) for place, x in enumerate(parts)
@@ -107,7 +106,7 @@ class _Carried:
             self.at.names[name] = rebuilt(self.at.names[name], iter(phi_node))
 
     def close(self) -> dict[Any, Any]:
-        """Let the next turn begin with what they are; return the kinds of those that cannot hold it."""
+        """Set the values for the next turn; return the kinds of the variables whose kind was too narrow."""
         wider: dict[Any, Any] = {}
         last: dict[tuple[str, int], Any] = {}
         for name, parts in self.parts.items():
@@ -128,10 +127,10 @@ def _same_arrays(rows: list[Any], others: list[Any]) -> bool:
 
 
 class Loops(Statements):
-    """Runs the loops of one activation."""
+    """Runs the loops of an activation."""
 
     def do_For(self, node: Any) -> bool:  # noqa: N802 - named by the syntax
-        """Run a loop over what is known, over whole numbers, or over the items of an array."""
+        """Run a loop over known values, over integers, or over the items of an array."""
         if node.orelse:
             raise NotTraceableError("has an else behind a loop")
         known = node.iter
@@ -154,7 +153,7 @@ class Loops(Statements):
         return self.written_out(node, list(turns))
 
     def at_once(self, node: Any, count: Any) -> bool:
-        """Run all turns of a loop at once, each in a lane."""
+        """Run all turns of a loop simultaneously, each in a lane."""
         hand = trace()
         if count != WIDTH or hand.width != 1:
             raise NotTraceableError(f"runs other than {WIDTH} turns at once, or within others")
@@ -177,7 +176,7 @@ class Loops(Statements):
     # ------------------------------------------------------------------------------------------ turns
 
     def written_out(self, node: Any, turns: list[Any]) -> bool:
-        """Run every turn of a loop."""
+        """Unroll a loop."""
         inside = Loop([], [])
         name = self.begin_loop(node)
         for item in turns:
@@ -191,14 +190,14 @@ class Loops(Statements):
         return False
 
     def begin_loop(self, node: Any) -> str:
-        """Let lanes leave a loop one by one, where it may be left early; return the name of what says which go on."""
+        """Let lanes leave a loop one by one, if it may end early; return the name of the mask of continuing lanes."""
         name = f"{LANES}of loop {len(self.at.loops) + 1}"
         if trace().width > 1 and (isinstance(node, ast.While) or contains(node, ast.Break)):
             self.at.names[name] = all_lanes(trace().width)
         return name
 
     def turn(self, node: Any, inside: Loop) -> bool:
-        """Run a turn of a loop; return whether none goes on behind it."""
+        """Run a turn of a loop; return whether no path continues after it."""
         self.at.loops.append(inside)
         name = f"{LANES}of turn {len(self.at.loops)}"
         if trace().width > 1 and contains(node, ast.Continue):
@@ -216,13 +215,13 @@ class Loops(Statements):
     # ------------------------------------------------------------------------------------------ loops of blocks
 
     def loop(self, node: Any, bounds: Bounds) -> bool:
-        """Emit a loop of blocks; return whether nothing goes on behind it."""
+        """Emit a loop of blocks; return whether no path continues after it."""
         name, begin = self.begin_loop(node), _Mark(self.at)
         try:
             ended = self.with_variables(node, bounds)
         except Returns as returned:
             if begin.depth:
-                raise  # the outermost loop is the one to begin anew
+                raise  # the outermost loop is emitted again
             begin.back()
             self.at.names[RETURNED] = changed(returned.value, nothing)
             self.at.names.setdefault(LANES, all_lanes(trace().width))
@@ -232,7 +231,7 @@ class Loops(Statements):
         return ended
 
     def with_variables(self, node: Any, bounds: Bounds) -> bool:
-        """Emit a loop with variables of the kinds that it needs."""
+        """Emit a loop with variables of the required kinds."""
         lanes = [name for name in self.at.names if name.startswith(LANES) or name == RETURNED]
         names = [*(name for name in stored(node) if name in self.at.names), *lanes]
         begin, kinds = _Mark(self.at), dict[Any, Any]()
@@ -245,7 +244,7 @@ class Loops(Statements):
             begin.back()
 
     def of_kinds(self, node: Any, bounds: Bounds, loop_carried: _Carried, left: list[Path]) -> dict[Any, Any]:
-        """Emit a loop with these variables, and enter how it is left; return the kinds of those that do not do."""
+        """Emit a loop with these variables and record its exits; return the kinds of those that were too narrow."""
         builder, hand = trace().builder, trace()
         before, header = builder.block, hand.block()
         counter = _Variable(bounds.start, Whole, 1) if bounds.start is not None else None
@@ -268,7 +267,7 @@ class Loops(Statements):
         return {}
 
     def goes_on(self, node: Any, bounds: Bounds, place: Any) -> Any:
-        """Return whether a loop has a further turn, in any lane."""
+        """Return whether a loop has another turn, in any lane."""
         if place is not None:
             condition = symbols.compared("<" if bounds.step > 0 else ">", place, bounds.stop)
         else:
@@ -282,7 +281,7 @@ class Loops(Statements):
         return condition
 
     def enter_turn(self, condition: Any, left: list[Path]) -> None:
-        """Go on in a turn where there is a further one."""
+        """Continue in the body of a turn, if there is another turn."""
         builder, body = trace().builder, trace().block()
         if is_symbol(condition):
             out = trace().block()

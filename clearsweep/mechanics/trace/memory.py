@@ -1,4 +1,4 @@
-"""Arrays in memory: their places, parts and items."""
+"""Arrays in memory: addresses, views and items."""
 
 import functools
 import math
@@ -29,7 +29,7 @@ from .symbols import (
 
 
 class Bare:
-    """A pointer of which nothing but the kind of its items is known."""
+    """A pointer of which only the kind of its items is known."""
 
     def __init__(self, base: Any, item: Any):
         self.base, self.item = base, item
@@ -41,7 +41,7 @@ class Bare:
 
 
 def word_at(address: "Whole", place: int, kind: type) -> Any:
-    """Emit a word of what lies at an address and stays as it is while the program runs."""
+    """Emit a word stored at an address, which is constant while the program runs."""
     builder = trace().builder
     first = builder.inttoptr(address.value, kind.item.as_pointer())  # type: ignore[attr-defined]
     loaded = builder.load(builder.gep(first, [WHOLE(place)]), align=8)
@@ -50,7 +50,7 @@ def word_at(address: "Whole", place: int, kind: type) -> Any:
 
 
 def call_at(code: Any, parameters: Any, arrays: tuple, integer: Any) -> None:
-    """Emit the call of the machine code at an address with that of parameters, those of arrays, and an integer."""
+    """Emit a call of the machine code at an address, with the addresses of parameters and arrays, and an integer."""
     builder = trace().builder
     given = [builder.inttoptr(as_kind(parameters, Whole), ADDRESS)]
     given += [builder.bitcast(array.address(), ADDRESS) for array in arrays]
@@ -59,9 +59,9 @@ def call_at(code: Any, parameters: Any, arrays: tuple, integer: Any) -> None:
 
 
 class View:
-    """An array in memory, or a part of one: the values lie `strides` (in numbers of eight bytes) apart.
+    """An array in memory, or a part of one, with `strides` in units of eight bytes.
 
-    width : how many values lie side by side at each place, WIDTH apart from those of the next place.
+    width : number of adjacent values at each place; WIDTH if they belong to lanes.
     """
 
     __slots__ = ("base", "item", "offset", "shape", "strides", "width")
@@ -76,7 +76,7 @@ class View:
         return _product(self.shape)
 
     def reshape(self, *shape: int) -> "View":
-        """Return the same values, which lie without gaps, as an array of another shape."""
+        """Return the contiguous values as an array of another shape."""
         steps = [self.strides[-1]]
         for count in reversed(shape[1:]):
             steps.append(steps[-1] * count)
@@ -115,7 +115,7 @@ class View:
         return at if self.width == 1 else builder.bitcast(at, form(self.item, self.width).as_pointer())
 
     def abreast(self) -> Any:
-        """Emit the address of values that follow each other from lane to lane, of all together."""
+        """Emit the address of values that are adjacent across lanes, for all lanes together."""
         first = View(self.base, self.item, (), (), 1, self.offset.first).address()
         return trace().builder.bitcast(first, form(self.item, self.offset.width).as_pointer())
 
@@ -132,9 +132,9 @@ class View:
         return (Number if self.item is DOUBLE else Whole)(value, self.width)
 
     def _each_lane(self) -> Any:
-        """Emit the values at places that differ from lane to lane."""
+        """Emit the values at places that differ between lanes."""
         builder, offset, lanes = trace().builder, self.offset, trace().lanes()
-        if lanes is not None:  # what the others would look up may be anywhere
+        if lanes is not None:  # the addresses of inactive lanes may be invalid
             offset = selected(lanes, offset, 0)
         packed = ir.Constant(form(self.item, offset.width), ir.Undefined)
         for lane in range(offset.width):
@@ -161,7 +161,7 @@ class View:
 
 
 def viewed(array: Any, shape: tuple, apart: int = 1, width: int = 1) -> View:
-    """Return a bare pointer as an array of a shape, whose values lie so many numbers apart."""
+    """Return a bare pointer as an array of a shape, with a stride of `apart` numbers."""
     steps: list[Any] = [apart]
     for count in reversed(shape[1:]):
         steps.append(_multiplied(steps[-1], count))
@@ -186,7 +186,7 @@ def _moved(offset: Any, place: Any, stride: Any) -> Any:
 
 
 def table_of(array: np.ndarray) -> View:
-    """Return the constant that an array of numpy becomes."""
+    """Return the constant made of a numpy array."""
     hand = trace()
     if id(array) not in hand.tables:
         flat = np.ascontiguousarray(array).ravel()
@@ -204,11 +204,11 @@ def table_of(array: np.ndarray) -> View:
 
 
 def gathered(view: View, index: tuple) -> Number:
-    """Emit the values of an array at places that differ from lane to lane."""
+    """Emit the values of an array at places that differ between lanes."""
     width, lanes = width_of(*index), trace().lanes()
     if width == 1 or isinstance(view._part(index).offset, Abreast):
         return view[index]
-    if lanes is not None:  # what the others would look up may be anywhere
+    if lanes is not None:  # the addresses of inactive lanes may be invalid
         index = tuple(selected(lanes, x, 0) if is_symbol(x) else x for x in index)
     builder = trace().builder
     joined = ir.Constant(form(view.item, width), ir.Undefined)
@@ -221,7 +221,7 @@ def gathered(view: View, index: tuple) -> Number:
 
 
 def at_address(address: Number, place: Any) -> Number:
-    """Emit a number of what lies at an address that travels as a number."""
+    """Emit a number stored at an address that is passed as a number."""
     builder, width = trace().builder, width_of(address, place)
 
     def single(address: Any, place: Any) -> Any:
@@ -231,7 +231,7 @@ def at_address(address: Number, place: Any) -> Number:
     if width == 1:
         return Number(single(number(address).value, as_kind(place, Whole)))
     lanes = trace().lanes()
-    if lanes is not None:  # what the others would look up may be anywhere
+    if lanes is not None:  # the addresses of inactive lanes may be invalid
         place = selected(lanes, place, 0)
     addresses, places = as_kind(address, Number, width), as_kind(place, Whole, width)
     joined = ir.Constant(form(DOUBLE, width), ir.Undefined)

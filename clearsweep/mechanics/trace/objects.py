@@ -1,4 +1,4 @@
-"""Machine code of what was traced: optimised, kept as plain objects, loaded."""
+"""Machine code of traced functions: optimised, stored as plain objects, loaded."""
 
 import contextlib
 import ctypes
@@ -15,31 +15,31 @@ import numpy as np
 from llvmlite import ir
 
 from ...language import phases
-from . import cache, interpreter, symbols  # noqa: F401 - the interpreter enters itself
+from . import cache, interpreter, symbols  # noqa: F401 - the interpreter registers itself
 from .calls import call_body, run
 from .memory import Bare, View, viewed
 from .paths import changed, leaves
 from .symbols import ADDRESS, DOUBLE, WHOLE, Trace, Whole
 
-#: Levels of processors for which code is made, the best first, and what a processor of each can do.
+#: Levels of processors for which code is compiled, the best first, and the features of each.
 LEVELS = {
     "x86-64-v4": ("avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"),
     "x86-64-v3": ("avx2", "fma", "bmi", "bmi2", "f16c", "lzcnt", "movbe"),
 }
-#: Other kinds of processors: triple, processor.  No object for these has been run, only linked.
+#: Other kinds of processors: triple, processor.  Objects for these have only been linked, never run.
 ELSEWHERE = {"aarch64": ("aarch64-unknown-linux-gnu", "generic")}
 
-_WANTED: list[str] = []  # a level for which code is made in place of this machine's
+_WANTED: list[str] = []  # a level for which code is compiled instead of this machine's
 
 
 def level() -> str:
-    """Return the level of processors for which code is made."""
+    """Return the level of processors for which code is compiled."""
     return _WANTED[-1] if _WANTED else _own_level()
 
 
 @contextlib.contextmanager
 def shipped_for(name: str) -> Iterator[Path]:
-    """Within, code is made for a level and kept in the package, not in the user's cache; nothing of it is run."""
+    """In this context, compile code for a level and store it in the package, not in the user's cache; do not run it."""
     _WANTED.append(name)
     try:
         with cache.kept_in_package() as place:
@@ -50,7 +50,7 @@ def shipped_for(name: str) -> Iterator[Path]:
 
 @functools.cache
 def _own_level() -> str:
-    """Return the level of this machine's processor; its own name where it is below all levels or of another kind."""
+    """Return the level of this machine's processor; its own name if it is below all levels or of another kind."""
     if platform.machine().lower() in ("x86_64", "amd64"):
         has = llvm.get_host_cpu_features()
         needed: tuple[str, ...] = ()
@@ -69,7 +69,7 @@ def _own_level() -> str:
 
 
 def _machine() -> Any:
-    """Return what makes machine code for this machine's level: a new one, as an engine takes its own with it."""
+    """Return a new target machine for this machine's level; an engine takes ownership of it."""
     if level() in ELSEWHERE:
         llvm.initialize_all_targets()
         llvm.initialize_all_asmprinters()
@@ -90,7 +90,7 @@ def _triple() -> str:
 def traced(function: Callable, scene: Any, items: str) -> ir.Module:
     """Return the module of `function(scene pointer, *arrays, integer)`.
 
-    items : of the arrays, 'f' for float64, 'i' for int64.
+    items : a letter per array, 'f' for float64, 'i' for int64.
     """
 
     def body(numbers: Bare, *rest: Any) -> None:
@@ -101,13 +101,13 @@ def traced(function: Callable, scene: Any, items: str) -> ir.Module:
 
 
 def _module(body: Callable, items: str, width: int = 1) -> ir.Module:
-    """Return the module that a body makes of pointers to numbers and to the items of arrays, and an integer."""
+    """Return the module of a body of pointers to numbers and to the items of arrays, and an integer."""
     hand = Trace(width)
     hand.module.triple = _triple()
     kinds = [ADDRESS] * (1 + len(items)) + [WHOLE]
     entry = ir.Function(hand.module, ir.FunctionType(ir.VoidType(), kinds), "entry")
     for pointer in entry.args[1:-1]:
-        pointer.add_attribute("noalias")  # so that what was loaded need not be loaded again behind every store
+        pointer.add_attribute("noalias")  # so that loaded values need not be loaded again after every store
     hand.builder = ir.IRBuilder(entry.append_basic_block())
     with symbols.in_hand(hand):
         arrays = [
@@ -120,7 +120,7 @@ def _module(body: Callable, items: str, width: int = 1) -> ir.Module:
 
 
 def optimised(module: ir.Module) -> Any:
-    """Return the module as LLVM has it, optimised."""
+    """Return the module, optimised by LLVM."""
     parsed = llvm.parse_assembly(str(module))
     parsed.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=2)
@@ -138,7 +138,7 @@ class Code(NamedTuple):
     """Machine code in memory."""
 
     address: int
-    engine: Any  # in which it lives
+    engine: Any  # owner of the code
 
 
 def loaded(content: bytes) -> Code:
@@ -155,7 +155,7 @@ def compiled(function: Callable, scene: Any, kinds: tuple, items: str) -> Code |
 
 
 def compiled_at(function: Callable, cache_key: str) -> Code | None:
-    """Return the machine code of `function(address)`; key : what the code depends on besides its sources."""
+    """Return the machine code of `function(address)`; cache_key : everything the code depends on except its sources."""
 
     def body(numbers: Bare, _: Any) -> None:
         run(function, Whole(symbols.trace().builder.ptrtoint(numbers.base, WHOLE)))
@@ -164,7 +164,7 @@ def compiled_at(function: Callable, cache_key: str) -> Code | None:
 
 
 def code_of(function: Callable, cache_key: str, module: Callable[[], ir.Module]) -> Code | None:
-    """Return the machine code of a module, made of a function, or as it is kept, or None if it is not available."""
+    """Return the machine code of a module of a function, or of its stored object, or None if it is not available."""
     cache_key = f"{function.__module__}.{function.__qualname__} {cache_key} {level()}"
     name = f"{function.__name__}-{hashlib.sha256(cache_key.encode()).hexdigest()[:32]}.o"
     content = None if _WANTED else cache.kept(name)
@@ -176,15 +176,15 @@ def code_of(function: Callable, cache_key: str, module: Callable[[], ir.Module])
 
 
 def function_at(address: int, arrays: int) -> Any:
-    """Return the machine code at an address as a function of Python, of so many addresses besides that of the scene."""
+    """Return the machine code at an address as a Python function of the scene's address and `arrays` further ones."""
     return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * (1 + arrays), ctypes.c_int64)(address)
 
 
 def machine_code(function: Callable) -> Callable:
-    """Return a function of numbers, nested tuples and arrays as machine code, made where it is first called.
+    """Return a function of numbers, nested tuples and arrays as machine code, compiled at its first call.
 
-    Numbers are float64 and known when it is called; whole numbers, which it may count by, are part of the code.  Arrays
-    are of float64 or int64.  It returns numbers or nested tuples of them.
+    Numbers are float64 and arguments of the code; integers, which may be loop bounds, are part of the code.  Arrays are
+    float64 or int64.  The function returns numbers or nested tuples of them.
     """
     made: dict[Any, Any] = {}
 
@@ -210,11 +210,11 @@ def machine_code(function: Callable) -> Callable:
     return called
 
 
-_PLACE = object()  # of a number in a result
+_PLACE = object()  # placeholder of a number in a result
 
 
 def _form(given: Any) -> Any:
-    """Return what machine code for what is given depends on."""
+    """Return the part of the arguments on which machine code depends."""
     if isinstance(given, tuple):
         return (type(given), *map(_form, given))
     if isinstance(given, np.ndarray):
@@ -223,7 +223,7 @@ def _form(given: Any) -> Any:
 
 
 def _of_numbers(function: Callable, given: tuple) -> tuple[Code, Any, int]:
-    """Return machine code of a function for what is of the form of `given`, its result without numbers, their count."""
+    """Return machine code for arguments of the form of `given`, its result without numbers, and the count of these."""
     cache_key: list[Any] = []
     kinds = "".join(x.dtype.kind for x in leaves(given) if isinstance(x, np.ndarray))
 

@@ -1,4 +1,4 @@
-"""Values that consist of symbols: their parts, their forms, and what they are where paths through the code meet."""
+"""Values composed of symbols: their parts, their forms, and their merging where paths through the code join."""
 
 import math
 import types
@@ -13,19 +13,19 @@ from .symbols import ADDRESS, Abreast, NotTraceableError, Symbol, as_kind, form,
 
 
 class Path(NamedTuple):
-    """A way through a body, which goes on at the end of a block."""
+    """A path through a body, with the block at which it ends."""
 
     block: Any
     value: Any
 
 
 def changed(x: Any, change: Callable) -> Any:
-    """Return nested tuples with what is in them changed."""
+    """Return nested tuples with every item changed."""
     return rebuilt(x, iter([change(part) for part in leaves(x)]))
 
 
 def form_of(x: Any) -> Any:
-    """Return what a function of machine code for such a value depends on: all of it but what symbols represent."""
+    """Return the form of a value on which machine code depends: all of it except the values of symbols."""
     if isinstance(x, tuple):
         return (type(x), *map(form_of, x))
     if hasattr(x, "pieces"):
@@ -48,7 +48,7 @@ def form_of(x: Any) -> Any:
 
 
 def passed(x: Any) -> list[Any]:
-    """Return what of a value is handed over to a function of machine code."""
+    """Return the parts of a value that are passed to a function of machine code."""
     names: list[Any] = []
     for part in leaves(x):
         if isinstance(part, Abreast):
@@ -63,7 +63,7 @@ def passed(x: Any) -> list[Any]:
 
 
 def received(x: Any, arguments: Iterator[Any]) -> Any:
-    """Return a value as a function of machine code sees it."""
+    """Return a value as a function of machine code receives it."""
 
     def single(part: Any) -> Any:
         if isinstance(part, Abreast):
@@ -80,7 +80,7 @@ def received(x: Any, arguments: Iterator[Any]) -> Any:
 
 
 def leaves(x: Any) -> Iterator[Any]:
-    """Yield what is in nested tuples and numbers with slopes."""
+    """Yield the items of nested tuples and of numbers with slopes."""
     if isinstance(x, tuple):
         for part in x:
             yield from leaves(part)
@@ -92,7 +92,7 @@ def leaves(x: Any) -> Iterator[Any]:
 
 
 def rebuilt(x: Any, values: Iterator[Any]) -> Any:
-    """Return nested tuples with other values in them."""
+    """Return nested tuples with their items replaced."""
     if isinstance(x, tuple):
         parts = [rebuilt(part, values) for part in x]
         return type(x)(*parts) if hasattr(x, "_fields") else tuple(parts)
@@ -103,7 +103,7 @@ def rebuilt(x: Any, values: Iterator[Any]) -> Any:
 
 
 def alike(values: list[Any]) -> list[Any]:
-    """Return values with numbers that carry slopes wherever one of them does."""
+    """Return values, with slopes added to all numbers where one of them has slopes."""
     first = values[0]
     if all(isinstance(x, tuple) for x in values):
         if any(len(x) != len(first) or type(x) is not type(first) for x in values):
@@ -121,7 +121,7 @@ def alike(values: list[Any]) -> list[Any]:
 
 
 def joined(paths: list[Path]) -> Any:
-    """Emit the place where paths meet; return the value there."""
+    """Emit the block where paths join; return the value there."""
     builder = trace().builder
     if len(paths) == 1:
         builder.position_at_end(paths[0].block)
@@ -140,7 +140,7 @@ def joined(paths: list[Path]) -> Any:
 
 
 def meeting(blocks: list[Any], column: list[Any], end: Any) -> Any:
-    """Return what values become in the block in which other blocks end."""
+    """Return the merged values in the block where other blocks end."""
     first, builder = column[0], trace().builder
     if all(x is first for x in column):
         return first
@@ -185,7 +185,7 @@ def _view_of(blocks: list[Any], column: list[Any], end: Any) -> View:
 
 
 def _address_of(blocks: list[Any], bases: list[Any], end: Any) -> Any:
-    """Return the address of one of several arrays in the block in which other blocks end."""
+    """Return the address of one of several arrays in the block where other blocks end."""
     builder, addresses = trace().builder, []
     for block, base in zip(blocks, bases, strict=True):
         builder.position_at_end(block)

@@ -1,21 +1,21 @@
-"""What is emitted otherwise than by its body, and which bodies are run at all: entered by those who define them."""
+"""Registry of functions with their own emitters, and of functions whose bodies are traced."""
 
 from collections.abc import Callable
 from typing import Any
 
 from .symbols import is_symbol
 
-PRIMITIVES: dict[Any, Callable] = {}  # functions that are emitted otherwise than by their bodies
-RULES: dict[str, Callable] = {}  # operation of Python -> what does it to numbers with slopes
-_SLOPE_RULES: dict[Any, Callable] = {}  # function -> what it does to numbers with slopes
-LOOPS: list[Any] = [range]  # functions that give whole numbers to count by; but for the first, to be left loops
-ABREAST: list[Any] = []  # functions that give whole numbers whose turns are run at once, a lane each
-BODIES = "__traced__"  # attribute of a function: its body is run here wherever it is called, ON_ITS_OWN or INSIDE
-ON_ITS_OWN, INSIDE = "on its own", "inside"  # as a function of machine code, or as a part of its caller
+PRIMITIVES: dict[Any, Callable] = {}  # functions that are not emitted from their bodies
+RULES: dict[str, Callable] = {}  # Python operation -> its rule for numbers with slopes
+_SLOPE_RULES: dict[Any, Callable] = {}  # function -> its rule for numbers with slopes
+LOOPS: list[Any] = [range]  # functions that return loop indices; all but the first are never unrolled
+ABREAST: list[Any] = []  # functions that return loop indices whose turns run simultaneously, one per lane
+BODIES = "__traced__"  # attribute of a function whose body is traced at every call, ON_ITS_OWN or INSIDE
+ON_ITS_OWN, INSIDE = "on its own", "inside"  # as a separate machine code function, or inlined in its caller
 
 
 def primitive(*functions: Any) -> Callable:
-    """Enter what emits a call of any of these functions where one of the values given is a symbol."""
+    """Return a decorator that registers the emitter of calls of these functions with symbols."""
 
     def register(emit: Callable) -> Callable:
         for function in functions:
@@ -26,17 +26,17 @@ def primitive(*functions: Any) -> Callable:
 
 
 def rules_of_slopes(rules: dict[str, Callable]) -> None:
-    """Enter what is done to numbers with slopes, by the operation of Python."""
+    """Register rules for numbers with slopes, by Python operation."""
     RULES.update(rules)
 
 
 def rule_of_function(function: Any, rule: Callable) -> None:
-    """Enter what a function does to numbers with slopes."""
+    """Register the rule of a function for numbers with slopes."""
     _SLOPE_RULES[function] = rule
 
 
 def slope_rule(function: Any) -> Callable | None:
-    """Return what a function does to numbers with slopes, or None if it has a body for them."""
+    """Return the rule of a function for numbers with slopes, or None if its body is differentiated."""
     try:
         return _SLOPE_RULES.get(function)
     except TypeError:
@@ -44,13 +44,13 @@ def slope_rule(function: Any) -> Callable | None:
 
 
 def traceable(function: Any, how: str = INSIDE) -> Any:
-    """Return a function marked so that its body is run on symbols."""
+    """Return a function marked as traceable."""
     setattr(function, BODIES, how)
     return function
 
 
 def for_symbols(function: Any, emit: Callable) -> None:
-    """Enter what emits a function of Python where a symbol is given; else Python does it."""
+    """Register the emitter of a Python function with symbols; without symbols, Python runs the function."""
 
     def entered(*given: Any, **named: Any) -> Any:
         flat = given[0] if len(given) == 1 and isinstance(given[0], (list, tuple)) else given

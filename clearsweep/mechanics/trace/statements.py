@@ -1,4 +1,4 @@
-"""Statements of a body on symbols, but for loops."""
+"""Statements of a body on symbols, except loops."""
 
 import ast
 from typing import Any
@@ -12,10 +12,10 @@ from .symbols import NotTraceableError, Truth, is_symbol, trace
 
 
 class Statements(Expressions):
-    """Runs the statements of one activation."""
+    """Runs the statements of an activation."""
 
     def block(self, statements: list[Any]) -> bool:
-        """Run statements; return whether no path goes on behind them."""
+        """Run statements; return whether no path continues after them."""
         for statement in statements:
             self.at.node = statement
             if getattr(self, f"do_{type(statement).__name__}", self.do_what)(statement):
@@ -27,7 +27,7 @@ class Statements(Expressions):
         raise NotTraceableError(f"has a statement that is not known ({type(node).__name__})")
 
     def do_Expr(self, node: Any) -> bool:  # noqa: N802 - named by the syntax, as all that follow
-        """Run an expression for what it does."""
+        """Evaluate an expression for its effect."""
         if not isinstance(node.value, ast.Constant):
             self.value(node.value)
         return False
@@ -54,31 +54,31 @@ class Statements(Expressions):
         return True
 
     def leave(self, value: Any) -> None:
-        """End this path of the function for all lanes; those that have ended before keep what they returned."""
+        """End this path of the function for all lanes; lanes that ended before keep their returned values."""
         if RETURNED in self.at.names:
             value = blended(self.at.names[LANES], value, self.at.names[RETURNED])
         self.at.returns.append(Path(trace().builder.block, value))
 
     def stop(self, name: str, lanes: Any) -> None:
-        """Let some lanes take no further part."""
+        """Deactivate some lanes."""
         going = self.at.names.get(name, True)
         self.at.names[name] = symbols.both(going, symbols.opposite(lanes))
 
     def do_Assign(self, node: Any) -> bool:  # noqa: N802
-        """Give names, items or places in arrays a value."""
+        """Assign a value to names, items or places in arrays."""
         value = self.value(node.value)
         for target in node.targets:
             self.assign(target, value)
         return False
 
     def do_AnnAssign(self, node: Any) -> bool:  # noqa: N802
-        """Do the same where the name has a type."""
+        """Assign a value to an annotated name."""
         if node.value:
             self.assign(node.target, self.value(node.value))
         return False
 
     def do_AugAssign(self, node: Any) -> bool:  # noqa: N802
-        """Change a value in its place."""
+        """Change a value in place."""
         target = node.target
         if isinstance(target, ast.Name):
             self.assign(target, self.binary(node.op, self.at.look_up(target.id), self.value(node.value)))
@@ -89,7 +89,7 @@ class Statements(Expressions):
         return False
 
     def do_If(self, node: Any) -> bool:  # noqa: N802
-        """Take a side, or both where it is not known which."""
+        """Run one branch, or both if the condition is a symbol."""
         condition = self.answer(node.test)
         if not is_symbol(condition):
             return self.block(node.body if condition else node.orelse)
@@ -107,7 +107,7 @@ class Statements(Expressions):
         return self.join(paths)
 
     def in_some(self, condition: Truth, node: Any) -> bool:
-        """Run each side of a decision in the lanes that want it, if one does; return whether none goes on."""
+        """Run each branch in its lanes, if there are any; return whether no path continues."""
         builder, hand, outer = trace().builder, trace(), self.at.mask
         ended = []
         for wanted, statements in ((condition, node.body), (symbols.opposite(condition), node.orelse)):
@@ -121,7 +121,7 @@ class Statements(Expressions):
             builder.position_at_end(begin)
             ended.append(self.block(statements))
             inside = self.at.names
-            for name, value in inside.items():  # what is new has no meaning where no lane wants it
+            for name, value in inside.items():  # a new name has no value in lanes of the other branch
                 if name not in before:
                     before[name] = all_lanes(hand.width) if name.startswith(LANES) else changed(value, nothing)
             self.join([Path(builder.block, inside), Path(skip, before)])
@@ -129,7 +129,7 @@ class Statements(Expressions):
         return all(ended)
 
     def join(self, paths: list[Path]) -> bool:
-        """Go on where paths meet, with the variables that they have in common; return whether there are none."""
+        """Continue where paths join, with their common variables; return whether there are no paths."""
         if not paths:
             return True
         if len(paths) == 1:
@@ -152,7 +152,7 @@ class Statements(Expressions):
                 blocks = [path.block for path in paths]
                 made = [meeting(blocks, list(items), end) for items in zip(*rows, strict=True)]
             except NotTraceableError:
-                continue  # a name that represents different things has no value from here on
+                continue  # a name with different structures has no value from here on
             met[name] = rebuilt(column[0], iter(made))
         for path in paths:
             builder.position_at_end(path.block)
@@ -171,7 +171,7 @@ class Statements(Expressions):
         return True
 
     def do_Continue(self, node: Any) -> bool:  # noqa: N802
-        """Leave a turn of a loop."""
+        """End a turn of a loop."""
         lanes = self.at.lanes()
         if lanes is not None:
             self.stop(f"{LANES}of turn {len(self.at.loops)}", lanes)

@@ -1,8 +1,8 @@
-"""Symbols: numbers, whole numbers and answers that are known when the program runs, and memory that contains them.
+"""Symbols: numbers, integers and truth values known at run time, and the memory that contains them.
 
-A symbol represents one value or, in lanes, for WIDTH values side by side.  Whatever is done to symbols is emitted into
-the trace in hand.  Nothing is left to the compiler's choice: every operation is rounded by itself, but for a sum with a
-product of the same function, which is fused.
+A symbol represents one value or, in lanes, WIDTH values.  Operations on symbols are emitted into the current trace.
+Nothing is left to the compiler's choice: every operation is rounded separately, except a sum with a product of the same
+function, which is fused.
 """
 
 import contextlib
@@ -12,30 +12,30 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 
-#: How many turns of a loop run at once: as many numbers as the widest registers hold.
+#: Number of loop turns that run simultaneously: as many numbers as the widest registers contain.
 WIDTH = 8
 DOUBLE, WHOLE, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 ADDRESS = ir.IntType(8).as_pointer()
 
 
 class NotTraceableError(Exception):
-    """What a body does cannot be written down."""
+    """A body that cannot be compiled."""
 
 
 class Trace:
-    """A module in the making, and where in it code is emitted."""
+    """A module under construction, and the place where code is emitted."""
 
     def __init__(self, width: int = 1):
-        self.width = width  # of what is in hand: WIDTH within turns that run at once
+        self.width = width  # current width: WIDTH in turns that run simultaneously
         self.module = ir.Module("scene")
         self.builder: Any = None
-        self.lanes: Callable[[], Any] = lambda: None  # returns in which lanes something is to be done; None: in all
-        self.functions: dict[Any, Any] = {}  # those of machine code, by body and forms of what they are given
-        self.tables: dict[int, Any] = {}  # arrays that became constants, by their identity
-        self.kept_alive: list[Any] = []  # they live as long as the trace does
+        self.lanes: Callable[[], Any] = lambda: None  # returns the active lanes; None: all
+        self.functions: dict[Any, Any] = {}  # machine code functions, by body and forms of arguments
+        self.tables: dict[int, Any] = {}  # arrays that became constants, by identity
+        self.kept_alive: list[Any] = []  # objects that live as long as the trace
 
     def block(self) -> Any:
-        """Return a new block of the function in hand."""
+        """Return a new block of the current function."""
         return self.builder.function.append_basic_block()
 
 
@@ -43,13 +43,13 @@ _IN_HAND: list[Trace] = []
 
 
 def trace() -> Trace:
-    """Return the trace in hand."""
+    """Return the current trace."""
     return _IN_HAND[-1]
 
 
 @contextlib.contextmanager
 def in_hand(made: Trace) -> Iterator[None]:
-    """Let a trace be the one in hand."""
+    """Make a trace the current one in this context."""
     _IN_HAND.append(made)
     try:
         yield
@@ -58,7 +58,7 @@ def in_hand(made: Trace) -> Iterator[None]:
 
 
 class Symbol:
-    """A value that is known when the program runs; width : 1, or WIDTH where it is in lanes."""
+    """A value known at run time; width : 1, or WIDTH in lanes."""
 
     __array_ufunc__ = None
     __hash__ = None  # type: ignore[assignment]
@@ -67,7 +67,7 @@ class Symbol:
 
     def __init__(self, value: Any, width: int = 1, product: Any = None):
         self.value, self.width = value, width
-        self.product = product  # where it was multiplied, if it is a product
+        self.product = product  # place of the multiplication, if it is a product
 
     def __bool__(self) -> bool:
         raise NotTraceableError("decides on a number outside what is traced")
@@ -115,7 +115,7 @@ class Whole(Symbol):
 
 
 class Abreast(Whole):
-    """Whole numbers that follow each other from lane to lane; `first` : that of the first lane."""
+    """Consecutive integers across lanes; `first` : in the first lane."""
 
     __slots__ = ("first",)
 
@@ -126,7 +126,7 @@ class Abreast(Whole):
 
 
 class Truth(Symbol):
-    """An answer, yes or no."""
+    """A truth value."""
 
     __slots__ = ()
     item = BIT
@@ -136,7 +136,7 @@ class Truth(Symbol):
 
 
 def form(item: Any, width: int) -> Any:
-    """Return LLVM's type of a value or of so many side by side."""
+    """Return LLVM's type of a value or of a vector of them."""
     return item if width == 1 else ir.VectorType(item, width)
 
 
@@ -148,17 +148,17 @@ def constant(item: Any, number: Any, width: int = 1) -> Any:
 
 
 def is_symbol(x: Any) -> bool:
-    """Return whether a value is known only when the program runs."""
+    """Return whether a value is known only at run time."""
     return isinstance(x, Symbol)
 
 
 def width_of(*given: Any) -> int:
-    """Return the width of what is made of these values."""
+    """Return the width of a result of these values."""
     return max((x.width for x in given if isinstance(x, Symbol)), default=1)
 
 
 def as_kind(x: Any, kind: type, width: int = 1) -> Any:
-    """Emit a value as a Number, Whole or Truth of a width; return what LLVM calls it."""
+    """Emit a value as a Number, Whole or Truth of a width; return its LLVM value."""
     b = trace().builder
     if not isinstance(x, Symbol):
         if kind is Truth:
@@ -188,7 +188,7 @@ def number(x: Any, width: int = 1) -> Number:
 
 
 def intrinsic(name: str, *given: Any) -> Number:
-    """Emit a function of LLVM's own of numbers."""
+    """Emit an LLVM intrinsic of numbers."""
     width = width_of(*given)
     kind = form(DOUBLE, width)
     full = f"llvm.{name}.{'f64' if width == 1 else f'v{width}f64'}"
@@ -211,7 +211,7 @@ def _emitted(kind: type, name: str, a: Any, b: Any, product: Any = None) -> Any:
 
 
 def plus(a: Any, b: Any, where: Any = None) -> Any:
-    """Emit a + b; `where` : the place in hand, see `fused`."""
+    """Emit a + b; `where` : current place, see `fused`."""
     if _is_float(a, b):
         fused = _fused(a, b, where, ())
         return _emitted(Number, "fadd", a, b) if fused is None else fused
@@ -234,7 +234,7 @@ def minus(a: Any, b: Any, where: Any = None) -> Any:
 
 
 def _fused(a: Any, b: Any, where: Any, taken_off: tuple[int, ...]) -> Any:
-    """Emit a sum with a single rounding where one side is a product that was made at the same place; else None."""
+    """Emit a sum with a single rounding if one side is a product from the same place; else return None."""
     if where is None:
         return None
     sides = [a, b]
@@ -270,7 +270,7 @@ def over(a: Any, b: Any, where: Any = None) -> Any:
 
 
 def whole_over(a: Any, b: Any, where: Any = None) -> Any:
-    """Emit a // b of whole numbers, b > 0."""
+    """Emit a // b of integers, b > 0."""
     if _is_float(a, b):
         return floor_number(over(a, b))
     builder, width = trace().builder, width_of(a, b)
@@ -281,7 +281,7 @@ def whole_over(a: Any, b: Any, where: Any = None) -> Any:
 
 
 def remainder(a: Any, b: Any, where: Any = None) -> Any:
-    """Emit a % b of whole numbers, b > 0."""
+    """Emit a % b of integers, b > 0."""
     if _is_float(a, b):
         raise NotTraceableError("takes the remainder of numbers")
     builder, width = trace().builder, width_of(a, b)
@@ -299,7 +299,7 @@ def negative(a: Any) -> Any:
 
 
 def bitwise(name: str) -> Any:
-    """Return what emits an operation on the bits of whole numbers or answers."""
+    """Return the emitter of a bitwise operation on integers or truth values."""
 
     def emit(a: Any, b: Any, where: Any = None) -> Any:
         truths = all(isinstance(x, (Truth, bool, np.bool_)) for x in (a, b))
@@ -330,7 +330,7 @@ def compared(sign: str, a: Any, b: Any) -> Any:
 
 
 def kind_of(*given: Any) -> type:
-    """Return what several values can be together: Number, Whole or Truth."""
+    """Return the common kind of several values: Number, Whole or Truth."""
     if all(isinstance(x, (Truth, bool, np.bool_)) for x in given):
         return Truth
     return Number if _is_float(*given) else Whole
@@ -344,7 +344,7 @@ def selected(condition: Truth, a: Any, b: Any) -> Any:
 
 
 def extreme(sign: str) -> Any:
-    """Return what emits the one of several numbers for which Python's `max` or `min` decides."""
+    """Return the emitter of Python's `max` or `min` of several numbers."""
 
     def emit(*given: Any) -> Any:
         if len(given) == 1:
@@ -361,9 +361,9 @@ def extreme(sign: str) -> Any:
 
 
 def as_whole(x: Any) -> Any:
-    """Emit a number without its digits behind the point as a whole number; what is not a number gives 0.
+    """Emit a number truncated to an integer; nan gives 0.
 
-    So a trial step that comes to nothing looks up something in a table, not besides it.
+    So a trial step with invalid numbers still reads within a table.
     """
     if not isinstance(x, Number):
         return x
@@ -375,7 +375,7 @@ def as_whole(x: Any) -> Any:
 
 
 def floor_number(x: Any) -> Number:
-    """Emit the largest whole number not above x, as a Number."""
+    """Emit the largest integer not above x, as a Number."""
     return intrinsic("floor", x)
 
 
@@ -385,5 +385,5 @@ def bits_of(x: Number) -> Whole:
 
 
 def number_of(x: Whole) -> Number:
-    """Emit the number that has these bits."""
+    """Emit the number with these bits."""
     return Number(trace().builder.bitcast(x.value, form(DOUBLE, x.width)), x.width)

@@ -1,1 +1,1 @@
-"""Drawings on the matplotlib axes they are given; nothing here knows about pages or files."""
+"""Drawings on given matplotlib axes, independent of pages and files."""

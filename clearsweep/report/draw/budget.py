@@ -1,4 +1,4 @@
-"""An error budget, drawn: a bar for each unknown, from the least to the largest change of a figure."""
+"""Drawing of an error budget: a bar per unknown, from the lowest to the highest change of a figure."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from .style import BLUE, INK, plain_axes
 
 
 def tornado(ax: Axes, bars: Sequence[tuple[str, float, float, str, str]], name: str) -> None:
-    """Draw bars from the bottom up: name, change down and up (of 1, from the base case), and where these are."""
+    """Draw bars from the bottom up: name, change down and up (1, relative to the base case), and the settings there."""
     places = np.arange(len(bars))
     down, up = (100.0 * np.array([bar[end] for bar in bars]) for end in (1, 2))
     ax.barh(places, up - down, left=down, height=0.6, color=BLUE, alpha=0.75)
@@ -21,7 +21,7 @@ def tornado(ax: Axes, bars: Sequence[tuple[str, float, float, str, str]], name: 
     ax.axvline(0.0, color=INK, linewidth=1.0)
     ax.set_yticks(places, [bar[0].replace(" and ", "\nand ") for bar in bars])
     ax.tick_params(axis="y", length=0)
-    ax.use_sticky_edges = False  # of bars: there has to be room for the words next to them
+    ax.use_sticky_edges = False  # of bars: leaves space for the words next to them
     ax.margins(x=0.25)
     ax.set_axisbelow(True)
     ax.set_xlabel(f"change of {name} [%]")

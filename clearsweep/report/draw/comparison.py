@@ -1,4 +1,4 @@
-"""The drawings that compare cases: effects, strips, curves, heat maps, clouds, histograms."""
+"""Drawings that compare cases: effects, strips, curves, heat maps, clouds, histograms."""
 
 import re
 from collections.abc import Sequence
@@ -33,15 +33,15 @@ from .style import (
 )
 
 CURVES = (BLUE, RED, GREEN, ORANGE, PURPLE, "#56B4E9", INK)  # of many curves; the next seven are dashed
-WRITTEN = (9, 8)  # rows and columns of a heat map up to which its cells carry numbers
-CELLS_VECTOR = 150  # and with more than this are drawn as pixels
-BINS_DRAWN = 41  # edges of a histogram's bars, at most
-POINTS_VECTOR = 300  # clouds with more points than this are drawn as pixels
-POINTS_DRAWN = 50_000  # of clouds with more, points that others cover are left out
-LINES_BESIDE, NAME_SIZE = 24, 6.5  # names next to a drawing, at least as many lines; points
-LONG = 10  # letters of a curve's name beyond which the names go above
-CELLS_SEEN = 300  # side by side in a cloud: each is smaller than a point
-DECADES = 8.0  # a figure whose values spread over a larger factor than this is drawn on a logarithmic scale
+WRITTEN = (9, 8)  # largest rows and columns of a heat map with numbers in its cells
+CELLS_VECTOR = 150  # cells above which they are drawn as pixels
+BINS_DRAWN = 41  # largest number of bin edges of a histogram
+POINTS_VECTOR = 300  # points of a cloud above which they are drawn as pixels
+POINTS_DRAWN = 50_000  # points of a cloud above which covered points are omitted
+LINES_BESIDE, NAME_SIZE = 24, 6.5  # lines available for names next to a drawing; font size, points
+LONG = 10  # letters of a curve's name above which names are placed at the top
+CELLS_SEEN = 300  # per side of a cloud: each is smaller than a point
+DECADES = 8.0  # ratio of largest to smallest value above which an axis is logarithmic
 
 
 class Curve(NamedTuple):
@@ -49,12 +49,12 @@ class Curve(NamedTuple):
 
     name: str  # in the legend; '' for none
     colour: str
-    band: bool  # with the range from the 10th to the 90th percentile, and a solid line
+    band: bool  # shaded from the 10th to the 90th percentile, with a solid line
     effect: MainEffect
 
 
 class Family(NamedTuple):
-    """One figure (SI) over an axis, a curve for each value of another, and the bound that it is to keep to."""
+    """One figure (SI) over an axis, a curve for each value of another axis, and its limit."""
 
     axis: Axis
     title: str  # of the legend; '' for none
@@ -64,7 +64,7 @@ class Family(NamedTuple):
 
 
 def family(ax: Axes, drawn: Family, unit: str, name: str) -> None:
-    """Draw the curves of a family, the bound as a line across."""
+    """Draw the curves of a family, and the limit as a horizontal line."""
     known = drawn.curves[np.isfinite(drawn.curves)]
     scale, (places, spacing) = wording.scale(unit, known), _places(drawn.axis)
     shades = colormaps["viridis"](np.linspace(0.0, 0.85, len(drawn.names)))
@@ -106,7 +106,7 @@ def effect(ax: Axes, curves: Sequence[Curve], unit: str, limits: tuple[float, fl
     strength = 0.15 if len(curves) <= 2 else 0.06
     for curve in curves:
         low, high = curve.effect.low / scale.factor, curve.effect.high / scale.factor
-        if named:  # side by side, and no line: between names there is nothing
+        if named:  # no line between names
             offset = joints.index(curve.colour) if curve.colour in joints else 0
             places = ticks + 0.16 * (offset - 0.5 * (len(joints) - 1))
         if curve.band and named:
@@ -156,14 +156,14 @@ def strip(ax: Axes, groups: Sequence[tuple[str, np.ndarray]], name: str, scale: 
         )
         ax.plot(np.median(values) / scale.factor, place, "|", color=RED, markersize=11, markeredgewidth=2.2)
     all_values = np.concatenate([values for _, values in groups])
-    if all_values.min() > 0.0 and all_values.max() > 4.0 * all_values.min():  # else a logarithmic axis has no ticks
+    if all_values.min() > 0.0 and all_values.max() > 4.0 * all_values.min():  # else a log axis has no ticks
         logarithmic(ax, "x")
     _rows(ax, [law for law, _ in groups])
     ax.set_xlabel(with_unit(name, scale))
 
 
 def returned(ax: Axes, rows: Sequence[tuple[str, float, float]]) -> None:
-    """Draw, name by name, the restitution given back and that asked for; a row is (name, asked for, given back)."""
+    """Draw the specified and the effective restitution by law; a row is (name, specified, effective)."""
     names = list(dict.fromkeys(row[0] for row in rows))[::-1]
     for number, (name, wanted, given) in enumerate(rows):
         place = names.index(name)
@@ -184,7 +184,7 @@ def returned(ax: Axes, rows: Sequence[tuple[str, float, float]]) -> None:
 
 
 def elastic(ax: Axes, depths: np.ndarray, curves: Sequence[tuple[str, np.ndarray, bool]]) -> None:
-    """Draw forces (N) over penetration (m); a curve is (name, forces, whether it is used: the others are grey)."""
+    """Draw forces (N) over penetration (m); a curve is (name, forces, whether it is used); others are grey."""
     scale = wording.scale("m", depths)
     for (name, forces, used), number in zip(curves, _counted(curves), strict=True):
         dash = ("-", "--", ":")[number // len(CURVES) % 3]
@@ -210,7 +210,7 @@ def elastic(ax: Axes, depths: np.ndarray, curves: Sequence[tuple[str, np.ndarray
 
 
 def _name_others(ax: Axes, depth: float, ends: Sequence[tuple[str, float]]) -> None:
-    """Name curves next to their right ends (at `depth` on the axis, force in N), each on a line of its own."""
+    """Label curves at their right ends (at `depth` on the axis, force in N), each label on its own line."""
     ends = sorted(ends, key=lambda end: end[1])
     low, high = np.log(ax.get_ylim())
     apart = (high - low) / max(len(ends), LINES_BESIDE)
@@ -233,12 +233,12 @@ def _name_others(ax: Axes, depth: float, ends: Sequence[tuple[str, float]]) -> N
 
 
 def _counted(curves: Sequence[tuple[str, np.ndarray, bool]]) -> list[int]:
-    """Return how many used curves come before each."""
+    """Return, for each curve, the number of used curves before it."""
     return [sum(used for *_, used in curves[:place]) for place in range(len(curves))]
 
 
 def _rows(ax: Axes, names: Sequence[str]) -> None:
-    """Name the rows of a drawing, from the bottom up."""
+    """Label the rows of a drawing, from the bottom up."""
     ax.set_yticks(np.arange(len(names)), names)
     ax.set_ylim(-0.6, len(names) - 0.4)
     ax.tick_params(axis="y", length=0)
@@ -248,15 +248,15 @@ def _rows(ax: Axes, names: Sequence[str]) -> None:
 def heat(
     ax: Axes, table: np.ndarray, axes: tuple[Axis, Axis], scale: Scale, name: str, span: tuple[float, float]
 ) -> None:
-    """Draw a figure (SI, shape (values of the second axis, of the first), NaN where no case finished) as a heat map.
+    """Draw a heat map of a figure (SI, shape (values of the second axis, of the first), NaN without a finished case).
 
-    `span` : SI, the ends of the colours.
+    `span` : SI, the ends of the colour scale.
     """
     (across, up), shown = axes, table / scale.factor
     low, high = (end / scale.factor for end in span)
     wide = low > 0.0 and high > DECADES * low
     norm = LogNorm(low, high) if wide else Normalize(low, high)
-    ax.set_facecolor("#e8ebee")  # what shows through where no case finished
+    ax.set_facecolor("#e8ebee")  # background of cells without a finished case
     edges = [np.arange(size + 1) - 0.5 for size in shown.shape[::-1]]
     mesh = ax.pcolormesh(
         *edges,
@@ -294,7 +294,7 @@ def cloud(
     names: tuple[str, str],
     scales: tuple[Scale, Scale],
 ) -> None:
-    """Draw one point per case (SI, scaled); `colour` gives each the place of its value on an axis."""
+    """Draw one point per case (SI, scaled); `colour` : index of its value on an axis."""
     x, y = x / scales[0].factor, y / scales[1].factor
     wide = [_spread(values) for values in (x, y)]
     style: dict[str, Any] = {
@@ -320,7 +320,7 @@ def cloud(
 def uncovered(
     x: np.ndarray, y: np.ndarray, colour: tuple[np.ndarray, Axis] | None
 ) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, Axis] | None]:
-    """Return the points of a `cloud` without those that others cover, where they are many."""
+    """Return the points of a `cloud` without covered ones, if they are many."""
     if len(x) <= POINTS_DRAWN:
         return x, y, colour
     seen = _seen(*(np.log(values) if _spread(values) else values for values in (x, y)))
@@ -328,13 +328,13 @@ def uncovered(
 
 
 def _spread(values: np.ndarray) -> bool:
-    """Return whether values are so far apart that they are drawn on a logarithmic scale."""
+    """Return whether the spread of values requires a logarithmic scale."""
     known = values[np.isfinite(values)]
     return bool(known.size and known.min() > 0.0 and known.max() > DECADES * known.min())
 
 
 def _seen(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the indices of the points that later ones do not cover: the last one in every small cell of the plane."""
+    """Return the indices of points not covered by later ones: the last one in every small cell of the plane."""
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     cells = np.zeros(len(known), np.int32)
     for values in (x, y):
@@ -344,7 +344,7 @@ def _seen(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def _cells(values: np.ndarray) -> np.ndarray:
-    """Return in which of CELLS_SEEN even parts of their span values lie."""
+    """Return the indices of values among CELLS_SEEN equal parts of their span."""
     low, high = (values.min(), values.max()) if len(values) else (0.0, 0.0)
     parts: np.ndarray = (CELLS_SEEN * (values - low) / (high - low or 1.0)).astype(np.int32)
     return parts.clip(max=CELLS_SEEN - 1, out=parts)
@@ -353,7 +353,7 @@ def _cells(values: np.ndarray) -> np.ndarray:
 def histogram(
     ax: Axes, values: np.ndarray, name: str, scale: Scale, marks: tuple[float, ...], limit: float | None
 ) -> None:
-    """Draw how values (SI, scaled) are distributed, with marked values and a limit."""
+    """Draw the distribution of values (SI, scaled), with marked values and a limit."""
     shown = values / scale.factor
     bins = "auto" if np.ptp(shown) > 1e-9 * np.abs(shown).max() else 1
     edges = np.histogram_bin_edges(shown, bins)
@@ -368,7 +368,7 @@ def histogram(
 
 
 def _places(axis: Axis) -> tuple[np.ndarray, str]:
-    """Return where the values of an axis are on an abscissa, and its kind."""
+    """Return the positions of an axis's values on an abscissa, and the kind of the abscissa."""
     if not axis.numeric:
         return np.arange(len(axis.values), dtype=float), "name"
     places = axis.scale.of(np.asarray(axis.values, float))

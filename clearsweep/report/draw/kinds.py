@@ -1,4 +1,4 @@
-"""The drawings of kinds of motion: diagrams of points at crank angle 0, spectra, shares, maps of kinds."""
+"""Drawings of kinds of motion: points at crank angle 0, spectra, shares, maps of kinds."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -19,8 +19,8 @@ from .style import BLUE, GREY, INK, PALE, RED, colour_bar, logarithmic, name_val
 
 KIND_COLOURS = ("#cfe3f1", "#86b8dc", "#f0c48c", "#e0824a")  # from regular to irregular, distinguishable in grey, too
 SHARE_COLOURS = {"free flight": "#f0c48c", "impacts": "#e0824a", "lasting contact": "#86b8dc", "contact": "#86b8dc"}
-ORDERS = 40  # of the crank that a spectrum shows
-FLOOR = 1e-5  # of the largest amplitude, below which nothing is drawn
+ORDERS = 40  # crank orders shown in a spectrum
+FLOOR = 1e-5  # of the largest amplitude, lower limit of the drawing
 ABOVE: dict[str, Any] = {
     "loc": "lower left",
     "bbox_to_anchor": (0.0, 1.0),
@@ -32,7 +32,7 @@ ABOVE: dict[str, Any] = {
 
 
 def bifurcation(ax: Axes, points: Points, axis: Axis) -> None:
-    """Draw where journals are at crank angle 0 of every revolution over the values of an axis, in their clearance."""
+    """Draw journal positions at crank angle 0 of every revolution over the values of an axis, with the clearance."""
     scale = wording.scale("m", [*np.abs(points.x), *np.abs(points.y), *points.clearance])
     over = axis.scale.of(points.value)
     style: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.7, "rasterized": over.size > 60}
@@ -50,7 +50,7 @@ def bifurcation(ax: Axes, points: Points, axis: Axis) -> None:
 
 
 def section(ax: Axes, revolution: np.ndarray, x: np.ndarray, y: np.ndarray, clearance: float | None) -> None:
-    """Draw the places (m) of a journal at crank angle 0, coloured by the revolution, in the circle of the clearance."""
+    """Draw positions (m) of a journal at crank angle 0, coloured by the revolution, in the clearance circle."""
     scale = wording.scale("m", [*np.abs(x), *np.abs(y), clearance])
     if clearance is not None:
         ax.add_patch(Circle((0.0, 0.0), clearance / scale.factor, facecolor="#f3f6f9", edgecolor=INK, zorder=0))
@@ -61,7 +61,7 @@ def section(ax: Axes, revolution: np.ndarray, x: np.ndarray, y: np.ndarray, clea
 
 
 def rates(ax: Axes, revolution: np.ndarray, vx: np.ndarray, vy: np.ndarray) -> None:
-    """Draw the rates (m/s) of a journal at crank angle 0, coloured by the revolution."""
+    """Draw velocities (m/s) of a journal at crank angle 0, coloured by the revolution."""
     scale = wording.scale("m/s", [*np.abs(vx), *np.abs(vy)])
     _coloured(ax, vx / scale.factor, vy / scale.factor, revolution)
     ax.set(xlabel=f"journal vx [{scale.unit}]", ylabel=f"journal vy [{scale.unit}]")
@@ -76,7 +76,7 @@ def _coloured(ax: Axes, x: np.ndarray, y: np.ndarray, revolution: np.ndarray) ->
 
 
 def harmonics(ax: Axes, actual: Spectrum, ideal: Spectrum | None, unit: str, name: str) -> None:
-    """Draw amplitudes (SI) over the crank's orders, its harmonics marked, with those of the ideal mechanism."""
+    """Draw amplitudes (SI) over the crank's orders, with its harmonics marked, and those of the ideal mechanism."""
     most = float(actual.amplitude.max())
     scale = wording.scale(unit, most)
     seen = actual.order <= ORDERS
@@ -97,7 +97,7 @@ def harmonics(ax: Axes, actual: Spectrum, ideal: Spectrum | None, unit: str, nam
 
 
 def shares(ax: Axes, axis: Axis, parts: np.ndarray, names: Sequence[str], colours: Sequence[str]) -> None:
-    """Draw shares, (names, values of the axis), as bars on top of each other, one a value."""
+    """Draw stacked bars of shares, (names, values of the axis), one bar per value."""
     places, under = np.arange(len(axis.values), dtype=float), np.zeros(len(axis.values))
     for part, name, colour in zip(parts, names, colours, strict=True):
         ax.bar(places, 100.0 * part, 0.86, under, color=colour, label=name, linewidth=0)
@@ -109,9 +109,9 @@ def shares(ax: Axes, axis: Axis, parts: np.ndarray, names: Sequence[str], colour
 
 
 def kinds(ax: Axes, table: np.ndarray, written: np.ndarray, axes: tuple[Axis, Axis], names: Sequence[str]) -> None:
-    """Draw the kind, a place in `names`, of every cell, (values of the second axis, of the first); NaN: no case.
+    """Draw the kind, an index in `names`, of every cell, (values of the second axis, of the first); NaN: no case.
 
-    `written` : (the same) what is in the cells, where they are few.
+    `written` : text of the cells, same shape, if they are few.
     """
     across, up = axes
     ax.set_facecolor(UNKNOWN)

@@ -1,4 +1,4 @@
-"""Drawings of lives: a figure of a joint over the revolutions of its crank."""
+"""Drawings of lives: a figure of a joint over crank revolutions."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -22,7 +22,7 @@ class DepthCurve(NamedTuple):
 
 
 def over_revolutions(ax: Axes, courses: Sequence[DepthCurve], unit: str, name: str, limit: float | None = None) -> None:
-    """Draw a figure (SI, of `unit`) over revolutions, with the interval of each end, and a limit where there is one."""
+    """Draw a figure (SI, of `unit`) over revolutions, with the interval of each end, and any limit."""
     scale = wording.scale(unit, [*(value for each in courses for value in each.values), limit])
     ends = [each.revolutions[-1] for each in courses]
     turns = wording.scale("revolutions", ends)

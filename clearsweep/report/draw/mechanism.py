@@ -1,4 +1,4 @@
-"""The picture of a mechanism: its bodies, joints and loads where it starts, each with its name."""
+"""Drawing of a mechanism: its bodies, joints and loads at the start, each with its name."""
 
 import math
 from collections.abc import Sequence
@@ -14,23 +14,23 @@ from ...language import wording
 from .style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED
 
 _COLOURS = (BLUE, GREEN, ORANGE, PURPLE, "#56B4E9", "#8C6D31")
-_TURN = np.stack([np.cos(np.arange(0.4, 5.2, 0.1)), np.sin(np.arange(0.4, 5.2, 0.1))], -1)  # a drive's arc
+_TURN = np.stack([np.cos(np.arange(0.4, 5.2, 0.1)), np.sin(np.arange(0.4, 5.2, 0.1))], -1)  # the arrow of a drive
 _RIM = ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))  # corners of a block
 _FONT, _LETTER, _LINE = 8, 4.9, 12.0  # points: of names, their mean letter, their line
 _HALO = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
 _LOOK: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": _FONT, "bbox": _HALO}
-_BESIDE = np.array([0.7, 0.8])  # inches of a figure's width and height that ticks, their names and the title take
+_BESIDE = np.array([0.7, 0.8])  # inches of a figure's width and height for ticks, their labels and the title
 _NEAR = 0.02  # of the mechanism's size, from a name to its place
 _WAYS = np.radians(np.arange(45.0, 405.0, 30.0))
 _TOWARDS = np.stack([np.cos(_WAYS), np.sin(_WAYS)], -1)
 _TOWARDS /= abs(_TOWARDS).max(-1, keepdims=True)
-# Where a name may be: round its place, in each of these ways, next to it or farther off; what is farther costs more.
+# Candidate positions of a name: around its point, in each of these directions, near or far; distance has a cost.
 _AROUND = np.concatenate([far * _TOWARDS for far in (1.0, 1.7, 2.6, 4.0)])
 _AWAY = np.repeat([0.0, 2.0, 5.0, 9.0], len(_WAYS))
 
 
 def reach(sketch: simulation.Sketch) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lower left and the upper right corner (m) of what there is to draw."""
+    """Return the lower left and the upper right corner (m) of the drawing."""
     places = [body.points for body in sketch.bodies] + [
         load.anchor[None] for load in sketch.loads if load.anchor is not None
     ]
@@ -39,26 +39,26 @@ def reach(sketch: simulation.Sketch) -> tuple[np.ndarray, np.ndarray]:
 
 
 def height(sketch: simulation.Sketch, width: float) -> float:
-    """Return the height (inches) of a picture of a mechanism that is `width` wide, names, ticks and title included."""
+    """Return the height (inches) of a picture of a mechanism `width` (inches) wide, with names, ticks and title."""
     (left, right), (bottom, top) = _limits(sketch)
     return _BESIDE[1] + (width - _BESIDE[0]) * (top - bottom) / (right - left)
 
 
 def _limits(sketch: simulation.Sketch) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the limits (m) of both axes: the mechanism with room for names."""
+    """Return the limits (m) of both axes: the mechanism with a margin for names."""
     low, high = reach(sketch)
     margin = 0.22 * _size(sketch)
     return (float(low[0] - margin), float(high[0] + 1.4 * margin)), (float(low[1] - margin), float(high[1] + margin))
 
 
 def _size(sketch: simulation.Sketch) -> float:
-    """Return the longer side (m) of what there is to draw."""
+    """Return the longer side (m) of the drawing."""
     low, high = reach(sketch)
     return max(float(max(high - low)), 1e-9)
 
 
 def paint(ax: Axes, sketch: simulation.Sketch) -> None:
-    """Draw a mechanism as it starts."""
+    """Draw a mechanism at its start."""
     size = _size(sketch)
     labels = _Labels(size)
     for joint in sketch.joints:
@@ -90,7 +90,7 @@ def paint(ax: Axes, sketch: simulation.Sketch) -> None:
 
 
 def _alike(joints: Sequence[simulation.SketchedJoint]) -> list[tuple[np.ndarray, bool, str]]:
-    """Return place (m), whether open, and the names of the joints that are at one place and are open or not alike."""
+    """Return position (m), whether open, and names of joints, grouped by equal position and openness."""
     alike: dict[tuple, list[simulation.SketchedJoint]] = {}
     for joint in joints:
         alike.setdefault((*np.round(joint.place, 9), joint.open), []).append(joint)
@@ -98,23 +98,23 @@ def _alike(joints: Sequence[simulation.SketchedJoint]) -> list[tuple[np.ndarray,
 
 
 class _Labels:
-    """Names next to what they name, each where it hides least."""
+    """Names next to their objects, each where it covers least."""
 
     def __init__(self, size: float):
         self.size = size  # m, of the mechanism
         self.wanted: list[tuple[str, np.ndarray, str, str]] = []
-        self.drawn: list[np.ndarray] = []  # (n, 2) m, what names should leave free
+        self.drawn: list[np.ndarray] = []  # (n, 2) m, points that names should not cover
 
     def avoid(self, points: np.ndarray) -> None:
-        """Keep names off `points`, (n, 2) m."""
+        """Keep names away from `points`, (n, 2) m."""
         self.drawn.append(points)
 
     def add(self, text: str, place: np.ndarray, colour: str, weight: str = "normal") -> None:
-        """Ask for `text` next to `place` (m)."""
+        """Request `text` next to `place` (m)."""
         self.wanted.append((text, np.asarray(place, dtype=float), colour, weight))
 
     def write(self, ax: Axes) -> None:
-        """Write all names; the limits of the axes have to stay."""
+        """Write all names; the limits of the axes must not change afterwards."""
         point = self._point(ax)
         drawn, taken = np.concatenate(self.drawn), np.empty((0, 4))
         (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
@@ -133,7 +133,7 @@ class _Labels:
             ax.text(x, y, text, color=colour, weight=weight, zorder=6, **_LOOK)
 
     def _point(self, ax: Axes) -> float:
-        """Return how long (m) a typographic point is in axes that are alone in their figure."""
+        """Return the length (m) of a typographic point in axes that fill their figure."""
         figure = ax.get_figure(root=True)
         assert figure is not None
         wide, high = 72.0 * (figure.get_size_inches() - _BESIDE)
@@ -141,7 +141,7 @@ class _Labels:
 
 
 def _between(points: np.ndarray) -> np.ndarray:
-    """Return `points` (n, 2) and what lies between one and the next."""
+    """Return `points` (n, 2) with points interpolated between them."""
     share = np.linspace(0.0, 1.0, 25)[:, None, None]
     return ((1.0 - share) * points[:-1] + share * points[1:]).reshape(-1, 2) if len(points) > 1 else points
 
@@ -184,9 +184,9 @@ def _guide(ax: Axes, joint: simulation.SketchedJoint, direction: float, size: fl
 
 
 def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray:
-    """Draw a joint: a ring, with a second one round it where it is open, hatched where it is on the ground.
+    """Draw a joint: a ring, a second ring if it is open, hatched if it is on the ground.
 
-    Returns points (n, 2) m of it.
+    Return points (n, 2) m of it.
     """
     if joint.guide is not None:
         return joint.place[None]
@@ -212,7 +212,7 @@ def _joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray
 
 
 def _load(ax: Axes, load: simulation.SketchedLoad, size: float) -> np.ndarray:
-    """Draw a load; return where its name belongs."""
+    """Draw a load; return the position (m) of its name."""
     if load.anchor is not None:
         line = np.linspace(load.anchor, load.place, 15)
         across = load.place - load.anchor

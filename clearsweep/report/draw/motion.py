@@ -1,4 +1,4 @@
-"""The drawings of one motion: orbit, force, histories and contact onsets."""
+"""Drawings of one motion: orbit, force, histories and contact onsets."""
 
 from collections.abc import Sequence
 from itertools import cycle
@@ -11,11 +11,11 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from ...language import wording
 from .style import BLUE, GREY, INK, RED, colour_bar, over_crank, plain_axes, stems
 
-DEEPEST = 0.4  # of the clearance, as deep as the deepest penetration is drawn where a gap is unrolled
+DEEPEST = 0.4  # of the clearance: drawn height of the deepest penetration in an unrolled gap
 
 
 def orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
-    """Draw the path of the journal centre (m) inside the clearance circle, in contact coloured by the force (N)."""
+    """Draw the path of the journal centre (m) in the clearance circle; contact is coloured by force (N)."""
     scale = wording.scale("m", clearance)
     x, y, radius = x / scale.factor, y / scale.factor, clearance / scale.factor
     ax.add_patch(Circle((0.0, 0.0), radius, facecolor="#f3f6f9", edgecolor=INK, linewidth=1.0, zorder=0))
@@ -34,7 +34,7 @@ def orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: 
 
 
 def _in_contact(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray) -> None:
-    """Draw the points of a path at which there is contact, coloured by the force (N)."""
+    """Draw the points of a path in contact, coloured by the force (N)."""
     touching = force > 0.0
     if touching.any():
         unit = wording.scale("N", force)
@@ -52,12 +52,12 @@ def _in_contact(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray) -> No
 
 
 def unrolled(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
-    """Draw the gap of a journal (m) over the direction in which its centre is, penetration as often `magnified`."""
+    """Draw the gap of a journal (m) over the direction of its centre; penetration is `magnified`."""
     scale, around = wording.scale("m", clearance), np.degrees(np.arctan2(y, x))
     gap, times = clearance - np.hypot(x, y), magnified(x, y, clearance)
     deepest = max(float(-gap.min()), 0.0)
     height = np.where(gap < 0.0, times * gap, gap) / scale.factor
-    apart = np.abs(np.diff(around)) > 180.0  # a line that goes once round
+    apart = np.abs(np.diff(around)) > 180.0  # a line that crosses +-180 degrees
     ax.plot(
         np.insert(around, np.flatnonzero(apart) + 1, np.nan),
         np.insert(height, np.flatnonzero(apart) + 1, np.nan),
@@ -86,7 +86,7 @@ def unrolled(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearanc
 
 
 def magnified(x: np.ndarray, y: np.ndarray, clearance: float) -> float:
-    """Return how many times deeper penetration is drawn than a gap of its size is high: one digit, at least 1."""
+    """Return the magnification of penetration relative to the gap: one digit, at least 1."""
     deepest = float(np.hypot(x, y).max()) - clearance
     return max(float(f"{DEEPEST * clearance / deepest:.1g}"), 1.0) if deepest > 0.0 else 1.0
 
@@ -108,7 +108,7 @@ def force(ax: Axes, angle: np.ndarray, normal: np.ndarray, levels: Sequence[tupl
 def against_ideal(
     ax: Axes, angle: np.ndarray, actual: np.ndarray, ideal: np.ndarray | None, unit: str, name: str
 ) -> None:
-    """Draw a quantity (SI) over the crank angle (rad) and, where there is one, its course in the ideal mechanism."""
+    """Draw a quantity (SI) over the crank angle (rad) and, if available, the same in the ideal mechanism."""
     scale = wording.scale(unit, actual)
     ax.plot(
         np.degrees(angle),
@@ -133,7 +133,7 @@ def over_time(ax: Axes, t: np.ndarray, values: np.ndarray, unit: str, name: str)
 
 
 def phase(ax: Axes, place: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, str, str]) -> None:
-    """Draw a rate over its place; each : values in SI, unit, name."""
+    """Draw a rate over its quantity; each : values in SI, unit, name."""
     (x, *x_words), (v, *v_words) = place, rate
     x_scale, v_scale = wording.scale(x_words[0], x), wording.scale(v_words[0], v)
     ax.plot(x / x_scale.factor, v / v_scale.factor, color=BLUE, linewidth=0.8, rasterized=len(x) > 5000)
@@ -142,7 +142,7 @@ def phase(ax: Axes, place: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, 
 
 
 def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple[str, float]]) -> None:
-    """Draw the closing rate (m/s) of contact onsets over the crank angle (rad), and at which (m/s) contacts yield."""
+    """Draw closing rates (m/s) of contact onsets over the crank angle (rad), and the rates at which contacts yield."""
     scale = wording.scale("m/s", [*rate, *(limit for _, limit in limits)])
     ax.plot(*stems(np.degrees(angle), 0.0, rate / scale.factor), color=BLUE, linewidth=0.6)
     ax.plot(np.degrees(angle), rate / scale.factor, ".", color=BLUE, markersize=4, rasterized=len(angle) > 500)
@@ -152,4 +152,4 @@ def events(ax: Axes, angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple
     ax.set(ylabel=f"closing rate at onset [{scale.unit}]", ylim=(0.0, None))
     over_crank(
         ax, np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))]), legend=bool(limits)
-    )  # whole turns
+    )  # full turns

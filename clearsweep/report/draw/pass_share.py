@@ -1,4 +1,4 @@
-"""A map of limits: cells that keep to them in one colour, cells that exceed them in another, a line between."""
+"""A map of limits: passing and failing cells in two colours, with a line between them."""
 
 from typing import NamedTuple
 
@@ -18,17 +18,17 @@ DOT_GOOD, DOT_BAD = "#1f5f86", "#a34a12"
 
 
 class Dots(NamedTuple):
-    """Cases that lie between the cells of a map: (cases,) each."""
+    """Cases between the cells of a map: (cases,) each."""
 
-    x: np.ndarray  # places among the values of the first axis
-    y: np.ndarray  # and of the second
+    x: np.ndarray  # positions on the first axis
+    y: np.ndarray  # and on the second
     failing: np.ndarray  # bool
 
 
 def cells(ax: Axes, margins: np.ndarray, failing: np.ndarray, axes: tuple[Axis, Axis], between: Dots) -> None:
     """Draw the smallest margin of every cell, (values of the second axis, of the first), and whether it fails (0 or 1).
 
-    NaN where no case finished.  On top of them go the cases in `between`.
+    NaN without a finished case.  The cases in `between` are drawn on top.
     """
     across, up = axes
     ax.set_facecolor(UNKNOWN)
@@ -70,7 +70,7 @@ def cells(ax: Axes, margins: np.ndarray, failing: np.ndarray, axes: tuple[Axis, 
 
 
 def _border(ax: Axes, failing: np.ndarray) -> None:
-    """Draw the line between neighbours of which one passes and the other does not."""
+    """Draw the line between neighbours of which one passes and the other fails."""
     rows, columns = np.nonzero(np.abs(np.diff(failing, axis=1)) == 1.0)
     ax.vlines(columns + 0.5, rows - 0.5, rows + 0.5, color=INK, linewidth=1.8)
     rows, columns = np.nonzero(np.abs(np.diff(failing, axis=0)) == 1.0)

@@ -1,4 +1,4 @@
-"""Drawings of identified values: their distribution, and that of pairs of keys."""
+"""Drawings of identified values: their distribution, and the joint distribution of pairs of keys."""
 
 import numpy as np
 from matplotlib.axes import Axes

@@ -1,4 +1,4 @@
-"""Drawings of the answers of `seek`: intervals that contain the border of the limits, over another axis."""
+"""Drawings of the answers of `seek`: intervals that contain the limit, over another axis."""
 
 from collections.abc import Sequence
 

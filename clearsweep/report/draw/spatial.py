@@ -1,4 +1,4 @@
-"""The drawings of a journal in its bearing in space: its axis, the orbits of its ends, its tilt."""
+"""Drawings of a journal in a spatial bearing: its axis, the orbits of its ends, its tilt."""
 
 from typing import Any
 
@@ -10,14 +10,14 @@ from ...language import wording
 from .style import BLUE, GREY, INK, PALE, RED, over_crank
 
 COLOURS = (BLUE, RED)  # of the end at +z, at -z
-POSITIONS = 24  # of the axis that are drawn
+POSITIONS = 24  # number of drawn positions of the axis
 CIRCLE = np.linspace(0.0, 2.0 * np.pi, 73)
 
 
 def axis(ax: Any, ends: np.ndarray, half: tuple[float, float], clearance: float) -> None:
-    """Draw where the ends of a journal's axis go, ends : (2, n, 3) m in the frame of the bearing, z along it.
+    """Draw the path of the ends of a journal's axis, ends : (2, n, 3) m in the frame of the bearing, z along it.
 
-    half : m, half of the lengths of journal and bearing.
+    half : m, half the lengths of journal and bearing.
     """
     across, axial = wording.scale("m", clearance), wording.scale("m", half[0])
     c, s = clearance / across.factor * np.cos(CIRCLE), clearance / across.factor * np.sin(CIRCLE)
@@ -29,14 +29,14 @@ def axis(ax: Any, ends: np.ndarray, half: tuple[float, float], clearance: float)
         x, y, z = ends[:, k].T
         ax.plot(x / across.factor, y / across.factor, z / axial.factor, color=PALE, linewidth=0.6, zorder=0)
     ax.set(xlabel=f"x [{across.unit}]", ylabel=f"y [{across.unit}]", zlabel=f"along the bearing [{axial.unit}]")
-    ax.set_box_aspect(None, zoom=0.8)  # so that no label is cut
+    ax.set_box_aspect(None, zoom=0.8)  # so that no label is clipped
     ax.tick_params(labelsize=7)
     for each in (ax.xaxis, ax.yaxis, ax.zaxis):
         each.set_major_locator(MaxNLocator(4))
 
 
 def face(ax: Axes, ends: np.ndarray, clearance: float) -> None:
-    """Draw the same along the bearing: the orbits (2, n, 3) m of both ends in the circle of the clearance."""
+    """Draw the view along the bearing: the orbits (2, n, 3) m of both ends in the clearance circle."""
     scale = wording.scale("m", clearance)
     radius = clearance / scale.factor
     ax.plot(radius * np.cos(CIRCLE), radius * np.sin(CIRCLE), color=INK, linewidth=1.0)

@@ -16,18 +16,18 @@ from ..axis import Axis
 BLUE, RED, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"  # Okabe and Ito 2008
 INK, GREY, PALE = "#1f2933", "#6b7785", "#c3ccd5"
 JOINT_COLOURS = (BLUE, RED, GREEN)
-TICKS_NAMED = 9  # axes with more values than this name only some of them
+TICKS_NAMED = 9  # axes with more values label only some of them
 SLANTED: dict[str, Any] = {
     "rotation": 40,
     "ha": "right",
     "rotation_mode": "anchor",
-}  # names that do not fit next to each other
-WIDTH = 36  # characters that fit next to each other below a figure
+}  # names too long to be placed side by side
+WIDTH = 36  # characters that fit side by side below a figure
 
 
 def over_crank(ax: Axes, angle: np.ndarray, *, legend: bool) -> None:
     """Set up the crank angle as abscissa."""
-    degrees = np.round(np.degrees(angle), 3)  # so that whole turns end on a tick
+    degrees = np.round(np.degrees(angle), 3)  # so that full turns end on a tick
     turns = (degrees.max() - degrees.min()) / 360.0 if len(degrees) else 1.0
     step = 90 if turns <= 1.01 else 180 if turns <= 2.5 else 360 * max(1, int(np.ceil(turns / 6)))
     ax.xaxis.set_major_locator(MultipleLocator(step))
@@ -40,7 +40,7 @@ def over_crank(ax: Axes, angle: np.ndarray, *, legend: bool) -> None:
 
 
 def name_values(side: XAxis | YAxis, axis: Axis, places: np.ndarray) -> None:
-    """Write the values of a grid axis at their places; only some of the numbers where they are many."""
+    """Label the values of a grid axis at their positions; of many numbers, only some."""
     longest = max(len(axis.short(value)) for value in axis.values)
     if not axis.numeric:
         slanted = side.axis_name == "x" and len(axis.values) * (longest + 2) > WIDTH
@@ -69,7 +69,7 @@ def logarithmic(ax: Axes, which: str) -> None:
 def colour_bar(
     ax: Axes, coloured: ScalarMappable, name: str, *, logarithmic: bool = False, whole: bool = False
 ) -> None:
-    """Draw the bar that says what the colours of a drawing mean; `whole`: numbers without a fraction."""
+    """Draw the colour bar of a drawing; `whole`: integers."""
     bar = ax.figure.colorbar(coloured, ax=ax, fraction=0.05, pad=0.03)
     bar.set_label(name)
     bar.outline.set_visible(False)
@@ -84,7 +84,7 @@ def colour_bar(
 
 
 def named_bar(ax: Axes, axis: Axis, norm: Normalize) -> None:
-    """Draw the bar of colours that shows for the values of a grid axis."""
+    """Draw the colour bar of the values of a grid axis."""
     bar = ax.figure.colorbar(ScalarMappable(norm, "viridis"), ax=ax, fraction=0.05, pad=0.03)
     name_values(bar.ax.yaxis, axis, np.arange(len(axis.values), dtype=float))
     bar.set_label(axis.label())
@@ -94,18 +94,18 @@ def named_bar(ax: Axes, axis: Axis, norm: Normalize) -> None:
 
 
 def stems(x: np.ndarray, low: float, high: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
-    """Return upright lines at `x` as one line with gaps: a file of one path, not of hundreds."""
+    """Return vertical lines at `x` as one line with gaps: one path in the file instead of hundreds."""
     lines = np.broadcast_arrays(x, low, high, np.nan)
     return np.stack([lines[0], lines[0], lines[3]], axis=-1).ravel(), np.stack(lines[1:], axis=-1).ravel()
 
 
 def plain_axes(ax: Axes) -> None:
-    """Draw a pale grid below, and no line above and to the right."""
+    """Draw a pale grid in the background, and no line at the top and right."""
     ax.grid(color=PALE, linewidth=0.5, alpha=0.7)
     ax.set_axisbelow(True)
     ax.spines[["top", "right"]].set_visible(False)
 
 
 def with_unit(name: str, scale: Scale) -> str:
-    """Return name and unit, for the edge of a drawing."""
+    """Return name and unit, for an axis of a drawing."""
     return f"{name} [{scale.unit}]" if scale.unit else name

@@ -1,4 +1,4 @@
-"""The drawings of wear: depth round a body, along its surface, and of joints in space along its axis, too."""
+"""Drawings of wear: depth around a body, along its surface and, for spatial joints, along its axis."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,7 +16,7 @@ BODIES = (("bearing", BLUE, "-"), ("journal", RED, "--"))  # name, colour, line
 def around(ax: PolarAxes, depth: np.ndarray, place: int, scale: Scale, most: float) -> None:
     """Draw the depths (m, one per angular bin) of the bearing (`place` 0) or the journal (1), up to `most` (m).
 
-    The deepest bin has a mark, the mean a dotted circle.
+    The deepest bin is marked, the mean is a dotted circle.
     """
     colour, shown, drawn = BODIES[place][1], depth / scale.factor, joined(depth, SECTORS) / scale.factor
     ax.fill(_angles(drawn), drawn, facecolor=(colour, 0.25), edgecolor=colour, linewidth=1.2)
@@ -32,7 +32,7 @@ def around(ax: PolarAxes, depth: np.ndarray, place: int, scale: Scale, most: flo
 
 
 def along_length(ax: Axes, depths: tuple[np.ndarray, np.ndarray], scale: Scale) -> None:
-    """Draw the depths (m, one per angular bin) of bearing and journal over the angle of each body's own frame."""
+    """Draw the depths (m, one per angular bin) of bearing and journal over the angle (rad) in each body's frame."""
     for depth, (name, colour, dash) in zip((joined(each, SECTORS) for each in depths), BODIES, strict=True):
         ax.plot(
             np.degrees(_angles(depth)), depth / scale.factor, color=colour, linestyle=dash, linewidth=1.2, label=name
@@ -45,7 +45,7 @@ def along_length(ax: Axes, depths: tuple[np.ndarray, np.ndarray], scale: Scale) 
 
 
 def unrolled(ax: Axes, depth: np.ndarray, length: float) -> None:
-    """Draw wear depths (bins, length bins) m round a body and along it, unrolled; length : m, of the body."""
+    """Draw wear depths (bins, length bins) m around a body and along it, unrolled; length : m, of the body."""
     scale, along = wording.scale("m", depth.ravel()), wording.scale("m", length)
     edges = np.linspace(-0.5, 0.5, depth.shape[1] + 1) * length / along.factor
     angles, largest = np.linspace(0.0, 360.0, depth.shape[0] + 1), max(depth.max(initial=0.0), np.finfo(float).tiny)
@@ -58,7 +58,7 @@ def unrolled(ax: Axes, depth: np.ndarray, length: float) -> None:
 
 
 def joined(depth: np.ndarray, sectors: int) -> np.ndarray:
-    """Return the depths (m) of a body in at most `sectors`: of bins next to each other the deepest."""
+    """Return the depths (m) of a body in at most `sectors`: the deepest of adjacent bins."""
     if len(depth) <= sectors:
         return depth
     deepest: np.ndarray = np.maximum.reduceat(depth, np.arange(sectors) * len(depth) // sectors)
@@ -66,6 +66,6 @@ def joined(depth: np.ndarray, sectors: int) -> np.ndarray:
 
 
 def _angles(depth: np.ndarray) -> np.ndarray:
-    """Return the middles (rad) of the bins of a body."""
+    """Return the centres (rad) of the bins of a body."""
     middles: np.ndarray = (np.arange(len(depth)) + 0.5) * 2.0 * np.pi / len(depth)
     return middles

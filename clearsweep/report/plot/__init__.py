@@ -1,4 +1,4 @@
-"""Axes that write SVG for the pages of reports, with the methods of matplotlib's that the drawings call."""
+"""Axes that write SVG for the pages of reports, with the subset of matplotlib's methods that the drawings use."""
 
 from .axes import Axes
 from .polar import PolarSheet

@@ -1,4 +1,4 @@
-"""What a drawing puts on axes, kept until it is written: lines, points, areas, cells, bars, words."""
+"""Items drawn on axes, stored until they are written: lines, points, areas, cells, bars, words."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -12,18 +12,18 @@ from matplotlib.patches import Circle, Patch
 from .items import PAPER, Box, Entry, Item, Marks, Spines, Stroke, Words
 from .side import Side, UnsupportedError
 
-MOST_POINTS, MOST_CORNERS, MOST_CELLS = 4_000, 20_000, 3_000  # beyond, a picture has pixels
-COLOURS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728")  # of what has no colour of its own
-_DASHES = {"--": "3.7 1.6", "-.": "6.4 1.6 1 1.6", ":": "1 1.65"}  # of a line one point wide
+MOST_POINTS, MOST_CORNERS, MOST_CELLS = 4_000, 20_000, 3_000  # above these, a picture has pixels
+COLOURS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728")  # default colours
+_DASHES = {"--": "3.7 1.6", "-.": "6.4 1.6 1 1.6", ":": "1 1.65"}  # for a line one point wide
 _FORM = re.compile(r"(--|-\.|-|:)?([o.|_sDxX+])?(--|-\.|-|:)?")
 _WORDS = {"ha", "va", "fontsize", "color", "weight", "bbox", "zorder"}
 
 
 class Axes:
-    """Two sides and what is drawn between them; a method that matplotlib's axes have and these lack is an error."""
+    """Two sides and the items between them; methods of matplotlib's axes that are missing here raise an error."""
 
     def __init__(self, figure: Any):
-        """Take the sheet on which the axes are alone."""
+        """Take the sheet of these axes."""
         self.figure = figure
         self.xaxis, self.yaxis = Side("x"), Side("y")
         self.items: list[Item] = []
@@ -38,7 +38,7 @@ class Axes:
         raise UnsupportedError(name)
 
     def points(self, x: Any, y: Any, box: Box) -> tuple[np.ndarray, np.ndarray]:
-        """Return where numbers of both sides are on the sheet, in points from its upper left corner."""
+        """Return coordinates as points from the sheet's upper left corner."""
         return box.left + self.xaxis.share(x) * box.wide, box.top + (1.0 - self.yaxis.share(y)) * box.high
 
     def plot(self, *values: Any, label: str | None = None, zorder: float = 2.0, **look: Any) -> list[None]:
@@ -102,7 +102,7 @@ class Axes:
             self.items.append(Item("points", x, y, marks, order, across))
 
     def step(self, x: Any, y: Any, form: str = "-", *, where: str = "pre", **look: Any) -> None:
-        """Draw a line of steps, each of the height of the point before it."""
+        """Draw a line of steps, each at the height of the point before it."""
         if where != "post":
             raise UnsupportedError("step")
         stroke, marks = self._look(form, look)
@@ -112,7 +112,7 @@ class Axes:
         self.lines += 1
 
     def scatter(self, x: Any, y: Any, s: float = 36.0, c: Any = None, **look: Any) -> ScalarMappable:
-        """Draw points, each in the colour of its number."""
+        """Draw points, each with the colour of its value."""
         look = {key: value for key, value in look.items() if key not in ("linewidths", "rasterized")}
         order, alpha, shape = look.pop("zorder", 1.0), look.pop("alpha", 1.0), look.pop("marker", "o")
         coloured = ScalarMappable(look.pop("norm", None) or Normalize(), look.pop("cmap", None))
@@ -149,7 +149,7 @@ class Axes:
     def fill(
         self, x: Any, y: Any, *, facecolor: Any, edgecolor: Any, linewidth: float = 1.0, zorder: float = 1.0
     ) -> None:
-        """Fill what a closed line surrounds, and draw the line."""
+        """Fill the inside of a closed line, and draw the line."""
         x, y = np.asarray(x, float), np.asarray(y, float)
         *_, alpha = to_rgba(facecolor)
         self._area(x, y, to_hex(facecolor), float(alpha), zorder)
@@ -162,12 +162,12 @@ class Axes:
         self.items.append(Item("area", x, y, (colour, alpha), order))
 
     def vlines(self, x: Any, low: Any, high: Any, *, color: str, linewidth: float = 1.5, alpha: float = 1.0) -> None:
-        """Draw upright lines."""
+        """Draw vertical lines."""
         x, low, high = np.broadcast_arrays(x, low, high)
         self._apart(x, x, low, high, Stroke(to_hex(color), linewidth, "", alpha))
 
     def hlines(self, y: Any, low: Any, high: Any, *, color: str, linewidth: float = 1.5, alpha: float = 1.0) -> None:
-        """Draw level lines."""
+        """Draw horizontal lines."""
         y, low, high = np.broadcast_arrays(y, low, high)
         self._apart(low, high, y, y, Stroke(to_hex(color), linewidth, "", alpha))
 
@@ -179,11 +179,11 @@ class Axes:
         self._line(x, y, stroke, None, 2.0, across=False)
 
     def axhline(self, y: float, *, label: str | None = None, **look: Any) -> None:
-        """Draw a level line across."""
+        """Draw a horizontal line across the axes."""
         self._across(label, np.array([0.0, 1.0]), np.array([y, y], float), look, upright=True)
 
     def axvline(self, x: float, *, label: str | None = None, **look: Any) -> None:
-        """Draw an upright line across."""
+        """Draw a vertical line across the axes."""
         self._across(label, np.array([x, x], float), np.array([0.0, 1.0]), look, upright=False)
 
     def _across(self, label: str | None, x: np.ndarray, y: np.ndarray, look: dict[str, Any], *, upright: bool) -> None:
@@ -202,7 +202,7 @@ class Axes:
     def bar(
         self, x: Any, height: Any, width: float = 0.8, bottom: Any = 0.0, *, color: str, label: str = "", **look: Any
     ) -> None:
-        """Draw upright bars."""
+        """Draw vertical bars."""
         x, height, bottom = (np.array(each, float) for each in np.broadcast_arrays(x, height, bottom))
         self._bars(x - 0.5 * width, x + 0.5 * width, bottom, bottom + height, color, look)
         self.yaxis.sticky |= {*bottom.tolist()}
@@ -212,7 +212,7 @@ class Axes:
     def hist(
         self, values: Any, bins: Any, *, weights: Any = None, density: bool = False, color: str, **look: Any
     ) -> None:
-        """Draw how often values lie between edges."""
+        """Draw the number of values between edges."""
         counts, edges = np.histogram(values, bins, weights=weights, density=density)
         self._bars(edges[:-1], edges[1:], np.zeros(len(counts)), counts, color, look)
         self.yaxis.sticky.add(0.0)
@@ -247,7 +247,7 @@ class Axes:
         return coloured
 
     def text(self, x: float, y: float, words: str, **look: Any) -> None:
-        """Write words at a place."""
+        """Write a text at a position."""
         if not {*look} <= _WORDS:
             raise UnsupportedError(f"text: {sorted(look)}")
         ha, va, size = look.get("ha", "left"), look.get("va", "baseline"), look.get("fontsize", 9.0)
@@ -268,7 +268,7 @@ class Axes:
         self.items.append(Item("ellipse", np.array([x, radius]), np.array([y, radius]), look, patch.get_zorder()))
 
     def legend(self, *, handles: Sequence[Any] = (), **look: Any) -> None:
-        """Name what is drawn: above the axes, to their right, or in their upper left corner."""
+        """Draw the legend: above the axes, to their right, or in their upper left corner."""
         for handle in handles:
             self.entries.append(Entry(handle.get_label(), fill=to_hex(handle.get_facecolor())))
         anchor = look.get("bbox_to_anchor")
@@ -284,11 +284,11 @@ class Axes:
             getattr(self, f"set_{name}")(value)
 
     def set_xlabel(self, label: str) -> None:
-        """Name the abscissa."""
+        """Set the label of the abscissa."""
         self.xaxis.label = label
 
     def set_ylabel(self, label: str) -> None:
-        """Name the ordinate."""
+        """Set the label of the ordinate."""
         self.yaxis.label = label
 
     def set_xlim(self, low: Any = None, high: Any = None) -> None:
@@ -324,7 +324,7 @@ class Axes:
         self.yaxis.set_ticks(places, labels, **style)
 
     def set_aspect(self, aspect: str) -> None:
-        """Make lengths of both sides equal."""
+        """Set equal scales of both sides."""
         self.equal = aspect == "equal"
 
     def set_facecolor(self, colour: str) -> None:
@@ -332,14 +332,14 @@ class Axes:
         self.face = to_hex(colour)
 
     def set_axisbelow(self, below: bool) -> None:
-        """Draw the grid below all, as it always is."""
+        """Draw the grid behind all items; this is always the case."""
 
     def grid(self, *, color: str, linewidth: float, alpha: float = 1.0) -> None:
         """Draw lines at the ticks."""
         self.ruled = {"colour": to_hex(color), "width": linewidth, "alpha": alpha}
 
     def tick_params(self, *, axis: str = "both", length: float | None = None, labelsize: float | None = None) -> None:
-        """Set the length of ticks and the size of their names."""
+        """Set the length of ticks and the size of their labels."""
         for side in self._sides(axis):
             side.tick_length = side.tick_length if length is None else length
             side.size = side.size if labelsize is None else labelsize
@@ -352,7 +352,7 @@ class Axes:
         return self.figure
 
     def get_xaxis_transform(self) -> tuple[str, "Axes"]:
-        """Return what says that an ordinate is a share of the height."""
+        """Return the marker of a transform whose ordinate is a share of the height."""
         return ("x", self)
 
 

@@ -1,14 +1,14 @@
-"""What is drawn on axes, and how it looks."""
+"""Items on axes, and their styles."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-PAPER = "#ffffff"  # behind all
+PAPER = "#ffffff"  # background
 
 
 class Stroke(NamedTuple):
-    """How a line is drawn."""
+    """Style of a line."""
 
     colour: str
     width: float = 1.5  # points
@@ -18,25 +18,25 @@ class Stroke(NamedTuple):
 
 
 class Marks(NamedTuple):
-    """How points are drawn."""
+    """Style of points."""
 
     shape: str
     colour: str
     size: float  # points
     alpha: float = 1.0
-    filled: str = ""  # the colour inside of an open circle
-    edge: float = 1.0  # points, of what is a line
+    filled: str = ""  # fill colour of an open circle
+    edge: float = 1.0  # points, for markers drawn as lines
 
 
 class Item(NamedTuple):
-    """One thing on the axes, in the numbers of its sides."""
+    """One item on the axes, in data coordinates."""
 
     kind: str  # 'line', 'points', 'area', 'cells', 'ellipse' or 'words'
     x: np.ndarray
     y: np.ndarray
     look: Any
     order: float
-    across: bool = False  # whether y is a share of the height, of 'upright' x of the width
+    across: bool = False  # whether y is a share of the height or, for 'upright', x of the width
     upright: bool = False
 
 
@@ -50,7 +50,7 @@ class Entry(NamedTuple):
 
 
 class Words(NamedTuple):
-    """How a text is written."""
+    """Style of a text."""
 
     text: str
     ha: str
@@ -58,11 +58,11 @@ class Words(NamedTuple):
     size: float
     colour: str
     weight: str
-    halo: dict[str, Any] | None = None  # what is behind: facecolor, alpha, pad (points)
+    halo: dict[str, Any] | None = None  # background: facecolor, alpha, pad (points)
 
 
 class Spines(dict):
-    """The four edges; several are chosen by a list."""
+    """The four edges; a list selects several."""
 
     def __getitem__(self, names: Any) -> Any:
         edges = self
@@ -72,14 +72,14 @@ class Spines(dict):
 
             @staticmethod
             def set_visible(shown: bool) -> None:
-                """Show or hide them."""
+                """Show or hide the edges."""
                 edges.update(dict.fromkeys([names] if isinstance(names, str) else names, shown))
 
         return Chosen
 
 
 class Box(NamedTuple):
-    """The place of axes on a sheet, in points from its upper left corner."""
+    """The position of axes on a sheet, in points from its upper left corner."""
 
     left: float
     top: float

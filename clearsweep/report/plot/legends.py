@@ -1,4 +1,4 @@
-"""Legends: what lines, points and areas mean."""
+"""Legends of lines, points and areas."""
 
 import numpy as np
 
@@ -12,11 +12,11 @@ SIZE, ROW, SPACE, AFTER = (
     12.5,
     6.0,
     5.0,
-)  # points: of letters, from row to row, after a sample, to the right of axes
+)  # points: font size, row height, gap after a sample, gap to the right of axes
 
 
 def size(ax: Axes) -> tuple[float, float]:
-    """Return the heights above axes and the width to their right that their legend takes, in points."""
+    """Return the height above axes and the width to their right of their legend, in points."""
     if ax.key is None or not ax.entries:
         return 0.0, 0.0
     if ax.key["where"] == "above":
@@ -29,12 +29,12 @@ def size(ax: Axes) -> tuple[float, float]:
 
 
 def _sample(ax: Axes) -> float:
-    """Return the width of the sample of a line."""
+    """Return the width of the sample of a line, in points."""
     return SIZE * float(ax.key.get("handlelength", 2.0)) if ax.key else 0.0
 
 
 def _rows(ax: Axes) -> list[list[Entry]]:
-    """Return the entries row by row, in as many columns as are asked for, filled one after the other."""
+    """Return the entries row by row, in the requested columns, filled column by column."""
     columns = min(int(ax.key.get("ncols", 1)) if ax.key else 1, len(ax.entries))
     many = -(-len(ax.entries) // columns)
     return [ax.entries[row::many] for row in range(many)]
@@ -72,7 +72,7 @@ def drawn(ax: Axes, box: Box) -> list[str]:
 
 
 def _entry(entry: Entry, x: float, y: float, sample: float) -> list[str]:
-    """Return a row of a legend: a sample and its name; y : of its middle."""
+    """Return a row of a legend: a sample and its name; y : of its centre."""
     parts = []
     if entry.fill:
         parts.append(

@@ -1,10 +1,10 @@
-"""Words: as SVG, and how wide they are, by the widths of DejaVu Sans in thousandths of the size of its letters."""
+"""Texts as SVG, and their widths, from the widths of DejaVu Sans in thousandths of the font size."""
 
 import html
 
 from ...language import wording
 
-_FIRST = 32  # the code of the first letter of the table
+_FIRST = 32  # code of the first letter of the table
 _ROWS = (
     (318, 401, 460, 838, 636, 950, 780, 275, 390, 390, 500, 838, 318, 361, 318, 337, 636, 636, 636),
     (636, 636, 636, 636, 636, 636, 636, 337, 337, 838, 838, 838, 531, 1000, 684, 686, 698, 770, 632),
@@ -28,11 +28,11 @@ _OTHERS = {
 _USUAL = 600
 INK = "#1f2933"
 _FAMILY = "font-family: 'DejaVu Sans', sans-serif"
-LINE = 1.17  # height of a line over the size of its letters
+LINE = 1.17  # line height over font size
 
 
 def width(text: str, size: float) -> float:
-    """Return the width of a text in points, of several lines that of the widest; size : of its letters, points."""
+    """Return the width of a text in points, of several lines the widest; size : font size, points."""
     return max(sum(map(_width, line)) for line in text.split("\n")) * size / 1000.0
 
 
@@ -49,7 +49,7 @@ def _width(letter: str) -> int:
 def text(
     words: str, x: float, y: float, size: float, anchor: str, *, turn: float = 0.0, middle: bool = False, look: str = ""
 ) -> str:
-    """Return words as SVG; `middle`: y is that of their middle, not of their first base line; turn : degrees."""
+    """Return a text as SVG; `middle`: y is its centre, not its first baseline; turn : degrees."""
     if not words:
         return ""
     lines = words.split("\n")

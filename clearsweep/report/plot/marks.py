@@ -7,7 +7,7 @@ from .axes import Axes
 from .items import Box, Item, Marks, Stroke, Words
 from .letters import height, text, width
 
-LONG = 300  # corners of a path beyond which a tenth of a point is enough
+LONG = 300  # corners of a path above which it is rounded to a tenth of a point
 _ANCHORS = {"left": "start", "center": "middle", "right": "end"}
 
 
@@ -61,7 +61,7 @@ def line(shape: str, stroke: Stroke) -> str:
 
 
 def points(x: np.ndarray, y: np.ndarray, marks: Marks) -> str:
-    """Return points, all of one look, as one path."""
+    """Return points of one style as one path."""
     there = np.isfinite(x) & np.isfinite(y)
     digits = 1 if there.sum() > LONG else 2
     places = list(zip(x[there].round(digits).tolist(), y[there].round(digits).tolist(), strict=True))
@@ -100,7 +100,7 @@ def _squares(places: list[tuple[float, float]], marks: Marks) -> str:
 
 
 def _cells(item: Item, ax: Axes, box: Box) -> str:
-    """Return cells, of one colour next to each other as one."""
+    """Return cells; adjacent cells of one colour are merged."""
     colours, edge, wide = item.look
     x = (box.left + ax.xaxis.share(item.x) * box.wide).round(2)
     y = (box.top + (1.0 - ax.yaxis.share(item.y)) * box.high).round(2)
@@ -143,7 +143,7 @@ def _words(x: float, y: float, words: Words) -> str:
 
 
 def _halo(x: float, y: float, words: Words) -> str:
-    """Return what is behind words in the middle of a place, or '' if nothing is."""
+    """Return the background of a text centred at a position, or ''."""
     if not words.halo:
         return ""
     pad = float(words.halo.get("pad", 1.0))

@@ -1,4 +1,4 @@
-"""Polar axes: the abscissa is an angle, counter-clockwise from the right, the ordinate a radius from the middle."""
+"""Polar axes: the abscissa is an angle, counter-clockwise from the right, the ordinate a radius."""
 
 from typing import Any
 
@@ -9,25 +9,25 @@ from .items import Box
 from .letters import text, width
 from .sheet import GREY, LABEL, PAD, Sheet, named
 
-APART = 5.0  # points from the rim to the names of angles
+APART = 5.0  # points from the rim to the labels of angles
 
 
 class PolarAxes(Axes):
     """Axes whose abscissa is an angle in radians."""
 
     def __init__(self, figure: Any):
-        """Take the sheet on which the axes are alone."""
+        """Take the sheet of these axes."""
         super().__init__(figure)
         self.equal, self.named_at = True, 0.0
         self.yaxis.given[0] = 0.0
 
     def points(self, x: Any, y: Any, box: Box) -> tuple[np.ndarray, np.ndarray]:
-        """Return where angles and radii are on the sheet."""
+        """Return angles and radii as points on the sheet."""
         reach = 0.5 * box.wide * self.yaxis.share(y)
         return box.left + 0.5 * box.wide + reach * np.cos(x), box.top + 0.5 * box.high - reach * np.sin(x)
 
     def set_rlabel_position(self, degrees: float) -> None:
-        """Set the angle at which radii are named."""
+        """Set the angle of the labels of radii."""
         self.named_at = float(np.radians(degrees))
 
 
@@ -40,7 +40,7 @@ class PolarSheet(Sheet):
         self.axes = PolarAxes(self)
 
     def box(self) -> Box:
-        """Return the square round the disc."""
+        """Return the square around the disc."""
         side = self.axes.xaxis
         margin = PAD + APART + width("360°", side.size)
         above, below = PAD + APART + 1.2 * side.size, PAD + APART + 1.2 * side.size + named(side)
@@ -61,7 +61,7 @@ class PolarSheet(Sheet):
         return f'{rings}<path d="{spokes}" style="{style}"/>'
 
     def _angles(self) -> list[tuple[float, str]]:
-        """Return the ticks of the angle and their names."""
+        """Return the ticks of the angle and their labels."""
         places = self.axes.xaxis.fixed[0] if self.axes.xaxis.fixed else []
         return [(place, f"{np.degrees(place):.0f}°") for place in places]
 

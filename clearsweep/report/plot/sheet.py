@@ -1,4 +1,4 @@
-"""Axes on a sheet: where they are, their edges, ticks and names, the bar of colours, all of it as SVG."""
+"""Axes on a sheet as SVG: position, edges, ticks and labels, colour bar."""
 
 from typing import Any, NamedTuple
 
@@ -13,16 +13,16 @@ from .letters import height, text, width
 from .side import Side
 
 GREY = "#6b7785"
-PAD, GAP, LABEL = 4.0, 3.5, 9.0  # points: round the sheet, from a tick to its name, of the letters of a name
-BAR, APART = 10.0, 7.0  # points: of a bar of colours, from the axes to it
-STOPS = 12  # colours of which the shades of a bar are made
+PAD, GAP, LABEL = 4.0, 3.5, 9.0  # points: margin of the sheet, gap from a tick to its label, font size of an axis label
+BAR, APART = 10.0, 7.0  # points: width of a colour bar, distance from the axes
+STOPS = 12  # colour stops of a colour bar
 
 
 class Bar:
-    """The bar that says what colours mean; `ax.yaxis` has its ticks."""
+    """A colour bar; `ax.yaxis` has its ticks."""
 
     def __init__(self, coloured: ScalarMappable):
-        """Take what is coloured."""
+        """Take the coloured item."""
         self.coloured, self.solids = coloured, None
         side = Side("y")
         side.log = isinstance(coloured.norm, LogNorm)
@@ -30,7 +30,7 @@ class Bar:
         self.ax, self.outline = _Holder(side), _Hidden()
 
     def set_label(self, name: str) -> None:
-        """Name the bar."""
+        """Set the label of the bar."""
         self.ax.yaxis.label = name
 
 
@@ -58,12 +58,12 @@ class Sheet:
         return np.array([self.wide, self.high]) / 72.0
 
     def colorbar(self, coloured: ScalarMappable, **_: Any) -> Bar:
-        """Return a bar of colours to the right of the axes."""
+        """Return a colour bar to the right of the axes."""
         self.bar = made = Bar(coloured)
         return made
 
     def box(self) -> Box:
-        """Return the place that names, ticks, legend and bar leave to the axes."""
+        """Return the position of the axes within labels, ticks, legend and bar."""
         ax = self.axes
         above, right = legends.size(ax)
         left = PAD + _tick_width(ax.yaxis, self.high - 50.0) + named(ax.yaxis)
@@ -88,7 +88,7 @@ class Sheet:
         return Box(box.left + 0.5 * (box.wide - wide), box.top + 0.5 * (box.high - high), wide, high)
 
     def svg(self, key: str) -> tuple[str, Box]:
-        """Return all of it as an SVG element, its ids begun with `key`, and where the axes are."""
+        """Return the sheet as an SVG element, with ids prefixed by `key`, and the position of the axes."""
         ax, box = self.axes, self.box()
         clip = f"{key}-clip"
         parts = [
@@ -191,13 +191,13 @@ class Sheet:
 
 
 def _tick_width(side: Side, length: float) -> float:
-    """Return the width of the ticks of an upright side and of their names."""
+    """Return the width of the ticks of a vertical side and of their labels, in points."""
     names = [name for _, name in side.ticks(length)]
     return side.tick_length + GAP + max((width(name, side.size) for name in names), default=0.0)
 
 
 def _below(side: Side, names: list[str]) -> float:
-    """Return the height of the ticks of a level side and of their names."""
+    """Return the height of the ticks of a horizontal side and of their labels, in points."""
     if turned := side.style.get("rotation"):
         longest = max((width(name, side.size) for name in names), default=0.0)
         return side.tick_length + GAP + longest * float(np.sin(np.radians(turned))) + side.size
@@ -205,5 +205,5 @@ def _below(side: Side, names: list[str]) -> float:
 
 
 def named(side: Side) -> float:
-    """Return the room of the name of a side."""
+    """Return the space for the label of a side, in points."""
     return height(side.label, LABEL) + 3.0 if side.label else 0.0

@@ -1,4 +1,4 @@
-"""One side of axes: its scale, its limits, its ticks and their names."""
+"""One side of axes: its scale, its limits, its ticks and their labels."""
 
 import itertools
 import math
@@ -10,16 +10,16 @@ from matplotlib.ticker import MaxNLocator
 
 from ...language import wording
 
-MARGIN = 0.05  # of the data's extent that is left free at its ends
+MARGIN = 0.05  # of the data's extent, left free at its ends
 _STEPS = [1, 2, 2.5, 5, 10]
-_TICK = {"x": 30.0, "y": 17.0}  # points between ticks, at least
-_MOST = 9  # ticks
-_DECADES = 7  # that have a tick each
+_TICK = {"x": 30.0, "y": 17.0}  # least distance of ticks, points
+_MOST = 9  # largest number of ticks
+_DECADES = 7  # decades up to which each has a tick
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 class UnsupportedError(Exception):
-    """What these axes cannot draw."""
+    """A drawing that these axes do not support."""
 
 
 class Side:
@@ -28,17 +28,17 @@ class Side:
     def __init__(self, axis_name: str):
         """Take the letter of the side, 'x' or 'y'."""
         self.axis_name, self.label, self.log = axis_name, "", False
-        self.given: list[float | None] = [None, None]  # the limits that a drawing sets
+        self.given: list[float | None] = [None, None]  # the limits set by a drawing
         self.data: list[np.ndarray] = []
-        self.sticky: set[float] = set()  # ends at which no margin is left
+        self.sticky: set[float] = set()  # ends without margin
         self.locator: Any = None
         self.formatter: Callable[[float, Any], str] | None = None
         self.fixed: tuple[list[float], list[str] | None] | None = None
-        self.style: dict[str, Any] = {}  # of the names of ticks
+        self.style: dict[str, Any] = {}  # of the tick labels
         self.tick_length, self.size, self.margin = 3.5, 8.0, MARGIN
 
     def add(self, values: Any) -> None:
-        """Extend the data by some values; those that are not finite do not count."""
+        """Extend the data by values; non-finite ones are ignored."""
         values = np.asarray(values, float).ravel()
         self.data.append(values[np.isfinite(values)])
 
@@ -61,7 +61,7 @@ class Side:
         return low, high
 
     def share(self, values: Any) -> np.ndarray:
-        """Return where values are between both ends, 0 to 1."""
+        """Return values relative to both ends, 0 to 1."""
         low, high = self.limits()
         values = np.asarray(values, float)
         if self.log:
@@ -71,25 +71,25 @@ class Side:
         return (values - low) / ((high - low) or 1.0)
 
     def set_major_locator(self, locator: Any) -> None:
-        """Take what chooses the ticks."""
+        """Take the locator of ticks."""
         self.locator, self.fixed = locator, None
 
     def set_minor_locator(self, locator: Any) -> None:
-        """Take what chooses the minor ticks; there are none."""
+        """Take the locator of minor ticks; it is ignored."""
 
     def set_major_formatter(self, formatter: Callable[[float, Any], str]) -> None:
-        """Take what names the ticks."""
+        """Take the formatter of tick labels."""
         self.formatter = formatter
 
     def set_ticks(self, places: Sequence[float], labels: Sequence[str] | None = None, **style: Any) -> None:
-        """Take ticks and their names."""
+        """Take ticks and their labels."""
         if not {*style} <= {"rotation", "ha", "rotation_mode", "fontsize"}:
             raise UnsupportedError(f"style of ticks: {style}")
         self.fixed = [float(each) for each in places], None if labels is None else [str(each) for each in labels]
         self.style, self.size = style, style.get("fontsize", self.size)
 
     def ticks(self, length: float) -> list[tuple[float, str]]:
-        """Return the ticks within both ends and their names; length : of the side, in points."""
+        """Return the ticks within both ends and their labels; length : of the side, in points."""
         low, high = sorted(self.limits())
         if self.fixed is not None:
             places, labels = self.fixed
@@ -123,7 +123,7 @@ class Side:
 
 
 def _decades(low: float, high: float) -> list[float]:
-    """Return the powers of ten within two ends, of many every second or third."""
+    """Return the powers of ten between two ends; if they are many, every second or third."""
     first, last = math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(high) + 1e-9)
     every = max(1, math.ceil((last - first + 1) / _DECADES))
     return [10.0**power for power in range(first, last + 1, every)]

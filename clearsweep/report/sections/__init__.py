@@ -1,4 +1,4 @@
-"""The sections of the report, one a module: each takes a study and returns what there is to show, if anything."""
+"""The sections of the report, one per module: each takes a study and returns its non-empty sections."""
 
 from collections.abc import Callable
 
@@ -80,7 +80,7 @@ MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by sub
 
 
 def of(study: Study) -> list[Section]:
-    """Return the sections of a run that have anything to show."""
+    """Return the non-empty sections of a run."""
     listed: list[Section] = []
     every = [("", sections) for sections in SECTIONS]
     every += [(subject, sections) for subject, folded in MORE for sections in folded]

@@ -1,4 +1,4 @@
-"""Elastic links: how stiff they and the contacts at their pins are, and what a rigid link would do to a peak."""
+"""Elastic links: their stiffness and that of the contacts at their pins, and the effect of a rigid link on a peak."""
 
 import math
 
@@ -15,7 +15,7 @@ from ..study import Joint, Study, joint_of, resolved
 from ..table import Column, Table
 
 STEP = 1e-3  # of a penetration, for the slope of the elastic force
-IMPACTS = 0.5  # a revolution: from so many on a joint impacts
+IMPACTS = 0.5  # per revolution: number of impacts from which a joint counts as impacting
 KEY = "axial_stiffness"
 Links = tuple[simulation.ElasticLink, ...]
 
@@ -40,7 +40,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def _stiffness(study: Study, joint: Joint, worst: str, case: Case, links: Links) -> tuple[str, str]:
-    """Return the stiffness of a contact and of its links, and what rigid links would do to an impact there."""
+    """Return the stiffness of a contact and of its links, and the effect of rigid links on an impact there."""
     at, contact = [link for link in links if joint.title in link.joints], joint_of(case, joint)
     depth = float(study.cases.at[worst, joint.column("penetration_max")])
     if not at or not contact.is_dry or contact.is_guide or not depth > 0.0:
@@ -67,7 +67,7 @@ def _stiff(stiffness: float) -> str:
 
 
 def _computed(study: Study, joint: Joint, worst: str) -> str:
-    """Return the peaks of the cases that differ from the worst in the stiffness of a link alone; '': there are none."""
+    """Return the peaks of the cases that differ from the worst only in the stiffness of a link, or ''."""
     axis = next((axis for axis in study.swept() if axis.path.endswith(f".elastic.{KEY}")), None)
     alike = _alike(study, axis, worst) if axis is not None and axis.numeric else []
     if axis is None or len(alike) < 2:
@@ -81,7 +81,7 @@ def _computed(study: Study, joint: Joint, worst: str) -> str:
 
 
 def _alike(study: Study, axis: Axis, worst: str) -> list[str]:
-    """Return the cases that differ from `worst` in an axis alone, itself among them."""
+    """Return the cases that differ from `worst` in one axis only, including itself."""
     same = np.ones(len(study.cases), dtype=bool)
     for other in study.swept():
         if other.path != axis.path:
@@ -91,7 +91,7 @@ def _alike(study: Study, axis: Axis, worst: str) -> list[str]:
 
 
 def _neglected(links: Links) -> str:
-    """Return how near the drive comes to the bending of the links, which is left out."""
+    """Return the drive frequency relative to the bending of the links, which is neglected."""
     link = max(links, key=lambda link: link.bending)
     return (
         f"Links do not bend here. The drive turns at {wording.plain(link.bending, 2)} of the first bending mode of "

@@ -1,4 +1,4 @@
-"""All cases, to be sorted, filtered and compared on the page itself."""
+"""Table of all cases, which can be sorted, filtered and compared on the page."""
 
 import numpy as np
 
@@ -11,9 +11,9 @@ from ..shown import shown
 from ..study import RATIO, Study
 
 MOST = 4_400  # cases: a page stays below 3 MB
-DRAWN = 5  # figures that are shown at first, besides the swept values
-TABLES = ("forces", "wear", "output", "certainty")  # whose figures are there
-WIDE = 8.0  # a figure whose values spread over a larger factor than this is drawn on a logarithmic scale
+DRAWN = 5  # figures displayed at first, besides the swept values
+TABLES = ("forces", "wear", "output", "certainty")  # tables whose figures are available
+WIDE = 8.0  # ratio of largest to smallest value above which an axis is logarithmic
 
 
 def leading(study: Study) -> list[Section]:
@@ -22,7 +22,7 @@ def leading(study: Study) -> list[Section]:
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section; [] of runs with one case, or where it leads."""
+    """Return the section; [] for runs with one case, or if it comes first."""
     return [] if _objectives(study) else _sections(study, "Explore")
 
 
@@ -49,16 +49,16 @@ def _objectives(study: Study) -> list[str]:
 
 
 def _best(study: Study) -> np.ndarray:
-    """Return which cases are the best of an optimised run."""
+    """Return the best cases of an optimised run."""
     rows = study.run.optimise if _objectives(study) else None
     best: np.ndarray = study.cases.index.isin([] if rows is None else rows["case_id"].tolist())
     return best
 
 
 def _marked(study: Study, kept: np.ndarray, columns: list[dict]) -> dict:
-    """Return which cases of an optimised run are marked, and which columns its points show first.
+    """Return the marked cases of an optimised run, and the columns that its points show first.
 
-    Of several objectives they are the first two, else the first swept value and the objective.
+    With several objectives these are the first two, else the first swept value and the objective.
     """
     swept = [place for place, column in enumerate(columns) if column.get("axis")]
     asked = [place for place, column in enumerate(columns) if column.get("objective")]
@@ -71,7 +71,7 @@ def _marked(study: Study, kept: np.ndarray, columns: list[dict]) -> dict:
 
 
 def _kept(study: Study) -> np.ndarray:
-    """Return the places of the cases that are shown, ascending; ids are hashes, so that the first of them are a lot."""
+    """Return the indices of the displayed cases, ascending; ids are hashes, so the first ones are random."""
     if len(study.cases) <= MOST:
         return np.arange(len(study.cases))
     if _objectives(study):
@@ -91,7 +91,7 @@ def _axis(study: Study, axis: Axis, kept: np.ndarray) -> dict:
 
 
 def _figures(study: Study, kept: np.ndarray) -> list[dict]:
-    """Return the figures of all joints and of the mechanism, each once; of an optimised run objectives come first."""
+    """Return the figures of all joints and of the mechanism, each once; objectives of an optimised run come first."""
     asked = _objectives(study)
     headings = {name: name for name in asked + [MARGIN] * bool(asked)}  # as the grid has them
     leading = len(headings)

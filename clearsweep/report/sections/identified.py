@@ -1,4 +1,4 @@
-"""What a measured machine is found to be: intervals, how likely values are, how well the best cases fit."""
+"""Identified parameters: intervals, distributions, and the fit of the best cases."""
 
 import itertools
 from typing import Any
@@ -55,13 +55,13 @@ def _interval(axis: Axis, each: dict[str, Any]) -> str:
 
 
 def _said(axis: Axis, each: dict[str, Any]) -> str:
-    """Return a value, its interval, and how sure it is."""
+    """Return a value, its interval, and its certainty."""
     text = f"{axis.name} {axis.scale.text(each['value'])} ({_interval(axis, each)}){machine.certainty(each)}"
     return text[0].upper() + text[1:]
 
 
 def _pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, Axis]) -> list[Picture]:
-    """Return how likely values of each key are, and pairs of keys."""
+    """Return the distributions of each key and of pairs of keys."""
     weights, pictures = sample["weight"].to_numpy(), []
 
     def single(each: dict[str, Any]) -> Picture:

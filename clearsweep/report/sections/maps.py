@@ -1,7 +1,7 @@
-"""Heat maps: the leading figure of each joint over pairs of axes, and more figures over the pair that matters most.
+"""Heat maps: the leading figure of each joint over pairs of axes, and more figures over the most important pair.
 
-Of cases that share a cell the worst counts, as designs are made for it; on request, or where there is no worse, the
-median.
+Of cases that share a cell the worst counts, because designs must withstand it; on request, or for figures without a
+worse direction, the median.
 """
 
 import itertools
@@ -20,9 +20,9 @@ from ..section import Gallery, Section, filled
 from ..study import CALLED, RATIO, Joint, Study, cells, largest, median, over_other_axes, smallest
 from .drivers import ideal_varies, line
 
-SPOTS = 150  # cells of a map that say what they hold, at most: larger maps are pixels
+SPOTS = 150  # largest number of cells with tooltips; larger maps are pixels
 PAIRS = 6  # heat maps per joint: every pair of up to four axes
-NO_WORSE = ("contact_fraction", "impacts_per_rev", "restitution")  # figures of which neither more nor less is worse
+NO_WORSE = ("contact_fraction", "impacts_per_rev", "restitution")  # figures without a worse direction
 LESS_IS_WORSE = ("film_thickness_min", "life_hours", MARGIN)
 FIGURES = (  # of a joint
     ("contact_fraction", "time in contact"),
@@ -103,7 +103,7 @@ def _table(study: Study, column: str, pair: tuple[Axis, Axis]) -> np.ndarray:
 
 
 def _reduced(study: Study, column: str) -> Callable[[np.ndarray], float]:
-    """Return what a cell shows of the values of its cases."""
+    """Return the reduction of the values of a cell's cases."""
     if study.typical or column.endswith(NO_WORSE):
         return median
     led = study.lead.smallest and column.endswith(f"_{study.lead.figure}")
@@ -147,7 +147,7 @@ def _picture(study: Study, shown: Map, span: tuple[float, float]) -> Picture:
 
 
 def _spots(study: Study, shown: Map, scale: wording.Scale) -> tuple[Spot, ...]:
-    """Return what is said of every cell, its value with its place; it leads to its worst case, or to its only one."""
+    """Return the tooltip of every cell, with its value and position, and the link to its worst or only case."""
     across, up = shown.pair
     if len(across.values) * len(up.values) > SPOTS:
         return ()

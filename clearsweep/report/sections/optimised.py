@@ -1,4 +1,4 @@
-"""What a run optimised: the best case with the one that the grid has written, the front, which limits bind."""
+"""Result of `optimise`: the best case and the case as written in the grid, the front, the binding limits."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ from ..study import Study
 from ..table import Column, Table
 
 WIDTH, HEIGHT = 6.5, 4.0  # inches
-FRONT = 2  # cases, from which on there is a front to draw
+FRONT = 2  # cases from which a front is drawn
 
 
 def sections(study: Study) -> list[Section]:
@@ -35,7 +35,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def _start(study: Study) -> str | None:
-    """Return the case that the grid has written, or None if none was tried or it failed."""
+    """Return the case as written in the grid, or None if it was not tried or failed."""
     same = np.ones(len(study.cases), bool)
     for axis in study.axes:
         written = dig(study.run.grid, axis.path)
@@ -49,7 +49,7 @@ def _start(study: Study) -> str | None:
 
 
 def _beside_start(study: Study, rows: list[dict[str, Any]], names: list[str], start: str | None) -> list[str]:
-    """Return by how much the best case is better than the one that the grid has written."""
+    """Return the improvement of the best case over the case as written in the grid."""
     if start is None or len(rows) > 1:
         return []
     said = []
@@ -75,7 +75,7 @@ def _told_apart(study: Study, rows: list[dict[str, Any]], names: list[str]) -> l
         feasible = study.cases["limits_exceeded"].to_numpy() == "" if "limits_exceeded" in study.cases else True
         alike = int(np.count_nonzero((low <= high[place]) & (high >= low[place]) & feasible)) - 1
         if rows[0]["margin"] is not None and rows[0]["margin"] < 0.0:
-            continue  # no case keeps to the limits: others are not the best one either
+            continue  # no case keeps to the limits, so none of the others is best either
         own = " to ".join(study.text(rows[0]["case_id"], end) for end in ends)
         lines.append(
             f"The 95 % interval of {name} of the best case is {own}; {wording.count(alike, 'other case')}"
@@ -91,7 +91,7 @@ def _told_apart(study: Study, rows: list[dict[str, Any]], names: list[str]) -> l
 
 
 def _sentences(study: Study, rows: list[dict[str, Any]]) -> list[str]:
-    """Return what was found, and which limits bind."""
+    """Return the best case and the binding limits."""
     looked_at = len(study.cases) + len(study.failed)
     lines = [f"The best case of {looked_at:,} that were tried."]
     if len(rows) > 1:
@@ -104,7 +104,7 @@ def _sentences(study: Study, rows: list[dict[str, Any]]) -> list[str]:
 
 
 def _table(study: Study, rows: list[dict[str, Any]], names: list[str], start: str | None) -> Table:
-    """Return a row for each of the best cases, and one for the case that the grid has written."""
+    """Return a row for each of the best cases, and one for the case as written in the grid."""
     columns = (
         *axis_columns(study, study.axes),
         *(Column(name, study.unit(name)) for name in names),

@@ -1,4 +1,4 @@
-"""Measured signals over the computed ones: over the crank angle, by rms, peaks and spectrum."""
+"""Measured and computed signals compared: over the crank angle, by rms, peaks and spectrum."""
 
 import math
 from typing import Any
@@ -17,7 +17,7 @@ SIZE = (6.5, 3.4)  # inches
 
 
 def section(study: Study, laid: list[Laid]) -> Section:
-    """Return the section of what was laid over a run."""
+    """Return the section on a measurement compared with a run."""
     blocks: list[Block] = []
     for each in laid:
         blocks += [Sentences(_sentences(study, each)), Gallery("", _pictures(each)), _table(each)]
@@ -25,7 +25,7 @@ def section(study: Study, laid: list[Laid]) -> Section:
 
 
 def _sentences(study: Study, laid: Laid) -> list[str]:
-    """Return which case it is, how the angle was put right, how well it fits."""
+    """Return the compared case, the correction of the angle, the misfit."""
     setting = study.setting(laid.case_id)
     case = f"case {wording.short_id(laid.case_id)}" + (f" ({setting})" if setting else "")
     return [
@@ -37,7 +37,7 @@ def _sentences(study: Study, laid: Laid) -> list[str]:
 
 
 def _pictures(laid: Laid) -> list[Picture]:
-    """Return both over the crank angle, and their spectra."""
+    """Return both signals over the crank angle, and their spectra."""
     scale = wording.scale(laid.unit, float(np.abs(laid.measured).max()))
 
     def over_angle(ax: Any) -> None:
@@ -74,7 +74,7 @@ def _table(laid: Laid) -> Table:
     ]
     for place, (low, high) in enumerate(features.BANDS):
         if max(each.spectrum[place] for each in both) < 1e-9 * both[0].rms:
-            continue  # above the band that both have
+            continue  # above the common band
         rows.append((f"rms, orders {low} to {high}", *(each.spectrum[place] for each in both)))
     columns = (Column("feature"), Column("measured", laid.unit), Column("computed", laid.unit))
     key = f"overlay-{laid.channel.replace('/', '-')}"

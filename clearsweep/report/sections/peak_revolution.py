@@ -1,4 +1,4 @@
-"""The peak's own revolution: force, acceleration and torque of the worst cases with those without clearance."""
+"""The revolution of the peak: force, acceleration and torque of the worst cases with those without clearance."""
 
 from collections.abc import Callable
 
@@ -28,7 +28,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def _detail(study: Study, place: int, case_id: str) -> Detail:
-    """Return one case: what its peak is, and the courses through it."""
+    """Return one case: its peak, and the histories around it."""
     path = study.run.peak_revolution(case_id)
     joint = next(joint for joint in study.joints if joint.name == path.attrs["joint"])
     saved = saved_of(study, case_id, path)
@@ -39,7 +39,7 @@ def _detail(study: Study, place: int, case_id: str) -> Detail:
 
 
 def _where(joint: Joint, path: pd.DataFrame, angle: np.ndarray | None) -> list[tuple[str, str]]:
-    """Return in which revolution and where in it the largest sample of the force is."""
+    """Return the revolution and the place in it of the largest sample of the force."""
     known = [("joint", joint.title), ("revolution", f"{path.attrs['turns']:.4g} to {path.attrs['turns'] + 1.0:.4g}")]
     if angle is not None:
         at = np.degrees(angle[int(np.argmax(path[f"joints/{joint.name}/force_normal"]))]) % 360.0

@@ -1,4 +1,4 @@
-"""The figures of every finished case in tables: forces of each joint, output and drive, how certain they are."""
+"""The figures of every finished case in tables: forces of each joint, output and drive, their certainty."""
 
 from collections.abc import Iterator, Sequence
 from typing import overload
@@ -14,7 +14,7 @@ from ..study import Joint, Study
 from ..table import Quantity, Table
 
 HORIZON, PEAK_TURN = "horizon_revolutions", "force_peak_revolution"
-CHECKED = 3  # figures of a joint whose error is shown where the grid asked for it: the first ones
+CHECKED = 3  # figures of a joint whose error is shown if the grid requests it: the first ones
 
 
 def sections(study: Study) -> list[Section]:
@@ -42,7 +42,7 @@ def _joint(study: Study, joint: Joint) -> Table:
 
 
 def _whole(study: Study) -> Table:
-    """Return what the output and the drive feel, or the measured restitution."""
+    """Return the figures of output and drive, or the measured restitution."""
     columns, output = shown(study, "output"), study.run.layout.output
     key, title = ("drive", "The drive") if study.driven else ("restitution", "Measured restitution")
     if output:
@@ -51,7 +51,7 @@ def _whole(study: Study) -> Table:
 
 
 def _certainty(study: Study) -> Table:
-    """Return how far figures can be trusted; empty unless the grid asked for any of it."""
+    """Return the accuracy of figures; empty unless the grid requests it."""
     columns, until = shown(study, "certainty"), study.run.layout.until
     if until:
         columns.insert([column for column, _ in columns].index("figure_ci"), (until, until))
@@ -68,12 +68,12 @@ def _certainty(study: Study) -> Table:
 
 
 def _words_of_columns(study: Study) -> dict[str, dict[str, str]]:
-    """Return what is shown in place of errors that check nothing: heading of a column -> case_id -> in words."""
+    """Return replacements of meaningless errors: heading of a column -> case_id -> text."""
     return {f"error of force peak{study.where(joint, ' ({})')}": words for joint, words in _beyond_horizon(study)}
 
 
 def _beyond_horizon(study: Study) -> list[tuple[Joint, dict[str, str]]]:
-    """Return why the error of a force peak is no check: joint, and case_id -> in words."""
+    """Return why the error of a force peak is meaningless: joint, and case_id -> text."""
     if not study.has(HORIZON):
         return []
     horizon, cases = study.cases[HORIZON], []
@@ -92,7 +92,7 @@ def _beyond_horizon(study: Study) -> list[tuple[Joint, dict[str, str]]]:
 
 
 def _checks(study: Study) -> list[str]:
-    """Return in how many cases the error check says something of the largest force, and in which it does not."""
+    """Return the numbers of cases in which the error of the largest force is meaningful, and in which it is not."""
     points = []
     for joint, beyond in _beyond_horizon(study):
         chaotic, where = int(study.cases[HORIZON].notna().sum()), study.where(joint, " in joint {}")
@@ -112,10 +112,10 @@ def _checks(study: Study) -> list[str]:
 
 
 class _Unchecked(Sequence):
-    """The rows of a table, in which the errors that check nothing say so."""
+    """The rows of a table, with meaningless errors replaced by texts."""
 
     def __init__(self, table: Table, words: dict[str, dict[str, str]]):
-        """Take the table, and heading of a column -> case_id -> what is shown there."""
+        """Take the table, and heading of a column -> case_id -> text."""
         heads = [column.name for column in table.columns]
         self.rows = table.rows
         self.words = {heads.index(heading): words[heading] for heading in words if heading in heads}
@@ -136,7 +136,7 @@ class _Unchecked(Sequence):
         return map(self._told, self.rows)
 
     def _told(self, row: tuple) -> tuple:
-        """Return a row; its first cell is the case_id."""
+        """Return a row with its replacements; its first cell is the case_id."""
         return tuple(
             Quantity(value, self.words[place][row[0]]) if row[0] in self.words.get(place, {}) else value
             for place, value in enumerate(row)

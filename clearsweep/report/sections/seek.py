@@ -1,4 +1,4 @@
-"""What a run searched for: the largest or smallest value that keeps to the limits, as an interval, case by case."""
+"""Result of `seek`: the largest or smallest value that keeps to the limits, as an interval, for each case."""
 
 from typing import Any, NamedTuple
 
@@ -14,16 +14,16 @@ from ..section import Block, Gallery, Section, Sentences, filled
 from ..study import Study
 from ..table import Column, Quantity, Table, counted
 
-PICTURED = 2  # answers at least that are drawn over the other axis
+PICTURED = 2  # least number of answers drawn over the other axis
 
 
 class _Answers(NamedTuple):
     """The answers on one axis."""
 
-    axis: Axis  # that of the value searched for
+    axis: Axis  # axis of the searched value
     others: tuple[Axis, ...]
     largest: bool
-    each: bool  # for each case of the other axes
+    each: bool  # whether there is one answer for each case of the other axes
     rows: list[dict[str, Any]]  # SI, None for null
 
     @property
@@ -36,13 +36,13 @@ class _Answers(NamedTuple):
         return ", ".join(f"{axis.name} {axis.text(row[axis.path])}" for axis in self.others)
 
     def interval(self, row: dict[str, Any]) -> str:
-        """Return where the border is in words, or '' if the range ends before."""
+        """Return the interval of the limit in words, or '' if the range ends before it."""
         low, high = row["seek_low"], row["seek_high"]
         return "" if low == high else f"between {self.axis.text(low)} and {self.axis.text(high)}"
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section, or [] if nothing was searched for, or the search did not end."""
+    """Return the section, or [] without a completed search."""
     answers = _answers(study)
     if answers is None:
         return []
@@ -97,7 +97,7 @@ def card(study: Study) -> list[tuple[str, str, str]]:
 
 
 def _because(answers: _Answers, row: dict[str, Any]) -> str:
-    """Return what limits an answer, and where."""
+    """Return the limit that determines an answer, and its joint."""
     limited = f", limited by {row['limiting']}" if row["limiting"] else ""
     return f"{limited} at {answers.setting(row)}" if answers.others and row["limiting"] else limited
 
@@ -114,7 +114,7 @@ def _answers(study: Study) -> _Answers | None:
 
 
 def _fine(axis: Axis, rows: list[dict[str, Any]]) -> Axis:
-    """Return an axis with as many digits as distinguish the ends of intervals."""
+    """Return an axis with enough digits to distinguish the ends of intervals."""
     ends = [(row["seek_low"], row["seek_high"]) for row in rows if row["seek_low"] != row["seek_high"]]
     while axis.digits < 16 and any(axis.number(low) == axis.number(high) for low, high in ends):
         axis = axis._replace(digits=axis.digits + 1)
@@ -147,7 +147,7 @@ def _table(study: Study, answers: _Answers) -> Table:
 
 
 def _nearest(study: Study, answers: _Answers) -> list[Block]:
-    """Return how near cases come to the limits where no value keeps to them, and which other keys would help."""
+    """Return the distance of cases from the limits if no value keeps to them, and the other keys that would help."""
     nearest: dict[str, Any] = study.run.grid.get("nearest") or {}
     best, axis = nearest.get("best", []), answers.axis
     if not best:
@@ -196,7 +196,7 @@ def _effects(answers: _Answers, nearest: dict[str, Any]) -> list[Block]:
 
 
 def _margin(margin: float | None, missing: str = "unknown") -> Quantity:
-    """Return a margin in per cent, or what is said where there is none."""
+    """Return a margin in per cent, or `missing`."""
     text = missing if margin is None else f"{wording.short(100.0 * margin, 3)}{wording.BLANK}%"
     return Quantity(text if margin is None else margin, text)
 

@@ -1,4 +1,4 @@
-"""Which trends of wear that the literature names this run shows: pairs of cases that differ in one value alone."""
+"""Comparison with trends of wear in the literature: pairs of cases that differ in one value only."""
 
 import math
 from typing import NamedTuple
@@ -16,8 +16,8 @@ from ..sensitivity import Estimate, quantile
 from ..study import PER_STROKES, Joint, Study
 from ..table import Column, Table, counted
 
-UNEVEN = 1.5  # deepest over mean depth round a body from which on its wear is called uneven
-LOOKED_AT = 200  # cases whose depths round the circle are read; ids are hashes, so that the first of them are a lot
+UNEVEN = 1.5  # deepest over mean depth around a body above which its wear is called uneven
+LOOKED_AT = 200  # cases whose depths round the circle are read; ids are hashes, so the first ones are random
 SHOWN, CONTRADICTED, OPEN = "shown", "contradicted", "not decided"
 NOTE = (
     "The literature has wear deeper with larger clearance, higher crank speed and lower stiffness, and uneven round "
@@ -32,7 +32,7 @@ class Claim(NamedTuple):
     """A trend of wear depth with a swept value that the literature names."""
 
     title: str
-    ends: tuple[str, ...]  # of the paths it is about
+    ends: tuple[str, ...]  # last parts of the paths concerned
     sign: float  # 1: deeper with a larger value, -1: with a smaller one
 
 
@@ -44,13 +44,13 @@ CLAIMS = (
 
 
 class Answer(NamedTuple):
-    """What a run says to one claim about one joint."""
+    """Result of a run for one claim about one joint."""
 
     title: str
     joint: Joint
-    measure: str  # what is estimated, in words
+    measure: str  # the estimate in words
     estimate: Estimate
-    number: int  # of what it is estimated from
+    number: int  # number of pairs or cases
     counted: str
     answer: str
 
@@ -73,14 +73,14 @@ def _answers(study: Study, joint: Joint) -> list[Answer]:
 
 
 def _about(claim: Claim, axis: Axis, joint: Joint) -> bool:
-    """Return whether an axis has the value that a claim speaks of, in this joint or of the drive."""
+    """Return whether an axis is that of a claim, in this joint or the drive."""
     own = axis.path.startswith(f"joints.{joint.title}.") or axis.path == "drive.speed"
     numbers = axis.numeric and min(axis.values) > 0.0
     return own and numbers and axis.path.endswith(claim.ends)
 
 
 def _with_value(study: Study, joint: Joint, claim: Claim, axis: Axis) -> Answer:
-    """Return the answer to a claim from pairs of cases that differ in the value of one axis alone."""
+    """Return the answer to a claim from pairs of cases that differ only in the value of one axis."""
     table = matched(study, axis).table(study, joint.column(PER_STROKES))
     estimate, pairs = power(table.columns.to_numpy(float), table.to_numpy(float))
     ends = sorted((claim.sign * estimate.low, claim.sign * estimate.high))
@@ -90,7 +90,7 @@ def _with_value(study: Study, joint: Joint, claim: Claim, axis: Axis) -> Answer:
 
 
 def _round_the_circle(study: Study, joint: Joint) -> list[Answer]:
-    """Return how uneven each body that wears is worn."""
+    """Return the unevenness of the wear of each body."""
     some = study.cases.index[study.cases[joint.column("wear_depth_max")].to_numpy() > 0.0][:LOOKED_AT]
     depths = [[worn.round_it(depth) for depth in study.run.wear(case_id)[joint.name]] for case_id in some]
     answers = []
@@ -105,12 +105,12 @@ def _round_the_circle(study: Study, joint: Joint) -> list[Answer]:
 
 
 def _verdict(low: float, high: float, *, border: float) -> str:
-    """Return the answer of an interval: all of it above a border, below it, or neither."""
+    """Return the verdict on an interval: entirely above a border, below it, or neither."""
     return SHOWN if low > border else CONTRADICTED if high < border else OPEN
 
 
 def _points(study: Study, answers: list[Answer]) -> list[str]:
-    """Return one sentence for each answer that there is."""
+    """Return one sentence for each answer."""
     said = []
     for word in (SHOWN, CONTRADICTED, OPEN):
         titles = [each.title + study.where(each.joint, " ({})") for each in answers if each.answer == word]

@@ -1,4 +1,4 @@
-"""How far the figures can be trusted: what failed, where laws end, how motions repeat, what the laws and budget say."""
+"""Reliability of the figures: failures, ranges of laws, periodicity, convergence, budget of unknowns."""
 
 from markupsafe import Markup
 
@@ -19,7 +19,7 @@ def sections(study: Study) -> list[Section]:
 
 
 def points(study: Study) -> list[str]:
-    """Return what failed and the warnings of the run, then a sentence each on laws, convergence and unknowns."""
+    """Return failures and warnings of the run, then a sentence each on laws, convergence and unknowns."""
     return [*_failed(study), *_warnings(study), *([] if study.cases.empty else _of_finished(study))]
 
 
@@ -47,5 +47,5 @@ def _of_finished(study: Study) -> list[str]:
 
 
 def _linked(section: Section, sentence: str) -> str:
-    """Return a sentence of a folded section, that leads to it."""
+    """Return a sentence of a folded section with a link to it."""
     return Markup('{} <a href="#{}">{}</a>').format(sentence, section.key, "More.")

@@ -63,7 +63,7 @@ def _share(study: Study, case_id: str, column: str) -> str:
 
 
 def ratios(study: Study) -> list[str]:
-    """Return by how much resultant forces exceed the ideal ones at most, joint by joint."""
+    """Return the largest ratio of resultant to ideal forces for each joint."""
     sentences = []
     for joint in study.joints:
         column = joint.column("force_peak_ratio")
@@ -81,7 +81,7 @@ def ratios(study: Study) -> list[str]:
 
 
 def _motion(study: Study, joint: Joint, case_id: str, usual: list[str]) -> str:
-    """Return what the largest peak of a case is: of every revolution, of every period, or of one with `usual`."""
+    """Return the occurrence of a case's largest peak: every revolution, every period, or a single one, with `usual`."""
     period = study.cases.at[case_id, "period"] if "period" in study.cases else np.nan
     if period == 1.0:
         return "its motion repeats itself every revolution, and so does this peak"
@@ -116,7 +116,7 @@ def _kept(study: Study) -> list[str]:
 
 
 def _chance(study: Study) -> list[str]:
-    """Return how likely a limit is exceeded, where the cases are one random sample; else []."""
+    """Return the chance of exceeding a limit if the cases are one random sample; else []."""
     samples = sensitivity.settings(study.run)
     if len(samples) != 1 or study.run.grid["sample"]["method"] not in probability.INDEPENDENT:
         return []
@@ -125,7 +125,7 @@ def _chance(study: Study) -> list[str]:
 
 
 def _not_judged(study: Study) -> list[str]:
-    """Return the number of cases that the limits cannot judge, and the figures at fault; [] for none."""
+    """Return the number of cases without a verdict, and the missing figures; [] for none."""
     limits = counts.limits(study)
     count = limits.unknown
     if not count:
@@ -145,7 +145,7 @@ def _at(study: Study, case_id: str) -> str:
 
 
 def _table(study: Study) -> Table:
-    """Return, limit by limit, how many cases exceed it, and the case with the smallest margin."""
+    """Return, for each limit, the number of cases that exceed it, and the case with the smallest margin."""
     columns = (
         Column("column", file_only=True),
         Column("limit"),
@@ -216,7 +216,7 @@ def _map(study: Study, across: Axis, up: Axis) -> Picture:
 
 
 def _between(study: Study, exceeded: np.ndarray, across: Axis, up: Axis) -> pass_share.Dots:
-    """Return the finished cases that lie between the values of two axes, where `refine` put them."""
+    """Return the finished cases between the values of two axes, added by `refine`."""
     remark = (study.places(across) < 0) | (study.places(up) < 0)
     if not remark.any():
         return pass_share.Dots(np.zeros(0), np.zeros(0), np.zeros(0, bool))
@@ -225,7 +225,7 @@ def _between(study: Study, exceeded: np.ndarray, across: Axis, up: Axis) -> pass
 
 
 def _among(axis: Axis, values: np.ndarray) -> np.ndarray:
-    """Return where values lie among those of an axis, in places: 0.5 is halfway between the first two."""
+    """Return the fractional index of values on an axis: 0.5 is halfway between the first two."""
     if not axis.numeric:
         return np.array([axis.values.index(value) for value in values], float)
     order = np.argsort(axis.values)

@@ -1,4 +1,4 @@
-"""Wear: where each joint wears, and how much in every finished case."""
+"""Wear: deepest places of each joint, and its amount in every finished case."""
 
 from ... import simulation
 from ...language import wording
@@ -52,7 +52,7 @@ def _note(study: Study) -> str:
 
 
 def _coarse(study: Study, joint: Joint) -> list[str]:
-    """Return in how many cases the bins are too coarse, and how many would do, or [] if they are in none."""
+    """Return the number of cases with too coarse bins and a sufficient number of bins, or []."""
     column = joint.column("wear_bins_enough")
     bins = next(each.wear_bins for each in study.run.layout.joints if each.name == joint.name)
     if not study.has(column) or study.cases[column].max() <= bins:
@@ -83,7 +83,7 @@ def _table(study: Study, joint: Joint) -> Table:
 
 
 def _deepest(study: Study, joint: Joint) -> list[Block]:
-    """Return the deepest worn case, and what lets a reader choose another."""
+    """Return the most worn case, and a selector of other cases."""
     column = joint.column("wear_depth_max")
     if not study.has(column):
         return []
@@ -102,5 +102,5 @@ def _deepest(study: Study, joint: Joint) -> list[Block]:
 
 
 def _maps(study: Study, joint: Joint) -> list[Picture]:
-    """Return what wears, and how fast, over the axes that move it most."""
+    """Return wear depth and wear rate over the most important axes."""
     return [picture for figure, name in MAPPED for picture in maps.over_axes(study, joint, figure, name)]

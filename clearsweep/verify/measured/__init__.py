@@ -1,7 +1,7 @@
-"""Beside measurements: what clearsweep computes for experiments and published solutions, point by point.
+"""Comparison with measurements and published solutions, point by point.
 
-A benchmark is a module with `NAME`, `TEXT` (what is compared, what agrees, what does not and why) and `measure`, which
-returns its rows; `picture` draws them where a picture says more than the table.
+A benchmark is a module with `NAME`, `TEXT` (subject, agreements, disagreements and their causes) and `measure`, which
+returns its rows; `picture` draws them if the table is not enough.
 """
 
 import json as json_format
@@ -17,9 +17,9 @@ BENCHMARKS = (oblique, crank_pin, film_at_rest, whirl, stick_slip, squeezer, her
 
 
 def main(*, json: bool = False, quick: bool = False, directory: str | Path | None = None) -> None:
-    """Compute all benchmarks and print a table or JSON; `directory`: where `measured.md` is written, with pictures.
+    """Compute all benchmarks and print a table or JSON; `directory`: destination of `measured.md` and its pictures.
 
-    `quick` takes a few points of each benchmark.
+    `quick` uses a few points of each benchmark.
     """
     from . import page
 
@@ -47,5 +47,5 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
 
 
 def listed(rows: list[Row]) -> list[dict[str, Any]]:
-    """Return rows as JSON can hold them."""
+    """Return rows for JSON."""
     return [row._asdict() for row in rows]

@@ -1,4 +1,4 @@
-"""A mass that strikes the end of an elastic bar along its line: waves in the bar, Hertz's law in the contact."""
+"""A mass that strikes the end of an elastic bar axially: waves in the bar, Hertz's law in the contact."""
 
 import math
 
@@ -15,12 +15,12 @@ where the contact is shortest."""
 SEGMENTS = 6
 STIFFNESS, BAR, HAMMER, CONTACT = 3.9e8, 0.21, 0.14, 6.61e10  # N/m, kg, kg, N/m^1.5
 CLEARANCE = 1e-4  # m
-TURNING = 1e-3  # rad/s, of the bar: a crank has to turn
+TURNING = 1e-3  # rad/s, of the bar: a crank must rotate
 SPEEDS = (0.2, 1.0, 4.4)  # m/s
 
 
 def grid(speed: float) -> dict:
-    """Return the grid of a mass that strikes a bar: the bar is a crank that hardly turns."""
+    """Return the grid of a mass that strikes a bar; the bar is a nearly fixed crank."""
     return {
         "mechanism": {
             "type": "planar",

@@ -1,4 +1,4 @@
-"""A bearing whose housing shifts but does not turn, round a shaft that turns at constant speed: the rig of a film."""
+"""A bearing whose housing translates without rotation, around a shaft at constant speed: a film test rig."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from ...simulation.trajectory import simulate
 
 
 def grid(joint: dict[str, Any], speed: float, load: float, *, mass: float, revolutions: float) -> dict[str, Any]:
-    """Return the grid of a rig: its joint, rad/s of the shaft, N down on the housing, kg of the housing."""
+    """Return the grid of a rig: joint, shaft speed (rad/s), downward load (N) and mass (kg) of the housing."""
     still = [0.0, 0.0]
     return {
         "mechanism": {
@@ -39,7 +39,7 @@ def grid(joint: dict[str, Any], speed: float, load: float, *, mass: float, revol
 
 
 def run(source: dict[str, Any]) -> Trajectory:
-    """Return the run of a grid.  Raises RuntimeError where it fails."""
+    """Return the run of a grid.  Raise RuntimeError if it fails."""
     trajectory = simulate(load_case(source))
     if trajectory.status != "ok":
         raise RuntimeError(f"a rig did not run: {trajectory.message}")
@@ -47,16 +47,16 @@ def run(source: dict[str, Any]) -> Trajectory:
 
 
 def attitude(trajectory: Trajectory) -> float:
-    """Return the angle (rad) from the load on the journal, which is upwards, to its eccentricity, where a run ends."""
+    """Return the angle (rad) from the upward load on the journal to its eccentricity, at the end of a run."""
     x, y = trajectory["joints/film/x"][-1], trajectory["joints/film/y"][-1]
     return float(np.arctan2(-x, y))
 
 
 def eccentricity(trajectory: Trajectory) -> float:
-    """Return the distance (m) of the journal from the middle of its bearing where a run ends."""
+    """Return the eccentricity (m) of the journal at the end of a run."""
     return float(np.hypot(trajectory["joints/film/x"][-1], trajectory["joints/film/y"][-1]))
 
 
 def torque(trajectory: Trajectory) -> float:
-    """Return the torque (N m) on the shaft where a run ends."""
+    """Return the torque (N m) on the shaft at the end of a run."""
     return float(trajectory["drive/torque"][-1])

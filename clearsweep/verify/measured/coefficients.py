@@ -1,4 +1,4 @@
-"""Stiffness and damping of a film at rest in its load: the slope of its force round the place where it rests."""
+"""Stiffness and damping of a film in equilibrium with its load: the slope of its force there."""
 
 import math
 
@@ -10,17 +10,18 @@ from ...mechanics.joint.lubricated import film_load
 from ...simulation.scene import load_case
 from . import film_at_rest
 
-STEP = 1e-5  # of the clearance, and of clearance times speed: central differences err by its square
+STEP = 1e-5  # of the clearance, and of clearance times speed; the error of central differences is quadratic in it
 AXES = ("x", "y")
 
 
 def of_film(law: str, slenderness: float, sommerfeld: float, ratio: float, attitude: float) -> dict[str, float]:
-    """Return stiffness K (W / c) and damping B (W / (c w)) of a film in which a journal rests.
+    """Return stiffness K (W / c) and damping B (W / (c w)) of a film with a journal in equilibrium.
 
     ratio, attitude : eccentricity ratio and angle (rad) from the load to the eccentricity, in the sense of rotation.
 
-    x is along the load, y turned from it by 90 degrees with the shaft: K_xy = -dF_x / dy c / W, B_xy = -dF_x / dy' c w
-    / W (Lund & Thomsen 1978).  A law that closes and opens with different damping has the mean of both.
+    x is along the load, y rotated from it by 90 degrees with the shaft: K_xy = -dF_x / dy c / W, B_xy = -dF_x / dy' c w
+    / W (Lund & Thomsen 1978).  For a law with different damping in closing and opening motion, the mean of both is
+    used.
     """
     load = film_at_rest.load_of(slenderness, sommerfeld)
     scene = load_case(film_at_rest.rig(law, slenderness, sommerfeld))
@@ -31,7 +32,7 @@ def of_film(law: str, slenderness: float, sommerfeld: float, ratio: float, attit
     rest = np.array([ratio * math.cos(attitude), ratio * math.sin(attitude), 0.0, 0.0])
 
     def force(motion: np.ndarray) -> np.ndarray:
-        """Return the (2,) force on the journal over the load, for its (4,) place and velocity over `scales`."""
+        """Return the (2,) force on the journal over the load, for its (4,) position and velocity over `scales`."""
         x, y, vx, vy = (float(number) for number in motion * scales)
         film = film_load(term, Gap(x, y, vx, vy, spin_proximal=0.0, spin_distal=speed))
         towards, across = np.array([film.nx, film.ny]), np.array([-film.ny, film.nx])
@@ -48,10 +49,11 @@ def of_film(law: str, slenderness: float, sommerfeld: float, ratio: float, attit
 
 
 def threshold(values: dict[str, float]) -> float:
-    """Return the speed w over sqrt(g / c) from which a rigid rotor of this weight whirls; infinite: it never does.
+    """Return the whirl threshold of a rigid rotor of this weight, speed w over sqrt(g / c); inf if it never whirls.
 
-    values : as `of_film` returns them.  Routh's criterion: at the threshold M s^2 c / W is the stiffness `whirling`, s
-    the speed of the whirl, and `square` is (s / w)^2 (Lund & Thomsen 1978).
+    values : result of `of_film`.  Routh's criterion: at the threshold M s^2 c / W is the stiffness `whirling`, s the
+    whirl
+    speed, and `square` is (s / w)^2 (Lund & Thomsen 1978).
     """
     names = [first + second for first in AXES for second in AXES]
     k, b = ({name: values[f"{kind}{name}"] for name in names} for kind in ("stiffness K", "damping B"))

@@ -44,16 +44,16 @@ ASPERITIES = {
     "width": 2e-6,
 }
 HEIGHTS = 0.6e-6  # m, mean height of the asperities of both surfaces together
-BEHIND = {"law": "hertz", "stiffness": 1e10, "exponent": 1.5}  # beyond the clearance, which no run reaches
+BEHIND = {"law": "hertz", "stiffness": 1e10, "exponent": 1.5}  # beyond the clearance, not reached in any run
 FRICTION = {"law": "tanh", "coefficient": 0.02, "velocity_scale": 1e-3}
-MASS, TURNS = 0.02, 40  # kg, so light that the housing does not whirl; revolutions until it rests
+MASS, TURNS = 0.02, 40  # kg, light enough to avoid whirl; revolutions until equilibrium
 
 
 def at_rest(size: dict[str, float], load: float, rate: float, law: str) -> tuple[float, float]:
     """Return torque (N m) and least film (um) of one bearing that carries `load` (N) at `rate` (rad/s)."""
     asperities = ASPERITIES | ({"mean_height": HEIGHTS} if law == MEAN_HEIGHTS else {})
     film: dict[str, Any] = {"law": law.partition(",")[0], "viscosity": VISCOSITY}
-    if size is TEST:  # the source has asperities of this bearing alone
+    if size is TEST:  # the source has asperities for this bearing only
         film["transition"] = asperities
     joint: dict[str, Any] = {**size, "film": film, "contact": BEHIND, "friction": FRICTION}
     trajectory = bearing.run(bearing.grid(joint, rate, load, mass=MASS, revolutions=TURNS))

@@ -51,7 +51,7 @@ def numbers(point: str) -> tuple[float, float]:
 
 
 def figures(law: str, slenderness: float, sommerfeld: float) -> dict[str, float | None]:
-    """Return where a journal rests, stiffness and damping of its film there, and from which speed on it whirls."""
+    """Return the equilibrium of a journal, stiffness and damping of its film there, and its whirl threshold."""
     rest = settled(law, slenderness, sommerfeld)
     film = of_film(law, slenderness, sommerfeld, rest["eccentricity ratio"], math.radians(rest["attitude"]))
     limit = threshold(film)
@@ -71,7 +71,7 @@ def picture(rows: list[Row]) -> Figure:
             panel.plot(*zip(*there, strict=True), **LOOK[law], label=law)
         table = dict.fromkeys((_load_number(row), row.reference) for row in longer)
         panel.plot(*zip(*table, strict=True), **REFERENCE, label="Someya 1989")
-        signed = {"Kyx": "symlog", "Bxy": "linear"}  # what may change its sign
+        signed = {"Kyx": "symlog", "Bxy": "linear"}  # figures that may change sign
         panel.set(xscale="log", title=f"{kind} [{longer[0].unit}]", yscale=signed.get(kind, "log"))
         tidy(panel)
     for panel in panels[4:7]:

@@ -1,4 +1,4 @@
-"""A film at rest in its load: a run that settles at the tabulated eccentricity and attitude, and drags as tabulated."""
+"""A film in equilibrium with its load: a run settles at the tabulated eccentricity, attitude and friction."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -22,8 +22,8 @@ are results.
 * The points reach an eccentricity ratio of 0.98, and so does the spread. At 0.99 `finite` ends at `film.limit`: with
   length / diameter 1 its force is below the table's, and the surfaces touch.
 * The table of Raimondi & Boyd adds the friction of the shaft, (R / c) f = torque / (load c)."""
-RADIUS, CLEARANCE, VISCOSITY, SPEED = 0.02, 2e-5, 0.01, 100.0  # m, m, Pa s, rad/s: of no influence on the figures
-MASS = 0.01  # kg: so light that the housing cannot whirl
+RADIUS, CLEARANCE, VISCOSITY, SPEED = 0.02, 2e-5, 0.01, 100.0  # m, m, Pa s, rad/s: without effect on the figures
+MASS = 0.01  # kg: light enough to prevent whirl
 TURNS = 30
 _LONG, _SHORT = ("reynolds", "finite"), ("reynolds", "finite", "short")
 LAWS = {"1": _LONG, "0.5": _LONG, "0.4": _LONG, "0.333333": _LONG, "0.25": _SHORT, "0.2": _SHORT}
@@ -43,7 +43,7 @@ def rig(law: str, slenderness: float, sommerfeld: float) -> dict[str, Any]:
 
 
 def settled(law: str, slenderness: float, sommerfeld: float) -> dict[str, float]:
-    """Return what a bearing of this length / diameter comes to under its load."""
+    """Return the equilibrium of a bearing of this length / diameter under its load."""
     load = load_of(slenderness, sommerfeld)
     trajectory = bearing.run(rig(law, slenderness, sommerfeld))
     return {

@@ -9,7 +9,7 @@ from .points import Row, reference
 NAME = "Hertz impacts"
 TEXT = """The first two benchmarks of Chung & Ooi: two equal balls that meet, and a ball on a rigid wall. `impact-
 pair` with the law `hertz` and the stiffness of the materials is the whole model."""
-CLEARANCE = 1e-3  # m: far from the contact, of no influence
+CLEARANCE = 1e-3  # m: far from the contact, without effect
 HEAVY = 1e12  # times the ball's mass: a wall
 
 
@@ -23,13 +23,13 @@ def _stiffness(radius: float, modulus: float) -> float:
 
 
 def _balls(young: float, poisson: float, density: float) -> tuple[float, list[float], float]:
-    """Return stiffness, both masses and speed of two balls of 20 mm that meet at 10 m/s each."""
+    """Return stiffness, both masses and speed of two balls of 20 mm that collide at 10 m/s each."""
     mass = _sphere(0.01, density)
     return _stiffness(0.005, 0.5 * young / (1.0 - poisson**2)), [mass, mass], 20.0
 
 
 def _on_wall(young: float, poisson: float, density: float) -> tuple[float, list[float], float]:
-    """Return the same of a ball of 200 mm on a wall of a thousand times its Young's modulus."""
+    """Return stiffness, masses and speed of a ball of 200 mm on a wall of a thousand times its Young's modulus."""
     mass, plane = _sphere(0.1, density), young / (1.0 - poisson**2)
     return _stiffness(0.1, plane / (1.0 + 1e-3)), [mass, HEAVY * mass], 0.2
 

@@ -1,4 +1,4 @@
-"""Oblique impact of a ball on a wall, measured: what the friction law does to rebound and spin."""
+"""Measured oblique impacts of a ball on a wall: effect of the friction law on rebound and spin."""
 
 import math
 from typing import Any
@@ -33,10 +33,10 @@ stiffness over the load, 6 G* / (E* depth) = 1.61e5 /m, at the greatest depth of
 RADIUS, DENSITY, SPEED = 2.5e-3, 4000.0, 3.9  # m, kg/m^3, m/s
 STIFFNESS, RESTITUTION, FRICTION = 2.672e10, 0.98, 0.092
 BRISTLES = 1.61e5  # 1/m
-WALL = 1.0  # m, radius of the bearing that is the wall
-GAP = 1e-6  # m, that the ball has to fly
-SLOW = 1e-3  # m/s: sliding speed at which friction is that of sliding; far below all of the impact
-TIME = 20e-6  # s, in which the contact has ended
+WALL = 1.0  # m, radius of the bearing that represents the wall
+GAP = 1e-6  # m, initial distance of the ball
+SLOW = 1e-3  # m/s: sliding speed of fully developed friction; far below all speeds of the impact
+TIME = 20e-6  # s, after the end of the contact
 _STRIBECK = {"coefficient": FRICTION, "static_coefficient": FRICTION, "stribeck_velocity": SLOW}
 _BRISTLES = _STRIBECK | {"bristle_stiffness": BRISTLES, "bristle_damping": 0.0}
 LAWS: dict[str, dict[str, float]] = {
@@ -70,7 +70,7 @@ def grid(incidence: float, friction: dict[str, Any]) -> dict[str, Any]:
             "type": "planar",
             "bodies": {
                 "ground": {"points": {"axle": still, "wall": still}},
-                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": still}},  # a planar machine is driven
+                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": still}},  # a planar machine needs a drive
                 "ball": ball,
             },
             "joints": {
@@ -95,7 +95,7 @@ def grid(incidence: float, friction: dict[str, Any]) -> dict[str, Any]:
 
 
 def impact(incidence: float, friction: dict[str, Any]) -> dict[str, float]:
-    """Return what the ball does after an impact at an angle (rad) from the normal.  Raises RuntimeError."""
+    """Return the motion of the ball after an impact at an angle (rad) from the normal.  Raises RuntimeError."""
     trajectory = simulate(load_case(grid(incidence, friction)))
     if trajectory.status != "ok" or [str(event["kind"]) for event in trajectory.events] != ["on", "off"]:
         raise RuntimeError(f"a ball did not rebound once: {trajectory.message or trajectory.events}")

@@ -1,4 +1,4 @@
-"""The rows as text of a fixed width and as the page `measured.md` with its pictures."""
+"""The rows as fixed-width text and as the page `measured.md` with its pictures."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -11,7 +11,7 @@ PICTURES = "measured"  # folder of the pictures, next to the page
 
 
 def text(rows: list[Row]) -> str:
-    """Return how far each quantity of each benchmark is from its reference."""
+    """Return the differences of each quantity of each benchmark from its reference."""
     lines = [f"{'benchmark and quantity':<86}{'kind':<12}{'points':>7}{'rms':>12}{'largest':>12}  unit"]
     for group in groups(rows):
         name = ", ".join(filter(None, (group[0].benchmark, group[0].quantity, group[0].variant)))
@@ -32,15 +32,15 @@ def groups(rows: list[Row]) -> list[list[Row]]:
 
 
 def spread(rows: list[Row]) -> tuple[float, float]:
-    """Return the root mean square and the largest size of the differences of rows."""
+    """Return the root mean square and the largest magnitude of the differences of rows."""
     differences = [abs(row.difference) for row in rows if row.difference is not None]
     return math.sqrt(sum(d * d for d in differences) / len(differences)), max(differences)
 
 
 def further(rows: list[Row]) -> float | None:
-    """Return the size of difference within which 95 % of further points are expected; None: one point says nothing.
+    """Return the magnitude below which 95 % of further differences are expected; None for a single point.
 
-    It is the largest one, or the interval of prediction of normal differences about zero where that is wider.
+    It is the largest one, or the prediction interval of normal differences about zero if that is wider.
     """
     from scipy.stats import t
 

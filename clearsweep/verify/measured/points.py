@@ -1,4 +1,4 @@
-"""The points that clearsweep is compared against, and how one is reported."""
+"""The reference points of the benchmarks, and the rows of the comparison."""
 
 import functools
 import json
@@ -11,18 +11,18 @@ FILE = "measured.json"  # benchmark -> kind, source, note, points: [[point, quan
 
 
 class Row(NamedTuple):
-    """One figure of a reference compared with what is computed for it."""
+    """One reference figure and its computed value."""
 
     benchmark: str
     kind: str  # measured, published or remembered
     source: str
-    point: str  # where: the value of what varies, with its name
+    point: str  # value of the varied quantity, with its name
     quantity: str
     unit: str
     reference: float
-    computed: float | None  # None where the model has no such figure
-    difference: float | None  # computed less reference, in the unit
-    variant: str = ""  # the law by which it is computed, where several are
+    computed: float | None  # None if the model has no such figure
+    difference: float | None  # computed minus reference, in the unit
+    variant: str = ""  # law used, if there are several
 
 
 class Reference(NamedTuple):
@@ -31,7 +31,7 @@ class Reference(NamedTuple):
     benchmark: str
     kind: str
     source: str
-    note: str  # what a reader has to know of these points
+    note: str  # remark for readers on these points
     points: tuple[tuple[str, str, str, float], ...]  # point, quantity, unit, value
 
     def row(self, index: int, computed: float | None, variant: str = "") -> Row:
@@ -41,7 +41,7 @@ class Reference(NamedTuple):
         return Row(self.benchmark, self.kind, self.source, point, quantity, unit, value, computed, difference, variant)
 
     def rows(self, computed: Mapping[tuple[str, str], float | None], variant: str = "") -> list[Row]:
-        """Return the rows of all points; `computed`: (point, quantity) -> value, points that it lacks are left out."""
+        """Return the rows of all points; `computed`: (point, quantity) -> value; missing points are omitted."""
         return [
             self.row(i, computed[point, quantity], variant)
             for i, (point, quantity, _, _) in enumerate(self.points)
@@ -61,7 +61,7 @@ def _file() -> dict[str, Any]:
 
 
 def reference(benchmark: str, name: str = "") -> Reference:
-    """Return the Reference of a benchmark; `name` chooses one where it has several."""
+    """Return the Reference of a benchmark; `name` selects one of several."""
     entry = _file()[f"{benchmark}/{name}" if name else benchmark]
     points = tuple((str(point), quantity, unit, float(value)) for point, quantity, unit, value in entry["points"])
     return Reference(benchmark, entry["kind"], entry["source"], entry["note"], points)

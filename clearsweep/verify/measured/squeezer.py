@@ -21,7 +21,7 @@ END = 0.03  # s
 TOLERANCE = 1e-11
 START = {"crank": -0.0617138900142764496, "theta": 0.0, "b": 0.455279819163070380, "phi": 0.222668390165885885}
 START |= {"delta": 0.487364979543842550, "omega": -0.222668390165885885, "epsilon": 1.23054744454982119}
-#: Name in the source -> (body, body that the source measures its angle from; None: the ground).
+#: Name in the source -> (body, body from which the source measures its angle; None: the ground).
 ANGLES = {
     "beta": ("crank", None),
     "theta": ("link", "crank"),
@@ -66,7 +66,7 @@ def grid(clearance: float = 0.0) -> dict[str, Any]:
     ends = ["ground.o crank.o", "crank.pin link.pin", "ground.b lever.b", "ground.a left.a", "ground.a right.a"]
     ends += ["left.k upper.k", "right.h lower.h", "link.e lever.e", "link.e upper.e", "link.e lower.e"]
     pins = {f"p{i}": pin for i, pin in enumerate(ends)} | ({} if clearance else {"rest": "ground.o weight.middle"})
-    if not clearance:  # a grid has a joint with clearance: that of a body that lies still
+    if not clearance:  # a grid needs a joint with clearance: here that of a body at rest
         bodies["weight"] = _body(1.0, 1.0, origin, middle=origin) | {"initial": {}}
     joint = {"clearance": clearance, "bearing_radius": 2e-3, "contact": CONTACT}
     return {
@@ -104,7 +104,7 @@ def end(clearance: float = 0.0) -> dict[tuple[str, str], float]:
 
 
 def measure(*, quick: bool = False) -> list[Row]:
-    """Return the rows of the machine, and of that with one pin open."""
+    """Return the rows of the machine, and of the machine with one open pin."""
     table = reference(NAME)
     rows = table.rows(end(), "all pins ideal")
     return rows if quick else rows + table.rows(end(1e-5), "one pin open")

@@ -1,4 +1,4 @@
-"""Stick-slip: a block on a guide, drawn through a spring, by friction laws with internal state."""
+"""Stick-slip of a block on a guide, pulled by a spring, with friction laws with internal state."""
 
 from typing import Any
 
@@ -26,7 +26,7 @@ s/m that do not fall. Nothing is fitted.
 * `karnopp` has no bristles: the block rests until the spring draws with 1.5 N. With bristles it creeps before, and
   breaks away 0.1 s earlier."""
 END, STEP = 25.0, 1e-3  # s
-SLIPS = 1e-3  # m/s: speed from which it slips
+SLIPS = 1e-3  # m/s: sliding speed from which it slips
 DAMPING = 1e5**0.5
 LAW = {
     "coefficient": 1.0,
@@ -40,11 +40,11 @@ LAW = {
 }
 BRISTLES = {"lugre": LAW, "elasto-plastic": LAW}
 LAWS = BRISTLES | {"karnopp": {key: LAW[key] for key in list(LAW)[:5]} | {"band": 1e-5}}
-FAR = 1e4  # m, length of the spring: its direction hardly turns
+FAR = 1e4  # m, length of the spring: its direction is nearly constant
 
 
 def grid(friction: dict[str, Any]) -> dict[str, Any]:
-    """Return the grid of a block that a spring draws along a guide."""
+    """Return the grid of a block that a spring pulls along a guide."""
     still, clearance = [0.0, 0.0], 1e-3
     return {
         "mechanism": {
@@ -97,7 +97,7 @@ def run(law: str) -> Trajectory:
 
 
 def bend(law: str, trajectory: Trajectory) -> float:
-    """Return the bend (m) of the bristles with which a law gives the friction where a run ends."""
+    """Return the deflection (m) of the bristles at the friction force at the end of a run."""
     (joint,) = load_case(grid({"law": law, **LAWS[law]})).case.joints
     term = friction_term(joint)
     normal, tangential, slip = (
@@ -110,7 +110,7 @@ def bend(law: str, trajectory: Trajectory) -> float:
 
 
 def figures(law: str, trajectory: Trajectory) -> dict[tuple[str, str], float]:
-    """Return what the reference has, of a run."""
+    """Return the figures of the reference, for a run."""
     t, x, v = trajectory.t, trajectory["block/x"], trajectory["block/vx"]
     fast = np.flatnonzero(np.diff((v > SLIPS).astype(int)))
     crossed = t[fast] + STEP * (SLIPS - v[fast]) / (v[fast + 1] - v[fast])
@@ -133,7 +133,7 @@ def measure(*, quick: bool = False) -> list[Row]:
 
 
 def picture(rows: list[Row]) -> Figure:
-    """Draw place and speed over time."""
+    """Draw position and speed over time."""
     page = Figure(figsize=(9.0, 3.2), layout="constrained")
     left, right = page.subplots(1, 2)
     for law, colour in zip(LAWS, COLOURS, strict=False):

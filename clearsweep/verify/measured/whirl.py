@@ -1,4 +1,4 @@
-"""Onset of oil whirl: the largest speed at which a rigid rotor stays where its film carries it."""
+"""Onset of oil whirl: the largest speed at which a rigid rotor stays at its equilibrium."""
 
 import math
 import tempfile
@@ -26,11 +26,11 @@ below the onset the housing has come to rest, above it whirls. The threshold is 
   later. The coefficients in the last section show the same difference.
 * The whirl's own speed is taken from the motion at the largest stable speed."""
 GRAVITY = 9.81  # m/s^2
-RADIUS, CLEARANCE, MASS, SLENDERNESS = 0.02, 4e-5, 10.0, 0.25  # m, m, kg, of the closed form: of no influence on it
-STIFF = 1e3  # kg m^2: a housing that does not turn
-ASIDE = 0.02  # of the clearance: how far from its place of rest the housing starts
-BOUND = 1.02  # times the weight: a film at rest carries that alone, a whirl begun as above more
-TURNS, WINDOW = 1000, 60  # revolutions of a probe, and those that are judged
+RADIUS, CLEARANCE, MASS, SLENDERNESS = 0.02, 4e-5, 10.0, 0.25  # m, m, kg, of the closed form: without effect on it
+STIFF = 1e3  # kg m^2: a housing that does not rotate
+ASIDE = 0.02  # of the clearance: initial distance of the housing from its equilibrium
+BOUND = 1.02  # times the weight: a film in equilibrium carries the weight only, a whirl more
+TURNS, WINDOW = 1000, 60  # revolutions of a probe, and of its evaluated part
 WITHIN = 0.003  # of the speed
 
 
@@ -48,13 +48,13 @@ def joint(law: str, viscosity: float, slenderness: float, radius: float, clearan
 
 
 def rest(film: dict[str, Any], speed: float, mass: float) -> tuple[float, float]:
-    """Return where (m) the housing comes to rest: that of a housing without mass under the same load."""
+    """Return the equilibrium (m) of the housing: that of a massless housing under the same load."""
     trajectory = bearing.run(bearing.grid(film, speed, mass * GRAVITY, mass=1e-4 * mass, revolutions=60))
     return float(trajectory["housing/x"][-1]), float(trajectory["housing/y"][-1])
 
 
 def grid(film: dict[str, Any], speed: float, mass: float) -> dict[str, Any]:
-    """Return the grid of a housing that hangs on its film; `speed` (rad/s): where its place of rest is looked for."""
+    """Return the grid of a housing on its film; `speed` (rad/s): at which its equilibrium is computed."""
     x, y = rest(film, speed, mass)
     clearance, still = film["clearance"], [0.0, 0.0]
     away = 1.0 - ASIDE * clearance / math.hypot(x, y)
@@ -89,7 +89,7 @@ def grid(film: dict[str, Any], speed: float, mass: float) -> dict[str, Any]:
 
 
 def threshold(source: dict[str, Any], between: tuple[float, float]) -> float:
-    """Return the largest stable speed (rad/s) by `seek`.  Raises RuntimeError where the range does not hold it."""
+    """Return the largest stable speed (rad/s) by `seek`.  Raise RuntimeError if it is outside the range."""
     seek = {
         "largest": "drive.speed",
         "between": list(between),

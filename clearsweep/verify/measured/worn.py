@@ -1,4 +1,4 @@
-"""Trends of measured wear: volume and profile of a bushing, and where a joint in space wears deepest."""
+"""Trends of measured wear: volume and profile of a bushing, and the deepest wear of a spatial joint."""
 
 import functools
 from typing import Any
@@ -68,7 +68,7 @@ def bushing(pressure: str) -> dict[str, Any]:
 
 
 def worn_in(kind: str) -> dict[str, Any]:
-    """Return the grid of a bushing that wears by WORN_BY, while its worn shape acts; `kind`: one of WORN_IN."""
+    """Return the grid of a bushing that wears by WORN_BY, with its worn shape in contact; `kind`: one of WORN_IN."""
     source = bushing("winkler" if kind == "foundation" else "hertz-line")
     joint = source["joints"]["crank-rod"]
     joint["contact"] |= WORN_IN[kind]
@@ -84,13 +84,13 @@ def worn_in_profiles() -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def apart(first: np.ndarray, second: np.ndarray) -> tuple[float, float]:
-    """Return how far two profiles of the same volume are apart, over their mean: rms, and at most."""
+    """Return the difference of two profiles of the same volume, over their mean: rms, and largest."""
     difference = first / first.mean() - second / second.mean()
     return float(np.sqrt(np.mean(difference**2))), float(np.abs(difference).max())
 
 
 def in_space(tilt: float) -> dict[str, Any]:
-    """Return the grid of a slider-crank with a joint in space whose bearing is tilted (rad)."""
+    """Return the grid of a slider-crank with a spatial joint whose bearing is tilted (rad)."""
     contact = {"law": "lankarani-nikravesh", "stiffness": 6.61e10, "exponent": 1.5, "restitution": 0.7}
     return {
         "mechanism": {
@@ -123,7 +123,7 @@ def in_space(tilt: float) -> dict[str, Any]:
 
 
 def run(source: dict[str, Any]) -> Trajectory:
-    """Return the run of a grid.  Raises RuntimeError where it fails."""
+    """Return the run of a grid.  Raise RuntimeError if it fails."""
     trajectory = simulate(load_case(source))
     if trajectory.status != "ok":
         raise RuntimeError(f"a worn joint did not run: {trajectory.message}")
@@ -131,7 +131,7 @@ def run(source: dict[str, Any]) -> Trajectory:
 
 
 def deepest(trajectory: Trajectory) -> float:
-    """Return where along the bearing it is worn deepest: 0 in the middle, 1 in the strip at an edge."""
+    """Return the axial place of the deepest wear of the bearing: 0 in the middle, 1 in the strip at an edge."""
     depth = trajectory.wear["crank_rod"][0].max(axis=0)
     middle = 0.5 * (len(depth) - 1)
     return float(abs(int(np.argmax(depth)) - middle) / middle)

@@ -1,1 +1,1 @@
-"""Wear laws and the pressures they act on, one block a law; how the wear of a step is entered."""
+"""Wear laws and contact pressures, one block per law; accumulation of the wear of a step."""

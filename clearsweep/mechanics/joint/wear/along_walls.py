@@ -1,14 +1,14 @@
-"""The strips along which the walls of a joint in space bear, and how the load lies along them.
+"""Contact strips along the walls of a spatial joint, and the distribution of the load along them.
 
-A contact of a wall is where the surfaces come deepest; from there the surfaces stay together over a strip that runs
-inwards, over half of the length on which journal and bore overlap at most.  Its depth falls in proportion to the way:
+A wall contact is at the deepest point of the surfaces.  From there the surfaces touch over a strip that extends
+inwards, over at most half of the length on which journal and bore overlap.  Its depth decreases linearly:
 
     depth(z) = depth - lean z,    0 <= z <= reach.
 
-Where walls are spread, the load per length is the elastic force at this depth, as in the motion, and the strip of an
-end that is apart bears, too, where the pressed length goes beyond the middle.  Where walls bear at the ends, the load
-is spread along the strip like the depth, as on an elastic foundation (Johnson 1985, Contact Mechanics, section 4.3).
-So a parallel journal bears evenly and a tilted one on its edge.
+For spread walls, the load per length is the elastic force at this depth, as in the equations of motion.  The strip of
+an end that is apart also carries load where the pressed length extends beyond the middle.  For walls that carry load at
+their ends, the load along the strip is proportional to the depth, as on an elastic foundation (Johnson 1985, Contact
+Mechanics, section 4.3).  So a parallel journal is loaded evenly and a tilted one at its edge.
 """
 
 import math
@@ -26,15 +26,15 @@ from ..spatial.strips import mean_elastic, pressed_between
 
 
 class Slope(NamedTuple):
-    """How the depth falls along a strip, from the deepest point of the surfaces on."""
+    """Depth along a strip, from the deepest point of the surfaces."""
 
-    reach: float  # m, how far it can go
-    lean: float  # 1, by which its depth falls per way
+    reach: float  # m, largest length of the strip
+    lean: float  # 1, decrease of depth per length
 
 
 @kernel
 def pressed_ways(strip, depth):
-    """Return from where to where (m) a strip is pressed, `depth` (m) deep at its begin; nowhere: from 0 to 0."""
+    """Return (begin, end) (m) of the pressed part of a strip `depth` (m) deep at its begin; (0, 0) without contact."""
     part = pressed_between((depth, depth - strip.lean * strip.reach))
     return strip.reach * part.first, strip.reach * (part.first + part.length)
 
@@ -48,7 +48,7 @@ def depth_before(strip, depth, way):
 
 @kernel
 def share_of(strip, depth, low, high):
-    """Return the share of the load between two ways (m) along a strip; where that is a point, all is at its begin."""
+    """Return the share of the load between two places (m) along a strip; for a point, all of it is at the begin."""
     total = depth_before(strip, depth, strip.reach)
     if total <= 0.0:
         return 1.0 if low <= 0.0 else 0.0
@@ -57,7 +57,7 @@ def share_of(strip, depth, low, high):
 
 @family
 def depth_at_end(walls, depth):
-    """Return the depth (m) at the begin of a strip by that which is seen of its contact."""
+    """Return the depth (m) at the begin of a strip from the depth of its contact."""
 
 
 @depth_at_end.member(EndContacts)
@@ -72,7 +72,7 @@ def _depth_at_end_spread(walls, depth):
 
 @family
 def load_share(walls, joint, strip, depth, ways):
-    """Return the share of a strip's load between two ways (m)."""
+    """Return the share of a strip's load between two places (m)."""
 
 
 @load_share.member(EndContacts)
@@ -91,23 +91,23 @@ def _load_share_spread(walls, joint, strip, depth, ways):
 
 @kernel
 def _borne(joint, strip, depth, low, high):
-    """Return the integral (N m) of the elastic force, as if of the whole joint, between two ways (m) along a strip."""
+    """Return the integral (N m) of the elastic force of the whole joint between two places (m) along a strip."""
     ends = depth - strip.lean * low, depth - strip.lean * high
     return (high - low) * mean_elastic(joint.elastic, joint.walls.rule, ends)
 
 
 class Loads(NamedTuple):
-    """How the load of a strip lies along it."""
+    """Distribution of the load along a strip."""
 
-    even: float  # N/m, over the length that bears
+    even: float  # N/m, over the loaded length
     depth: float  # m, mean over that length
-    most: float  # N/m, where it is deepest
+    most: float  # N/m, at the deepest place
     deepest: float  # m
 
 
 @family
 def loads_along(walls, joint, strip, depth, load):
-    """Return the Loads of a strip that bears a load (N); of no length where it bears none, all of it 0."""
+    """Return the Loads of a strip that carries a load (N); all are 0 without load."""
 
 
 @loads_along.member(EndContacts)
@@ -131,13 +131,13 @@ def _loads_along_spread(walls, joint, strip, depth, load):
 
 @kernel
 def max_depth(strip, depth):
-    """Return the largest depth (m) along a strip; below 0 it bears nowhere."""
+    """Return the largest depth (m) along a strip; negative without contact."""
     return max(depth, depth - strip.lean * strip.reach)
 
 
 @family
 def bears(walls, step, j, wall):
-    """Return whether the strip of one of two walls bears in a step.Step, `j` being the contact of the first one."""
+    """Return whether the strip of one of two walls carries load in a step.Step; `j` : contact of the first wall."""
 
 
 @bears.member(EndContacts)
@@ -159,17 +159,17 @@ def _bears_spread(walls, step, j, wall):
 
 
 class Placed(NamedTuple):
-    """How a strip lies."""
+    """Position of a strip."""
 
-    lean: float  # 1, by which its depth falls per way
-    on_bearing: float  # m, where it begins, along the bearing from its middle
+    lean: float  # 1, decrease of depth per length
+    on_bearing: float  # m, its begin along the bearing, from the middle of the bearing
     on_journal: float  # m, along the journal
     facing: float  # 1 where both axes point the same way, else -1
 
 
 @family
 def placed(ends, joint, gap, point, end):
-    """Return how the strip of the wall contact at one of the ENDS is Placed, whose deepest Point is known."""
+    """Return the Placed of the strip of the wall contact at one of the ENDS, from its deepest Point."""
 
 
 @placed.member(InBore)

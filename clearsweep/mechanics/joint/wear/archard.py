@@ -1,4 +1,5 @@
-"""Wear that grows with what rubs: with pressure and sliding, with the work of friction, and less once it has run in."""
+"""Wear proportional to pressure and sliding distance, or to the work of friction, and its decrease during
+running-in."""
 
 import math
 from typing import NamedTuple
@@ -27,7 +28,7 @@ def _wear_rate_archard(law, rubbing):
 
 
 class Energy(NamedTuple):
-    """dh = alpha tau |v| dt, the friction's work spread like the pressure."""
+    """dh = alpha tau |v| dt, with the work of friction distributed like the pressure."""
 
     bearing_coefficient: float  # m^3/J
     journal_coefficient: float  # m^3/J
@@ -43,7 +44,7 @@ def _wear_rate_energy(law, rubbing):
 
 
 class RunningIn(NamedTuple):
-    """k = steady + (initial - steady) exp(-s / distance), s the way slid in contact."""
+    """k = steady + (initial - steady) exp(-s / distance), s the sliding distance in contact."""
 
     law: tuple  # with coefficients of 1
     bearing: tuple  # steady, initial: m^2/N or m^3/J
@@ -67,7 +68,7 @@ def _wear_rate_running_in(law, rubbing):
 
 
 def _make(form, joint: Joint):
-    """Return the wear law `form` of a joint, or that of its running in."""
+    """Return the wear law `form` of a joint, or its running-in law."""
     wear = joint.wear
     pressure, bins = compiled_term("pressure", wear.pressure, joint), float(min(wear.bins, FINEST))
     rest = bins, joint.length, pressure, wear.values.get("pv_limit", math.inf)

@@ -1,11 +1,11 @@
-"""A contact arc over a step: it grows, shrinks and travels, and leaves wear in the bins of a body.
+"""A contact arc over a step: it grows, shrinks and travels, and adds wear to the bins of a body.
 
-The load of the arc that lies before the edge of a bin is integrated over the step for every edge that the arc meets.
-What a bin is worn by is the difference between its edges, so it is the mean over the bin whatever its width.  An edge
-that an end of the arc passes has its integral cut there, as the pressure is not smooth at the ends of the arc.
+The load of the arc before the edge of a bin is integrated over the step for every edge that the arc meets.  The wear of
+a bin is the difference between its edges, hence the mean over the bin whatever its width.  The integral of an edge that
+an end of the arc passes is split there, as the pressure is not smooth at the ends of the arc.
 
-All that is known at the points of a step lies in one array, point by point: they are worked on at once, each in a
-lane of a register.
+The values at the points of a step are in one array, point by point, and are processed together, each in a lane of a
+register.
 """
 
 import math
@@ -27,8 +27,8 @@ from .contract import (
     wear_rate,
 )
 
-DEGREE = 6  # of the polynomials over the share of the step, as many as its stages give
-POINTS = 8  # as many as vectors hold, and enough for the DEGREE
+DEGREE = 6  # of the polynomials over the share of the step, as many as its stages determine
+POINTS = 8  # vector width, and sufficient for the DEGREE
 ON_BEARING, ON_JOURNAL, DEEPEST, WAY, ROWS = range(COURSES, COURSES + 5)  # after the courses: angles, depth, way slid
 #: Rows of a body's room, each of POINTS numbers: what is known at the points, angles of both ends of the arc among it,
 #: and one over its half;
@@ -38,12 +38,12 @@ AREA, HALF, PER_HALF, MIDDLE, START, STOP, RATE, COURSE, HALF_COURSE = range(9)
 #: at which it passes edges; what is worn before edges; terms of sums.
 END, PER_WAY, END_COURSE, END_SLOPE, PASSING, WORN, TERM = range(9, 16)
 BODY = (TERM + 2) * POINTS
-FIRST = ROWS * POINTS  # of the room of the bearing
-ROOM = FIRST + 2 * BODY  # the coefficients over the share of the step, then the room of bearing and journal
+FIRST = ROWS * POINTS  # offset of the workspace of the bearing
+ROOM = FIRST + 2 * BODY  # the coefficients over the share of the step, then the workspaces of bearing and journal
 
 
 def _lobatto(count):
-    """Return places from -1 to 1, both included, and weights of the Lobatto rule of so many points."""
+    """Return `count` places from -1 to 1, both included, and the weights of their Lobatto rule."""
     last = np.polynomial.legendre.Legendre.basis(count - 1)
     places = np.concatenate([[-1.0], np.sort(last.deriv().roots().real), [1.0]])
     return places, 2.0 / (count * (count - 1) * last(places) ** 2)
@@ -51,22 +51,22 @@ def _lobatto(count):
 
 PLACES, WEIGHTS = _lobatto(POINTS)
 PER_WEIGHT, EVENLY = 1.0 / WEIGHTS, np.ones(POINTS)
-#: (PARTS + 1, POINTS): what gives the coefficients over the share of the step from values at even places of it.
+#: (PARTS + 1, POINTS): from values at equidistant places of the step to the coefficients over its share.
 FIT = np.zeros((PARTS + 1, POINTS))
 FIT[:, : DEGREE + 1] = np.linalg.pinv(np.vander(np.arange(PARTS + 1) / PARTS, DEGREE + 1, increasing=True)).T
-PAIRS = POINTS // 2  # of points as far from the middle
+PAIRS = POINTS // 2  # of points symmetric to the middle
 _FROM_POINTS = np.linalg.inv(np.vander(PLACES, increasing=True))
-#: (PAIRS, POINTS): what gives even and odd coefficients over the place from sums and differences of pairs' values.
+#: (PAIRS, POINTS): from sums and differences of pairs' values to even and odd coefficients over the place.
 EVEN, ODD = np.zeros((2, PAIRS, POINTS))
 EVEN[:, ::2], ODD[:, 1::2] = _FROM_POINTS[::2, PAIRS:].T, _FROM_POINTS[1::2, PAIRS:].T
 #: Nodes and weights of Gauss's rule on 0 to 1 after x = u^2 (3 - 2 u), in which the load is smooth at the ends of the
-#: arc, where it goes with x^(3/2).
+#: arc, where it varies as x^(3/2).
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
 _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 SOFT_NODES, SOFT_WEIGHTS = _NODES**2 * (3.0 - 2.0 * _NODES), 6.0 * _NODES * (1.0 - _NODES) * _WEIGHTS
-SEVERAL = 2  # edges that one end passes: from so many on they are worked on together
+SEVERAL = 2  # edges that one end passes: from this number on they are processed together
 FAINT = 1e-300  # rad, for an arc without width
-#: Of each point: its way from the one before; the power of which it is the coefficient, one higher; its number.
+#: Of each point: its distance from the one before; one plus the power of its coefficient; its number.
 WAYS, TIMES, NUMBERS = np.diff(PLACES, prepend=-1.0), np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 0.0]), np.arange(8.0)
 
 
@@ -81,7 +81,7 @@ def value(workspace, row, x):
 
 @inlined
 def summed(workspace, row):
-    """Return the sum of a row, in an order that leaves few additions to wait for each other."""
+    """Return the sum of a row, in an order with few dependent additions."""
     a = workspace[row * POINTS] + workspace[row * POINTS + 1]
     b = workspace[row * POINTS + 2] + workspace[row * POINTS + 3]
     c = workspace[row * POINTS + 4] + workspace[row * POINTS + 5]
@@ -91,13 +91,13 @@ def summed(workspace, row):
 
 @inlined
 def clearance_at(joint, workspace, x):
-    """Return that difference (m) at the share `x` of the step."""
+    """Return the difference (m) of the radii of curvature at the share `x` (0 to 1) of the step."""
     return local_clearance(joint, value(workspace, ON_BEARING, x), value(workspace, ON_JOURNAL, x))
 
 
 @inlined
 def rubbing_of(joint, values, slid, clearance):
-    """Return the Rubbing of a joint from what its courses, in their order, are at a moment, and as a Rubbing has it."""
+    """Return the Rubbing of a joint from its profiles' values at one time, in the order of the profiles."""
     (load, _, slip, depth, work), pressure = values, joint.wear.pressure
     load, slip, work = max(load, 0.0), abs(slip), max(work, 0.0)
     rubbing = Rubbing(load, depth, slip, work, slid, 0.0, clearance)
@@ -107,7 +107,7 @@ def rubbing_of(joint, values, slid, clearance):
 
 @inlined
 def rubbing_at(joint, workspace, x):
-    """Return the Rubbing of a joint at the share `x` of the step."""
+    """Return the Rubbing of a joint at the share `x` (0 to 1) of the step."""
     load, depth, slip = value(workspace, FORCE, x), value(workspace, DEPTH_COURSE, x), value(workspace, SLIP_COURSE, x)
     slid = workspace[WAY * POINTS] + workspace[WAY * POINTS + 1] * x
     values = load, 0.0, slip, depth, value(workspace, RUBBED_COURSE, x)
@@ -116,7 +116,7 @@ def rubbing_at(joint, workspace, x):
 
 @inlined
 def _see_body(workspace, first, i, area, angle, half):
-    """Put what a body, whose room begins at `first`, sees at a point into `workspace`."""
+    """Write the arc of a body at a point to `workspace`, whose part for the body begins at `first`."""
     half = max(half, FAINT)
     workspace[first + AREA * POINTS + i], workspace[first + MIDDLE * POINTS + i] = area, angle
     workspace[first + HALF * POINTS + i], workspace[first + PER_HALF * POINTS + i] = half, 1.0 / half
@@ -125,7 +125,7 @@ def _see_body(workspace, first, i, area, angle, half):
 
 @kernel
 def see_points(joint, workspace, length, low, high):
-    """Put where the arc lies and what it wears off (m rad) at the points between two shares of a step into `workspace`.
+    """Write the place of the arc and its wear (m rad) at the points between two shares of a step to `workspace`.
 
     length : of the step, in the unit of kappa.
     """
@@ -144,7 +144,7 @@ def see_points(joint, workspace, length, low, high):
 
 @inlined
 def reach_of(workspace, row):
-    """Return the least and the largest of a row, compared in pairs, so that few wait for each other."""
+    """Return the least and the largest value of a row, compared in pairs for few dependent operations."""
     low = [min(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
     high = [max(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
     least, largest = min(low[0], low[1]), max(high[0], high[1])
@@ -153,7 +153,7 @@ def reach_of(workspace, row):
 
 @inlined
 def fit(workspace, row, values, weights):
-    """Put the coefficients over the place of the polynomial through a row over `weights` into the row `values`."""
+    """Write the coefficients over the place of the polynomial through a row over `weights` to the row `values`."""
     for i in abreast(POINTS):
         total = 0.0
         for k in range(PAIRS):
@@ -165,7 +165,7 @@ def fit(workspace, row, values, weights):
 
 @kernel
 def fit_points(workspace):
-    """Put the coefficients of what is worn off per place, of the arc's middle and half into `workspace`."""
+    """Write the coefficients of the wear per place, of the arc's middle and of its half-angle to `workspace`."""
     fit(workspace, AREA, RATE, PER_WEIGHT)
     fit(workspace, MIDDLE, COURSE, EVENLY)
     fit(workspace, HALF, HALF_COURSE, EVENLY)
@@ -173,7 +173,7 @@ def fit_points(workspace):
 
 @kernel
 def within(joint, workspace, edge, width):
-    """Put what the arc wears before edges, `width` (rad) apart, that it has at all points, into WORN."""
+    """Write the wear before edges, `width` (rad) apart, that are within the arc at all points, to WORN."""
     for k in abreast(POINTS):
         angle, total = edge + NUMBERS[k] * width, 0.0
         for i in range(POINTS):
@@ -184,7 +184,7 @@ def within(joint, workspace, edge, width):
 
 @inlined
 def steady(workspace, row):
-    """Return whether a row grows, or falls, throughout."""
+    """Return whether a row is monotonic."""
     grows = 0
     for i in range(1, POINTS):
         grows += workspace[row * POINTS + i] > workspace[row * POINTS + i - 1]
@@ -193,21 +193,21 @@ def steady(workspace, row):
 
 @kernel
 def find_passing(workspace, end, edge, width):
-    """Put the places at which an end (-1, 1) of the arc passes edges, `width` (rad) apart, into PASSING.
+    """Write the places at which an end (-1, 1) of the arc passes edges, `width` (rad) apart, to PASSING.
 
-    That end moves one way only.  Linear between the points, then a step of Newton's method: what is left of the error
-    counts by its square at most, as the load begins with nothing.
+    The end moves in one direction only.  The place is interpolated linearly and corrected by one Newton step.  The
+    remaining error enters squared at most, as the load is zero at the ends.
     """
     row = START if end < 0.0 else STOP
     for i in abreast(POINTS):
-        before = workspace[row * POINTS + i - 1]  # of the first point what is before its row, which no one reads
+        before = workspace[row * POINTS + i - 1]  # before the first point is the previous row, which is not used
         way = workspace[row * POINTS + i] - before
         workspace[END * POINTS + i] = before
         workspace[PER_WAY * POINTS + i] = where(way != 0.0, WAYS[i] / where(way != 0.0, way, 1.0), 0.0)
         workspace[END_COURSE * POINTS + i] = workspace[COURSE * POINTS + i] + end * workspace[HALF_COURSE * POINTS + i]
     for i in abreast(POINTS):
         workspace[END_SLOPE * POINTS + i] = TIMES[i] * workspace[END_COURSE * POINTS + i + 1]
-    workspace[END_SLOPE * POINTS + POINTS - 1] = 0.0  # behind the last coefficient is anything
+    workspace[END_SLOPE * POINTS + POINTS - 1] = 0.0  # the value after the last coefficient is undefined
     for k in abreast(POINTS):
         angle, x = edge + NUMBERS[k] * width, PLACES[0]
         for i in range(1, POINTS):
@@ -220,13 +220,13 @@ def find_passing(workspace, end, edge, width):
 
 @kernel
 def crossed(joint, workspace, end, edge, width):
-    """Put what the arc wears before edges, `width` (rad) apart, that an end (-1, 1) of it has passed, into WORN.
+    """Write the wear before edges, `width` (rad) apart, that an end (-1, 1) of the arc has passed, to WORN.
 
-    Their places are in PASSING.  That end moves one way only, and the other does not meet these edges.
+    Their places are in PASSING.  The end moves in one direction only, and the other end does not meet these edges.
     """
     row, pressure = START if end < 0.0 else STOP, joint.wear.pressure
     rises = workspace[row * POINTS + POINTS - 1] > workspace[row * POINTS]
-    far = -1.0 if rises == (end < 0.0) else 1.0  # where the edge lies within the arc, from the passing on
+    far = -1.0 if rises == (end < 0.0) else 1.0  # where the edge is within the arc, from the passage on
     all_of_it = summed(workspace, AREA) if end > 0.0 else 0.0
     for k in abreast(POINTS):
         swept, angle, total = workspace[PASSING * POINTS + k], edge + NUMBERS[k] * width, 0.0
@@ -259,7 +259,8 @@ def end_passes(workspace, edge, end, i):
 
 @kernel
 def piece(joint, workspace, edge, side, span):
-    """Return what the arc wears before `edge` between two places, a `span`, in which the edge stays on one side.
+    """Return the wear before `edge` between two places, a `span`, in which the edge stays on one side of the arc's
+    ends.
 
     side : -1 before the arc, 1 behind it, 0 in it.
     """
@@ -276,7 +277,7 @@ def piece(joint, workspace, edge, side, span):
 
 @inlined
 def side_of(workspace, edge, i):
-    """Return -1 where an `edge` (rad) lies before the arc of point `i`, 1 behind it, 0 in it."""
+    """Return -1 if an `edge` (rad) is before the arc of point `i`, 1 if behind it, 0 if in it."""
     if edge <= workspace[START * POINTS + i]:
         return -1
     return 1 if edge >= workspace[STOP * POINTS + i] else 0
@@ -284,7 +285,7 @@ def side_of(workspace, edge, i):
 
 @kernel
 def passed(joint, workspace, edge):
-    """Return what the arc wears before an `edge` (rad) that its ends pass, m rad."""
+    """Return the wear (m rad) before an `edge` (rad) that the arc's ends pass."""
     total, low, side = 0.0, PLACES[0], side_of(workspace, edge, 0)
     for i in range(1, POINTS):
         now = side_of(workspace, edge, i)
@@ -297,7 +298,7 @@ def passed(joint, workspace, edge):
 
 
 class Edges(NamedTuple):
-    """Numbers of the last edges of a kind: passed by the start, near it, well within the arc, near its stop."""
+    """Numbers of the last edges of a kind: passed at the start, near it, well within the arc, near its stop."""
 
     start: int
     near_start: int
@@ -307,7 +308,7 @@ class Edges(NamedTuple):
 
 @kernel
 def edges_of(pressure, workspace, width):
-    """Return numbers of edges: the last before the arc, Edges, the last that the arc meets; `width` (rad) apart."""
+    """Return the number of the last edge before the arc, Edges, and the last edge met; `width` (rad) apart."""
     (first, start), (stop, last) = reach_of(workspace, START), reach_of(workspace, STOP)
     near = 1.0 - smooth_within(pressure)
     for i in abreast(POINTS):
@@ -322,9 +323,10 @@ def edges_of(pressure, workspace, width):
 
 @kernel
 def worn_before(joint, workspace, edge, edges, last):
-    """Put what the arc wears before an edge and some that follow, up to the `last`, into WORN; return how many.
+    """Write the wear before an edge and those that follow, up to `last`, to WORN; return their number.
 
-    edges : Edges and their distance (rad).  Where the ends turn or meet the same edges, each is worked on alone.
+    edges : Edges and their distance (rad).  Where the ends reverse or meet the same edges, each edge is processed
+    alone.
     """
     kinds, width = edges
     angle = edge * width
@@ -345,7 +347,7 @@ def worn_before(joint, workspace, edge, edges, last):
 
 @kernel
 def enter_part(joint, workspace, bins):
-    """Enter what the arc wears off a body, by the room of which the points are known."""
+    """Add the wear of the arc to a body, from the points in its workspace."""
     total = summed(workspace, AREA)
     if total <= 0.0:
         return
@@ -375,10 +377,10 @@ def _default_enter_span(joint, workspace, length, span, bins):
 
 @kernel
 def enter_wear(joint, workspace, values, length, bins):
-    """Enter what bearing and journal are worn by over a step of this length, in the unit of kappa.
+    """Add the wear of bearing and journal over a step of `length`, in the unit of kappa.
 
-    room : (ROOM,) with the coefficients over the share of the step; course : (COURSES, PARTS + 1), of which the sliding
-    speed is read; bins : of both bodies.
+    workspace : (ROOM,) with the coefficients over the share of the step; values : (COURSES, PARTS + 1), from which the
+    sliding speed is read; bins : of both bodies.
     """
     low = 0.0
     for i in turns(PARTS + 1):
@@ -387,6 +389,6 @@ def enter_wear(joint, workspace, values, length, bins):
             a, b = values[SLIP_COURSE, i], values[SLIP_COURSE, i + 1]
             if a * b >= 0.0:
                 continue
-            high = (i + a / (a - b)) / PARTS  # where the sliding turns, its speed has a kink
+            high = (i + a / (a - b)) / PARTS  # where sliding reverses, its speed has a kink
         enter_span(joint, workspace, length, (low, high), bins)
         low = high

@@ -1,8 +1,8 @@
-"""Persson's pressure between a journal and a bearing of like materials, whatever the arc over which they touch.
+"""Persson's pressure between a journal and a bearing of like materials, for any contact arc.
 
-The theory gives the pressure over an arc in closed form, and the load that belongs to the arc.  What is asked for here
-are the arc at a load, sums of the pressure over the arc and over parts of it: smooth functions that no closed form has,
-so polynomials through their values represent them, each good to what is said of it.
+The theory gives the pressure over an arc, and the load of that arc, in closed form.  Wear needs the arc at a load and
+integrals of the pressure over the arc and over parts of it.  These are smooth functions without a closed form, so they
+are represented by polynomials through their values, with the stated accuracy.
 """
 
 import math
@@ -19,7 +19,7 @@ from .contract import half_arc, peak_over_mean, share_before, smooth_within, sum
 from .pressure import MODULUS, modulus_of
 
 LIMIT = 2.0 * math.atan(math.sqrt(WIDEST))  # rad: half of the arc at an infinite load
-HALFWAY = 2.0  # E* c: the load at which `_arc` is asked for half way; with it the fit is the closest
+HALFWAY = 2.0  # E* c: load mapped to half of the interval of `_arc`, chosen for the closest fit
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(40)
 
 
@@ -30,9 +30,9 @@ class Persson(NamedTuple):
 
 
 def pressure_over_load(angle, half):
-    """Return p R / f at `angle` (rad) from the middle of an arc of `half` its angle.
+    """Return p R / f at `angle` (rad) from the middle of an arc of half-angle `half` (rad).
 
-    Ciavarella & Decuzzi 2001, with b = tan(half / 2), y = tan(angle / 2); its scale from the balance of forces.
+    Ciavarella & Decuzzi 2001, with b = tan(half / 2), y = tan(angle / 2); the scale follows from the balance of forces.
     """
     b2, y2 = np.tan(0.5 * half) ** 2, np.tan(0.5 * angle) ** 2
     root, whole = np.sqrt(np.maximum(b2 - y2, 0.0)), np.sqrt(1.0 + b2)
@@ -40,7 +40,7 @@ def pressure_over_load(angle, half):
 
 
 def _beyond(x, half):
-    """Return the integral of p R / f over the arc beyond `x` of it: Gauss's rule over arcsin of the place."""
+    """Return the integral of p R / f over the arc beyond `x` (-1 to 1): Gauss's rule over arcsin of the place."""
     low, quarter = np.arcsin(x), 0.5 * math.pi
     t = low + 0.5 * (quarter - low) * (_NODES + 1.0)
     values = pressure_over_load(half * np.sin(t), half) * half * np.cos(t)
@@ -48,7 +48,7 @@ def _beyond(x, half):
 
 
 def _widths(values):
-    """Return a function of an array of squares of half an arc, in those of LIMIT, from a function of one half arc."""
+    """Return a function of squared half-angles (array, in units of LIMIT squared) from a function of one half-angle."""
     return lambda squares: np.array([values(LIMIT * math.sqrt(max(square, 1e-9))) for square in squares])
 
 
@@ -58,13 +58,13 @@ def _powers(function, degree):
 
 
 def _arc(z):
-    """Return half the arc over the root of z at a load q of z = q / (q + HALFWAY), in units of E* c."""
+    """Return the half-angle (rad) over the root of z at a load q, in units of E* c, with z = q / (q + HALFWAY)."""
     z = np.clip(z, 1e-12, 1.0 - 1e-12)
     return load_arc(HALFWAY * z / (1.0 - z)) / np.sqrt(z)
 
 
 def _shares(rests, squares):
-    """Return the shares of the pressure beyond 1 - rest over rest^(3/2), at all pairs with squares of half an arc."""
+    """Return the shares of the pressure beyond 1 - rest over rest^(3/2), at all pairs with squared half-angles."""
     halves = LIMIT * np.sqrt(squares)
     return np.array(
         [[_beyond(1.0 - rest, half) / (2.0 * _beyond(0.0, half)) / rest**1.5 for half in halves] for rest in rests]
@@ -72,14 +72,14 @@ def _shares(rests, squares):
 
 
 def _share_powers(degree, widths):
-    """Return the coefficients of the shares, by powers of the rest and of the square of half the arc."""
+    """Return the coefficients of the shares, by powers of the rest and of the squared half-angle."""
     rest, square = (0.5 + 0.5 * chebyshev.chebpts1(count + 1) for count in (degree, widths))
     rows, columns = (np.vander(points, increasing=True) for points in (rest, square))
     return np.ascontiguousarray(np.linalg.solve(columns, np.linalg.solve(rows, _shares(rest, square)).T).T)
 
 
 ARC = _powers(_arc, 14)  # by powers of z, to 2e-11
-SUM = _powers(_widths(lambda half: 2.0 * _beyond(0.0, half)), 8)  # by powers of the square of half the arc, to 1e-13
+SUM = _powers(_widths(lambda half: 2.0 * _beyond(0.0, half)), 8)  # by powers of the squared half-angle, to 1e-13
 PEAK = _powers(_widths(lambda half: pressure_over_load(0.0, half) * half / _beyond(0.0, half)), 10)  # to 2e-12
 SHARE = _share_powers(8, 7)  # (9, 8), to 1e-9
 
@@ -106,7 +106,7 @@ def _share_before_persson(pressure, x, half):
 
 @smooth_within.member(Persson)
 def _smooth_within_persson(pressure):
-    return 0.95  # at the ends it goes with the power 3/2
+    return 0.95  # at the ends it varies as the power 3/2
 
 
 @sum_over_load.member(Persson)

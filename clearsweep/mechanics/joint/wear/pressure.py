@@ -1,4 +1,4 @@
-"""How the load of a contact is spread over its arc."""
+"""Distribution of the load of a contact over its arc."""
 
 import math
 from typing import NamedTuple
@@ -17,14 +17,14 @@ from .contract import half_arc, peak_over_mean, share_before, smooth_within, sum
 
 
 class HertzLine(NamedTuple):
-    """A Hertzian line contact: half-width a = sqrt(4 f R / (pi E*)), seen from a body's centre at a over its radius."""
+    """A Hertzian line contact of half-width a = sqrt(4 f R / (pi E*)); its half-angle is a over the body's radius."""
 
     spread: float  # m (N/m)^-0.5, half-width over the root of the line load: sqrt(4 R / (pi E*))
 
 
 @half_arc.member(HertzLine)
 def _half_arc_hertz_line(pressure, joint, radius, rubbing):
-    load = rubbing.line_load * (joint.clearance / rubbing.clearance)  # R goes with the inverse of the clearance
+    load = rubbing.line_load * (joint.clearance / rubbing.clearance)  # R varies as the inverse of the clearance
     return min(pressure.spread * math.sqrt(load) / radius, 0.5 * math.pi)
 
 
@@ -34,7 +34,7 @@ def _beyond(rest):
     return (0.5 - (x * np.sqrt(1.0 - x * x) + np.arcsin(x)) / math.pi) / rest**1.5
 
 
-#: Coefficients of that by powers of `rest`, to 1e-9: no arcsine in what is evaluated most.
+#: Its coefficients by powers of `rest`, to 1e-9: avoids an arcsine in the most frequent evaluation.
 BEYOND = Chebyshev.interpolate(_beyond, 9, domain=(0.0, 1.0)).convert(kind=Polynomial).coef
 
 
@@ -49,7 +49,7 @@ def _share_before_hertz_line(pressure, x, half):
 
 @smooth_within.member(HertzLine)
 def _smooth_within_hertz_line(pressure):
-    return 0.95  # at the ends it goes with the power 3/2
+    return 0.95  # at the ends it varies as the power 3/2
 
 
 @sum_over_load.member(HertzLine)
@@ -62,7 +62,7 @@ def _peak_over_mean_hertz_line(pressure, half):
     return 4.0 / math.pi
 
 
-#: Of pressures that follow from elasticity.
+#: Keys needed by pressures from elasticity.
 MODULUS = Field(
     "pressure_modulus",
     "Pa",
@@ -72,8 +72,8 @@ MODULUS = Field(
 
 
 def modulus_of(joint: Joint) -> float:
-    """Return E* (Pa) by which the pressure in a joint is spread."""
-    assert joint.wear is not None  # asked of joints that wear
+    """Return E* (Pa), which determines the pressure distribution in a joint."""
+    assert joint.wear is not None  # called only for joints with wear
     return joint.wear.values.get("pressure_modulus") or plane_strain_modulus(joint.contact.material)
 
 
@@ -100,11 +100,11 @@ register(
 
 
 def _arctangent(square):
-    """Return the arctangent of a root over that root."""
+    """Return arctan(x) / x, from the square of x."""
     return np.arctan(np.sqrt(square)) / np.sqrt(square)
 
 
-#: Coefficients of that by powers of the square, 0 to 1, to 1e-11: a library's function is called for one number a time.
+#: Its coefficients by powers of the square, 0 to 1, to 1e-11: a library function takes one number per call.
 ARCTANGENT = Chebyshev.interpolate(_arctangent, 14, domain=(0.0, 1.0)).convert(kind=Polynomial).coef
 
 
@@ -113,7 +113,7 @@ class Mean(NamedTuple):
 
 
 class Winkler(NamedTuple):
-    """As deep as rigid circles overlap, over the same arc: p goes with cos phi - cos theta0."""
+    """Proportional to the overlap of rigid circles, over the same arc: p varies as cos phi - cos theta0."""
 
 
 @half_arc.member(Mean)
@@ -190,7 +190,7 @@ def _share_before_winkler(pressure, x, half):
 
 @sum_over_load.member(Winkler)
 def _sum_over_load_winkler(pressure, half):
-    """Return 2 (sin t - t cos t) / (t - sin t cos t), of the balance of forces."""
+    """Return 2 (sin t - t cos t) / (t - sin t cos t), from the balance of forces."""
     return 4.0 * half * half * half * _overlap_before(1.0, half) / arc_excess(2.0 * half) if half > 1e-6 else 1.0
 
 

@@ -1,18 +1,18 @@
-"""The shape that wear leaves of a surface, smooth enough to be touched.
+"""The shape of a worn surface, smooth enough for contact.
 
-What is worn off, h by angle, changes the support function of a surface, the distance of the tangent whose normal has
-that angle: R_b + h of the bearing, R_j - h of the journal.  (Angles of normals and of places differ by h' / R, which is
-left out.)  A surface whose support function is q has the radius of curvature q + q'', so bearing and journal differ by
+The wear depth h by angle changes the support function of a surface, the distance of the tangent whose normal has that
+angle: R_b + h of the bearing, R_j - h of the journal.  (Angles of normals and of places differ by h' / R, which is
+neglected.)  A surface with the support function q has the radius of curvature q + q'', so bearing and journal differ by
 
     c + h + h'',   h = h_bearing + h_journal ,
 
-where they face each other.  While that is above zero they touch at one point: a groove narrower than the journal is one
-into which it does not reach.  The means of the bins are therefore smoothed, by a Gaussian, periodic and so without a
-loss of volume, whose width is WIDTH, about that of a contact arc, or as much more as keeps the difference above a least
-one however the bodies are turned: AT_POINT for a force at one point, whose normal turns the faster the less they
-differ, ON_SPRINGS, where surfaces that have run in fit each other all along.  Where the bins are finer than that, their
-number does not matter.  A cubic spline through PLACES values of what comes out is twice continuously differentiable,
-so forces have a continuous slope.
+where they face each other.  While that is positive they touch at one point; the journal does not reach into a groove
+narrower than itself.  The means of the bins are therefore smoothed by a Gaussian, periodic and so without loss of
+volume.  Its width is WIDTH, about that of a contact arc, or larger, so that the difference exceeds a minimum for any
+rotation of the bodies: AT_POINT for a force at one point, whose normal rotates the faster the smaller the difference,
+ON_SPRINGS where surfaces that have run in conform to each other.  For bins finer than that, their number does not
+matter.  A cubic spline through PLACES values of the result is twice continuously differentiable, so forces have a
+continuous slope.
 """
 
 import math
@@ -33,15 +33,15 @@ PLACES = 256  # of a shape's table, a power of 2
 STEP = 2.0 * math.pi / PLACES  # rad
 PER_STEP = 1.0 / STEP
 #: Numbers of a piece of the table: coefficients of h (m) by powers of the share of the piece, and the integral of h
-#: (m rad) over all pieces before.
+#: (m rad) over all previous pieces.
 CONSTANT, FIRST, SECOND, THIRD, BEFORE, NUMBERS = range(6)
 WIDTH = math.radians(2.0)  # standard deviation of the Gaussian
-WIDER = 1.1  # by how much it grows where that does not do
-AT_POINT, ON_SPRINGS = 0.1, -0.02  # clearances: the least difference of the radii of curvature
+WIDER = 1.1  # factor by which it grows if it is too small
+AT_POINT, ON_SPRINGS = 0.1, -0.02  # clearances: minimum difference of the radii of curvature
 
 
 class Shape(NamedTuple):
-    """What is worn off a body, by the angle in its frame."""
+    """Wear depth of a body, by the angle in its frame."""
 
     table: float  # address of (PLACES, NUMBERS)
     least: float  # m, of h
@@ -49,15 +49,15 @@ class Shape(NamedTuple):
     steepest: float  # m/rad, of |h'|
     bent: float  # m/rad^2, of -h''
     sharpest: float  # m, the least h + h''
-    whole: float  # m rad, integral of h all round
+    whole: float  # m rad, integral of h over the circumference
 
 
 def smoothed(depths: np.ndarray, width: float) -> "CubicSpline":
-    """Return h (m) by angle (rad), a periodic spline, of the mean depths of bins and a Gaussian's `width` (rad)."""
+    """Return the periodic spline h (m) of the angle (rad) from mean depths of bins and a Gaussian's `width` (rad)."""
     from scipy.interpolate import CubicSpline
 
     count = len(depths)
-    m = np.arange(min(count, PLACES) // 2)  # higher ones would be taken for lower ones
+    m = np.arange(min(count, PLACES) // 2)  # higher ones would alias
     means = np.fft.rfft(depths)[: m.size] * np.exp(-1j * math.pi * m / count)  # of the middle of the first bin
     waves = means / np.sinc(m / count) * np.exp(-0.5 * (m * width) ** 2)
     values = np.fft.irfft(waves, PLACES) * (PLACES / count)
@@ -65,7 +65,7 @@ def smoothed(depths: np.ndarray, width: float) -> "CubicSpline":
 
 
 def shapes_of(bearing: np.ndarray, journal: np.ndarray, clearance: float, least: float) -> tuple[Shape, Shape, float]:
-    """Return the shapes of both bodies by the mean depths of their bins (m), and the width (rad) of the Gaussian.
+    """Return the shapes of both bodies from the mean depths of their bins (m), and the width (rad) of the Gaussian.
 
     least : AT_POINT or ON_SPRINGS.
     """
@@ -80,7 +80,7 @@ def shapes_of(bearing: np.ndarray, journal: np.ndarray, clearance: float, least:
 
 
 def shape_of(spline: "CubicSpline") -> Shape:
-    """Return the Shape of a spline through PLACES values round the body."""
+    """Return the Shape of a spline through PLACES values around the body."""
     table = np.empty((PLACES, NUMBERS))
     for power in range(4):
         table[:, power] = spline.c[3 - power] * STEP**power
@@ -101,16 +101,16 @@ def shape_of(spline: "CubicSpline") -> Shape:
 
 @inlined
 def within_piece(place):
-    """Return the share of its piece that lies before a `place`, counted in pieces, and where its numbers begin."""
-    shifted = (place - 0.5) + SHIFT  # rounded to a whole number, which its last bits then hold
+    """Return the share of its piece before a `place`, counted in pieces, and the offset of its numbers."""
+    shifted = (place - 0.5) + SHIFT  # rounded to an integer, which is then in its last bits
     return place - (shifted - SHIFT), (bits_of(shifted) & (PLACES - 1)) * NUMBERS
 
 
 @inlined
 def worn_at(table, angle):
-    """Return h (m) and its first three derivatives at an angle (rad) in the frame of the body, by a Shape's table.
+    """Return h (m) and its first three derivatives at an angle (rad) in the frame of the body, from a Shape's table.
 
-    h and the first derivative have the derivatives that the angle gives them.
+    For automatic differentiation, h and its first derivative carry the slopes of the angle.
     """
     place = plain(angle) * PER_STEP
     x, first = within_piece(place)

@@ -1,8 +1,8 @@
-"""Wear of a joint in space, over angle and length: each wall contact bears along a strip, which is cut into slices.
+"""Wear of a spatial joint over angle and length: the contact strip of each wall is cut into slices.
 
-`along_walls` says where the strips lie and how they bear.  Each slice of a strip is worn as a joint in the plane by its
-share of the load; over a step its share is that of the work, so nothing is lost.  The bins of each body are on its
-own axis, round its own x axis.  What lies beyond a body's end is entered at its end.
+`along_walls` gives the position and load of the strips.  Each slice wears like a planar joint under its share of the
+load; over a step its share is that of the work, so the total is conserved.  The bins of each body are along its own
+axis, around its own x axis.  Wear beyond a body's end is added at its end.
 """
 
 import math
@@ -56,8 +56,8 @@ from .step import (
     without_leaps,
 )
 
-ALIKE = 0.2  # of the largest load per length: slices whose loads differ by less are worn together, arcs of one width
-NEAR = 1e-9  # of a bin's length: closer to its edge a slice ends there
+ALIKE = 0.2  # of the largest load per length: slices with smaller differences share one arc width
+NEAR = 1e-9  # of a bin's length: a slice that comes closer to its edge ends there
 _QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
 _POWERS = np.linalg.inv(np.vander(_QUARTERS, increasing=True))
 #: (PARTS + 1, BETWEEN + 2): values at even places of a step from those at its quarters.
@@ -150,7 +150,7 @@ def slice_of(joint, strips, low, high):
 
 @kernel
 def note_edges(joint, step, strips, account):
-    """Enter how hard a wall contact is pressed, and how fast it is rubbed, at even places of the step."""
+    """Record pressure and pressure times sliding speed of a wall contact at equidistant places of the step."""
     law, step_values = joint.wear, strips.step_values
     for i in turns(PARTS + 1):
         strip, deep = _strip_at(joint, strips, i)
@@ -178,19 +178,19 @@ def _half(joint, rubbing: Rubbing):
 
 
 class Lies(NamedTuple):
-    """Where a slice lies on a body."""
+    """Position of a slice on a body."""
 
     begin: float  # m, from the body's middle
-    end: float  # m, beyond it
+    end: float  # m, its end
     half: float  # m, half the body's length
     rows: int  # bins along it
 
 
 @kernel
 def enter_along(depths, factor, bins, lies):
-    """Add `depths` (m) round a body, times a factor, to its bins over angle and length.
+    """Add `depths` (m) around a body, times a factor, to its bins over angle and length.
 
-    lies : where on the body they are; each bin is the mean over its length.
+    lies : position on the body; each bin is the mean over its length.
     """
     per_length = lies.rows / (2.0 * lies.half)
     first, last = _in_bins(lies.begin, lies.half, per_length), _in_bins(lies.end, lies.half, per_length)
@@ -212,7 +212,7 @@ def _in_bins(at, half, per_length):
 
 @family
 def wear_wall(law, joint, wall, c, shared):
-    """Enter the wear of contact `c`, at one of the walls, of a joint with this wear law; shared : Step and Worn."""
+    """Add the wear of contact `c`, at one of the walls, of a joint with this wear law; shared : Step and Worn."""
 
 
 @wear_wall.member(NoWear)
@@ -222,7 +222,7 @@ def _wear_wall_no_wear(law, joint, wall, c, shared):
 
 @kernel
 def fit_strip(joint, c, step):
-    """Put the courses of the angles of contact `c` into `step.workspace`; return its Strips."""
+    """Write the profiles of the angles of contact `c` to `step.workspace`; return its Strips."""
     seen, at, strips = step.axial[c], step.strip, Strips(0.0, step.strip, step.step_values[c])
     for body in range(2):
         angles = step.places[c, body]
@@ -248,7 +248,7 @@ def fit_strip(joint, c, step):
 
 @kernel
 def fit_depth(strips, workspace, share):
-    """Put the coefficients of the strip's largest depth, times a share of it, into `workspace`."""
+    """Write the coefficients of the strip's largest depth, times a share of it, to `workspace`."""
     for i in turns(POINTS):
         total = 0.0
         for k in turns(PARTS + 1):
@@ -258,7 +258,7 @@ def fit_depth(strips, workspace, share):
 
 @kernel
 def put_slices(joint, strips, step):
-    """Put the Slices of a strip into `step.scratch`, behind the bins; return the largest load per length (1/m)."""
+    """Write the Slices of a strip to `step.scratch`, after the bins; return the largest load per length (1/m)."""
     rows = int(joint.wear_rows)
     first, long, largest = 2 * step.scratch.size // 3, 2.0 * strips.reach / rows, 0.0
     for k in range((rows + 1) // 2):
@@ -274,13 +274,13 @@ def put_slices(joint, strips, step):
 
 @kernel
 def slice_at(step, k):
-    """Return Slice `k` of those that were put there."""
+    """Return Slice `k` of the written ones."""
     here = 2 * step.scratch.size // 3 + 4 * k
     return Slice(step.scratch[here], step.scratch[here + 1], step.scratch[here + 2], step.scratch[here + 3])
 
 
 class Group(NamedTuple):
-    """Slices that are worn together, as their loads per length are alike."""
+    """Slices that are processed together, because their loads per length are similar."""
 
     begin: int
     end: int
@@ -289,7 +289,7 @@ class Group(NamedTuple):
 
 @kernel
 def group_from(step, begin, slices, largest):
-    """Return the Group of slices that begins with slice `begin`, of so many in all; largest : as of put_slices."""
+    """Return the Group of slices from slice `begin`, of `slices` in all; largest : result of put_slices."""
     share = cover = depth = load = 0.0
     end = begin
     while end < slices:
@@ -308,7 +308,7 @@ def group_from(step, begin, slices, largest):
 
 @kernel
 def enter_group(joint, end, c, shared, strips, group):
-    """Enter what contact `c` at one of the ENDS wears off a Group of slices of its Strips."""
+    """Add the wear of a Group of slices of the Strips of contact `c` at one of the ENDS."""
     step, worn = shared
     workspace, count, rows, whole = step.workspace, int(joint.wear.bins), int(joint.wear_rows), group.whole
     fit_courses(step, c, whole.cover / whole.share)

@@ -161,7 +161,7 @@ def fit_courses(step, j, length):
 
 @kernel
 def without_leaps(angles):
-    """Take turns off angles (rad) at the quarters of a step, so that there is no leap from one to the next."""
+    """Remove jumps by full turns from angles (rad) at the quarters of a step."""
     turn, taken, before = 2.0 * math.pi, 0.0, angles[0]
     for i in range(1, BETWEEN + 2):
         here = angles[i]
@@ -171,7 +171,7 @@ def without_leaps(angles):
 
 @kernel
 def fit_places(step, j):
-    """Put the coefficients of the courses of where contact `j` is into `step.workspace`."""
+    """Write the coefficients of the profiles of the position of contact `j` to `step.workspace`."""
     workspace, places = step.workspace, step.places[j]
     for i in abreast(POINTS):
         for row in range(WHERE):
@@ -185,9 +185,10 @@ def fit_places(step, j):
 
 @kernel
 def note_way(step, j, account):
-    """Put the way (m) that joint `j` has slid so far into `step.workspace`, even over the step, and add the step's.
+    """Write the sliding distance (m) of joint `j` at equidistant places to `step.workspace`, and add the step's
+    distance.
 
-    Simpson's rule over the course of the sliding speed.
+    Simpson's rule over the profile of the sliding speed.
     """
     workspace, step_values, way = step.workspace, step.step_values[j], 0.0
     for i in turns(PARTS + 1):
@@ -200,7 +201,7 @@ def note_way(step, j, account):
 
 @kernel
 def put_end_slopes(step, j):
-    """Put the slopes of the courses of where contact `j` is at both ends of the step, from the rates there."""
+    """Write the slopes of the profiles of the position of contact `j` at both ends of the step, from their rates."""
     for end, place in ((0, 0), (BETWEEN + 1, PARTS)):
         pace = step.length * step.step_values[j, KAPPA_COURSE, place]
         for row in range(WHERE):
@@ -226,14 +227,14 @@ def _default_pressure_on(joint, step, j, place):
 
 @kernel
 def note_pressure(joint, step, j, account):
-    """Enter how hard the bearing of joint `j` is pressed, and how fast it is rubbed, at even places of the step."""
+    """Record pressure, and pressure times sliding speed, on the bearing of joint `j` at even places of the step."""
     step_values, workspace, means, peaks = (
         step.step_values[j],
         step.workspace,
         FIRST,
         FIRST + 2 * POINTS,
-    )  # where bodies have room later
-    for first in range(2):  # the first places, as many as are worked on at once, then the last
+    )  # in the workspace used by the bodies later
+    for first in range(2):  # the first places, as many as are processed at once, then the last
         for i in abreast(POINTS):
             workspace[means + first + i], workspace[peaks + first + i] = pressure_on(joint, step, j, first + i)
     for i in turns(PARTS + 1):
@@ -255,7 +256,7 @@ def _default_middle_arc(joint, workspace):
 
 @kernel
 def note_arc(joint, step, account, part):
-    """Enter into an account how wide the arc is in the middle of a step, and what it wears off `part` of the length."""
+    """Add the width of the arc in the middle of a step, and its wear over `part` of the length, to an account."""
     width, rubbing = middle_arc(joint, step.workspace)
     bearing, journal = wear_rate(joint.wear, rubbing)
     account[ARCS] += 1.0
@@ -267,7 +268,7 @@ def note_arc(joint, step, account, part):
 
 @family
 def wear_contact(law, joint, j, shared):
-    """Enter the wear of contact `j` of a joint, which has this wear law, over a Step into Worn; shared : both."""
+    """Add the wear of contact `j` of a joint with this wear law, over a Step, to Worn; shared : both."""
 
 
 @wear_contact.member(NoWear)
@@ -293,7 +294,7 @@ def _default_wear_contact(law, joint, j, shared):
 
 @family
 def wear_joint(joint, j, shared):
-    """Enter the wear of a joint, whose first contact is `j`, over a Step into Worn; shared : both."""
+    """Add the wear of a joint, whose first contact is `j`, over a Step, to Worn; shared : both."""
 
 
 @wear_joint.member(None)

@@ -19,14 +19,24 @@ from .cycle import cycle_of
 from .drive import drive_of, driven
 from .equations import function_of
 from .form import AngleAim, Hinge, Planar, PointAim, Slide, Sprung, direction_of, numbered, point_of
-from .ideal import Ideal, ideal_of, masses_of, start_of
+from .ideal import Ideal, ideal_of, key_of, masses_of, start_of
 from .loads import discontinuity_times_of, loads_of
 from .machine_type import kinds_of, machine_type
 from .segments import in_segments
 from .spanning_tree import ANGLE, RUN, Coordinate
 from .stations import Alike, geometry_of
 
-__all__ = ["Alike", "ClosureError", "MobilityError", "build", "channels", "discontinuity_times", "ideal", "ideal_of"]
+__all__ = [
+    "Alike",
+    "ClosureError",
+    "MobilityError",
+    "build",
+    "channels",
+    "discontinuity_times",
+    "ideal",
+    "ideal_of",
+    "key_of",
+]
 
 
 def channels(machine: Machine) -> tuple[Channel, ...]:

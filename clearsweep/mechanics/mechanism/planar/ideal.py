@@ -340,4 +340,18 @@ def _kept(key: bytes, machine: Alike) -> Ideal:
 
 def ideal_of(machine: Machine) -> Ideal:
     """Return the Ideal of a machine; the cases of a sweep share few of them."""
-    return _kept(pickle.dumps(machine), Alike(machine))
+    return _kept(key_of(machine), Alike(machine))
+
+
+def key_of(machine: Machine) -> bytes:
+    """Return a key that equal machines share; a machine is pickled only once."""
+    known = _KEYS.get(id(machine))
+    if known is None:
+        if len(_KEYS) >= MOST_KEYS:
+            _KEYS.clear()
+        known = _KEYS[id(machine)] = machine, pickle.dumps(machine)
+    return known[1]
+
+
+MOST_KEYS = 256
+_KEYS: dict[int, tuple[Machine, bytes]] = {}  # id of a machine, which stays as long as it is in here -> its key

@@ -1,1 +1,1 @@
-"""What is summed up along the steps: time histories, sums, peaks, revolutions."""
+"""Accumulation along the steps: time histories, sums, peaks, revolutions."""

@@ -1,4 +1,4 @@
-"""Where the bodies are within a step."""
+"""Positions of the bodies within a step."""
 
 import numpy as np
 
@@ -12,9 +12,9 @@ PLACES = np.minimum(np.arange(MOMENTS) / (BETWEEN + 1), 1.0)
 
 @kernel
 def look_between(at, between):
-    """Put coordinates, their rates and time at the moments of the step into `between`.
+    """Write coordinates, their rates and the time at the moments of the step to `between`.
 
-    between : (2 coordinates + 1, MOMENTS), from the start to the end of the step by quarters, then the end again.
+    between : (2 coordinates + 1, MOMENTS), at every quarter from the start to the end of the step, then the end again.
     """
     y, end, f = at[0].y, at[0].end, at[0].f
     for i in range(between.shape[0]):

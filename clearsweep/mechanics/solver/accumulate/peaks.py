@@ -1,4 +1,4 @@
-"""Where between the stages of a step an observable is largest."""
+"""Search for the maximum of an observable between the stages of a step."""
 
 from ...compiled.family import kernel
 from ...observe.observables import put_load
@@ -8,7 +8,7 @@ from ..event import evaluate_dense
 
 @kernel
 def highest_node(o, column, sign):
-    """Return the node of the stage at which an observable, times `sign`, is largest."""
+    """Return the node of the stage with the largest value of an observable times `sign`."""
     best = 0
     for m in range(1, NODES.size):
         if sign * o[column, NODES[m]] > sign * o[column, NODES[best]]:
@@ -18,7 +18,7 @@ def highest_node(o, column, sign):
 
 @kernel
 def observable_at(at, x, column):
-    """Return the observable at the share `x` of the step, from the dense output in `work.f`."""
+    """Return the observable at the share `x` (0 to 1) of the step, from the dense output in `work.f`."""
     work = at[0]
     evaluate_dense(at, x)
     for j in range(work.mode.size):
@@ -29,7 +29,7 @@ def observable_at(at, x, column):
 
 @kernel
 def refined_peak(at, column, sign, node):
-    """Return the largest value of the observable, times `sign`, near the stage `node`: successive parabolas."""
+    """Return the largest value of the observable times `sign` near the stage `node`, by successive parabolas."""
     m = min(max(node, 1), NODES.size - 2)
     a, b, c = SHARES[m - 1], SHARES[m], SHARES[m + 1]
     fa = sign * observable_at(at, a, column)
@@ -38,7 +38,7 @@ def refined_peak(at, column, sign, node):
     best = max(fa, fb, fc)
     for _ in range(3):
         bend = (fa - fb) / (a - b) - (fb - fc) / (b - c)
-        if bend * (a - c) >= 0.0:  # not concave: the peak is at an end
+        if bend * (a - c) >= 0.0:  # not concave: the maximum is at an end
             break
         x = 0.5 * (a + b) - 0.5 * (a - c) * (fa - fb) / ((a - b) * bend)
         x = min(max(x, 0.0), 1.0)
@@ -55,5 +55,5 @@ def refined_peak(at, column, sign, node):
 
 @kernel
 def highest_between(at, column, sign):
-    """Return the largest value of the observable, times `sign`, near its highest stage, from the dense output."""
+    """Return the largest value of the observable times `sign` near its highest stage, from the dense output."""
     return refined_peak(at, column, sign, highest_node(at[0].o, column, sign))

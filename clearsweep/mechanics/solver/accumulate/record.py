@@ -10,16 +10,16 @@ from ..event import SAMPLES
 
 
 class Record(NamedTuple):
-    """What is written along the motion."""
+    """Times and samples of the time histories."""
 
     times: np.ndarray  # (samples,) s, or rad of a free crank, increasing
     samples: np.ndarray  # (samples, channels)
-    independent: int  # place in the state of what `times` are of
+    independent: int  # place in the state of the quantity that `times` gives
 
 
 @kernel
 def share_at(at, independent, moment):
-    """Return the share of the step at which the state's number at `independent` is `moment`; the step contains it."""
+    """Return the share (0 to 1) of the step at which the state's number at `independent` equals `moment`."""
     work = at[0]
     a, b = 0.0, 1.0
     x = (moment - work.y[independent]) / (work.end[independent] - work.y[independent])
@@ -29,7 +29,7 @@ def share_at(at, independent, moment):
             b = x
         else:
             a = x
-        step = 1e-7  # the slope by a difference is good enough: only the root matters
+        step = 1e-7  # a difference quotient suffices: only the root matters
         slope = (dense_component(x + step, independent, work.y, work.f) - miss - moment) / step
         new = x - miss / slope if slope > 0.0 else 0.5 * (a + b)
         if not a <= new <= b:
@@ -42,14 +42,14 @@ def share_at(at, independent, moment):
 
 @kernel
 def write_sample(at, y, out):
-    """Put the time histories' values at the state `y` into `out`, in the order of the channels."""
+    """Write the time histories at the state `y` to `out`, in the order of the channels."""
     work = at[0]
     invoke(work.sample.code, work.sample.parameters, (y, work.mode, work.latched, work.side, out), out.size)
 
 
 @kernel
 def write_samples(at):
-    """Write the samples that fall into the step just taken, from its dense output."""
+    """Write the samples within the latest step, from its dense output."""
     work = at[0]
     record = work.record
     independent = record.independent
@@ -57,7 +57,7 @@ def write_samples(at):
     while i < record.times.size and record.times[i] <= work.end[independent]:
         dense_state(share_at(at, independent, record.times[i]), work.y, work.f, work.z)
         work.z[independent] = record.times[i]
-        for j in range(work.mode.size):  # close to a separation the interpolant may be below it by rounding
+        for j in range(work.mode.size):  # just before a separation rounding may put the interpolant below zero
             work.z[work.time + 1 + j] = max(work.z[work.time + 1 + j], 0.0)
         write_sample(at, work.z, record.samples[i])
         i += 1
@@ -65,7 +65,7 @@ def write_samples(at):
 
 
 def sample_states(work, states, out):
-    """Put the time histories' values at `states` (states, n) into `out` (states, channels); forces are not meant."""
+    """Write the time histories at `states` (states, n) to `out` (states, channels), without forces."""
     at = pointer_to(work)
     for i in range(states.shape[0]):
         work.z[:] = states[i]

@@ -1,4 +1,4 @@
-"""Sums beyond those of `totals.accumulate_step`: they cost a search, or only some cases need them."""
+"""Sums beyond `totals.accumulate_step`: they need a search, or apply to some cases only."""
 
 import math
 
@@ -96,7 +96,7 @@ from .turns import note_turns
 
 @kernel
 def add_courses(at):
-    """Enter the courses of all contacts that act over a step into their histograms, wear and film."""
+    """Add the profiles over a step of all acting contacts to their histograms, wear and film."""
     work = at[0]
     totals, worn = work.totals, work.wear.code != 0
     for j in range(work.mode.size):
@@ -111,7 +111,7 @@ def add_courses(at):
 
 @kernel
 def follow_contact(at, j, duration):
-    """Follow contact `j` over a step that lasts `duration` (s): its wear, its film, the limit of its law."""
+    """Follow contact `j` over a step of `duration` (s): its wear, its film, the limit of its law."""
     work = at[0]
     totals = work.totals
     step_values, step, force, kappa = (
@@ -135,7 +135,7 @@ def follow_contact(at, j, duration):
         totals.joint[j, HELD_TIME] += share_beyond(step_values, work.film[j, 1]) * duration
         bears = share_beyond(step_values, work.film[j, 0]) > 0.0
         if bears or worn:
-            follow(work.o, film_column(work.mode.size, j, DRY), step_values, FORCE)  # the film wears nothing off
+            follow(work.o, film_column(work.mode.size, j, DRY), step_values, FORCE)  # the film itself causes no wear
         if bears:
             add_course(totals.dry, j, step_values, duration)
         if worn:
@@ -144,7 +144,7 @@ def follow_contact(at, j, duration):
 
 @kernel
 def note_film(at, h, j):
-    """Add up heat and forces of contact `j`, which has a film, and update its largest dry force and pressure."""
+    """Add the heat and forces of contact `j`, which has a film; update its largest dry force (N) and pressure (Pa)."""
     work = at[0]
     o, step, row, contacts = work.o, work.step, work.totals.joint[j], work.mode.size
     weights = STAGE_WEIGHTS if work.method[0] == IMPLICIT else WEIGHTS
@@ -161,7 +161,7 @@ def note_film(at, h, j):
     row[DRY_MAX] = max(row[DRY_MAX], best)
     pressure = film_column(contacts, j, PRESSURE)
     best = max(o[pressure, START], o[pressure, END])
-    if best > 0.95 * row[PRESSURE_MAX]:  # between the ends of a step it is known on the interpolant alone
+    if best > 0.95 * row[PRESSURE_MAX]:  # between the ends of a step only the interpolant gives it
         best = max(best, refined_peak(at, pressure, 1.0, NODES.size // 2))
     row[PRESSURE_MAX] = max(row[PRESSURE_MAX], best)
     row[SPEED_MOST] = max(row[SPEED_MOST], o[film_column(contacts, j, SPEED), END])
@@ -169,7 +169,7 @@ def note_film(at, h, j):
 
 @kernel
 def note_friction(at, h):
-    """Add up the work of friction loads over a step of length `h`: the last observables are their powers."""
+    """Add the work (J) of friction loads over a step of length `h`; the last observables are their powers."""
     work = at[0]
     weights = STAGE_WEIGHTS if work.method[0] == IMPLICIT else WEIGHTS
     loads = work.totals.friction
@@ -179,7 +179,7 @@ def note_friction(at, h):
 
 @kernel
 def seek_maxima(at):
-    """Raise the maxima that may lie between the stages to those of the dense output, see `totals.accumulate_step`."""
+    """Raise maxima that may lie between the stages to those of the dense output, see `totals.accumulate_step`."""
     work = at[0]
     whole, step, turns, counted = work.totals.whole, work.step, work.turns, work.stepper[STEPPER_IN_WINDOW] != 0.0
     for j in range(work.mode.size):
@@ -207,7 +207,7 @@ def seek_maxima(at):
 
 @kernel
 def note_speed(at, h):
-    """Update the least and the largest speed of a free crank: of the cubic through the ends of the step."""
+    """Update the extreme speeds (rad/s) of a free crank, from the cubic through the ends of the step."""
     work = at[0]
     whole, place = work.totals.whole, work.independent + work.time // 2
     begin, end = work.y[place], work.end[place]
@@ -216,7 +216,7 @@ def note_speed(at, h):
     low, high = min(begin, end), max(begin, end)
     root = lean * lean - 3.0 * bend * first
     if root >= 0.0:
-        away = lean + math.copysign(math.sqrt(root), lean)  # both turning points without cancellation
+        away = lean + math.copysign(math.sqrt(root), lean)  # both stationary points without cancellation
         for u in (-away / (3.0 * bend) if bend != 0.0 else 2.0, -first / away if away != 0.0 else 2.0):
             if 0.0 < u < 1.0:
                 value = begin + u * (first + u * (lean + u * bend))
@@ -226,7 +226,7 @@ def note_speed(at, h):
 
 @kernel
 def note_wear(at, h):
-    """Enter the wear of the step of length `h`."""
+    """Add the wear of the step of length `h`."""
     work = at[0]
     totals = work.totals
     totals.length[0] = h
@@ -242,7 +242,7 @@ def note_wear(at, h):
 
 @kernel
 def note_step(at, h):
-    """Take all that is wanted beyond from a step of length `h` that was entered."""
+    """Add the slow sums of an accepted step of length `h`."""
     work = at[0]
     record, time, counted = work.record, work.time, work.stepper[STEPPER_IN_WINDOW] != 0.0
     work.counts[STEPS] += 1
@@ -268,7 +268,7 @@ def note_step(at, h):
 
 @kernel
 def open_window(at):
-    """Begin the figures anew; energies and the present contacts go on."""
+    """Reset the figures; keep the energies and the current contacts."""
     totals = at[0].totals
     for column in range(RESIDUAL + 1, WHOLE):
         totals.whole[column] = 0.0

@@ -1,8 +1,8 @@
-"""What a whole step comes to: its error, sums, courses, maxima.
+"""Quantities of one whole step: error, sums, profiles, maxima.
 
-It is in `Work.step`, behind the step's length and error: sums over the stages, each times its weight and dt/dtau;
-how large an observable is at the stages of a step between whose ends it may have a maximum, else NO_PEAK; the courses
-of dt/dtau and of every contact's force over the step.
+They are in `Work.step`, after the step's length and error.  The sums run over the stages, each weighted, times dt/dtau.
+The highest value of an observable at the stages is stored where a maximum may lie within the step, else NO_PEAK.  The
+profiles of dt/dtau and of every contact's force over the step follow.
 """
 
 import math
@@ -35,12 +35,12 @@ from ...observe.stages import END, NODES, SHARES, STAGES, START
 (
     LENGTH,
     ERROR,
-    CHANGE,  # mean square of how far, over the allowed error, the latest sweep moved all stages of a component
-    CONTRACTION,  # by which factor a sweep moves them less than the one before
-    SWEEPS,  # how many it took
-    ACCEPTED,  # not zero where the step is good and contains no event
-    STIFF,  # not zero where it may be short for what is stiff
-    NEEDS_PEAK_SEARCH,  # not zero where a maximum may lie between its stages that is above what it is at their ends
+    CHANGE,  # mean square over the stages of the last change of a component, over the allowed error
+    CONTRACTION,  # ratio of the change of a sweep to that of the sweep before
+    SWEEPS,  # number of sweeps
+    ACCEPTED,  # nonzero if the step is accurate and contains no event
+    STIFF,  # nonzero if a stiff component may limit the step
+    NEEDS_PEAK_SEARCH,  # nonzero if a maximum between its stages may exceed the values at its ends
     SUM_DRIVE,
     SUM_GRAVITY,
     SUM_ACCELERATION,
@@ -55,17 +55,17 @@ from ...observe.stages import END, NODES, SHARES, STAGES, START
     SUM_RUBBED,
     SUM_FORCE,
     SUM_FORCE_SQUARE,
-    FASTEST,  # m per unit of tau, the largest speed of the journal at the start and all stages but the last
+    FASTEST,  # m per unit of tau, largest journal speed at the start and all stages but the last
     HIGHEST_FORCE,
     HIGHEST_DEPTH,
     HIGHEST_LOAD,
     SUMS_OF_CONTACT,
 ) = range(10)
-NO_PEAK = -math.inf  # HIGHEST of an observable that has no maximum between the ends of the step
+NO_PEAK = -math.inf  # HIGHEST of an observable without maximum between the ends of the step
 
 
 class TrialStep(NamedTuple):
-    """What a step comes from and comes to, see `event.Work`."""
+    """Inputs and results of a trial step, see `event.Work`."""
 
     y: tuple
     mode: tuple
@@ -77,25 +77,25 @@ class TrialStep(NamedTuple):
 
 @inlined
 def step_width(contacts):
-    """Return how many numbers there are."""
+    """Return the length of `Work.step`."""
     return SUMS + SUMS_OF_CONTACT * contacts + (PARTS + 1) * (1 + contacts)
 
 
 @inlined
 def sum_of(contact, which):
-    """Return where a sum of a contact is: SUM_STORED to HIGHEST_LOAD."""
+    """Return the place of a sum of a contact: SUM_STORED to HIGHEST_LOAD."""
     return SUMS + SUMS_OF_CONTACT * contact + which
 
 
 @inlined
 def course_of(contacts, contact):
-    """Return where the course of a contact's force begins; that of dt/dtau where `contact` is -1."""
+    """Return the first place of the profile of a contact's force; of dt/dtau if `contact` is -1."""
     return SUMS + SUMS_OF_CONTACT * contacts + (PARTS + 1) * (1 + contact)
 
 
 @inlined
 def sum_along(tried, weights):
-    """Put the sums of powers and squares over the stages, which have `weights`, into `step`; of contacts that act."""
+    """Write the sums of powers and squares over the stages, with `weights`, to `step`, for acting contacts."""
     o, step = tried.o, tried.step
     drive = gravity = square = 0.0
     for row in range(weights.size):
@@ -121,7 +121,7 @@ def sum_along(tried, weights):
 
 @inlined
 def integral_of(o, column, weights):
-    """Return the sum of an observable over the stages, which have `weights`; times the step's length, its integral."""
+    """Return the sum of an observable over the stages with `weights`; times the step's length, its integral."""
     total = 0.0
     for row in range(weights.size):
         total += weights[row] * o[KAPPA, row] * o[column, row]
@@ -130,7 +130,7 @@ def integral_of(o, column, weights):
 
 @inlined
 def negative_part_of(o, column, weights):
-    """Return the same sum of what an observable is below 0, as a number above 0."""
+    """Return the sum of the negative part of an observable, as a positive number."""
     total = 0.0
     for row in range(weights.size):
         total -= weights[row] * o[KAPPA, row] * min(o[column, row], 0.0)
@@ -139,7 +139,7 @@ def negative_part_of(o, column, weights):
 
 @inlined
 def integral_of_size(o, column, weights):
-    """Return the same of the size of an observable."""
+    """Return the sum of the absolute value of an observable."""
     total = 0.0
     for row in range(weights.size):
         total += weights[row] * o[KAPPA, row] * abs(o[column, row])
@@ -148,7 +148,7 @@ def integral_of_size(o, column, weights):
 
 @inlined
 def follow_along(tried):
-    """Put the courses of dt/dtau and of the forces of contacts that act into `step`: polynomials through the stages."""
+    """Write the profiles of dt/dtau and of the forces of acting contacts to `step`: polynomials through the stages."""
     contacts = tried.mode.size
     follow_column(tried, KAPPA, course_of(contacts, -1))
     for c in range(contacts):
@@ -158,7 +158,7 @@ def follow_along(tried):
 
 @inlined
 def follow_column(tried, column, first):
-    """Put the course of an observable into `step`, from `first` on."""
+    """Write the profile of an observable to `step`, starting at `first`."""
     tried.step[first] = tried.o[column, START]
     for i in abreast(PARTS):
         total = COURSE[0, i] * tried.o[column, NODES[0]]
@@ -169,7 +169,7 @@ def follow_column(tried, column, first):
 
 @inlined
 def sum_up(tried, weights):
-    """Put into `step` what a step comes to whose rows of `weights` are filled."""
+    """Write the sums, profiles and maxima of a step to `step`; its rows of `weights` are filled."""
     sum_along(tried, weights)
     follow_along(tried)
     look_for_speeds(tried)
@@ -178,7 +178,7 @@ def sum_up(tried, weights):
 
 @inlined
 def look_for_speeds(tried):
-    """Put into `step` how fast the journals in free flight are at the start and all stages but the last."""
+    """Write the largest speed of journals in free flight at the start and all stages but the last to `step`."""
     o, step = tried.o, tried.step
     for c in range(tried.mode.size):
         if not meets(tried.mode[c]):
@@ -191,7 +191,7 @@ def look_for_speeds(tried):
 
 @inlined
 def look_for_peaks(tried):
-    """Put into `step` how high observables are where they may have a peak; those of contacts that act alone."""
+    """Write the highest values of observables that may have a peak to `step`; of contacts, only acting ones."""
     o, step = tried.o, tried.step
     step[HIGHEST_ACCELERATION] = highest_inside(o, ACCELERATION, math.copysign(1.0, o[ACCELERATION, END]))
     step[HIGHEST_TORQUE] = highest_inside(o, TORQUE, math.copysign(1.0, o[TORQUE, END]))
@@ -204,10 +204,10 @@ def look_for_peaks(tried):
 
 @inlined
 def highest_inside(o, column, sign):
-    """Return the largest value of an observable, times `sign`, at the nodes; NO_PEAK where it has none there.
+    """Return the largest value of an observable times `sign` at the nodes, or NO_PEAK if it has no peak in the step.
 
-    A peak: it rises at the start of the step and falls at its end, or nearly so, by slopes of the parabolas through
-    three nodes at either end, a tenth of the step outside, so that one close to an end counts in both steps there.
+    A peak rises at the start of the step and falls at its end, or nearly so.  The slopes are those of parabolas through
+    three nodes at either end, a tenth of the step outside, so that a peak near an end counts in both steps.
     """
     rise = fall = 0.0
     for m in range(3):
@@ -222,7 +222,7 @@ def highest_inside(o, column, sign):
 
 
 def _slope(nodes, point):
-    """Return the weights that give the slope at `point` of the parabola through values at three `nodes`."""
+    """Return the weights of the slope at `point` of the parabola through values at three `nodes`."""
     a, b, c = nodes
     return np.array(
         [

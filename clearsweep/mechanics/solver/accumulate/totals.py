@@ -1,4 +1,4 @@
-"""What is summed, counted and maximised along the motion; all of it from the steps themselves, none from samples."""
+"""Sums, counts and maxima of the motion, computed from the steps, never from samples."""
 
 import math
 from typing import NamedTuple
@@ -47,10 +47,10 @@ from .step_sums import (
     sum_of,
 )
 
-# Columns of Totals.whole: five integrals of power since the start (J), the balance they make, figures of the window.
+# Columns of Totals.whole: five integrals of power since the start (J), their balance, figures of the window.
 WORK_DRIVE, WORK_GRAVITY, ENERGY_STORED, ENERGY_LOST, ENERGY_RUBBED, KINETIC_START, KINETIC_MAX, RESIDUAL = range(8)
 ACCELERATION_SQUARE, ACCELERATION_MAX, TORQUE_MAX, ERROR_MAX = range(8, 12)
-OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began; rad/s, of a free crank
+OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, start of the window; rad/s, of a free crank
 # Columns of Totals.joint: figures of the window, LOAD_MAX in N^2 and taken where there is friction; then PEAK (N) and
 # APPROACH (m/s) of the present contact.  FRICTION_ENERGY (J) is that of dry friction.  LOAD_TIME and DRY_FORCE_TIME
 # (N s) are integrals of the sizes of the normal force and of its dry share, where there is a film.
@@ -83,9 +83,9 @@ OPENED, SPEED_MIN, SPEED_MAX, WHOLE = range(12, 16)  # s, when the window began;
 ) = range(25)
 
 
-HIGHEST_BIN = PARTS + 1  # in Totals.bins: the highest that was entered
-#: Rows of Totals.spent: of each part of the step, how it compares with others in time, a histogram.Ramp, and for how
-#: long a film pulls (s).
+HIGHEST_BIN = PARTS + 1  # in Totals.bins: the highest bin used
+#: Rows of Totals.spent, for each part of the step: its duration relative to other parts, a histogram.Ramp, and the
+#: time (s) during which a film pulls.
 LASTING, BEGUN, ENDED, DENSITY, PULLED, SPENT = range(6)
 
 
@@ -94,24 +94,24 @@ class Totals(NamedTuple):
 
     whole: np.ndarray  # (WHOLE,) of the mechanism
     joint: np.ndarray  # (contacts, JOINT)
-    histogram: np.ndarray  # (contacts, BINS, 2) s, at a force within each bin; s/N, by how much more in each one above
-    dry: np.ndarray  # the same of the dry share of the force, above zero; (0, BINS, 2) where no joint has a film
-    step_values: np.ndarray  # (contacts, COURSES, PARTS + 1) see histogram, at even places of the step
-    bins: np.ndarray  # (contacts, HIGHEST_BIN + 1) int64, those of the force between the parts of the step
-    spent: np.ndarray  # (contacts, SPENT, PARTS) what each part adds to the histogram
-    length: np.ndarray  # (1,) its length
-    between: np.ndarray  # (2 coordinates + 1, MOMENTS) the state within the step, where there is wear
+    histogram: np.ndarray  # (contacts, BINS, 2) s, at a force within each bin; s/N, increment in each bin above it
+    dry: np.ndarray  # the same for the dry share of the force, above zero; (0, BINS, 2) without films
+    step_values: np.ndarray  # (contacts, COURSES, PARTS + 1) at equidistant places of the step, see histogram
+    bins: np.ndarray  # (contacts, HIGHEST_BIN + 1) int64, bins of the force between the parts of the step
+    spent: np.ndarray  # (contacts, SPENT, PARTS) contribution of each part to the histogram
+    length: np.ndarray  # (1,) length of the step
+    between: np.ndarray  # (2 coordinates + 1, MOMENTS) the state within the step, with wear
     workspace: np.ndarray  # for the wear of a step, see joint.wear.step
     wear: np.ndarray  # (2 contacts bins,) m, wear depth of bearing and journal of every joint
     account: np.ndarray  # (contacts, ACCOUNT) see joint.wear.contract
-    friction: np.ndarray  # (friction loads,) J, taken by each in the window
+    friction: np.ndarray  # (friction loads,) J, work of each in the window
 
 
-OF_STEPS = "whole", "joint", "bins", "spent"  # of its fields: what every step changes
+OF_STEPS = "whole", "joint", "bins", "spent"  # fields that every step changes
 
 
 class Accumulators(NamedTuple):
-    """What a step is judged by and entered in, see `event.Work`, Totals and Turns."""
+    """Arrays of the assessment and accumulation of a step, see `event.Work`, Totals and Turns."""
 
     y: tuple
     mode: tuple
@@ -133,10 +133,11 @@ class Accumulators(NamedTuple):
 
 @inlined
 def accumulate_step(accumulators, time):
-    """Enter a step that is accepted; `time` is its place in the state.
+    """Add an accepted step to the totals; `time` is the place of the time in the state.
 
     Maxima are those at the ends of the step.  Where a larger one may lie between, NEEDS_PEAK_SEARCH of its `step` is
-    set, and what is to be searched for keeps its HIGHEST; of all else that becomes NO_PEAK.
+    set
+    and HIGHEST is kept for the maxima to search for; all other HIGHEST are set to NO_PEAK.
     """
     step, counted = accumulators.step, accumulators.stepper[STEPPER_IN_WINDOW] != 0.0
     step[NEEDS_PEAK_SEARCH] = 0.0
@@ -173,7 +174,7 @@ def seek_above(step, place, some, least):
 
 @inlined
 def enter_powers(accumulators, counted):
-    """Integrate powers and squares by the weights of the method, whose order it has."""
+    """Integrate powers and squares with the weights of the method, at its order."""
     whole, joint, step, h = accumulators.whole, accumulators.joint, accumulators.step, accumulators.step[LENGTH]
     whole[WORK_DRIVE] += h * step[SUM_DRIVE]
     whole[WORK_GRAVITY] += h * step[SUM_GRAVITY]
@@ -187,26 +188,26 @@ def enter_powers(accumulators, counted):
             if counted:
                 joint[j, FORCE_SQUARE] += h * step[sum_of(j, SUM_FORCE_SQUARE)]
                 joint[j, FORCE_TIME] += h * step[sum_of(j, SUM_FORCE)]
-                # the shear of a film is in its tangential force
+                # the tangential force includes the shear of a film
                 if accumulators.rubs[j] != 0 and accumulators.film[j, 1] == math.inf:
                     joint[j, FRICTION_ENERGY] += h * step[sum_of(j, SUM_RUBBED)]
     kinetic = accumulators.o[KINETIC, END]
     gain = kinetic - whole[KINETIC_START] + whole[ENERGY_STORED] + whole[ENERGY_LOST] + whole[ENERGY_RUBBED]
     imbalance = abs(whole[WORK_DRIVE] + whole[WORK_GRAVITY] - gain)
-    raise_to(whole, RESIDUAL, imbalance if imbalance <= math.inf else math.inf)  # a maximum passes over nan
+    raise_to(whole, RESIDUAL, imbalance if imbalance <= math.inf else math.inf)  # a maximum skips nan
     raise_to(whole, KINETIC_MAX, kinetic)
 
 
 @inlined
 def enter_contact(accumulators, j, counted, duration):
-    """Enter the largest force and depth of contact `j`, which acts, and its force's course."""
+    """Add the largest force (N) and depth (m) of acting contact `j`, and the profile of its force."""
     o, joint, step = accumulators.o, accumulators.joint, accumulators.step
     force, depth, load = column_of(j, NORMAL), column_of(j, DEPTH), column_of(j, LOAD)
     seek_above(step, sum_of(j, HIGHEST_FORCE), True, 0.9 * min(joint[j, PEAK], accumulators.since[j]))
     best = max(o[force, START], o[force, END])
     raise_to(joint, (j, PEAK), best)
     accumulators.highest[j] = best
-    # of the eccentricity where there is a film, as its least distance from the bearing is wanted, too
+    # with a film, of the eccentricity: the least distance from the bearing is needed, too
     margin = 0.02 * accumulators.clearance[j] if accumulators.film[j, 1] < math.inf else 0.0
     seek_above(step, sum_of(j, HIGHEST_DEPTH), counted, 0.98 * joint[j, DEPTH_MAX] - margin)
     step[sum_of(j, HIGHEST_LOAD)] = NO_PEAK
@@ -225,7 +226,7 @@ def enter_contact(accumulators, j, counted, duration):
 
 @inlined
 def enter_course(accumulators, j, duration):
-    """Divide the step's time among bins by the course of contact `j`'s force: all parts of the step at once."""
+    """Distribute the step's time (s) over bins by the profile of contact `j`'s force, all parts of the step at once."""
     step, contacts, spent, bins = accumulators.step, accumulators.mode.size, accumulators.spent, accumulators.bins
     force, kappa, film = course_of(contacts, j), course_of(contacts, -1), accumulators.film[j, 1] < math.inf
     for i in abreast(PARTS):
@@ -234,7 +235,7 @@ def enter_course(accumulators, j, duration):
     for i in abreast(PARTS):
         begin, end = step[force + i], step[force + i + 1]
         lasting = spent[j, LASTING, i] * share
-        pulls = film and begin * end < 0.0  # for a part of the time; that of a contact merely close to 0 is its own
+        pulls = film and begin * end < 0.0  # part of the time; noise of a contact close to 0 is excluded
         pushing = lasting * where(pulls, max(begin, end) / where(pulls, abs(end - begin), 1.0), 1.0)
         begin, end = max(begin, 0.0), max(end, 0.0)
         here, there = force_bin(begin), force_bin(end)
@@ -250,7 +251,7 @@ def enter_course(accumulators, j, duration):
 
 @inlined
 def enter_motion(accumulators, counted):
-    """Enter the largest slider acceleration, torque and slider error."""
+    """Add the largest slider acceleration (m/s^2), torque (N m) and slider error (m)."""
     o, whole, step = accumulators.o, accumulators.whole, accumulators.step
     best, sign = max(abs(o[ERROR, START]), abs(o[ERROR, END])), math.copysign(1.0, o[ERROR, END])
     rise, fall = sign * o[ERROR_RATE, START], sign * o[ERROR_RATE, END]

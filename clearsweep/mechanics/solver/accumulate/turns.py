@@ -1,4 +1,4 @@
-"""What is taken once a revolution: the state, and the largest force of every contact since the time before."""
+"""State once per revolution, and the largest force of every contact since the previous mark."""
 
 from typing import NamedTuple
 
@@ -12,23 +12,23 @@ from ..event import evaluate_dense
 from .peaks import observable_at
 from .record import share_at
 
-BESIDE = 1e-4  # of a step: how far from a mark to look whether a force rises there
+BESIDE = 1e-4  # of a step: distance from a mark at which a rising force is detected
 
 
 class Turns(NamedTuple):
-    """What is taken at some marks along the motion."""
+    """States and force peaks at marks along the motion."""
 
-    marks: np.ndarray  # (marks,) s, or rad of a free crank, increasing: where
-    states: np.ndarray  # (marks, n) the state there
+    marks: np.ndarray  # (marks,) s, or rad of a free crank, increasing
+    states: np.ndarray  # (marks, n) the state at each mark
     peaks: np.ndarray  # (marks, contacts) N, largest normal force since the mark before
-    highest: np.ndarray  # (contacts,) N, largest normal force of the step in hand, 0 where none acts
-    since: np.ndarray  # (contacts,) N, of the steps before it since the last mark
-    passed: np.ndarray  # (1,) int64, how many marks are behind
+    highest: np.ndarray  # (contacts,) N, largest normal force of the current step, 0 if none acts
+    since: np.ndarray  # (contacts,) N, largest of the steps before it since the last mark
+    passed: np.ndarray  # (1,) int64, number of marks passed
 
 
 @kernel
 def take_start(at):
-    """Take the state at a mark where the run begins."""
+    """Record the state at a mark at the start of the run."""
     work = at[0]
     turns, i = work.turns, work.turns.passed[0]
     if i < turns.marks.size and turns.marks[i] <= work.y[work.independent]:
@@ -39,7 +39,7 @@ def take_start(at):
 
 @kernel
 def take_peaks(at, i, x):
-    """Divide the largest forces of the step among what is before and behind mark `i`, at the share `x` of the step."""
+    """Split the largest forces of the step into those before and after mark `i`, at the share `x` of the step."""
     work = at[0]
     turns, row = work.turns, END
     if x < 1.0:
@@ -61,7 +61,7 @@ def take_peaks(at, i, x):
 
 @kernel
 def note_turns(at):
-    """Pass the marks within the step in hand."""
+    """Record and pass the marks within the current step."""
     work = at[0]
     turns = work.turns
     i = turns.passed[0]
