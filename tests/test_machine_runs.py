@@ -82,9 +82,9 @@ def too_weak():
 def test_a_crank_stalls_where_it_stalls_however_often_the_run_pauses():
     scene = clearsweep.load_case(too_weak())
     control, ends = control_of(scene, scene.crank_clock.at(1.0), keep_events=False), []
-    for stretch in (control.stretch, 10):
+    for pause_steps in (control.pause_steps, 10):
         run = Run(start_of(scene, np.empty(0)))
-        status, _ = run.go(control._replace(stretch=stretch))
+        status, _ = run.go(control._replace(pause_steps=pause_steps))
         ends.append((status, *run.work.end))
     assert ends[0][0] == run_control.STALLED
     assert ends[1] == ends[0]

@@ -147,7 +147,7 @@ def test_a_log_that_is_full_is_taken_away_and_the_motion_goes_on(monkeypatch):
     listed = cases(count=4)
     whole = [simulation.solve(case).events for case in listed]
     assert max(map(len, whole)) > 8
-    monkeypatch.setattr(run.loop, "LOG", 4)
+    monkeypatch.setattr(run.loop, "LOG_ROWS", 4)
     alone, beside = alone_and_in_turn(listed)
     for first, *others in zip(whole, alone, beside, strict=True):
         assert all(np.array_equal(first, other.events) for other in others)

@@ -12,14 +12,13 @@ from clearsweep.simulation.scene import build
 
 pytestmark = pytest.mark.heavy
 
-RADIUS, PIN, CLEARANCE, AROUND = 6e-3, 5.95e-3, 5e-5, 0.24 + 2.0 * math.pi * 6e-3  # m
-WAYS = (np.arange(BINS) + 0.5) * AROUND / BINS
-PLACES = WAYS * 2.0 * math.pi / AROUND
+RADIUS, PIN, CLEARANCE, PERIMETER = 6e-3, 5.95e-3, 5e-5, 0.24 + 2.0 * math.pi * 6e-3  # m
+BIN_CENTRES = (np.arange(BINS) + 0.5) * PERIMETER / BINS  # m, along the perimeter
 
 
 def wall(way):
     """Return what is worn off the wall (m) by the way (m) along it: some waves."""
-    return 8e-6 * (1.0 + np.sin(6.0 * math.pi * way / AROUND)) + 3e-6 * np.cos(4.0 * math.pi * way / AROUND)
+    return 8e-6 * (1.0 + np.sin(6.0 * math.pi * way / PERIMETER)) + 3e-6 * np.cos(4.0 * math.pi * way / PERIMETER)
 
 
 def pin(angle):
@@ -40,7 +39,7 @@ def scene(worn=None, **changes):
 
 @pytest.fixture(scope="module")
 def worn_path():
-    both = Worn(wall(WAYS), pin((np.arange(BINS) + 0.5) * 2.0 * math.pi / BINS), 0.0)
+    both = Worn(wall(BIN_CENTRES), pin((np.arange(BINS) + 0.5) * 2.0 * math.pi / BINS), 0.0)
     path = clearsweep.simulate(scene(both, contact={"law": "hertz", "stiffness": 1e9}))
     assert path.status == "ok", path.message
     return path
@@ -52,7 +51,7 @@ def reach(x, side, turned):
     ways = way_along(x + offsets, np.full(offsets.size, side), RADIUS)
     angles = side * 0.5 * math.pi - side * offsets / PIN + turned
     circle = np.sqrt((PIN - pin(angles)) ** 2 - offsets**2)
-    return np.min(RADIUS + wall(ways % AROUND) - circle)
+    return np.min(RADIUS + wall(ways % PERIMETER) - circle)
 
 
 def test_the_pin_touches_worn_walls_where_a_circle_does_that_is_laid_between_them(worn_path):
@@ -71,14 +70,14 @@ def test_the_pin_touches_worn_walls_where_a_circle_does_that_is_laid_between_the
 OFFSET = math.atan2(0.15, 0.05)
 
 
-def test_worn_walls_keep_the_ledger_and_change_the_motion(worn_path):
+def test_worn_walls_close_the_energy_balance_and_change_the_motion(worn_path):
     assert worn_path.summary["energy_residual"] < 1e-8
     new = clearsweep.simulate(scene(contact={"law": "hertz", "stiffness": 1e9}))
     assert worn_path.summary["slot_force_peak"] != pytest.approx(new.summary["slot_force_peak"], rel=1e-3)
 
 
-def test_worn_ends_keep_the_ledger():
-    both = Worn(wall(WAYS), pin((np.arange(BINS) + 0.5) * 2.0 * math.pi / BINS), 0.0)
+def test_worn_ends_close_the_energy_balance():
+    both = Worn(wall(BIN_CENTRES), pin((np.arange(BINS) + 0.5) * 2.0 * math.pi / BINS), 0.0)
     path = clearsweep.simulate(scene(both, slot_length=0.0998))
     assert path.status == "ok", path.message
     assert np.max(np.abs(path["joints/slot/x"])) > 0.0499

@@ -58,7 +58,7 @@ def arrays_of(scene: Scene) -> Arrays:
     contacts, n = len(every_contact(scene.value.joints)), scene.start.size
     begun: dict[str, tuple[int, ...]] = {
         **first_forms(scene),
-        "stepper": (run_control.AHEAD,),
+        "stepper": (run_control.STEPPER_SIZE,),
         **dict.fromkeys(("highest", "since"), (contacts,)),
         "whole": (total_columns.WHOLE,),
         "joint": (contacts, total_columns.JOINT),
@@ -189,7 +189,7 @@ class Run:
             proposals=zeros(2 << many),
             paces=zeros(2 << many),
             control=np.zeros(len(run_control.Control._fields)),
-            log=np.empty((loop.LOG, 5)),
+            log=np.empty((loop.LOG_ROWS, 5)),
             slopes=zeros(2, dtype=np.int64),
             implicit=newton.implicit_of(n, zeros),
             totals=self.totals,
@@ -249,11 +249,11 @@ class Run:
             began = time.perf_counter()
             loop.integrate(self.kept)
             self.duration += time.perf_counter() - began
-            waits = not self.ended(int(self.work.stepper[run_control.STATUS]))
+            waits = not self.ended(int(self.work.stepper[run_control.STEPPER_STATUS]))
 
     def use_control(self, control: run_control.Control) -> None:
         """Use `control` from the present state on."""
-        self.work.control[:], self.work.stepper[run_control.BEGUN], self.logs = control, 0.0, []
+        self.work.control[:], self.work.stepper[run_control.STEPPER_BEGUN], self.logs = control, 0.0, []
 
     def ended(self, status: int) -> bool:
         """Return whether the paused integration has ended; if not, prepare to resume it.
@@ -261,18 +261,18 @@ class Run:
         Code for stiff motion is compiled only when it is needed.
         """
         work = self.work
-        if logged := int(work.stepper[run_control.LOGGED]):
+        if logged := int(work.stepper[run_control.STEPPER_LOGGED]):
             self.logs.append(work.log[:logged].copy())
-        self.status, work.stepper[run_control.BEGUN] = status, 0.0
+        self.status, work.stepper[run_control.STEPPER_BEGUN] = status, 0.0
         if status == run_control.TURNS_STIFF:
             work.slopes[:] = slopes_of(self.value, self.parameters)
             return False
         if self.phase:
-            self.phase.note(share=float(work.y[work.independent] / work.control[run_control.LAST]))
+            self.phase.note(share=float(work.y[work.independent] / work.control[run_control.CONTROL_END]))
         if status == run_control.PAUSED and time.process_time() >= self.deadline:
             self.status = TIME_BUDGET
             return True
-        return status != run_control.PAUSED or bool(work.y[work.independent] >= work.control[run_control.PAUSE])
+        return status != run_control.PAUSED or bool(work.y[work.independent] >= work.control[run_control.CONTROL_PAUSE])
 
     def log(self) -> np.ndarray:
         """Return the events, (events, 5), since `control` was set."""
@@ -378,7 +378,7 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers
 
 def start(run: Run, control: run_control.Control) -> None:
     """Start a run with `control` and its initial method."""
-    if control.method == events.IMPLICIT and run.work.stepper[run_control.NEXT] == 0.0:
+    if control.method == events.IMPLICIT and run.work.stepper[run_control.STEPPER_NEXT_LENGTH] == 0.0:
         run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)
     run.use_control(control)
 

@@ -173,6 +173,6 @@ def control_of(scene: Scene, end: float, *, keep_events: bool) -> run_control.Co
         event_budget=min(int(settings.event_budget * units), MOST),
         method=_METHODS[settings.method],
         keep_events=keep_events,
-        limit=settings.time_limit if free else math.inf,
+        time_limit=settings.time_limit if free else math.inf,
         patience=PATIENCE * period(scene) if free else math.inf,
     )

@@ -52,7 +52,7 @@ class Work(NamedTuple):
     clearance: np.ndarray  # (c,) m
     rubs: np.ndarray  # (c,) int64, whether there is friction: 1, else 0
     film: np.ndarray  # (c, 2) m, depth beyond which a film shares the load, and depth limit of its formula; inf: never
-    stepper: np.ndarray  # (AHEAD,) state of the loop, see run_control
+    stepper: np.ndarray  # (STEPPER_SIZE,) state of the loop between steps, see run_control
     f: np.ndarray  # (n, STAGES) the interpolant, see `collocation.dense_component`
     polynomials: np.ndarray  # (ROWS, COEFFICIENTS) of the current event function, see `bernstein`
     apart: np.ndarray  # (c,) int64, mode after a separation
@@ -67,7 +67,7 @@ class Work(NamedTuple):
     proposals: np.ndarray  # (2^(1+c),) step length by method and touching contacts, 0: none yet
     paces: np.ndarray  # (2^(1+c),) m/s, onset rate of the fastest of these contacts
     control: np.ndarray  # (len(Control),) end conditions and settings, see run_control.Control
-    log: np.ndarray  # (LOG, 5) events since the latest pause, see event_actions.Event
+    log: np.ndarray  # (LOG_ROWS, 5) events since the latest pause, see event_actions.Event
     guards: tuple  # joint.guards.Guards
     implicit: tuple  # newton.Implicit
     totals: tuple  # totals.Totals

@@ -9,7 +9,16 @@ from ..observe.observables import observed
 from ..observe.stages import END
 from .accumulate.totals import APPROACH, CLIPS, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
 from .event import EVENTS, GUARD, LIMIT, NOTHING, ONSET, PASSAGES, SEPARATION, SEPARATIONS
-from .run_control import EVENT_BUDGET, GOING, KEEP_EVENTS, LEFT_BEARING, LOGGED, MOST_EVENTS, OK, PARTINGS
+from .run_control import (
+    CONTROL_EVENT_BUDGET,
+    CONTROL_KEEP_EVENTS,
+    CONTROL_SEPARATIONS,
+    EVENT_BUDGET,
+    GOING,
+    LEFT_BEARING,
+    OK,
+    STEPPER_LOGGED,
+)
 from .step import go_through, latch
 
 SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is never exactly zero
@@ -66,12 +75,12 @@ class Event(NamedTuple):
 def log_event(at, event):
     """Add an Event to the log, unless it is the passage of a guard or a limit."""
     work = at[0]
-    if event.kind >= LIMIT or work.control[KEEP_EVENTS] == 0.0:
+    if event.kind >= LIMIT or work.control[CONTROL_KEEP_EVENTS] == 0.0:
         return
-    row = int(work.stepper[LOGGED])
+    row = int(work.stepper[STEPPER_LOGGED])
     work.log[row, 0], work.log[row, 1], work.log[row, 2] = event.time, event.contact, event.kind
     work.log[row, 3], work.log[row, 4] = event.rate, event.force_peak
-    work.stepper[LOGGED] += 1.0
+    work.stepper[STEPPER_LOGGED] += 1.0
 
 
 @kernel
@@ -114,9 +123,9 @@ def pass_events(at, kind, contact, windowed):
     work = at[0]
     while kind != NOTHING:
         log_event(at, apply_event(at, kind, contact, windowed))
-        if work.control[PARTINGS] > 0.0 and work.counts[SEPARATIONS] >= work.control[PARTINGS]:
+        if work.control[CONTROL_SEPARATIONS] > 0.0 and work.counts[SEPARATIONS] >= work.control[CONTROL_SEPARATIONS]:
             return OK
-        if work.counts[EVENTS] >= work.control[MOST_EVENTS]:
+        if work.counts[EVENTS] >= work.control[CONTROL_EVENT_BUDGET]:
             return EVENT_BUDGET
         if kind >= GUARD and work.guards.ends_run[kind - GUARD]:
             return LEFT_BEARING

@@ -1,4 +1,4 @@
-"""The integration loop: adaptive steps from event to event, with all results accumulated from the steps."""
+"""The integration loop: adaptive steps from event to event, with figures, samples and events taken on the way."""
 
 import math
 
@@ -30,53 +30,52 @@ from .event_actions import pass_events
 from .newton import AFTER, FAILED, RENEWED
 from .newton import LENGTH as PAST_LENGTH
 from .run_control import (
-    ANGLE,
-    BEGUN,
-    CONTACT,
-    EXPECTED,
-    FARTHEST,
+    CONTROL_END,
+    CONTROL_PATIENCE,
+    CONTROL_PAUSE,
+    CONTROL_PAUSE_STEPS,
+    CONTROL_STEP_BUDGET,
+    CONTROL_TIME_LIMIT,
+    CONTROL_WINDOW,
     GOING,
-    GROWTH,
-    LAST,
-    LIMIT,
-    LOGGED,
-    MOST_STEPS,
-    NEXT,
     NOT_FINITE,
     OK,
-    PATIENCE,
-    PAUSE,
     PAUSED,
-    REST,
-    SINCE,
-    SPENT,
     STALLED,
-    STATUS,
     STEP_BUDGET,
     STEP_UNDERFLOW,
-    STOP_AT,
-    STRETCH,
+    STEPPER_BEGUN,
+    STEPPER_CONTACT,
+    STEPPER_EVALUATIONS,
+    STEPPER_EXPECTED_ERROR,
+    STEPPER_FARTHEST,
+    STEPPER_GROWTH,
+    STEPPER_IN_WINDOW,
+    STEPPER_LOGGED,
+    STEPPER_NEXT_LENGTH,
+    STEPPER_NEXT_STOP,
+    STEPPER_PAUSE_STEP,
+    STEPPER_PROGRESS_ANGLE,
+    STEPPER_PROGRESS_TIME,
+    STEPPER_REJECTIONS,
+    STEPPER_STATUS,
     TIME_LIMIT,
-    TRIES,
     TURNS_STIFF,
-    WINDOW,
-    WINDOWED,
 )
 from .step import begin_step, find_first_event, step_to_event, take_step
 from .step_control import MOST_TRIES, first_length, next_length, pace_of, proposal_of, shrinking
 
-BACK = 0.01 * 2.0 * math.pi  # rad: permitted reverse rotation of a free crank, which occurs briefly when joints knock
-HARDLY = 1e-4  # rad: rotation required within Control.patience
-AFTER_EVENT = (
-    0.8  # growth of the second step after an event: at the onset of a contact the motion bends less than later
-)
-SHORT = 1e-3  # share of a step, cut at an event, up to which its error is ignored
-LOG = 512  # capacity of the log; the caller must read it when full
+REVERSAL_TOLERANCE = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn back without a stall, as at an impact
+STALL_ADVANCE = 1e-4  # rad: how far a free crank has to advance within Control.patience
+# Growth of the second step after an event: at the onset of a contact the motion bends less than later
+AFTER_EVENT = 0.8
+SHORT_SHARE = 1e-3  # share of a step up to which a step cut at an event is accepted whatever its error
+LOG_ROWS = 512  # events in the log before the loop pauses so that the caller can read them
 
 
 @kernel
 def advance(at):
-    """Make the end of a step the start of the next; no equation has changed there."""
+    """Make the end of a step the start of the next, where no event has changed the state."""
     work = at[0]
     for i in range(work.y.size):
         work.y[i], work.k[i, START] = work.end[i], work.k[i, END]
@@ -87,14 +86,14 @@ def advance(at):
 
 @kernel
 def accept(at):
-    """Add the accepted step to the totals."""
+    """Add an accepted step to the sums."""
     at[0].step[ACCEPTED] = 1.0
     accumulate_step(accumulators_of(at), at[0].time)
 
 
 @kernel
 def restart(at):
-    """Begin a step at `work.end`, where the equations have changed."""
+    """Begin a step at `work.end`, where an event has changed the state or the equations."""
     work = at[0]
     for i in range(work.y.size):
         work.y[i] = work.end[i]
@@ -104,8 +103,8 @@ def restart(at):
 
 
 @kernel
-def moved_since(at):
-    """Return whether the state differs from the end of the last step, because the run was moved."""
+def state_was_changed(at):
+    """Return whether the caller changed the state after the end of the last step."""
     moved = False
     for i in range(at[0].y.size):
         moved = moved or at[0].y[i] != at[0].end[i]
@@ -113,35 +112,35 @@ def moved_since(at):
 
 
 @kernel
-def begin(at):
-    """Prepare a case for its first step, or for the next one after a pause, without effect on the results."""
+def begin_case(at):
+    """Prepare a case for its first step, or for the next after a pause; a pause does not change the motion."""
     work = at[0]
     totals, record, stepper, control = work.totals, work.record, work.stepper, work.control
     here, moment = work.y[work.independent], work.y[work.time]
-    stepper[BEGUN], stepper[LOGGED], stepper[TRIES] = 1.0, 0.0, 0.0
-    stepper[WINDOWED] = 1.0 if control[WINDOW] <= here else 0.0
-    stepper[STOP_AT] = next_stop(at, here)
-    if stepper[NEXT] == 0.0 or moved_since(at):
+    stepper[STEPPER_BEGUN], stepper[STEPPER_LOGGED], stepper[STEPPER_REJECTIONS] = 1.0, 0.0, 0.0
+    stepper[STEPPER_IN_WINDOW] = 1.0 if control[CONTROL_WINDOW] <= here else 0.0
+    stepper[STEPPER_NEXT_STOP] = next_stop(at, here)
+    if stepper[STEPPER_NEXT_LENGTH] == 0.0 or state_was_changed(at):
         begin_step(at)
-    stepper[REST] = work.counts[STEPS] + control[STRETCH]
-    if stepper[NEXT] > 0.0:
+    stepper[STEPPER_PAUSE_STEP] = work.counts[STEPS] + control[CONTROL_PAUSE_STEPS]
+    if stepper[STEPPER_NEXT_LENGTH] > 0.0:
         return
-    stepper[FARTHEST], stepper[ANGLE], stepper[SINCE] = here, here, moment
+    stepper[STEPPER_FARTHEST], stepper[STEPPER_PROGRESS_ANGLE], stepper[STEPPER_PROGRESS_TIME] = here, here, moment
     totals.whole[KINETIC_START] = work.o[KINETIC, START]
-    if stepper[WINDOWED] != 0.0:
+    if stepper[STEPPER_IN_WINDOW] != 0.0:
         open_window(at)
     take_start(at)
     while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[record.independent]:
         write_sample(at, work.y, record.samples[work.counts[SAMPLES]])
         work.counts[SAMPLES] += 1
-    begin_anew(at)
+    set_first_length(at)
 
 
 @kernel
-def begin_anew(at):
-    """Set the length of the first step after a change of the equations, whose error is unknown."""
+def set_first_length(at):
+    """Set the length of the first step after a change of the equations; its error is unknown."""
     stepper = at[0].stepper
-    stepper[NEXT], stepper[GROWTH], stepper[EXPECTED] = (
+    stepper[STEPPER_NEXT_LENGTH], stepper[STEPPER_GROWTH], stepper[STEPPER_EXPECTED_ERROR] = (
         first_length(at, at[0].proposals, proposal_of(at)),
         AFTER_EVENT,
         0.0,
@@ -150,13 +149,13 @@ def begin_anew(at):
 
 @kernel
 def target_of(at):
-    """Return the place along the run where figures begin or, if they have begun, where the run ends."""
-    return at[0].control[LAST if at[0].stepper[WINDOWED] != 0.0 else WINDOW]
+    """Return the start of the window of figures (s, or rad of a free crank); within the window the end of the run."""
+    return at[0].control[CONTROL_END if at[0].stepper[STEPPER_IN_WINDOW] != 0.0 else CONTROL_WINDOW]
 
 
 @kernel
 def next_stop(at, here):
-    """Return the place along the run where the next step must end: the first knot beyond `here`, or the target."""
+    """Return where the next step has to end (s, or rad of a free crank): the first knot beyond `here`, or target."""
     target = target_of(at)
     for knot in at[0].knots:
         if knot > here:
@@ -166,99 +165,106 @@ def next_stop(at, here):
 
 @kernel
 def interruption(at):
-    """Return GOING if a case may take its next step, else the reason why not."""
+    """Return GOING where a case may take its next step, else the status with which the loop returns."""
     work = at[0]
     stepper, control = work.stepper, work.control
     moment, angle = work.y[work.time], work.y[work.independent]
-    full = stepper[LOGGED] + work.mode.size >= work.log.shape[0]  # all contacts may separate at the same moment
-    if angle >= control[PAUSE] or work.counts[STEPS] >= stepper[REST] or full:
+    full = stepper[STEPPER_LOGGED] + work.mode.size >= work.log.shape[0]  # all contacts may part at once
+    if angle >= control[CONTROL_PAUSE] or work.counts[STEPS] >= stepper[STEPPER_PAUSE_STEP] or full:
         return PAUSED
     if work.method[0] == IMPLICIT and work.slopes[0] == 0:
         return TURNS_STIFF
-    if control[PATIENCE] == math.inf:
+    if control[CONTROL_PATIENCE] == math.inf:
         return GOING
-    if moment >= control[LIMIT]:
+    if moment >= control[CONTROL_TIME_LIMIT]:
         return TIME_LIMIT
-    stepper[FARTHEST] = max(stepper[FARTHEST], angle)
-    if angle > stepper[ANGLE] + HARDLY:
-        stepper[ANGLE], stepper[SINCE] = angle, moment
-    stalled = stepper[FARTHEST] - angle > BACK or moment - stepper[SINCE] > control[PATIENCE]
+    stepper[STEPPER_FARTHEST] = max(stepper[STEPPER_FARTHEST], angle)
+    if angle > stepper[STEPPER_PROGRESS_ANGLE] + STALL_ADVANCE:
+        stepper[STEPPER_PROGRESS_ANGLE], stepper[STEPPER_PROGRESS_TIME] = angle, moment
+    stalled = (
+        stepper[STEPPER_FARTHEST] - angle > REVERSAL_TOLERANCE
+        or moment - stepper[STEPPER_PROGRESS_TIME] > control[CONTROL_PATIENCE]
+    )
     return STALLED if stalled else GOING
 
 
 @kernel
-def ready(at):
-    """Return GOING if a case is to take a step, whose length is then in `work.step`, else the reason why not."""
+def prepare_step(at):
+    """Return GOING and set the length of the next step in `work.step`, or return the status of a case that stops."""
     work = at[0]
     stepper = work.stepper
-    if stepper[BEGUN] == 0.0:
-        begin(at)
-    if work.counts[STEPS] + work.counts[REJECTED] >= work.control[MOST_STEPS]:
+    if stepper[STEPPER_BEGUN] == 0.0:
+        begin_case(at)
+    if work.counts[STEPS] + work.counts[REJECTED] >= work.control[CONTROL_STEP_BUDGET]:
         return STEP_BUDGET
     reason = GOING
-    if stepper[TRIES] == 0.0:
-        reason, stepper[SPENT] = interruption(at), work.counts[EVALUATIONS]
+    if stepper[STEPPER_REJECTIONS] == 0.0:
+        reason, stepper[STEPPER_EVALUATIONS] = interruption(at), work.counts[EVALUATIONS]
     if reason == GOING:
-        stepper[NEXT] = min(stepper[NEXT], work.longest / work.o[KAPPA, START])
-        work.step[LENGTH] = stepper[NEXT]
+        stepper[STEPPER_NEXT_LENGTH] = min(stepper[STEPPER_NEXT_LENGTH], work.longest / work.o[KAPPA, START])
+        work.step[LENGTH] = stepper[STEPPER_NEXT_LENGTH]
     return reason
 
 
 @kernel
 def reject(at, h):
-    """Shorten a step of length `h` with too large an error; return GOING, or why no shorter step is possible."""
+    """Reject a step of length `h` and shorten the next; return GOING, or a failure after MOST_TRIES rejections."""
     work = at[0]
     stepper, error = work.stepper, work.step[ERROR]
     work.counts[REJECTED] += 1
-    stepper[NEXT], stepper[GROWTH], stepper[TRIES] = h * shrinking(error), 1.0, stepper[TRIES] + 1.0
-    if stepper[TRIES] > MOST_TRIES:
+    stepper[STEPPER_NEXT_LENGTH], stepper[STEPPER_GROWTH], stepper[STEPPER_REJECTIONS] = (
+        h * shrinking(error),
+        1.0,
+        stepper[STEPPER_REJECTIONS] + 1.0,
+    )
+    if stepper[STEPPER_REJECTIONS] > MOST_TRIES:
         return STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE
     return GOING
 
 
 @kernel
 def cut_at_event(at, h, event):
-    """End the step of length `h` at an event: (share of it, kind, contact); return GOING or the end of the run.
+    """End the step of length `h` at an event: (share of it, kind, contact); return GOING or the status at the end.
 
-    The step is repeated up to the event, and rejected if its error is then too large.  All results before the event are
-    accumulated; then its effects are applied.
+    The step up to the event is taken again, and rejected if its error is too large.
+    Figures are taken up to the event, then the event is applied to the state.
     """
     work = at[0]
-    stepper, windowed = work.stepper, work.stepper[WINDOWED] != 0.0
+    stepper, windowed = work.stepper, work.stepper[STEPPER_IN_WINDOW] != 0.0
     share, kind, contact = event
-    stepper[CONTACT] = contact
+    stepper[STEPPER_CONTACT] = contact
     before, work.step[LENGTH] = work.counts[EVALUATIONS], h * share
     take_step(at)
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
-    # the longer step covered less of the motion before the event; the error of a very short step is rounding
-    too_far = share > SHORT and work.method[0] != IMPLICIT
+    # the longer step resolved the motion before the event less well; the error of a very short one is rounding
+    too_far = share > SHORT_SHARE and work.method[0] != IMPLICIT
     if too_far and not work.step[ERROR] < 1.0 and work.step[ERROR] != FAILED:
         return reject(at, work.step[LENGTH])
     before = work.counts[EVALUATIONS]
-    step_to_event(at, share, (kind, contact, stepper[STOP_AT]), work.step[LENGTH])
+    step_to_event(at, share, (kind, contact, stepper[STEPPER_NEXT_STOP]), work.step[LENGTH])
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
     choose_method(at, work.step[LENGTH], proposal_of(at))
     accept(at)
     note_step(at, work.step[LENGTH])
     if kind == STOP:
-        if stepper[STOP_AT] == target_of(at):
+        if stepper[STEPPER_NEXT_STOP] == target_of(at):
             if windowed:
                 return OK
-            stepper[WINDOWED] = 1.0
+            stepper[STEPPER_IN_WINDOW] = 1.0
             open_window(at)
-        stepper[STOP_AT] = next_stop(at, work.end[work.independent])
+        stepper[STEPPER_NEXT_STOP] = next_stop(at, work.end[work.independent])
     else:
         reason = pass_events(at, kind, contact, windowed)
         if reason != GOING:
             return reason
     restart(at)
-    begin_anew(at)
+    set_first_length(at)
     return GOING
 
 
 @kernel
-def go_on(at):
-    """Take a step and accumulate its results, or reject it; return GOING or the end of the run."""
+def attempt_step(at):
+    """Take a step with its figures, samples and events, or reject it; return GOING or the status at the end."""
     work = at[0]
     stepper, step = work.stepper, work.step
     take_step(at)
@@ -267,15 +273,15 @@ def go_on(at):
     if not step[ERROR] < 1.0:
         return reject(at, h)
     pattern = proposal_of(at)
-    work.proposals[pattern], work.paces[pattern] = stepper[NEXT], pace_of(at)
-    share, kind, contact = find_first_event(at, h, stepper[STOP_AT])
+    work.proposals[pattern], work.paces[pattern] = stepper[STEPPER_NEXT_LENGTH], pace_of(at)
+    share, kind, contact = find_first_event(at, h, stepper[STEPPER_NEXT_STOP])
     if kind != NOTHING:
         return cut_at_event(at, h, (share, kind, contact))
     accept(at)
     choose_method(at, h, pattern)
     note_step(at, h)
     advance(at)
-    stepper[NEXT] = next_length(at, h, stepper[NEXT])
+    stepper[STEPPER_NEXT_LENGTH] = next_length(at, h, stepper[STEPPER_NEXT_LENGTH])
     return GOING
 
 
@@ -297,12 +303,11 @@ _CODE: list[objects.Code] = []  # of the loop, which is the same for all cases
 
 
 def integrate(kept: Pinned) -> None:
-    """Integrate a case, a pinned Work, from its current state to its next pause.  Never raises.
+    """Integrate a case, a pinned Work, until it ends or pauses.  Never raises.
 
-    The STATUS in its stepper is then OK or the reason why the case ended early.  PAUSED, or TURNS_STIFF where
-    `work.slopes`
-    is required, means: call again to continue.  Figures are in its `totals`, samples in its `record`, events in its
-    `log`.
+    `stepper[STEPPER_STATUS]` is then OK or the reason why the case ended early.  After PAUSED call again to go on;
+    after TURNS_STIFF first compile the slopes (`work.slopes`).  Figures are in `totals`, samples in `record`, events
+    in `log`.
     """
     if is_plain():
         integrate_case((kept.value,))
@@ -312,10 +317,10 @@ def integrate(kept: Pinned) -> None:
 
 @kernel
 def integrate_case(at):
-    """Integrate a case, see `integrate`; `at` is a pointer to the Work."""
+    """Integrate one case; `at[0]` is its Work."""
     reason = GOING
     while reason == GOING:
-        reason = ready(at)
+        reason = prepare_step(at)
         if reason == GOING:
-            reason = go_on(at)
-    at[0].stepper[STATUS] = reason
+            reason = attempt_step(at)
+    at[0].stepper[STEPPER_STATUS] = reason
