@@ -174,3 +174,10 @@ def test_surfaces_that_hold_by_stiff_bristles_cost_little_more_the_stiffer_these
     mild, stiffest = (run(method, held(stiffness)) for stiffness in (1e4, 1e7))
     assert stiffest["rhs_evaluations"] < 2.5 * mild["rhs_evaluations"]
     assert stiffest["energy_residual"] < 1e-5
+
+
+@pytest.mark.slow
+def test_an_event_at_the_start_of_an_implicit_step_leaves_the_motion_finite():
+    """Three joints with friction as steep as can be: events follow each other within rounding."""
+    (case,) = (case for case in extremes.cases() if case.name == "friction/ABC tanh 1")
+    assert stability.run(case)["failure"] == ""

@@ -69,6 +69,7 @@ REVERSAL_TOLERANCE = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn 
 STALL_ADVANCE = 1e-4  # rad: how far a free crank has to advance within Control.patience
 # Growth of the second step after an event: at the onset of a contact the motion bends less than later
 AFTER_EVENT = 0.8
+CLOSE_TO_START = 1e-6  # share of an implicit step up to which an event is taken from its interpolant
 SHORT_SHARE = 1e-3  # share of a step up to which a step cut at an event is accepted whatever its error
 LOG_ROWS = 512  # events in the log before the loop pauses so that the caller can read them
 
@@ -234,7 +235,10 @@ def cut_at_event(at, h, event):
     share, kind, contact = event
     stepper[STEPPER_CONTACT] = contact
     before, work.step[LENGTH] = work.counts[EVALUATIONS], h * share
-    take_step(at)
+    if share > CLOSE_TO_START or work.method[0] != IMPLICIT:
+        take_step(at)
+    else:  # the matrices of an implicit step without length are singular
+        work.step[ERROR] = FAILED
     work.counts[LOCATING] += work.counts[EVALUATIONS] - before
     # the longer step resolved the motion before the event less well; the error of a very short one is rounding
     too_far = share > SHORT_SHARE and work.method[0] != IMPLICIT
