@@ -462,9 +462,9 @@ def real_case(**changes):
 @heavy
 @pytest.mark.parametrize("solve", [simulation.solve, lambda case: next(simulation.solve_each([case]))[1]])
 def test_what_a_case_takes_beside_its_integration_is_its_setup_time(monkeypatch, solve):
-    def slow(case):
+    def slow(*arguments):
         time.sleep(0.4)
-        return ideal_peaks(case)
+        return ideal_peaks(*arguments)
 
     case, ideal_peaks = real_case(**{"simulate.revolutions": 0.1}), outcome.ideal_peaks
     solve(case)  # compiles and loads
