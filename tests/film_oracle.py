@@ -80,5 +80,5 @@ class Mesh:
 def solution(slenderness, ratio, squeeze, wedge, mesh=(192, 8), groove=False):
     """Return the integrals of `Mesh.forces` with the second-order error extrapolated to zero."""
     meshes = (Mesh(slenderness, ratio, n * mesh[0], n * mesh[1], groove) for n in (1, 2))
-    coarse, fine = (each.forces(squeeze, wedge) for each in meshes)
+    coarse, fine = (mesh.forces(squeeze, wedge) for mesh in meshes)
     return (4.0 * fine - coarse) / 3.0

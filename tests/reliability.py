@@ -137,14 +137,14 @@ def attempts(_count: int, _seed: int, folder: Path) -> tuple[bool, list[list[str
     results = torture_attempts.try_all(folder)
     rows = [
         [
-            each.attempt.name,
-            "-" if each.code is None else str(each.code),
-            f"{each.seconds:.0f} s",
-            each.fault or "as it has to",
+            result.attempt.name,
+            "-" if result.code is None else str(result.code),
+            f"{result.seconds:.0f} s",
+            result.fault or "as it has to",
         ]
-        for each in results
+        for result in results
     ]
-    return not any(each.fault for each in results), rows
+    return not any(result.fault for result in results), rows
 
 
 def exits(count: int, _seed: int, folder: Path) -> tuple[bool, list[list[str]]]:

@@ -245,7 +245,7 @@ identify:
 def test_a_mistake_is_told(tmp_path, problems_in, old, new, message):
     file = measure(tmp_path / "rig.csv")
     problems = problems_in(IDENTIFIED.replace(old, new).replace("FILE", str(file)))
-    assert any(message in each for each in problems), problems
+    assert any(message in problem for problem in problems), problems
 
 
 def test_shards_cannot_identify(ran):

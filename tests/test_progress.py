@@ -310,11 +310,11 @@ def test_a_run_and_its_status_tell_of_compiling_and_of_a_life_at_work(tmp_path, 
     assert "left; case 1 of 2 (" in at_work[0]
     assert "about 4 min 5" in at_work[0].partition("; ")[2]
     assert int(at_work[0].partition("about ")[2].split(" min")[0]) in (9, 10)  # two lives of 5 min, one after the other
-    message = [each for facts in seen for each in facts["at_work"] if "block" in each]
+    message = [fact for facts in seen for fact in facts["at_work"] if "block" in fact]
     assert {each["case"] for each in message} >= {1}
     assert (message[0]["block"], message[0]["limit"], message[0]["what"]) == (7, 50e-6, "block 7, 31 um of 50 um")
     assert 290.0 < message[0]["left"] < 300.0
-    text = next(store.status_text(facts) for facts in seen if any("block" in each for each in facts["at_work"]))
+    text = next(store.status_text(facts) for facts in seen if any("block" in fact for fact in facts["at_work"]))
     assert "\ncase 1 of 2 (" in text
     assert not store.status(tmp_path / "run")["at_work"]
     assert not (tmp_path / "run" / "tmp").exists()

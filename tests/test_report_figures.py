@@ -183,7 +183,7 @@ class Struck(Run):
             counts.append(len(events))
             for name, each in zip(("t", "joint", "kind"), zip(*events, strict=True), strict=True):
                 values[name] += [TURN / speed * turn for turn in each] if name == "t" else each
-        yield np.array(counts), {name: np.array(each) for name, each in values.items()}
+        yield np.array(counts), {name: np.array(value) for name, value in values.items()}
 
 
 def test_the_time_of_impacts_is_that_of_contacts_shorter_than_ten_degrees_within_the_window():

@@ -80,7 +80,7 @@ def volumes(joint, worn):
     depths = worn.depths[: math.prod(shape)].reshape(shape)
     cell = 2.0 * math.pi / shape[2] / shape[1]
     round_ = (2.0 * joint.half_length * joint.bearing_radius, 2.0 * joint.half_journal * joint.journal_radius)
-    return [float(cell * size * each.sum()) for size, each in zip(round_, depths, strict=True)], depths
+    return [float(cell * size * depth.sum()) for size, depth in zip(round_, depths, strict=True)], depths
 
 
 def test_the_load_goes_with_the_depth_along_the_strip():

@@ -171,7 +171,8 @@ def sized(law: Law, given: str) -> Law:
         unit = units[place] if units else field.unit
         fields.append(field._replace(name=names.get(field.name, field.name), unit=unit, text=text))
     orders = [
-        each._replace(low=names.get(each.low, each.low), high=names.get(each.high, each.high)) for each in law.orders
+        order._replace(low=names.get(order.low, order.low), high=names.get(order.high, order.high))
+        for order in law.orders
     ]
     return law._replace(fields=tuple(fields), orders=tuple(orders))
 

@@ -186,7 +186,7 @@ class Layout(NamedTuple):
     @property
     def units(self) -> dict[str, str]:
         """Return name -> SI unit of every column and channel."""
-        return {each.name: each.unit for each in (*self.columns, *self.channels)}
+        return {column.name: column.unit for column in (*self.columns, *self.channels)}
 
     def written(self) -> dict[str, Any]:
         """Return the layout as run.json contains it."""

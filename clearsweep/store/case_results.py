@@ -152,7 +152,7 @@ def _answers_bytes(form: ResultSchema, paths: Sequence[str], answers: Sequence[A
 def _table_bytes(columns: Sequence[Column], values: Sequence[Sequence[Any]]) -> bytes:
     """Return a Parquet file of these columns, whose metadata hold `unit` and `description`."""
     fields = [field_of(column) for column in columns]
-    arrays = [pa.array(each, field.type) for each, field in zip(values, fields, strict=True)]
+    arrays = [pa.array(value, field.type) for value, field in zip(values, fields, strict=True)]
     content = io.BytesIO()
     pq.write_table(pa.table(arrays, pa.schema(fields)), content, write_page_checksum=True)
     return content.getvalue()

@@ -84,9 +84,9 @@ def _either(*checks: Check) -> Check:
     """Return a check that passes where one of some checks does; the last one says what is wrong."""
 
     def checked(value: Any, path: str) -> None:
-        for one in checks[:-1]:
+        for check in checks[:-1]:
             try:
-                return one(value, path)
+                return check(value, path)
             except MisshapenError:
                 continue
         return checks[-1](value, path)

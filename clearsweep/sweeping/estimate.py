@@ -255,7 +255,7 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
             except Late:
                 break
             results.append(timed)
-            spent = sum(each.spent for each in results)
+            spent = sum(result.spent for result in results)
             timing.note(share=min(max(len(results) / len(cases), spent / PILOT_TIME), 1.0))
             if spent > PILOT_TIME:
                 break

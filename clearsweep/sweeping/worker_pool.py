@@ -121,7 +121,7 @@ class WorkerPool:
         if not self.run(grid, ids, np.sort(ids)):
             return None
         rows = self.directory.rows()
-        names = grid.optimise.columns([each.name for each in grid.layout.columns]) if grid.optimise else []
+        names = grid.optimise.columns([column.name for column in grid.layout.columns]) if grid.optimise else []
         names = [*order.lead_of(grid.layout, grid.verdict.limits).columns] if grid.checked_laws else names
         places = np.searchsorted(rows["id"], ids[first:])
         new_results = store.read_results(self.directory, store.ResultSchema.of(grid), rows[places], names)

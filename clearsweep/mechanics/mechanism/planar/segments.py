@@ -28,7 +28,9 @@ def in_segments(machine: Machine) -> Machine:
         elastic = links.get(at.body)
         return At(node(at.body, elastic.segments), at.point) if elastic and at.point == elastic.far else at
 
-    joints = tuple(each._replace(proximal=moved(each.proximal), distal=moved(each.distal)) for each in machine.joints)
+    joints = tuple(
+        joint._replace(proximal=moved(joint.proximal), distal=moved(joint.distal)) for joint in machine.joints
+    )
     start = {
         each: angle
         for name, angle in machine.start.items()

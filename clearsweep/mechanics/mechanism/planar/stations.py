@@ -83,7 +83,7 @@ def geometry_of(machine: Machine) -> bytes:
     """Return the key of whatever determines the positions of a machine: no mass, no load, no speed."""
     bodies = {name: (tuple(body.center), dict(body.points), body.initial) for name, body in machine.bodies.items()}
     joints = [
-        each._replace(stiffness=0.0, damping=0.0) if isinstance(each, Stretch) else each for each in machine.joints
+        joint._replace(stiffness=0.0, damping=0.0) if isinstance(joint, Stretch) else joint for joint in machine.joints
     ]
     return pickle.dumps((bodies, joints, machine.driven, dict(machine.start), machine.drive.start_angle))
 

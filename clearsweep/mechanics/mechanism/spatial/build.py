@@ -238,7 +238,7 @@ def _lengths(assembly: Assembly, hang: Hang) -> list[float]:
     """Return the displacement (m) of a body for a unit of each of its coordinates."""
     reach = (
         extent(assembly.machine.bodies[hang.body])
-        or max(extent(each) for each in assembly.machine.bodies.values())
+        or max(extent(body) for body in assembly.machine.bodies.values())
         or 1.0
     )
     if hang.joint == assembly.machine.driven:

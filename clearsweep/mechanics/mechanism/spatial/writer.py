@@ -24,7 +24,7 @@ class Writer:
 
     def all_of(self, *vectors: str | None) -> str | None:
         """Return the sum of vectors."""
-        there = [each for each in vectors if each is not None]
+        there = [vector for vector in vectors if vector is not None]
         total = there[0] if there else None
         for each in there[1:]:
             total = self.let(f"plus({total}, {each})")
