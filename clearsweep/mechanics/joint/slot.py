@@ -67,11 +67,11 @@ class _Normal(NamedTuple):
 @inlined
 def normal_of(joint, gap):
     """Return the normal of a pin in a slot, from its GuideGap."""
-    excess = gap.x - min(max(gap.x, -joint.half_length), joint.half_length)
-    eccentricity = math.sqrt(excess * excess + gap.y * gap.y)
+    overshoot = gap.x - min(max(gap.x, -joint.half_length), joint.half_length)
+    eccentricity = math.sqrt(overshoot * overshoot + gap.y * gap.y)
     centred = eccentricity <= 0.0
     inverse = 1.0 / where(centred, 1.0, eccentricity)
-    nx, ny = excess * inverse, where(centred, 1.0, gap.y * inverse)
+    nx, ny = overshoot * inverse, where(centred, 1.0, gap.y * inverse)
     rate = gap.vx * nx + gap.vy * ny
     slip = gap.vy * nx - gap.vx * ny + joint.journal_radius * (gap.spin_distal - gap.spin_proximal)
     return _Normal(nx, ny, eccentricity - joint.clearance, rate, slip)
@@ -139,9 +139,9 @@ def note_contact(joint, gap, turned, j, moment):
     step, i = moment.step, moment.number
     half_length_, radius = joint.half_length, joint.journal_radius + joint.clearance
     nearest_x = min(max(gap.x, -half_length_), half_length_)
-    excess = gap.x - nearest_x
-    eccentricity = math.sqrt(excess * excess + gap.y * gap.y)
-    nx, ny = excess / eccentricity, gap.y / eccentricity
+    overshoot = gap.x - nearest_x
+    eccentricity = math.sqrt(overshoot * overshoot + gap.y * gap.y)
+    nx, ny = overshoot / eccentricity, gap.y / eccentricity
     angle, travels = math.atan2(ny, nx), gap.vy * nx - gap.vx * ny
     wall_distance = radius * angle + (half_length_ - nearest_x if ny >= 0.0 else nearest_x - half_length_)
     spins = travels / eccentricity if abs(gap.x) > half_length_ else 0.0  # of the normal, from the slot

@@ -97,8 +97,8 @@ def _elastic_energy_compatible(elastic, pen):
     if pen < END_DEPTH * c:
         share = pen / (c + pen)
         return elastic.stiffness * c * c * stored(share * inverse_lambert(0.25 * math.e * share))
-    excess = pen - END_DEPTH * c
-    return elastic.stiffness * (END_ENERGY * c * c + END_FORCE * excess * (c + excess / END_DEPTH))
+    overshoot = pen - END_DEPTH * c
+    return elastic.stiffness * (END_ENERGY * c * c + END_FORCE * overshoot * (c + overshoot / END_DEPTH))
 
 
 def _make_compatible(joint: Joint) -> Compatible:

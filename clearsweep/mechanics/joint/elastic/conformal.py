@@ -210,8 +210,8 @@ def load_arc(load: np.ndarray) -> np.ndarray:
     low, high = np.zeros(np.shape(load)), np.full(np.shape(load), WIDEST)  # of b^2
     for _ in range(60):
         b2 = 0.5 * (low + high)
-        excess = 2.0 * np.pi * b2 * (b2 + 1.0) < load * (2.0 - np.log1p(b2) - 2.0 * b2 * b2)
-        low, high = np.where(excess, b2, low), np.where(excess, high, b2)
+        overshoot = 2.0 * np.pi * b2 * (b2 + 1.0) < load * (2.0 - np.log1p(b2) - 2.0 * b2 * b2)
+        low, high = np.where(overshoot, b2, low), np.where(overshoot, high, b2)
     return 2.0 * np.arctan(np.sqrt(0.5 * (low + high)))
 
 

@@ -158,9 +158,9 @@ class BengisuAkay(NamedTuple):
 @piecewise(BengisuAkay, _kinks_threlfall)
 def _force_in_piece_bengisu_akay(friction, piece, normal, slip):
     sign, rises = where(piece < 2.0, -1.0, 1.0), (piece == 1.0) | (piece == 2.0)
-    excess_speed = sign * slip - friction.velocity_scale
-    parabola = friction.static_coefficient * (1.0 - (excess_speed / friction.velocity_scale) ** 2)
-    decay = math.exp(-friction.decay * excess_speed)
+    speed_above = sign * slip - friction.velocity_scale
+    parabola = friction.static_coefficient * (1.0 - (speed_above / friction.velocity_scale) ** 2)
+    decay = math.exp(-friction.decay * speed_above)
     falling = friction.coefficient + (friction.static_coefficient - friction.coefficient) * decay
     return -normal * (sign * where(rises, parabola, falling))
 

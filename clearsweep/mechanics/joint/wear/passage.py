@@ -198,21 +198,19 @@ def steady(workspace, row):
 
 
 @kernel
-def find_passing(workspace, arc_end, edge, width):
+def find_passing(workspace, end, edge, width):
     """Write the places at which an end (-1, 1) of the arc passes edges, `width` (rad) apart, to PASSING.
 
     The end moves in one direction only.  The place is interpolated linearly and corrected by one Newton step.  The
     remaining error enters squared at most, as the load is zero at the ends.
     """
-    row = START if arc_end < 0.0 else STOP
+    row = START if end < 0.0 else STOP
     for i in abreast(POINTS):
         previous = workspace[row * POINTS + i - 1]  # before the first point is the previous row, which is not used
         change = workspace[row * POINTS + i] - previous
         workspace[END * POINTS + i] = previous
         workspace[PER_WAY * POINTS + i] = where(change != 0.0, WAYS[i] / where(change != 0.0, change, 1.0), 0.0)
-        workspace[END_COURSE * POINTS + i] = (
-            workspace[COURSE * POINTS + i] + arc_end * workspace[HALF_COURSE * POINTS + i]
-        )
+        workspace[END_COURSE * POINTS + i] = workspace[COURSE * POINTS + i] + end * workspace[HALF_COURSE * POINTS + i]
     for i in abreast(POINTS):
         workspace[END_SLOPE * POINTS + i] = TIMES[i] * workspace[END_COURSE * POINTS + i + 1]
     workspace[END_SLOPE * POINTS + POINTS - 1] = 0.0  # the value after the last coefficient is undefined
@@ -227,38 +225,38 @@ def find_passing(workspace, arc_end, edge, width):
 
 
 @kernel
-def crossed(joint, workspace, arc_end, edge, width):
+def crossed(joint, workspace, end, edge, width):
     """Write the wear before edges, `width` (rad) apart, that an end (-1, 1) of the arc has passed, to WORN.
 
     Their places are in PASSING.  The end moves in one direction only, and the other end does not meet these edges.
     """
-    row, pressure = START if arc_end < 0.0 else STOP, joint.wear.pressure
+    row, pressure = START if end < 0.0 else STOP, joint.wear.pressure
     rises = workspace[row * POINTS + POINTS - 1] > workspace[row * POINTS]
-    edge_side = -1.0 if rises == (arc_end < 0.0) else 1.0  # where the edge is within the arc, from the passage on
-    all_of_it = summed(workspace, AREA) if arc_end > 0.0 else 0.0
+    edge_side = -1.0 if rises == (end < 0.0) else 1.0  # where the edge is within the arc, from the passage on
+    whole_area = summed(workspace, AREA) if end > 0.0 else 0.0
     for k in abreast(POINTS):
         swept, angle, total = workspace[PASSING * POINTS + k], edge + NUMBERS[k] * width, 0.0
         for j in turns(SOFT_NODES.size):
             x = swept + (edge_side - swept) * SOFT_NODES[j]
             offset = angle - value(workspace, COURSE, x)
             half_angle = max(value(workspace, HALF_COURSE, x), FAINT)
-            share = share_before(pressure, -arc_end * offset / half_angle, half_angle)
+            share = share_before(pressure, -end * offset / half_angle, half_angle)
             total += SOFT_WEIGHTS[j] * value(workspace, RATE, x) * share
-        workspace[WORN * POINTS + k] = all_of_it - arc_end * abs(edge_side - swept) * total
+        workspace[WORN * POINTS + k] = whole_area - end * abs(edge_side - swept) * total
 
 
 @kernel
-def end_passes(workspace, edge, arc_end, i):
+def end_passes(workspace, edge, end, i):
     """Return the place at which an end (-1, 1) of the arc is at `edge` (rad), between points `i - 1` and `i`.
 
     An error e of it changes the integral by e^(5/2): one step of regula falsi and a parabola through all three suffice.
     """
-    row, low, high = START if arc_end < 0 else STOP, PLACES[i - 1], PLACES[i]
+    row, low, high = START if end < 0 else STOP, PLACES[i - 1], PLACES[i]
     a, b = edge - workspace[row * POINTS + i - 1], edge - workspace[row * POINTS + i]
     if a == b:
         return low
     x = (low * b - high * a) / (b - a)
-    c = edge - value(workspace, COURSE, x) - arc_end * value(workspace, HALF_COURSE, x)
+    c = edge - value(workspace, COURSE, x) - end * value(workspace, HALF_COURSE, x)
     if c in (a, b):
         return x
     x = low * b * c / ((a - b) * (a - c)) + high * a * c / ((b - a) * (b - c)) + x * a * b / ((c - a) * (c - b))
@@ -267,8 +265,7 @@ def end_passes(workspace, edge, arc_end, i):
 
 @kernel
 def piece(joint, workspace, edge, side, span):
-    """Return the wear before `edge` between two places, a `span`, in which the edge stays on one side of the arc's
-    ends.
+    """Return the wear before `edge` between two places, a `span`, in which the edge is on one side of the arc's ends.
 
     side : -1 before the arc, 1 behind it, 0 in it.
     """
@@ -298,8 +295,8 @@ def passed(joint, workspace, edge):
     for i in range(1, POINTS):
         side_now = side_of(workspace, edge, i)
         while side != side_now:
-            arc_end = side if side != 0 else side_now  # the end of the arc that passes the edge
-            x = max(low, end_passes(workspace, edge, arc_end, i))
+            end = side if side != 0 else side_now  # the end of the arc that passes the edge
+            x = max(low, end_passes(workspace, edge, end, i))
             total += piece(joint, workspace, edge, side, (low, x))
             low, side = x, (0 if side != 0 else side_now)
     return total + piece(joint, workspace, edge, side, (low, PLACES[POINTS - 1]))
@@ -347,9 +344,9 @@ def worn_before(joint, workspace, edge, edges, last_edge):
     if is_single or not steady(workspace, START if starting else STOP):
         workspace[WORN * POINTS] = passed(joint, workspace, angle)
         return 1
-    arc_end = -1.0 if starting else 1.0
-    find_passing(workspace, arc_end, angle, width)
-    crossed(joint, workspace, arc_end, angle, width)
+    end = -1.0 if starting else 1.0
+    find_passing(workspace, end, angle, width)
+    crossed(joint, workspace, end, angle, width)
     return count
 
 

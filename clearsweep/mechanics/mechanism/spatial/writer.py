@@ -102,6 +102,6 @@ class Posed(Writer):
         """Return the velocity of a body's centre of mass."""
         return self.let(f"pose.velocities[{body - 1}]") if body else None
 
-    def fixed(self, body: int, own: str) -> str | None:
+    def fixed(self, body: int, own_values: str) -> str | None:
         """Return a vector of a body's frame in the fixed frame."""
-        return self.let(f"in_fixed({self.frame(body)}, {own})") if body else self.let(own)
+        return self.let(f"in_fixed({self.frame(body)}, {own_values})") if body else self.let(own_values)
