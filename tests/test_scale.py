@@ -15,8 +15,8 @@ from clearsweep.contracts.results import Trajectory
 from clearsweep.language import wording
 from clearsweep.report import case_table, rows, study
 from clearsweep.report.draw import comparison
+from clearsweep.sweeping.case_runner import common_values
 from clearsweep.sweeping.shard import distinct
-from clearsweep.sweeping.worker_pool import common_values
 
 
 @pytest.fixture
