@@ -13,7 +13,7 @@ from test_sweep import quiet
 import clearsweep
 from clearsweep import report, store
 from clearsweep.language.errors import DirectoryError, InputError
-from clearsweep.report.section import Note, Points, Sentences
+from clearsweep.report.blocks.section import Note, Points, Sentences
 from clearsweep.store import blocks, read_blocks, summary
 from clearsweep.store.record import checksum_of
 from clearsweep.sweeping import blockwise, estimate, run_summary

@@ -19,7 +19,7 @@ import clearsweep
 from clearsweep import cli, store
 from clearsweep.contracts import results
 from clearsweep.language.errors import DamagedError, DirectoryError
-from clearsweep.report import page
+from clearsweep.report.documents import page
 from clearsweep.store import directory, orbits
 from clearsweep.store.batch import file_name
 
