@@ -1,4 +1,4 @@
-"""The workers of a run: find missing cases, compile once, run the cases of one or more grids."""
+"""Runs the missing cases of one or more grids: compiles once, and hands cases to the workers."""
 
 import secrets
 import shutil
@@ -47,8 +47,8 @@ class Pending(NamedTuple):
     alike: bool = False  # they take about as long as the cases before
 
 
-class WorkerPool:
-    """The workers of a run, started for the first missing case; they run the cases of one or more grids.
+class CaseRunner:
+    """Runs cases of one or more grids with workers that are started for the first missing case.
 
     `ran`, `case_seconds` : number of cases and s of work; `ready` : when the first case could begin, or None.
     """
