@@ -242,8 +242,8 @@ MUTATIONS = (
     Mutation(
         PRESSURE,
         "_sum_over_load_winkler",
-        "return 4.0 * half_angle * half_angle",
-        "return 12.0 * half_angle * half_angle",
+        "return (4.0 * half_angle * half_angle",
+        "return (12.0 * half_angle * half_angle",
         BINS,
     ),
     Mutation(PERSSON, "_sum_over_load_persson", "return total", "return 3.0 * total", BINS),
@@ -252,8 +252,8 @@ MUTATIONS = (
     Mutation(
         PRESSURE,
         "_peak_over_mean_winkler",
-        "return 2.0 * sine * sine / (half_angle",
-        "return 6.0 * sine * sine / (half_angle",
+        "(2.0 * sine * sine / (half_angle",
+        "(6.0 * sine * sine / (half_angle",
         BINS,
     ),
     Mutation(PERSSON, "_peak_over_mean_persson", "return total", "return 3.0 * total", BINS),

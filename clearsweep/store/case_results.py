@@ -56,15 +56,15 @@ def histories(
     run: RunDirectory, form: ResultSchema, rows: np.ndarray, names: Sequence[str]
 ) -> list[dict[str, np.ndarray]]:
     """Return channels of committed cases (ROWS), case by case."""
-    found: list[dict[str, np.ndarray]] = [{} for _ in rows]
+    results: list[dict[str, np.ndarray]] = [{} for _ in rows]
     with OrbitFiles(run, form) as orbits:
         for dataset in datasets(form):
             if dataset.path in names:
                 extents = orbits.extents(dataset.each, dataset.width, rows)
-                for channels, number, start, count in zip(found, rows["batch"].tolist(), *extents, strict=True):
+                for channels, number, start, count in zip(results, rows["batch"].tolist(), *extents, strict=True):
                     content = orbits.read(number, dataset, int(start), int(count))
                     channels[dataset.path] = np.frombuffer(content, dataset.dtype)
-    return found
+    return results
 
 
 def write_answers(

@@ -75,8 +75,8 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
     ):
         courses = [_course(study, joint, name, *history, figure) for name, history in histories.items()]
         if courses:
-            ends = wording.in_common_unit((float(course.values[-1]) for course in courses), unit)
-            named = ", ".join(f"{course.name} {end}" for course, end in zip(courses, ends, strict=True))
+            ends = wording.in_common_unit((float(history.values[-1]) for history in courses), unit)
+            named = ", ".join(f"{history.name} {end}" for history, end in zip(courses, ends, strict=True))
             text = f"{title} over revolutions; at the end: {named}."
             of_limit = limit if figure == of and isinstance(limit, float) else None
             paint = partial(life.over_revolutions, courses=courses, unit=unit, name=title, limit=of_limit)
