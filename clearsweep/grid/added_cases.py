@@ -34,8 +34,10 @@ def rows(reader: Reader) -> tuple[tuple[Any, ...], ...]:
         return ()
     values = [reader.added_cases.get(path, []) for path in reader.axes]
     if set(reader.added_written) != set(reader.axes) or len(set(map(len, values))) > 1:
-        place = next(iter(reader.added_written.values()))
-        reader.problems.add(place, reader.added_in, "has not a value of every swept path for every case; leave it out")
+        location = next(iter(reader.added_written.values()))
+        reader.problems.add(
+            location, reader.added_in, "has not a value of every swept path for every case; leave it out"
+        )
         return ()
     return tuple(zip(*values, strict=True))
 
@@ -63,23 +65,23 @@ def section_of(
 
 
 def over_of(
-    reader: Reader, root: WrittenValue, section: WrittenValue, name: str, others: Collection[str], example: str
+    reader: Reader, root: WrittenValue, section: WrittenValue, name: str, conflicting: Collection[str], example: str
 ) -> WrittenValue | None:
-    """Return `over` of a section that chooses all cases; None if it is missing or another section chooses, too."""
-    for other in others:
-        if other in root.value:
-            sentence = f"conflicts with `{other}`; `{name}` chooses all cases itself; remove one of the two"
+    """Return the key `over` of a section that chooses all cases; None if missing or if another section chooses too."""
+    for conflict in conflicting:
+        if conflict in root.value:
+            sentence = f"conflicts with `{conflict}`; `{name}` chooses all cases itself; remove one of the two"
             reader.problems.add(section, name, sentence)
             return None
-    over: WrittenValue | None = section.value.get("over")
-    if over is None or not isinstance(over.value, dict) or not over.value:
-        reader.problems.add(over or section, f"{name}.over", f"names nothing to vary; for example: {example}")
+    over_section: WrittenValue | None = section.value.get("over")
+    if over_section is None or not isinstance(over_section.value, dict) or not over_section.value:
+        reader.problems.add(over_section or section, f"{name}.over", f"names nothing to vary; for example: {example}")
         return None
-    return over
+    return over_section
 
 
 def count(
-    reader: Reader, section: WrittenValue, key: tuple[str, str], allowed: tuple[int, int], default: int | None
+    reader: Reader, section: WrittenValue, key: tuple[str, str], limits: tuple[int, int], default: int | None
 ) -> int | None:
     """Return the integer at `key` of a section, or None if it is missing or invalid."""
     content, where = section.value.get(key[1]), ".".join(key)
@@ -92,14 +94,14 @@ def count(
     except InputError as error:
         reader.problems.add(content, where, str(error))
         return None
-    if value != int(value) or not allowed[0] <= value <= allowed[1]:
-        sentence = f"found {content.value}; allowed: a whole number from {allowed[0]} to {allowed[1]:,}"
+    if value != int(value) or not limits[0] <= value <= limits[1]:
+        sentence = f"found {content.value}; allowed: a whole number from {limits[0]} to {limits[1]:,}"
         reader.problems.add(content, where, sentence)
         return None
     return int(value)
 
 
-def check_always_used(reader: Reader, place: WrittenValue, section: str, path: str) -> None:
+def check_always_used(reader: Reader, location: WrittenValue, section: str, path: str) -> None:
     """Report a swept key that some of the swept laws do not use: every added case has a value of each key."""
     node = value_key(reader.shape, path)
     if isinstance(node, Word):
@@ -108,5 +110,5 @@ def check_always_used(reader: Reader, place: WrittenValue, section: str, path: s
         for law in reader.axes.get(chooser, ()):
             if not node.used(reader.names | {chooser: frozenset({law})}):
                 sentence = f"{path} is not used by {law}; with `{section}` every law that is tried has to use every key"
-                reader.problems.add(place, section, f"{sentence} that is swept")
+                reader.problems.add(location, section, f"{sentence} that is swept")
                 return

@@ -29,8 +29,8 @@ def _bare(written: WrittenValue | None) -> bool:
         return False
     value = written.value
     if isinstance(value, dict):  # an axis: its ends come first, and a mean is among its keys
-        inner = next(iter(value.values()), WrittenValue(None)).value
-        value = [inner["mean"]] if isinstance(inner, dict) and "mean" in inner else inner
+        nested = next(iter(value.values()), WrittenValue(None)).value
+        value = [nested["mean"]] if isinstance(nested, dict) and "mean" in nested else nested
         if "logspace" in written.value:
             return isinstance(value, list) and len(value) == 3
     if isinstance(value, list):  # either all items have units or none
@@ -44,7 +44,7 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
     Values without a unit, expressions, fits and names of library entries are left out.
     """
     units = {}
-    among_fits = {path for path, way in reader.way.items() if way == "seek"} if reader.among else set()
+    among_fits = {path for path, variation in reader.way.items() if variation == "seek"} if reader.among else set()
     for path, node in reader.shape.items():
         written = reader.swept.get(path) or reader.written.get(path)
         if not isinstance(node, Number) or not node.fields(reader.names) or written is None:
@@ -52,26 +52,26 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
         if path in reader.fits or path in among_fits:
             continue
         exponent = reader.values.get(f"{path.rpartition('.')[0]}.exponent")
-        known = unit(node, reader.names, exponent)
-        readings = (written_unit(text, known) for text in _texts(written))
-        first = next((reading for reading in readings if reading), None)
-        if first:
-            units[path] = first
+        unit_fields = unit(node, reader.names, exponent)
+        readings = (written_unit(text, unit_fields) for text in _texts(written))
+        first_reading = next((reading for reading in readings if reading), None)
+        if first_reading:
+            units[path] = first_reading
     return units
 
 
 def as_written(record: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fits, labels and units that the user wrote; a grid read back from its `record` in SI has lost them."""
-    units = {path: WrittenUnit(**known) for path, known in record.get("written_units", {}).items()}
+    units = {path: WrittenUnit(**unit_fields) for path, unit_fields in record.get("written_units", {}).items()}
     return {"fits": fits_of_record(record), "labels": labels.noted(record), "written_units": units}
 
 
 def _texts(written: WrittenValue) -> Iterator[Any]:
     """Yield the texts at a path: a value, the items of a list, or the numbers of an axis; names are left out."""
     value = None if written.by_name else written.value
-    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
-    if inner is None:
+    nested = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
+    if nested is None:
         yield f"1 {value}" if isinstance(value, str) and value[:1].isalpha() else value  # unit of a logspace
         return
-    for item in inner:
+    for item in nested:
         yield from _texts(item)

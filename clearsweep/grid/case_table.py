@@ -41,9 +41,9 @@ def read(problems: Problems, written: WrittenValue) -> WrittenValue | None:
     return _columns(problems, str(file), heads, rows)
 
 
-def head_of(head: str) -> tuple[str, str]:
+def head_of(heading: str) -> tuple[str, str]:
     """Return name and unit of a column header such as `drive.speed [rpm]`; '' for a missing part."""
-    match = _HEAD.fullmatch(head)
+    match = _HEAD.fullmatch(heading)
     return (match[1], (match[2] or "").strip()) if match else ("", "")
 
 
@@ -70,22 +70,22 @@ def _columns(problems: Problems, origin: str, heads: list[str], rows: list[Table
     """Return the columns of a table, or None if its rows do not match its header."""
     columns: dict[str, WrittenValue] = {}
     places: dict[str, WrittenValue] = {}
-    units, good = [], True
-    for column, head in enumerate(heads, start=1):
-        here = WrittenValue(None, origin, 1, column)
-        path, unit = head_of(head)
+    units, is_valid = [], True
+    for column, heading in enumerate(heads, start=1):
+        cell_place = WrittenValue(None, origin, 1, column)
+        path, unit = head_of(heading)
         if not path or path in columns:
-            wrong = "occurs twice; keep one of them" if path else "is no head; expected a dotted path and its unit"
-            problems.add(here, "cases", f"column {column}: '{head}' {wrong}, such as drive.speed [rpm]")
-            good = False
-        columns[path], places[path] = WrittenValue([], origin, 1, column), here
+            invalid = "occurs twice; keep one of them" if path else "is no head; expected a dotted path and its unit"
+            problems.add(cell_place, "cases", f"column {column}: '{heading}' {invalid}, such as drive.speed [rpm]")
+            is_valid = False
+        columns[path], places[path] = WrittenValue([], origin, 1, column), cell_place
         units.append(unit)
     for line, cells in rows:
         if len(cells) != len(heads):
             sentence = f"row {line} has {len(cells)} cells but the header has {len(heads)}; write every value"
             problems.add(WrittenValue(None, origin, line, 1), "cases", sentence)
-            good = False
-    if not good:
+            is_valid = False
+    if not is_valid:
         return None
     for line, cells in rows:
         for column, (values, cell, unit) in enumerate(zip(columns.values(), cells, units, strict=True), start=1):

@@ -25,26 +25,26 @@ def read_options(option: str, given: tuple[str, ...]) -> dict[str, str]:
     """Return path -> text of the `PATH=VALUE` arguments of an option; InputError for any other form."""
     example = "drive.speed=3000rpm" if option == SET else "drive.speed=1000rpm,3000rpm"
     options: dict[str, str] = {}
-    wrong = []
+    invalid = []
     for text in given:
-        path, equals, value = (part.strip() for part in text.partition("="))
+        path, equals, value = (piece.strip() for piece in text.partition("="))
         if not equals or not path or not (value or option == SET):
-            wrong.append(f"{option} {text}: expected PATH=VALUE, such as {option} {example}")
+            invalid.append(f"{option} {text}: expected PATH=VALUE, such as {option} {example}")
         elif path in options:
-            wrong.append(f"{option} {path}: is given twice; give it once")
+            invalid.append(f"{option} {path}: is given twice; give it once")
         options[path] = value
-    if wrong:
-        raise InputError(*wrong)
+    if invalid:
+        raise InputError(*invalid)
     return options
 
 
-def apply_overrides(root: WrittenValue, changed: Changed, problems: Problems) -> WrittenValue:
+def apply_overrides(root: WrittenValue, overrides: Changed, problems: Problems) -> WrittenValue:
     """Return the document with the overrides applied; an empty value removes the key."""
-    for path in sorted(changed.fixed.keys() & changed.swept.keys()):
+    for path in sorted(overrides.fixed.keys() & overrides.swept.keys()):
         problems.add(WrittenValue(None, SET), path, f"is given with {SWEEP}, too; give it with one of them")
-    for path, text in changed.fixed.items():
+    for path, text in overrides.fixed.items():
         root = override(root, path, _read(f"{SET} {path}", path, text, problems), problems)
-    for path, text in changed.swept.items():
+    for path, text in overrides.swept.items():
         root = _sweep(root, path, _read(f"{SWEEP} {path}", path, text if text[:1] in "[{" else f"[{text}]", problems))
     return root
 
@@ -73,6 +73,6 @@ def _sweep(root: WrittenValue, path: str, values: WrittenValue) -> WrittenValue:
     section = root.value.get("sweep", WrittenValue({}, values.origin))
     if not isinstance(section.value, dict):
         return root  # its problem is reported elsewhere
-    keys = {key: place for key, place in section.keys.items() if key != path}
+    keys = {key: location for key, location in section.keys.items() if key != path}
     inside = WrittenValue(section.value | {path: values}, section.origin, section.line, section.column, keys)
     return WrittenValue(root.value | {"sweep": inside}, root.origin, root.line, root.column, root.keys)

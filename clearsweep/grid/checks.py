@@ -26,8 +26,8 @@ def check(reader: Reader, catalogue: Catalogue) -> None:
     film_checks.check(reader, catalogue)
     _friction(reader, catalogue)
     joints = [path for path, node in reader.shape.items() if isinstance(node, Section) and _is_joint(path)]
-    whole = reader.shape.get("joints")
-    if not joints and isinstance(whole, Section) and whole.need == "implied":
+    complete = reader.shape.get("joints")
+    if not joints and isinstance(complete, Section) and complete.need == "implied":
         text = (
             f"no joint has clearance; name at least one of {', '.join(site.name for site in reader.mechanism.joints)}"
         )
@@ -60,21 +60,21 @@ def _thermal(reader: Reader, joint: str) -> None:
 
 def _friction(reader: Reader, catalogue: Catalogue) -> None:
     """Check that the keys of friction laws are in order, in joints and in loads."""
-    given = {f"loads.{load.name}.friction": load.given for load in reader.outline.loads if load.given}
+    frictions = {f"loads.{load.name}.friction": load.given for load in reader.outline.loads if load.given}
     for path in [path for path in reader.shape if path.endswith(".friction")]:
         for law in catalogue.of("friction"):
             if law.name in reader.names.get(f"{path}.law", ()):
-                _in_order(reader, path, sized(law, given[path]) if path in given else law)
+                _in_order(reader, path, sized(law, frictions[path]) if path in frictions else law)
 
 
 def _until(reader: Reader) -> None:
     """Check that the grid has the figure in `until` and that the longest run is not shorter than the shortest."""
-    least, most = reader.reached("simulate.revolutions"), reader.reached("simulate.until.max_revolutions")
-    if least and most and min(most) < max(least):
+    smallest, largest = reader.reached("simulate.revolutions"), reader.reached("simulate.until.max_revolutions")
+    if smallest and largest and min(largest) < max(smallest):
         path = "simulate.until.max_revolutions"
         sentence = (
-            f"found {reader.said(path, min(most))}; allowed: at least "
-            f"{reader.said('simulate.revolutions', max(least))}, the value of simulate.revolutions, the shortest run"
+            f"found {reader.said(path, min(largest))}; allowed: at least "
+            f"{reader.said('simulate.revolutions', max(smallest))}, the value of simulate.revolutions, the shortest run"
         )
         reader.problems.add(reader.place(path), path, sentence)
     path = "simulate.until.figure"
@@ -95,16 +95,16 @@ def _below(reader: Reader, low: str, high: str, reason: str, *, equal: bool = Fa
     if not lows or not highs or max(lows) < min(highs) or (equal and max(lows) == min(highs)):
         return
     if reader.in_step(low, high):
-        wrong = [(a, b) for a, b in zip(lows, highs, strict=False) if not (a < b or (equal and a == b))]
-        if not wrong:
+        invalid = [(a, b) for a, b in zip(lows, highs, strict=False) if not (a < b or (equal and a == b))]
+        if not invalid:
             return
-        lows, highs = zip(*wrong[:1], strict=True)
+        lows, highs = zip(*invalid[:1], strict=True)
     where = low if low in reader.swept or low in reader.written else high
-    word = "at most" if equal else "below"
+    bound = "at most" if equal else "below"
     reader.problems.add(
         reader.place(where),
         where,
-        f"found {reader.said(low, max(lows))}; allowed: {word} {reader.said(high, min(highs))}, the value of {high}; "
+        f"found {reader.said(low, max(lows))}; allowed: {bound} {reader.said(high, min(highs))}, the value of {high}; "
         f"{reason}",
     )
 
@@ -128,15 +128,15 @@ def _material(reader: Reader, joint: str) -> None:
     if material not in reader.shape or not value_key(reader.shape, f"{material}.young").used(reader.names):
         return
     shared = [key for key in ("young", "poisson") if reader.there(f"{material}.{key}")]
-    own = [body for body in Materials._fields if f"{material}.{body}" in reader.shape]
-    if own and shared:
-        sentence = f"conflicts with {' and '.join(own)}; write it within bearing and journal, or remove these"
+    given_bodies = [body for body in Materials._fields if f"{material}.{body}" in reader.shape]
+    if given_bodies and shared:
+        sentence = f"conflicts with {' and '.join(given_bodies)}; write it within bearing and journal, or remove these"
         reader.problems.add(reader.place(f"{material}.{shared[0]}"), f"{material}.{shared[0]}", sentence)
-    elif len(own) == 1:
-        (other,) = set(Materials._fields) - set(own)
-        sentence = f"is missing; for example: {other}: {{young: 110 GPa, poisson: 0.34}}, or one material for both"
-        reader.problems.add(reader.place(material), f"{material}.{other}", sentence)
-    elif not own:
+    elif len(given_bodies) == 1:
+        (other_body,) = set(Materials._fields) - set(given_bodies)
+        sentence = f"is missing; for example: {other_body}: {{young: 110 GPa, poisson: 0.34}}, or one material for both"
+        reader.problems.add(reader.place(material), f"{material}.{other_body}", sentence)
+    elif not given_bodies:
         for key in ("young", "poisson"):
             if key not in shared:
                 sentence = (
@@ -149,12 +149,12 @@ def _material(reader: Reader, joint: str) -> None:
 def _elastic(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that the joint has the values that its stiffness laws need, within their valid range."""
     law, elastic = f"{joint}.contact.law", f"{joint}.contact.elastic"
-    known = elastic in reader.shape and reader.unsure.isdisjoint((law, elastic))
-    if not known or not value_key(reader.shape, elastic).used(reader.names):
+    is_known = elastic in reader.shape and reader.unsure.isdisjoint((law, elastic))
+    if not is_known or not value_key(reader.shape, elastic).used(reader.names):
         return
     families = {law: catalogue.of("law"), elastic: catalogue.of("elastic")}
-    tried = [law for path, laws in families.items() for law in laws if law.name in reader.names[path]]
-    for chosen in sorted(tried, key=lambda law: law.name):
+    candidates = [law for path, laws in families.items() for law in laws if law.name in reader.names[path]]
+    for chosen in sorted(candidates, key=lambda law: law.name):
         for path in _needed(reader, joint, chosen):
             if not reader.there(f"{joint}.{path}"):
                 sentence = f"is missing; {chosen.family} '{chosen.name}' needs {_EXAMPLES[path]}"
@@ -162,8 +162,10 @@ def _elastic(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         _in_order(reader, f"{joint}.contact", chosen)
         if "hertz" in chosen.needs:
             _hertzian(reader, elastic, chosen)
-        for own, low, high, unit, reason in chosen.ranges:
-            path = own if f"{joint}.{own}" in reader.shape else own.replace(".bearing.", ".")  # of both bodies
+        for given_bodies, low, high, unit, reason in chosen.ranges:
+            path = (
+                given_bodies if f"{joint}.{given_bodies}" in reader.shape else given_bodies.replace(".bearing.", ".")
+            )  # of both bodies
             outside = [value for value in reader.reached(f"{joint}.{path}") if not low <= value <= high]
             if outside:
                 sentence = (
@@ -175,9 +177,9 @@ def _elastic(reader: Reader, joint: str, catalogue: Catalogue) -> None:
 
 def _hertzian(reader: Reader, elastic: str, law: Law) -> None:
     """Check that the elastic force is Hertz's, where a law of the normal force requires that."""
-    others = sorted(reader.names[elastic] - {"power"})
+    other_laws = sorted(reader.names[elastic] - {"power"})
     exponents = [x for x in exponent_values(reader, elastic) if not math.isclose(x, 1.5)]
-    culprit = others[0] if others else f"an exponent of {exponents[0]:.15g}" if exponents else ""
+    culprit = other_laws[0] if other_laws else f"an exponent of {exponents[0]:.15g}" if exponents else ""
     if culprit:
         sentence = f"found {culprit}; law '{law.name}' allows power with the exponent 1.5, a ball in a socket"
         reader.problems.add(reader.place(elastic), elastic, sentence)
@@ -187,20 +189,20 @@ def _needed(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
     """Return the further keys, as paths within the joint, that a contact law needs."""
     if any(reader.there(f"{joint}.contact.{columns.name}") for columns in law.tables):
         return ()  # the key table covers it
-    needed = tuple("contact.material" if name == "material" else name for name in law.needs if name != "hertz")
+    parameter = tuple("contact.material" if name == "material" else name for name in law.needs if name != "hertz")
     from_material = law.name == "power" and not reader.there(f"{joint}.contact.stiffness")
-    sized = needed or (from_material and reader.there(f"{joint}.contact.material"))
+    sized = parameter or (from_material and reader.there(f"{joint}.contact.material"))
     radius = reader.shape.get(f"{joint}.bearing_radius")
     optional = isinstance(radius, Number) and radius.uses[0].field.optional
-    return ("bearing_radius", *needed) if sized and optional else needed
+    return ("bearing_radius", *parameter) if sized and optional else parameter
 
 
 def _roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that rough surfaces have the joint's dimensions and a texture or a profile."""
     rough = f"{joint}.roughness"
     for law in [law for law in catalogue.of("roughness") if law.name in reader.names[f"{rough}.law"]]:
-        for needed in law.needs:
-            path = "contact.material" if needed == "material" else needed
+        for parameter in law.needs:
+            path = "contact.material" if parameter == "material" else parameter
             if not reader.there(f"{joint}.{path}"):
                 sentence = f"is missing; roughness '{law.name}' needs {_EXAMPLES[path]}"
                 reader.problems.add(reader.place(rough), f"{joint}.{path}", sentence)
@@ -222,23 +224,23 @@ def _wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     if not reader.there(f"{joint}.length"):
         sentence = "is missing; wear needs the joint's length along the pin, such as 20 mm"
         reader.problems.add(reader.place(wear), f"{joint}.length", sentence)
-    bare = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
+    is_dimensionless = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
     by_work = [
         law for law in catalogue.of("wear") if "friction" in law.needs and law.name in reader.names[f"{wear}.law"]
     ]
     if by_work and f"{joint}.friction" not in reader.shape:
         sentence = f"is missing; the wear law '{by_work[0].name}' needs the work of friction; write a friction law"
         reader.problems.add(reader.place(wear), f"{joint}.friction", sentence)
-    if by_work and bare:
+    if by_work and is_dimensionless:
         sentence = f"the wear law '{by_work[0].name}' takes m^3/J, whatever the hardness: write the unit"
         reader.problems.add(reader.place(f"{wear}.coefficient_unit"), f"{wear}.coefficient_unit", sentence)
         return
-    if bare and not reader.there(f"{wear}.hardness"):
+    if is_dimensionless and not reader.there(f"{wear}.hardness"):
         sentence = "is missing; a dimensionless wear coefficient is k times the hardness; for example: 2 GPa"
         reader.problems.add(reader.place(wear), f"{wear}.hardness", sentence)
-    there = "running_in.steady" if reader.there(f"{wear}.running_in.steady") else "coefficient"
-    _of_both(reader, wear, there, ("bearing_coefficient", "journal_coefficient"), "2e-14 m^2/N")
-    if there != "coefficient" and reader.there(f"{wear}.coefficient"):
+    steady_key = "running_in.steady" if reader.there(f"{wear}.running_in.steady") else "coefficient"
+    _of_both(reader, wear, steady_key, ("bearing_coefficient", "journal_coefficient"), "2e-14 m^2/N")
+    if steady_key != "coefficient" and reader.there(f"{wear}.coefficient"):
         sentence = "conflicts with running_in.steady, which means the same; remove one of the two"
         reader.problems.add(reader.place(f"{wear}.coefficient"), f"{wear}.coefficient", sentence)
     if f"{wear}.running_in" in reader.shape:
@@ -249,7 +251,7 @@ def _wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
 
 def _of_both(reader: Reader, wear: str, key: str, overriding: tuple[str, str], example: str) -> None:
     """Check that there is a common coefficient or one for each body, and that a varied one is used."""
-    overridden = all(reader.there(f"{wear}.{own}") for own in overriding)
+    overridden = all(reader.there(f"{wear}.{given_bodies}") for given_bodies in overriding)
     if not reader.there(f"{wear}.{key}") and not overridden:
         sentence = f"is missing; for example: {example} for both bodies, or {' and '.join(overriding)}"
         reader.problems.add(reader.place(wear), f"{wear}.{key}", sentence)
@@ -260,21 +262,21 @@ def _of_both(reader: Reader, wear: str, key: str, overriding: tuple[str, str], e
 
 def _wear_numbers(reader: Reader, wear: str) -> None:
     """Check that wear coefficients times hardness have a realistic magnitude."""
-    bare = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
-    hardness = 1.0 if bare else max(reader.reached(f"{wear}.hardness"), default=0.0)
+    is_dimensionless = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
+    hardness = 1.0 if is_dimensionless else max(reader.reached(f"{wear}.hardness"), default=0.0)
     for path in (f"{wear}.{key}" for key in COEFFICIENTS):
         numbers = [value * hardness for value in reader.reached(path)]
-        largest, least = max(numbers, default=0.0), min((value for value in numbers if value), default=1.0)
-        if largest > LARGEST_WEAR_NUMBER or (bare and least < LEAST_WEAR_NUMBER):
-            what = (
-                f"found {(largest if largest > LARGEST_WEAR_NUMBER else least):.15g}, dimensionless; allowed: "
+        largest, smallest = max(numbers, default=0.0), min((value for value in numbers if value), default=1.0)
+        if largest > LARGEST_WEAR_NUMBER or (is_dimensionless and smallest < LEAST_WEAR_NUMBER):
+            description = (
+                f"found {(largest if largest > LARGEST_WEAR_NUMBER else smallest):.15g}, dimensionless; allowed: "
                 f"{LEAST_WEAR_NUMBER:g} to {LARGEST_WEAR_NUMBER:g}; write the unit, m^2/N, of one that has it"
-                if bare
+                if is_dimensionless
                 else f"found {reader.said(path, largest / hardness)}, times the hardness "
                 f"{reader.said(f'{wear}.hardness', hardness)} {largest:.3g}; "
                 f"allowed: at most {LARGEST_WEAR_NUMBER}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
             )
-            reader.problems.add(reader.place(path), path, what)
+            reader.problems.add(reader.place(path), path, description)
 
 
 def _evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:

@@ -112,5 +112,5 @@ def markdown(catalogue: Catalogue) -> str:
     )
 
 
-def _table(first: str, second: str, rows: dict[str, str]) -> list[str]:
-    return [f"| {first} | {second} |", "| --- | --- |", *(f"| `{key}` | {text} |" for key, text in rows.items())]
+def _table(heading: str, second: str, rows: dict[str, str]) -> list[str]:
+    return [f"| {heading} | {second} |", "| --- | --- |", *(f"| `{key}` | {text} |" for key, text in rows.items())]

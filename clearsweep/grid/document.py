@@ -51,8 +51,8 @@ class WrittenValue:
 
     def key_place(self, key: str) -> "WrittenValue":
         """Return the position of a key of this section, or that of its value if it is unknown."""
-        place = self.keys.get(key)
-        return self.value[key] if place is None else place
+        location = self.keys.get(key)
+        return self.value[key] if location is None else location
 
 
 class Problems:
@@ -97,24 +97,24 @@ def read(source: str | PathLike | Mapping, problems: Problems) -> WrittenValue:
     try:
         node = YAML(typ="safe", pure=True).compose(text)
     except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        where = f"{name}:{mark.line + 1}:{mark.column + 1}" if mark else name
+        error_mark = error.problem_mark or error.context_mark
+        where = f"{name}:{error_mark.line + 1}:{error_mark.column + 1}" if error_mark else name
         raise InputError(f"{where}: not valid YAML: {error.problem or error.context}") from error
     except (YAMLError, RecursionError, ValueError) as error:
-        first = str(error).strip().splitlines()[0] if str(error).strip() else "nested too deeply"
-        raise InputError(f"{name}: not valid YAML: {first}") from error
+        first_line = str(error).strip().splitlines()[0] if str(error).strip() else "nested too deeply"
+        raise InputError(f"{name}: not valid YAML: {first_line}") from error
     if node is None:
         raise InputError(f"{name}:1:1: the file is empty; `clearsweep init` writes a grid to start from")
     return from_node(node, name, "", problems, {})
 
 
-def refuse_endless(name: str | PathLike, most: int) -> None:
-    """Raise OSError unless `name` is a regular file, no device or pipe, of at most `most` bytes."""
-    facts = os.stat(name)
-    if not stat.S_ISREG(facts.st_mode):
-        raise OSError(0, "it is a directory" if stat.S_ISDIR(facts.st_mode) else "it is no regular file")
-    if facts.st_size > most:
-        raise OSError(0, f"it has {facts.st_size:,} bytes, more than the {most:,} that are read")
+def refuse_endless(name: str | PathLike, max_bytes: int) -> None:
+    """Raise OSError unless `name` is a regular file, no device or pipe, of at most `max_bytes` bytes."""
+    file_status = os.stat(name)
+    if not stat.S_ISREG(file_status.st_mode):
+        raise OSError(0, "it is a directory" if stat.S_ISDIR(file_status.st_mode) else "it is no regular file")
+    if file_status.st_size > max_bytes:
+        raise OSError(0, f"it has {file_status.st_size:,} bytes, more than the {max_bytes:,} that are read")
 
 
 def written_of(value: Any, origin: str) -> WrittenValue:
@@ -148,9 +148,9 @@ def _put(written: WrittenValue, keys: list[str], value: WrittenValue, refuse: Ca
         refuse(written.value)
         return written
     inside = {str(key): item for key, item in inside.items()}
-    key, *rest = keys
-    if rest:
-        inside[key] = _put(inside.get(key, WrittenValue({}, value.origin)), rest, value, refuse)
+    key, *remaining = keys
+    if remaining:
+        inside[key] = _put(inside.get(key, WrittenValue({}, value.origin)), remaining, value, refuse)
     elif value.value is None:
         inside.pop(key, None)
     else:
@@ -159,48 +159,56 @@ def _put(written: WrittenValue, keys: list[str], value: WrittenValue, refuse: Ca
 
 
 def from_node(
-    node: Node, origin: str, path: str, problems: Problems, done: dict[int, WrittenValue | None]
+    node: Node, origin: str, path: str, problems: Problems, nodes_read: dict[int, WrittenValue | None]
 ) -> WrittenValue:
     """Return the value of a YAML node; a node with aliases is converted once."""
-    place = (origin, node.start_mark.line + 1, node.start_mark.column + 1)
-    if id(node) in done:
-        known = done[id(node)]
-        if known is None:
-            problems.add(WrittenValue(None, *place), path, "an alias that contains itself; write the value out")
-        return known or WrittenValue(None, *place)
-    done[id(node)] = None
+    location = (origin, node.start_mark.line + 1, node.start_mark.column + 1)
+    if id(node) in nodes_read:
+        earlier = nodes_read[id(node)]
+        if earlier is None:
+            problems.add(WrittenValue(None, *location), path, "an alias that contains itself; write the value out")
+        return earlier or WrittenValue(None, *location)
+    nodes_read[id(node)] = None
     if str(node.tag).removeprefix(_TAG) not in _PLAIN:
-        problems.add(WrittenValue(None, *place), path, f"the YAML tag {node.tag} is not understood; write it without")
+        problems.add(
+            WrittenValue(None, *location), path, f"the YAML tag {node.tag} is not understood; write it without"
+        )
     if isinstance(node, MappingNode):
-        written = _mapping(node, place, path, problems, done)
+        written = _mapping(node, location, path, problems, nodes_read)
     elif isinstance(node, SequenceNode):
-        written = WrittenValue([from_node(item, origin, path, problems, done) for item in node.value], *place)
+        written = WrittenValue([from_node(item, origin, path, problems, nodes_read) for item in node.value], *location)
     else:
-        written = WrittenValue(_scalar(str(node.tag), node.value, WrittenValue(None, *place), path, problems), *place)
-    done[id(node)] = written
+        written = WrittenValue(
+            _scalar(str(node.tag), node.value, WrittenValue(None, *location), path, problems), *location
+        )
+    nodes_read[id(node)] = written
     return written
 
 
 def _mapping(
-    node: MappingNode, place: tuple[str, int, int], path: str, problems: Problems, done: dict[int, WrittenValue | None]
+    node: MappingNode,
+    location: tuple[str, int, int],
+    path: str,
+    problems: Problems,
+    nodes_read: dict[int, WrittenValue | None],
 ) -> WrittenValue:
     """Return the value of a YAML mapping; a repeated key is a problem."""
     values: dict[str, WrittenValue] = {}
     keys: dict[str, WrittenValue] = {}
     for key_node, value_node in node.value:
-        here = WrittenValue(None, place[0], key_node.start_mark.line + 1, key_node.start_mark.column + 1)
+        key_location = WrittenValue(None, location[0], key_node.start_mark.line + 1, key_node.start_mark.column + 1)
         key = str(key_node.value) if not isinstance(key_node.value, list) else "?"
-        inner = f"{path}.{key}" if path else key
+        nested = f"{path}.{key}" if path else key
         if key in values:
-            problems.add(here, inner, f"duplicate key; it is also on line {keys[key].line}: keep one of them")
+            problems.add(key_location, nested, f"duplicate key; it is also on line {keys[key].line}: keep one of them")
             continue
-        value = from_node(value_node, place[0], inner, problems, done)
+        value = from_node(value_node, location[0], nested, problems, nodes_read)
         blank = value.value is None and not value_node.value  # an empty value has no position
-        values[key], keys[key] = here if blank else value, here
-    return WrittenValue(values, *place, keys)
+        values[key], keys[key] = key_location if blank else value, key_location
+    return WrittenValue(values, *location, keys)
 
 
-def _scalar(tag: str, text: str, here: WrittenValue, path: str, problems: Problems) -> bool | int | str | None:
+def _scalar(tag: str, text: str, key_location: WrittenValue, path: str, problems: Problems) -> bool | int | str | None:
     """Return a YAML scalar: bool, None, or text, from which quantities are read exactly."""
     kind = tag.removeprefix(_TAG)
     if kind == "bool":

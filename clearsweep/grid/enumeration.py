@@ -34,9 +34,9 @@ class Factor(NamedTuple):
 
     def point(self, index: int, axes: Mapping[str, tuple[Any, ...]]) -> dict[str, Any]:
         """Return the values of these axes at `index`; the last axis varies fastest."""
-        which = bisect_right(self.ends, index)
-        block = self.blocks[which]
-        index -= self.ends[which] - block.size
+        factor_index = bisect_right(self.ends, index)
+        block = self.blocks[factor_index]
+        index -= self.ends[factor_index] - block.size
         values: dict[str, Any] = dict(block.words)
         for path in reversed(block.paths):
             index, k = divmod(index, len(axes[path]))
@@ -72,15 +72,18 @@ def factor_of(
     paths: list[str], axes: Mapping[str, tuple[Any, ...]], shape: Shape, names_in_grid: Mapping[str, frozenset[str]]
 ) -> Factor:
     """Return the blocks of axes that depend on the same law names, one for each distinct combination."""
-    words = [path for path in paths if isinstance(shape[path], Word)]
+    word_paths = [path for path in paths if isinstance(shape[path], Word)]
     blocks = {}
-    for choice in product(*(axes[path] for path in words)):
-        names = dict(names_in_grid) | {path: frozenset({word}) for path, word in zip(words, choice, strict=True)}
-        chosen = {
-            path: word if value_key(shape, path).used(names) else None for path, word in zip(words, choice, strict=True)
+    for choice in product(*(axes[path] for path in word_paths)):
+        names = dict(names_in_grid) | {path: frozenset({word}) for path, word in zip(word_paths, choice, strict=True)}
+        numbers_chosen = {
+            path: word if value_key(shape, path).used(names) else None
+            for path, word in zip(word_paths, choice, strict=True)
         }
-        used = tuple(path for path in paths if path not in chosen and value_key(shape, path).used(names))
-        blocks[tuple(chosen.values())] = Block(chosen, used, math.prod(len(axes[path]) for path in used))
+        used_paths = tuple(path for path in paths if path not in numbers_chosen and value_key(shape, path).used(names))
+        blocks[tuple(numbers_chosen.values())] = Block(
+            numbers_chosen, used_paths, math.prod(len(axes[path]) for path in used_paths)
+        )
     return Factor(tuple(blocks.values()), tuple(accumulate(block.size for block in blocks.values())))
 
 
@@ -93,25 +96,25 @@ def combined(
     factors: Sequence[Factor | Step],
     axes: Mapping[str, tuple[Any, ...]],
     texts_of: Callable[[Mapping[str, Any]], dict[str, str]],
-    part: range,
+    interval: range,
 ) -> Iterator[tuple[Words, dict[str, str]]]:
-    """Yield law names and value texts of the cases in `part`, a range of indices of step 1, in order.
+    """Yield law names and value texts of the cases in `interval`, a range of indices of step 1, in order.
 
     `texts_of` returns the texts of part of a point.  Cases before the range take no time.
     """
     if not factors:
-        if len(part):
+        if len(interval):
             yield frozenset(), {}
         return
-    *before, last = factors
+    *outer_factors, last = factors
 
-    def rows(some: range) -> Iterator[tuple[Words, dict[str, str]]]:
-        points = (last.point(k, axes) for k in some)
+    def rows(indices: range) -> Iterator[tuple[Words, dict[str, str]]]:
+        points = (last.point(k, axes) for k in indices)
         return ((words_at(point), texts_of(point)) for point in points)
 
-    kept = list(rows(range(last.size))) if last.size <= KEPT else None
-    outer = range(part.start // last.size, -(-part.stop // last.size))
-    for k, (words, texts) in zip(outer, combined(before, axes, texts_of, outer), strict=True):
-        begin, end = max(part.start - k * last.size, 0), min(part.stop - k * last.size, last.size)
-        for more, further in rows(range(begin, end)) if kept is None else kept[begin:end]:
-            yield words | more, texts | further
+    cached_rows = list(rows(range(last.size))) if last.size <= KEPT else None
+    outer = range(interval.start // last.size, -(-interval.stop // last.size))
+    for k, (word_paths, texts) in zip(outer, combined(outer_factors, axes, texts_of, outer), strict=True):
+        start, end = max(interval.start - k * last.size, 0), min(interval.stop - k * last.size, last.size)
+        for row_words, row_values in rows(range(start, end)) if cached_rows is None else cached_rows[start:end]:
+            yield word_paths | row_words, texts | row_values

@@ -36,7 +36,7 @@ def _sizes(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         return
     pairs = list(zip(lengths, radii, strict=False)) if reader.in_step(length, radius) else _extremes(lengths, radii)
     for chosen in (chosen for chosen in catalogue.of("film") if chosen.name in reader.names[law]):
-        _slenderness(reader, joint, chosen, [axial_length / (2.0 * across) for axial_length, across in pairs])
+        _slenderness(reader, joint, chosen, [axial_length / (2.0 * radius) for axial_length, radius in pairs])
 
 
 def _extremes(lengths: Sequence[float], radii: Sequence[float]) -> list[tuple[float, float]]:
@@ -44,18 +44,18 @@ def _extremes(lengths: Sequence[float], radii: Sequence[float]) -> list[tuple[fl
     return [(max(lengths), min(radii)), (min(lengths), max(radii))]
 
 
-def _slenderness(reader: Reader, joint: str, law: Law, reached: list[float]) -> None:
+def _slenderness(reader: Reader, joint: str, law: Law, values: list[float]) -> None:
     """Check that a law is valid for the ratios of length to diameter."""
-    limits = ((limit, value) for limit in law.ranges for value in reached if not limit.contains(value))
+    limits = ((limit, value) for limit in law.ranges for value in values if not limit.contains(value))
     limit, value = next(limits, (None, 0.0))
     if limit:
         left_out = not reader.there(f"{joint}.film.law")
-        named = f"film '{law.name}'{', the law where none is written,' if left_out else ''}"
-        allowed = f"{limit.low:g} to {limit.high:g}" if limit.low else f"at most {limit.high:g}"
+        law_text = f"film '{law.name}'{', the law where none is written,' if left_out else ''}"
+        range_text = f"{limit.low:g} to {limit.high:g}" if limit.low else f"at most {limit.high:g}"
         reader.problems.add(
             reader.place(f"{joint}.length"),
             f"{joint}.length",
-            f"found {value:.4g} bearing diameters; {named} allows {allowed}: {limit.reason}",
+            f"found {value:.4g} bearing diameters; {law_text} allows {range_text}: {limit.reason}",
         )
 
 
@@ -88,8 +88,8 @@ def _heat(reader: Reader, film: str) -> None:
 def _modulus(reader: Reader, joint: str) -> None:
     """Check that asperity contact has a modulus."""
     law, modulus = f"{joint}.film.transition.law", f"{joint}.film.transition.modulus"
-    known = reader.there(modulus) or reader.there(f"{joint}.contact.material")
-    if law in reader.shape and "greenwood-tripp" in reader.names[law] and not known:
+    is_known = reader.there(modulus) or reader.there(f"{joint}.contact.material")
+    if law in reader.shape and "greenwood-tripp" in reader.names[law] and not is_known:
         sentence = "is missing; write E* of both bodies, such as 114 GPa for steel, or contact.material"
         reader.problems.add(reader.place(f"{joint}.film"), modulus, sentence)
 

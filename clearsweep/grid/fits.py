@@ -16,13 +16,13 @@ from .reader import Reader
 
 #: Name of a distribution -> its section in a grid, from a fit.
 SPREADS = {
-    "uniform": lambda known: {"uniform": [known.low, known.high]},
-    "normal": lambda known: {  # the limits are at 3 standard deviations; parts beyond them are rejected
+    "uniform": lambda limits: {"uniform": [limits.low, limits.high]},
+    "normal": lambda limits: {  # the limits are at 3 standard deviations; parts beyond them are rejected
         "truncated-normal": {
-            "mean": known.mean,
-            "std": (known.high - known.low) / 6.0,
-            "low": known.low,
-            "high": known.high,
+            "mean": limits.mean,
+            "std": (limits.high - limits.low) / 6.0,
+            "low": limits.low,
+            "high": limits.high,
         }
     },
 }
@@ -34,22 +34,22 @@ def put_numbers(grid_reader: Reader, values_of: Callable[[str], tuple[float, ...
     for path, node in list(grid_reader.shape.items()):
         if not isinstance(node, Number) or not node.uses[0].field.fit:
             continue
-        for there in (grid_reader.written, grid_reader.swept):
-            if path not in there or not _has_fit(there[path]):
+        for entries in (grid_reader.written, grid_reader.swept):
+            if path not in entries or not _has_fit(entries[path]):
                 continue
             reader = _Reader(grid_reader, path, values_of)
             try:
-                there[path] = (reader.single if there is grid_reader.written else reader.numbers)(there[path])
+                entries[path] = (reader.single if entries is grid_reader.written else reader.numbers)(entries[path])
             except _WrongFitError as error:
                 if str(error):
                     grid_reader.problems.add(error.written, path, str(error))
-                for known in (
+                for limits in (
                     grid_reader.shape,
                     grid_reader.swept,
                     grid_reader.written,
                 ):  # its problem is reported already
-                    known.pop(path, None)
-            if there is grid_reader.written and path in grid_reader.swept:
+                    limits.pop(path, None)
+            if entries is grid_reader.written and path in grid_reader.swept:
                 grid_reader.fits.pop(path, None)  # a value next to an axis belongs to no case
 
 
@@ -135,9 +135,9 @@ class _Reader:
             raise _WrongFitError(written, f"found {shown(written.value)}; expected {FORM}")
         name = "uniform" if kind is None else kind.value
         if not isinstance(name, str) or name not in SPREADS:
-            near = nearest(name, SPREADS) if isinstance(name, str) else ""
-            known = ", ".join(SPREADS)
-            raise _WrongFitError(written, f"unknown distribution {shown(name)} of a fit{near} (known: {known})")
+            suggestion = nearest(name, SPREADS) if isinstance(name, str) else ""
+            limits = ", ".join(SPREADS)
+            raise _WrongFitError(written, f"unknown distribution {shown(name)} of a fit{suggestion} (known: {limits})")
         return _lengths_like(SPREADS[name](self.fit(written.value["fit"], self.radii)), written)
 
     def fit(self, name: WrittenValue, radii: tuple[float, ...]) -> Fit:
@@ -152,18 +152,18 @@ class _Reader:
         if not isinstance(name.value, str):
             raise _WrongFitError(name, f"found {shown(name.value)}; expected a fit of ISO 286, such as H7/f7")
         try:
-            known = fit(name.value, Fraction(repr(radii[0])) * 2000)
+            limits = fit(name.value, Fraction(repr(radii[0])) * 2000)
         except InputError as error:
             raise _WrongFitError(name, str(error)) from None
         fits_of_record = self.grid_reader.fits.setdefault(self.path, [])
-        if known not in fits_of_record:
-            fits_of_record.append(known)
-        return known
+        if limits not in fits_of_record:
+            fits_of_record.append(limits)
+        return limits
 
 
 def fits_of_record(record: Mapping[str, Any]) -> dict[str, tuple[Fit, ...]]:
     """Return path of a clearance -> its fits as the user wrote them, from run.json."""
-    return {path: tuple(Fit(**known) for known in fits) for path, fits in record.get("fits", {}).items()}
+    return {path: tuple(Fit(**limits) for limits in fits) for path, fits in record.get("fits", {}).items()}
 
 
 def _replaced(written: WrittenValue, value: Any) -> WrittenValue:

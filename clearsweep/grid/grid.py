@@ -82,7 +82,7 @@ def load(
         {reader.way[paths[0]]: paths for paths in variations.steps(reader)} | variations.searched(reader),
         _sample(reader),
         reader.outline,
-        {path: tuple(known) for path, known in reader.fits.items()},
+        {path: tuple(entries) for path, entries in reader.fits.items()},
         assumed_units(reader),
         reader.seek,
         reader.refine,
@@ -132,10 +132,10 @@ def _sample(reader: Reader) -> dict[str, Any]:
     """Return the section `sample` in SI, or {} if there is none."""
     if reader.sample is None:
         return {}
-    head: dict[str, Any] = {"method": reader.sample.method}
+    heading: dict[str, Any] = {"method": reader.sample.method}
     if reader.sample.method != "one-at-a-time":
-        head |= {"n": reader.sample.n, "seed": reader.sample.seed}
-    return head | {"over": {path: reader.distributions[path].written() for path in reader.drawn}}
+        heading |= {"n": reader.sample.n, "seed": reader.sample.seed}
+    return heading | {"over": {path: reader.distributions[path].written() for path in reader.drawn}}
 
 
 @dataclass(frozen=True)
@@ -255,15 +255,15 @@ class Grid:
             for point in map(self.point, part):
                 yield number_of(self._pattern(words_at(point)).text % texts.of({**point, **self.defined.at(point)}))
             return
-        for words, varied in combined(self._factors, self.axes, texts.of, self._of_product(part)):
-            yield number_of(self._pattern(words).text % varied)
+        for selection, varied in combined(self._factors, self.axes, texts.of, self._of_product(part)):
+            yield number_of(self._pattern(selection).text % varied)
         for point in map(self.point, range(max(part.start, self._product), part.stop)):
             yield number_of(self._pattern(words_at(point)).text % texts.of(point))
 
     def words(self, part: range | None = None) -> Iterator[Words]:
         """Yield the swept law names of every case, or of those of a `part`, in order."""
         part = range(self.size) if part is None else part
-        yield from (words for words, _ in combined(self._factors, self.axes, lambda _: {}, self._of_product(part)))
+        yield from (names for names, _ in combined(self._factors, self.axes, lambda _: {}, self._of_product(part)))
         yield from map(words_at, map(self.point, range(max(part.start, self._product), part.stop)))
 
     def _of_product(self, part: range) -> range:
@@ -284,30 +284,30 @@ class Grid:
     def resolved(self) -> dict[str, Any]:
         """Return the grid in SI as a dict in the form of its file; `load` reads the same cases from it."""
         ways: dict[str, Any] = {
-            way: {path: list(self.axes[path]) for path in paths} for way, paths in self._ways.items()
+            variation: {path: list(self.axes[path]) for path in paths} for variation, paths in self._ways.items()
         }
-        ways = {way: part for way, part in ways.items() if way not in (OPTIMISE, IDENTIFY)}
+        ways = {variation: part for variation, part in ways.items() if variation not in (OPTIMISE, IDENTIFY)}
         if self._sample:
             ways["sample"] = self._sample | {"drawn": ways["sample"]}
         columns = zip(self.axes, map(list, zip(*self.added_cases, strict=True)), strict=True)
-        further = {ADDED: dict(columns)} if self.added_cases else {}
+        extra = {ADDED: dict(columns)} if self.added_cases else {}
         if self.seek:
             swept = ways.get("sweep", {})
             ways["sweep"] = {path: values for path, values in swept.items() if path not in self.seek.paths}
-        ways = {way: part for way, part in ways.items() if part}
+        ways = {variation: part for variation, part in ways.items() if part}
         extra_sections: dict[str, Any] = {"figures": self.figures, "limits": self.limits}
-        extra_sections |= {UNCERTAIN: dict(self.uncertain), law_check.CHECK: self.checked_laws and (further or True)}
-        extra_sections |= {SEEK: self.seek.written() | further} if self.seek else {}
-        extra_sections |= {OPTIMISE: self.optimise.written() | further} if self.optimise else {}
-        extra_sections |= {IDENTIFY: self.identify.written() | further} if self.identify else {}
-        extra_sections |= {REFINE: self.refine.written() | further} if self.refine else {}
+        extra_sections |= {UNCERTAIN: dict(self.uncertain), law_check.CHECK: self.checked_laws and (extra or True)}
+        extra_sections |= {SEEK: self.seek.written() | extra} if self.seek else {}
+        extra_sections |= {OPTIMISE: self.optimise.written() | extra} if self.optimise else {}
+        extra_sections |= {IDENTIFY: self.identify.written() | extra} if self.identify else {}
+        extra_sections |= {REFINE: self.refine.written() | extra} if self.refine else {}
         extra_sections = {key: part for key, part in extra_sections.items() if part}
         sections: dict[str, Any] = {path: {} for path, node in self._shape.items() if isinstance(node, Section)}
         pairs = tuple(f"{path}." for path in self._pairs)
         # a list has no gaps: any value fills one
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
-        own = searched.start.items() if (searched := self.optimise or self.identify) else ()
-        fillers |= {path: value for path, value in own if not path.startswith(START)}
+        start_values = searched.start.items() if (searched := self.optimise or self.identify) else ()
+        fillers |= {path: value for path, value in start_values if not path.startswith(START)}
         fillers |= {START + name: self.defined.said(name) for name in self.defined.texts if name in self.defined.varied}
         base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}
         base = varied_materials.with_names(base, self.materials)
@@ -325,32 +325,34 @@ class Grid:
         """Return a cache, swept law names -> shared part of their cases: cases are many, laws are few."""
         return {}
 
-    def _pattern(self, words: Words) -> Pattern:
+    def _pattern(self, selection: Words) -> Pattern:
         """Return the shared part of the cases with these swept law names."""
-        if words not in self._patterns:
-            flat = self._in_use(dict(words))
-            numbers = {path: self.axes[path][0] for path in flat if path in self.axes and path not in dict(words)}
-            numbers |= {path: self._values[path] for path in flat if path in self.defined.follow}
-            self._patterns[words] = Pattern(flat | numbers, numbers, self._pairs)
-        return self._patterns[words]
+        if selection not in self._patterns:
+            values_in_use = self._in_use(dict(selection))
+            numbers = {
+                path: self.axes[path][0] for path in values_in_use if path in self.axes and path not in dict(selection)
+            }
+            numbers |= {path: self._values[path] for path in values_in_use if path in self.defined.follow}
+            self._patterns[selection] = Pattern(values_in_use | numbers, numbers, self._pairs)
+        return self._patterns[selection]
 
-    def _in_use(self, words: Mapping[str, str]) -> dict[str, Value]:
+    def _in_use(self, selection: Mapping[str, str]) -> dict[str, Value]:
         """Return path -> value, or default, of every key in use with these swept law names."""
-        names = self._names | {path: frozenset({word}) for path, word in words.items()}
-        flat: dict[str, Value] = {}
+        names = self._names | {path: frozenset({word}) for path, word in selection.items()}
+        values_in_use: dict[str, Value] = {}
         for path, node in self._shape.items():
             if isinstance(node, Word) and node.used(names):
-                flat[path] = words.get(path, self._values.get(path))
+                values_in_use[path] = selection.get(path, self._values.get(path))
             elif isinstance(node, Number) and (fields := node.fields(names)):
-                flat[path] = self._values.get(path, fields[0].default)
+                values_in_use[path] = self._values.get(path, fields[0].default)
             elif isinstance(node, (Flag, NameList)) or (isinstance(node, Table) and node.used(names)):
-                flat[path] = self._values.get(path)
-        return varied_materials.put_numbers(flat, self.materials) | dict(leaves(self.uncertain))
+                values_in_use[path] = self._values.get(path)
+        return varied_materials.put_numbers(values_in_use, self.materials) | dict(leaves(self.uncertain))
 
     @cached_property
     def _base(self) -> dict[str, Value]:
         """Return path -> value of all keys not swept; of a swept law only the keys that are written."""
-        flat: dict[str, Value] = {}
+        values_in_use: dict[str, Value] = {}
         for path, node in self._shape.items():
             if isinstance(node, (Section, Name)) or path in self.axes or path in self.defined.follow:
                 continue
@@ -363,9 +365,9 @@ class Grid:
             else:
                 fields = node.fields(self._names)
                 value = self._values.get(path, fields[0].default) if fields else None
-            flat[path] = value
-        flat |= dict(leaves(self.uncertain))
-        base = {path: value for path, value in derived(flat).items() if path not in self.axes}
+            values_in_use[path] = value
+        values_in_use |= dict(leaves(self.uncertain))
+        base = {path: value for path, value in derived(values_in_use).items() if path not in self.axes}
         return base | {path: f"= {text}" for path, text in self.defined.follow.items()} | self.defined.needed()
 
     @cached_property
@@ -384,8 +386,8 @@ class Grid:
         for path in sweep:
             node = value_key(self._shape, path)
             swept = [chooser for chooser in node.choosers() if chooser in sweep]
-            together = path if isinstance(node, Word) else swept[0] if swept else None
-            groups.setdefault(together.rpartition(".")[0] if together else path, []).append(path)
+            joint_axis = path if isinstance(node, Word) else swept[0] if swept else None
+            groups.setdefault(joint_axis.rpartition(".")[0] if joint_axis else path, []).append(path)
         return (*(factor_of(paths, self.axes, self._shape, self._names) for paths in groups.values()), *steps)
 
     @cached_property

@@ -51,17 +51,17 @@ class Identify(NamedTuple):
     seed: int
     start: dict[str, Any]  # the values that the grid has written, or {} if some are missing or outside
 
-    def spread(self, first: int, count: int) -> "np.ndarray":
-        """Return points (count, paths) of a Sobol sequence in the unit cube, from the number `first` on."""
+    def spread(self, skipped: int, count: int) -> "np.ndarray":
+        """Return points (count, paths) of a Sobol sequence in the unit cube, from the number `skipped` on."""
         from scipy.stats import qmc
 
         sequence = qmc.Sobol(len(self.over), seed=self.seed)
-        points: np.ndarray = (sequence.fast_forward(first) if first else sequence).random(count)
+        points: np.ndarray = (sequence.fast_forward(skipped) if skipped else sequence).random(count)
         return points
 
     def point(self, parts: "np.ndarray") -> dict[str, float]:
         """Return the values at a place (paths,) of the unit cube."""
-        return {path: choice.at(part) for (path, choice), part in zip(self.over.items(), parts.tolist(), strict=True)}
+        return {path: choice.at(share) for (path, choice), share in zip(self.over.items(), parts.tolist(), strict=True)}
 
     def first(self) -> list[tuple[Any, ...]]:
         """Return the values of the first round, spread evenly."""
@@ -73,28 +73,28 @@ class Identify(NamedTuple):
         files: dict[str, dict[str, str]] = {}
         for signal in self.signals:
             files.setdefault(signal.file, {})[signal.channel] = signal.column
-        head = {"over": {path: choice.written() for path, choice in self.over.items()}, "from": files}
-        return head | {"features": list(self.features), "cases": self.cases, "seed": self.seed}
+        heading = {"over": {path: choice.written() for path, choice in self.over.items()}, "from": files}
+        return heading | {"features": list(self.features), "cases": self.cases, "seed": self.seed}
 
 
 def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
     """Return path -> its place and its ends, as an axis has them, for every key to identify."""
     section = section_of(reader, root, IDENTIFY, KEYS, _EXAMPLE)
-    others = ("sweep", "zip", "cases", "sample", "seek", "refine", optimised.OPTIMISE, "life")
-    over = over_of(reader, root, section, IDENTIFY, others, _EXAMPLE) if section else None
-    if over is None:
+    conflicts = ("sweep", "zip", "cases", "sample", "seek", "refine", optimised.OPTIMISE, "life")
+    over_section = over_of(reader, root, section, IDENTIFY, conflicts, _EXAMPLE) if section else None
+    if over_section is None:
         return {}
     parameters = {}
-    for path, written in over.value.items():
+    for path, written in over_section.value.items():
         node = reader.shape.get(path)
-        whole = isinstance(node, Number) and any(use.field.whole for use in node.uses)
-        if not isinstance(written.value, list) or len(written.value) != 2 or whole:
-            expected = "a quantity that is no whole number" if whole else "[low, high], the range of its prior"
-            sentence = f"found {shown(written.value)}; expected {expected}"
+        complete = isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)
+        if not isinstance(written.value, list) or len(written.value) != 2 or complete:
+            allowed = "a quantity that is no whole number" if complete else "[low, high], the range of its prior"
+            sentence = f"found {shown(written.value)}; expected {allowed}"
             reader.problems.add(written, f"{IDENTIFY}.over.{path}", sentence)
         else:
             reader.choices[path] = "range"
-            parameters[path] = (over.key_place(path), written)
+            parameters[path] = (over_section.key_place(path), written)
     return parameters
 
 
@@ -104,26 +104,26 @@ def read(reader: Reader, root: WrittenValue) -> Identify | None:
     The signals have no units yet; `check` gives them, when the channels are known.
     """
     section = section_in(root, IDENTIFY)
-    paths = [path for path, way in reader.way.items() if way == IDENTIFY]
+    paths = [path for path, variation in reader.way.items() if variation == IDENTIFY]
     if section is None or not isinstance(section.value, dict):
         return None
     noted = len(reader.problems)
     for path in reader.axes.keys() & {*paths}:
         optimised.check_range(reader, path, IDENTIFY)
         check_always_used(reader, reader.swept[path], IDENTIFY, path)
-    signals, chosen = _signals(reader, section), _features(reader, section)
+    signals, features = _signals(reader, section), _features(reader, section)
     cases = count(reader, section, (IDENTIFY, "cases"), (optimised.ROUND, MOST_CASES), None)
     seed = count(reader, section, (IDENTIFY, "seed"), (0, 2**31), 0)
     if reader.values.get("save.orbits") != "last":
-        place = reader.place("save.orbits")
+        location = reader.place("save.orbits")
         sentence = f"found {reader.values.get('save.orbits')}; `identify` needs last: it compares time histories"
-        reader.problems.add(place, "save.orbits", sentence)
+        reader.problems.add(location, "save.orbits", sentence)
     if cases is None or seed is None or not signals or len(reader.problems) > noted:
         return None
     if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
         return None
-    over = {path: Choice(_RANGE, reader.axes[path]) for path in paths}
-    return Identify(over, signals, chosen, cases, seed, optimised.start_of(reader, over))
+    over_section = {path: Choice(_RANGE, reader.axes[path]) for path in paths}
+    return Identify(over_section, signals, features, cases, seed, optimised.start_of(reader, over_section))
 
 
 def _signals(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
@@ -156,10 +156,10 @@ def _features(reader: Reader, section: WrittenValue) -> tuple[str, ...]:
     if written is None:
         return FEATURES
     items = written.value if isinstance(written.value, list) else [written]
-    wrong = [item for item in items if item.value not in FEATURES]
-    for item in wrong:
-        near = nearest(str(item.value), FEATURES) or f" (known: {', '.join(FEATURES)})"
-        reader.problems.add(item, f"{IDENTIFY}.features", f"{shown(item.value)} is no feature of a signal{near}")
+    invalid = [item for item in items if item.value not in FEATURES]
+    for item in invalid:
+        suggestion = nearest(str(item.value), FEATURES) or f" (known: {', '.join(FEATURES)})"
+        reader.problems.add(item, f"{IDENTIFY}.features", f"{shown(item.value)} is no feature of a signal{suggestion}")
     if not items:
         reader.problems.add(written, f"{IDENTIFY}.features", f"is empty; allowed: {', '.join(FEATURES)}")
     return tuple(name for name in FEATURES if name in [item.value for item in items])
@@ -174,7 +174,7 @@ def put_saved(reader: Reader) -> None:
     for file in {signal.file for signal in reader.identify.signals}:
         columns = {signal.column: None for signal in reader.identify.signals if signal.file == file}
         try:
-            signals = measured.read(file, columns, others=True)
+            signals = measured.read(file, columns, other_columns=True)
         except InputError:
             continue  # `check` says what is wrong
         angle = signals.places if signals.over == "crank_angle" else signals.places * (rate or 1.0)
@@ -184,8 +184,8 @@ def put_saved(reader: Reader) -> None:
     if "save.revolutions" not in reader.written:
         samples = reader.values["save.samples"]
         total = min(reader.reached("simulate.revolutions") or (10.0,))
-        kept = total - max(reader.reached("simulate.discard") or (2.0,))
-        reader.values["save.revolutions"] = float(max(min(kept, max(SAVED // samples, LEAST_TURNS)), 1))
+        kept_turns = total - max(reader.reached("simulate.discard") or (2.0,))
+        reader.values["save.revolutions"] = float(max(min(kept_turns, max(SAVED // samples, LEAST_TURNS)), 1))
     if CHANNELS not in reader.written:
         reader.values[CHANNELS] = list(dict.fromkeys(signal.channel for signal in reader.identify.signals))
 
@@ -203,12 +203,12 @@ def check(reader: Reader, root: WrittenValue, layout: Layout) -> Identify | None
         return None
     written = root.value[IDENTIFY].value["from"]
     units = {channel.name: channel.unit for channel in layout.channels if channel.unit and channel.name != "t"}
-    whole = [signal._replace(unit=units.get(signal.channel, "")) for signal in identify.signals]
-    for signal in whole:
+    complete = [signal._replace(unit=units.get(signal.channel, "")) for signal in identify.signals]
+    for signal in complete:
         if not signal.unit:
-            near = nearest(signal.channel, units) or f" (known: {', '.join(units)})"
-            reader.problems.add(written, f"{IDENTIFY}.from", f"there is no channel '{signal.channel}'{near}")
-    lacking = sorted({signal.channel for signal in whole if signal.unit} - {*reader.values.get(CHANNELS, units)})
+            suggestion = nearest(signal.channel, units) or f" (known: {', '.join(units)})"
+            reader.problems.add(written, f"{IDENTIFY}.from", f"there is no channel '{signal.channel}'{suggestion}")
+    lacking = sorted({signal.channel for signal in complete if signal.unit} - {*reader.values.get(CHANNELS, units)})
     if lacking:
         sentence = f"lacks {', '.join(lacking)}, which `identify` compares; add it"
         reader.problems.add(reader.place(CHANNELS), CHANNELS, sentence)
@@ -216,14 +216,14 @@ def check(reader: Reader, root: WrittenValue, layout: Layout) -> Identify | None
     if saved < LEAST_TURNS:
         sentence = f"found {saved:g}; `identify` needs at least {LEAST_TURNS} revolutions that a case saves"
         reader.problems.add(reader.place("save.revolutions"), "save.revolutions", sentence)
-    for file in dict.fromkeys(signal.file for signal in whole):
-        mine = [signal for signal in whole if signal.file == file and signal.unit]
+    for file in dict.fromkeys(signal.file for signal in complete):
+        signals_of_file = [signal for signal in complete if signal.file == file and signal.unit]
         try:
-            for _ in turns_of(file, mine, crank_rate(reader)):
+            for _ in turns_of(file, signals_of_file, crank_rate(reader)):
                 pass
         except InputError as error:
             reader.problems.add(written, f"{IDENTIFY}.from", str(error))
-    return identify._replace(signals=tuple(whole))
+    return identify._replace(signals=tuple(complete))
 
 
 class Turned(NamedTuple):
@@ -240,9 +240,9 @@ def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turne
 
     rate : rad/s of the crank, or None if it is not one number
     """
-    known: Mapping[str, str | None] = {signal.column: signal.unit for signal in signals}
-    content = measured.read(file, known, others=True)
-    turns = []
+    known_units: Mapping[str, str | None] = {signal.column: signal.unit for signal in signals}
+    content = measured.read(file, known_units, other_columns=True)
+    revolutions = []
     for signal in signals:
         values, angle, speed = content.signals[signal.column], content.places, None
         if content.over == "time":
@@ -253,19 +253,19 @@ def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turne
             angle = features.angle_of_time(content.places, values, rate)
             speed = float((angle[-1] - angle[0]) / (content.places[-1] - content.places[0]))
         _enough(file, signal.column, angle, values)
-        turns.append(Turned(signal, angle, values, speed))
-    return turns
+        revolutions.append(Turned(signal, angle, values, speed))
+    return revolutions
 
 
 def _enough(file: str, column: str, angle: "np.ndarray", values: "np.ndarray") -> None:
     """Raise InputError where a signal has too few revolutions, or too few samples an impact."""
-    count, own = (angle[-1] - angle[0]) / features.TURN, features.density(angle)
+    count, density = (angle[-1] - angle[0]) / features.TURN, features.density(angle)
     if count < LEAST_TURNS - 1e-6:
         raise InputError(f"{file}: {column} has {count:.3g} revolutions; at least {LEAST_TURNS} are needed")
     impacts = max(features.of(features.revolutions(angle, values)).impacts, 1.0)
-    if own < LEAST_SAMPLES * impacts:
+    if density < LEAST_SAMPLES * impacts:
         raise InputError(
-            f"{file}: {column} has {own:.3g} samples a revolution and {impacts:.3g} impacts a revolution, "
-            f"{own / impacts:.2g} samples an impact; at least {LEAST_SAMPLES} are needed: "
+            f"{file}: {column} has {density:.3g} samples a revolution and {impacts:.3g} impacts a revolution, "
+            f"{density / impacts:.2g} samples an impact; at least {LEAST_SAMPLES} are needed: "
             f"{LEAST_SAMPLES * impacts:.3g} samples a revolution"
         )

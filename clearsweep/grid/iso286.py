@@ -55,7 +55,7 @@ _CLASS = re.compile(r"([A-Za-z]{1,2})(\d{1,2})")
 def _rows(table: str) -> dict[str, tuple[Fraction, ...]]:
     """Return the rows of a table, in um, by their first word."""
     rows = (line.split() for line in table.strip().splitlines())
-    return {head: tuple(map(Fraction, numbers)) for head, *numbers in rows}
+    return {heading: tuple(map(Fraction, numbers)) for heading, *numbers in rows}
 
 
 _IT, _ES, _EI = map(_rows, (_TOLERANCES, _BELOW, _ABOVE))
@@ -105,22 +105,22 @@ def limits(tolerance_class: str, diameter: Fraction) -> tuple[Fraction, Fraction
     """
     match = _CLASS.fullmatch(tolerance_class)
     letter, grade = match.groups() if match else ("", "")
-    small, hole = letter.lower(), letter.isupper()
-    known = small in _ES or small == "js" or (small in _EI and not hole)
-    if not known or letter not in (small, small.upper()) or grade not in _IT:
-        forced = hole and not known and small >= "j"
+    lower, hole = letter.lower(), letter.isupper()
+    is_known = lower in _ES or lower == "js" or (lower in _EI and not hole)
+    if not is_known or letter not in (lower, lower.upper()) or grade not in _IT:
+        forced = hole and not is_known and lower >= "j"
         why = "holes from J to ZC are made for transition and interference; " if forced else ""
         raise InputError(
             f"{shown(tolerance_class)} is no tolerance class that is known; {why}known are {KNOWN}, in the grades "
             f"1 to {len(_IT)}"
         )
     tolerance = _at(_IT[grade], diameter)
-    if small == "js":
+    if lower == "js":
         return -tolerance / 2, tolerance / 2
-    if small in _ES:
-        offset = _at(_ES[small], diameter)
+    if lower in _ES:
+        offset = _at(_ES[lower], diameter)
         return (offset, offset + tolerance) if hole else (-offset - tolerance, -offset)
-    offset = _at(_EI[small], diameter) if small != "k" or 4 <= int(grade) <= 7 else Fraction(0)
+    offset = _at(_EI[lower], diameter) if lower != "k" or 4 <= int(grade) <= 7 else Fraction(0)
     return offset, offset + tolerance
 
 

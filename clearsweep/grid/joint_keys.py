@@ -50,8 +50,8 @@ ALONG = "constant force on the block, such as a seal's; its friction acts along 
 def add_preload(tree: Shape, path: str, catalogue: Catalogue, text: str = _COUPLE) -> None:
     """Add the keys of the preload of a pin, or of a guide, which also acts without contact."""
     laws = frozenset(law.name for law in catalogue.of("friction") if not law.remembers)
-    use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))
-    tree[f"{path}.friction.{PRELOAD}"] = Number((use,))
+    key_use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))
+    tree[f"{path}.friction.{PRELOAD}"] = Number((key_use,))
 
 
 def add_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "") -> None:
@@ -71,16 +71,18 @@ def add_contact(tree: Shape, path: str, catalogue: Catalogue, contact: str = "")
     )
     add_material_name(tree, material, "of both bodies")
     for field in _MATERIAL:
-        both = field._replace(text=f"{field.text} of both bodies; required unless each has its own", optional=True)
-        tree[f"{material}.{field.name}"] = Number((Use(both, elastic),))
+        default_field = field._replace(
+            text=f"{field.text} of both bodies; required unless each has its own", optional=True
+        )
+        tree[f"{material}.{field.name}"] = Number((Use(default_field, elastic),))
     for body in Materials._fields:
         tree[f"{material}.{body}"] = Section(
             f"the material of the {body}, or its name; write both bodies' materials or neither", "optional"
         )
         add_material_name(tree, f"{material}.{body}", f"of the {body}")
         for field in _MATERIAL:
-            own = field._replace(text=f"{field.text} of the {body}")
-            tree[f"{material}.{body}.{field.name}"] = Number((Use(own, elastic),))
+            body_field = field._replace(text=f"{field.text} of the {body}")
+            tree[f"{material}.{body}.{field.name}"] = Number((Use(body_field, elastic),))
 
 
 def add_material_name(tree: Shape, path: str, whose: str) -> None:
@@ -94,18 +96,18 @@ def add_material_name(tree: Shape, path: str, whose: str) -> None:
 def _elastic(path: str, catalogue: Catalogue, contact: str) -> Word:
     """Return the key of the elastic law; it defaults to JOURNAL if no stiffness is given but all that it needs is."""
     names = catalogue.names("elastic")
-    plain = Word(names, "the stiffness law", "power", sweep=True, noun="law")
+    word_key = Word(names, "the stiffness law", "power", sweep=True, noun="law")
     if JOURNAL not in names:
-        return plain
+        return word_key
     hertzian = frozenset(law.name for law in catalogue.of("law") if "hertz" in law.needs)
-    rather = ConditionalDefault(
+    conditional = ConditionalDefault(
         JOURNAL,
         all_of=(f"{contact}.material", f"{path}.length", f"{path}.bearing_radius"),
         none_of=(f"{contact}.stiffness", f"{contact}.exponent"),
         unless=(f"{contact}.law", hertzian),
     )
-    more = f"default {JOURNAL} with `material` and `length` but without `stiffness` and `exponent`"
-    return plain._replace(text=f"{plain.text}; {more}", rather=rather)
+    default_text = f"default {JOURNAL} with `material` and `length` but without `stiffness` and `exponent`"
+    return word_key._replace(text=f"{word_key.text}; {default_text}", rather=conditional)
 
 
 def add_thermal(tree: Shape, path: str) -> None:
@@ -125,11 +127,11 @@ def add_laws(tree: Shape, path: str, key: str, laws: tuple[Law, ...], when: tupl
     """Add the keys of the laws that `key` chooses from; the chosen law decides the meaning of a shared key."""
     for law in laws:
         for field in law.fields:
-            use = Use(field, (*when, (f"{path}.{key}", frozenset((law.name,)))))
-            known = tree.get(f"{path}.{field.name}")
-            uses = known.uses if isinstance(known, Number) else ()
-            if not uses or any(other.when for other in uses):
-                tree[f"{path}.{field.name}"] = Number((*uses, use))
+            key_use = Use(field, (*when, (f"{path}.{key}", frozenset((law.name,)))))
+            existing = tree.get(f"{path}.{field.name}")
+            uses = existing.uses if isinstance(existing, Number) else ()
+            if not uses or any(existing_use.when for existing_use in uses):
+                tree[f"{path}.{field.name}"] = Number((*uses, key_use))
     tables = {
         columns: frozenset(law.name for law in laws if columns in law.tables) for law in laws for columns in law.tables
     }

@@ -92,18 +92,22 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
         for key, value in chosen_by.items():
             top["properties"]["mechanism"]["properties"][key] = {"const": value}
         schemas.append((top, chosen_by))
-    chosen = schemas[0][0]  # editors offer these keys before a type is written
+    first_schema = schemas[0][0]  # editors offer these keys before a type is written
     for top, chosen_by in schemas[1:]:
-        named = {key: {"const": value} for key, value in chosen_by.items()}
-        kind = {"required": [*named], "properties": named}
-        chosen = {"if": {"required": ["mechanism"], "properties": {"mechanism": kind}}, "then": top, "else": chosen}
+        constants = {key: {"const": value} for key, value in chosen_by.items()}
+        kind = {"required": [*constants], "properties": constants}
+        first_schema = {
+            "if": {"required": ["mechanism"], "properties": {"mechanism": kind}},
+            "then": top,
+            "else": first_schema,
+        }
     quantities = {"type": "array", "minItems": 2, "maxItems": 2, "prefixItems": [{"$ref": "#/$defs/quantity"}] * 2}
     spaced = {"type": "array", "minItems": 3, "maxItems": 4}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "clearsweep grid",
         "type": "object",
-        **chosen,
+        **first_schema,
         "$defs": {
             "quantity": {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*(=|[+-]?(\d|\.\d))"}]},
             "pair": quantities,
@@ -166,15 +170,15 @@ def _seek() -> dict[str, Any]:
         "description": "the largest or smallest value of one key with which cases keep to `limits`",
         "type": "object",
         "anyOf": [{"required": ["between", "within"]}, {"required": ["among"]}],
-        "oneOf": [{"required": [end]} for end in ENDS],
+        "oneOf": [{"required": [sense]} for sense in ENDS],
         "additionalProperties": False,
         "properties": {
             **{
-                end: {
+                sense: {
                     "anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}],
-                    "description": f"dotted path, or several in step: the {end} value is to be found",
+                    "description": f"dotted path, or several in step: the {sense} value is to be found",
                 }
-                for end in ENDS
+                for sense in ENDS
             },
             "among": _FITS | {"description": "clearance fits; each is judged at its largest clearance"},
             "between": {"type": "array", "items": size, "minItems": 2, "maxItems": 2},
@@ -248,7 +252,7 @@ def _refine() -> dict[str, Any]:
 
 def _sample() -> dict[str, Any]:
     """Return the schema of the section `sample`."""
-    whole = {"type": "integer", "minimum": 0}
+    complete = {"type": "integer", "minimum": 0}
     kinds = [
         {"type": "object", "required": [kind], "properties": {kind: {"description": form}}}
         for kind, form in DISTRIBUTIONS.items()
@@ -262,8 +266,8 @@ def _sample() -> dict[str, Any]:
         "additionalProperties": False,
         "properties": {
             "method": {"enum": list(METHODS), "description": "; ".join(map(": ".join, METHODS.items()))},
-            "n": whole | {"minimum": 2},
-            "seed": whole,
+            "n": complete | {"minimum": 2},
+            "seed": complete,
             "over": {"type": "object", "minProperties": 1, "additionalProperties": {"anyOf": kinds}},
             "drawn": {"type": "object", "description": "values drawn before, as run.json keeps them"},
         },
@@ -274,19 +278,19 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
     """Return the schema of the section at `path`, '' for the whole file."""
     properties: dict[str, Any] = {}
     required: list[str] = []
-    either: list[list[str]] = []
-    for inner, node in tree.items():
-        parent, _, key = inner.rpartition(".")
+    alternatives: list[list[str]] = []
+    for nested, node in tree.items():
+        parent, _, key = nested.rpartition(".")
         if parent != path:
             continue
         if isinstance(node, Section):
-            properties[key] = _items(tree, inner, node) if node.items else _section(tree, inner, node)
+            properties[key] = _items(tree, nested, node) if node.items else _section(tree, nested, node)
         elif isinstance(node, Word):
-            named = any(ANY in option for option in node.options)  # the user chooses the keys
+            constants = any(ANY in option for option in node.options)  # the user chooses the keys
             properties[key] = {"description": node.text} | (
-                {"type": "string"} if named else {"enum": list(node.options)}
+                {"type": "string"} if constants else {"enum": list(node.options)}
             )
-            properties[key] |= {"default": node.default} if node.default and not named else {}
+            properties[key] |= {"default": node.default} if node.default and not constants else {}
         elif isinstance(node, Name):
             properties[key] = {"description": node.text, "enum": list(node.options)}
         elif isinstance(node, Table):
@@ -299,48 +303,48 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
         else:
             key_trees = [
                 {"$ref": "#/$defs/quantity"},
-                *(_object(tree, each) for each in (inner,) if _has_keys_below(tree, each)),
+                *(_object(tree, item) for item in (nested,) if _has_keys_below(tree, item)),
             ]
-            key_trees += [_FIT] if any(use.field.fit for use in node.uses) else []
+            key_trees += [_FIT] if any(key_use.field.fit for key_use in node.uses) else []
             value = {"anyOf": key_trees} if key_trees[1:] else key_trees[0]
             properties[key] = {"description": _described(node), **value}
         if isinstance(node, Section) and node.need == "required" and key != ANY:
             required += [] if node.unless else [key]
-            either += [[key, node.unless]] if node.unless else []
-    others = {ANY: False} | properties  # every user-defined name has the schema of the placeholder
-    whole = {"type": "object", "additionalProperties": others.pop(ANY), "properties": others}
-    whole |= {"required": required} if required else {}
-    for pair in either:
-        whole["anyOf"] = [{"required": [key]} for key in pair]
-    return whole
+            alternatives += [[key, node.unless]] if node.unless else []
+    properties_of = {ANY: False} | properties  # every user-defined name has the schema of the placeholder
+    complete = {"type": "object", "additionalProperties": properties_of.pop(ANY), "properties": properties_of}
+    complete |= {"required": required} if required else {}
+    for pair in alternatives:
+        complete["anyOf"] = [{"required": [key]} for key in pair]
+    return complete
 
 
 def _has_keys_below(tree: Shape, path: str) -> bool:
     """Return whether there are keys below `path`."""
-    return any(inner.rpartition(".")[0] == path for inner in tree)
+    return any(nested.rpartition(".")[0] == path for nested in tree)
 
 
 def _section(tree: Shape, path: str, node: Section) -> dict[str, Any]:
-    whole, name = _object(tree, path), tree.get(f"{path}.{MATERIAL}")
+    complete, name = _object(tree, path), tree.get(f"{path}.{MATERIAL}")
     if isinstance(name, Name):
-        return {"description": node.text, "anyOf": [{"enum": list(name.options)}, whole]}
-    return {"description": node.text, **whole}
+        return {"description": node.text, "anyOf": [{"enum": list(name.options)}, complete]}
+    return {"description": node.text, **complete}
 
 
 def _items(tree: Shape, path: str, node: Section) -> dict[str, Any]:
     """Return the schema of a list of quantities or names, or of the single quantity that may replace it."""
-    first, count = tree[f"{path}.0"], node.items
+    item_key, count = tree[f"{path}.0"], node.items
     number = ITEMS[count]
     size = {"type": "array", "minItems": count, "maxItems": count}
-    if isinstance(first, Word):
+    if isinstance(item_key, Word):
         return {"description": f"{node.text}: {number} names", "items": {"type": "string"}} | size
-    assert isinstance(first, Number)
-    described = {"description": f"{node.text}: {number} quantities ({first.uses[0].field.unit})"}
+    assert isinstance(item_key, Number)
+    described = {"description": f"{node.text}: {number} quantities ({item_key.uses[0].field.unit})"}
     if count == 2:
         return described | {"$ref": "#/$defs/pair"}
     quantity_of = {"$ref": "#/$defs/quantity"}
-    listed = size | {"prefixItems": [quantity_of] * count}
-    return described | ({"anyOf": [quantity_of, listed]} if node.alone else listed)
+    sized = size | {"prefixItems": [quantity_of] * count}
+    return described | ({"anyOf": [quantity_of, sized]} if node.alone else sized)
 
 
 def _table(node: Table) -> dict[str, Any]:

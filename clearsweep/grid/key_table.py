@@ -163,8 +163,8 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     tree: Shape = {"mechanism": Section("the bodies"), "mechanism.type": Word(kinds, "which mechanism")}
     for keys in mechanism.keys:
         _keys(tree, keys, catalogue)
-    always = [site for site in mechanism.joints if site.kind == "line"]
-    if always:
+    line_sites = [site for site in mechanism.joints if site.kind == "line"]
+    if line_sites:
         tree["joints"] = Section("the joint")
     else:
         tree["joints"] = Section("the joints that have clearance; one that is not named is ideal", "implied")
@@ -198,17 +198,17 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
         usable = tuple(law for law in catalogue.of(keys.family) if not law.remembers or (sticks and law.sticks))
         usable = tuple(sized(law, keys.given) for law in usable) if keys.given else usable
         names = tuple(law.name for law in usable)
-        others = {law.name: _BRISTLES for law in catalogue.of(keys.family) if law.remembers and not law.sticks}
-        others |= {} if sticks else {law.name: _STICKS for law in catalogue.of(keys.family) if law.sticks}
-        tree[f"{keys.path}.law"] = Word(names, f"the {keys.family} law", sweep=True, noun="law", refused=others)
+        other_texts = {law.name: _BRISTLES for law in catalogue.of(keys.family) if law.remembers and not law.sticks}
+        other_texts |= {} if sticks else {law.name: _STICKS for law in catalogue.of(keys.family) if law.sticks}
+        tree[f"{keys.path}.law"] = Word(names, f"the {keys.family} law", sweep=True, noun="law", refused=other_texts)
         add_laws(tree, keys.path, "law", usable)
     add_numbers(tree, keys.path, keys.fields)
     for columns in keys.tables:
         tree[f"{keys.path}.{columns.name}"] = Table(columns)
 
 
-def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...]) -> None:
-    """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts `figures`, but no `others`."""
+def _revolutions(tree: Shape, figures: tuple[str, ...], other_texts: tuple[str, ...]) -> None:
+    """Add the keys of `simulate` and `save` of machines with a crank; `until` accepts `figures`, not `other_texts`."""
     tree["simulate"] = Section("how long, how exactly and from where", "implied")
     add_numbers(tree, "simulate", _SIMULATE)
     tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
@@ -218,9 +218,9 @@ def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...])
     tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
     tree["simulate.until"] = Section("end a case when a figure has settled or the motion is periodic", "optional")
     text = "the column of the summary with the 95 % interval in question"
-    tree["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(others, _NO_INTERVAL))
+    tree["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(other_texts, _NO_INTERVAL))
     add_numbers(tree, "simulate.until", _UNTIL, sweep=False)
-    enter_save(tree, turns=True)
+    enter_save(tree, has_turns=True)
 
 
 def _impacts(tree: Shape) -> None:
@@ -230,7 +230,7 @@ def _impacts(tree: Shape) -> None:
     add_numbers(tree, "simulate", (life_keys.TIME_BUDGET,), sweep=False)
     tree["simulate.method"] = _METHOD
     tree["simulate.error_check"] = _ERROR_CHECK
-    enter_save(tree, turns=False)
+    enter_save(tree, has_turns=False)
 
 
 def _gap(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None:
@@ -316,8 +316,8 @@ def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> Non
     tree[path] = Section("a prismatic joint with clearance, a block between two walls", "optional")
     add_numbers(tree, path, _GUIDE)
     add_contact(tree, path, catalogue._replace(laws=point_laws(catalogue)))
-    for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
-        del tree[inner]
+    for nested in [nested for nested in tree if nested.startswith(f"{path}.contact.material")]:
+        del tree[nested]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
     add_friction(tree, path, catalogue)
     add_preload(tree, path, catalogue, ALONG)
@@ -328,8 +328,8 @@ def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None
     tree[path] = Section("a pin in a straight slot with rounded ends")
     add_numbers(tree, path, _SLOT)
     add_contact(tree, path, catalogue._replace(laws=point_laws(catalogue)))
-    for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
-        del tree[inner]
+    for nested in [nested for nested in tree if nested.startswith(f"{path}.contact.material")]:
+        del tree[nested]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
     add_friction(tree, path, catalogue)
     laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _ON_FLAT)

@@ -26,18 +26,18 @@ def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
         for path, node in keys.items()
         if isinstance(node, Word)
     }
-    named = {}
+    units_by_path = {}
     for path, node in keys.items():
         if isinstance(node, Number):
             sibling = f"{path.rpartition('.')[0]}.exponent"
             exponent = None if sibling in axes else values.get(sibling, _default(keys.get(sibling), names))
-            named[path] = unit(node, names, exponent)
-    return {path: name for path, name in named.items() if name}
+            units_by_path[path] = unit(node, names, exponent)
+    return {path: name for path, name in units_by_path.items() if name}
 
 
 def _varied(resolved: Mapping) -> dict:
     """Return path -> values of the varied keys of a resolved grid."""
-    return {path: values for way in VARIATIONS for path, values in (resolved.get(way) or {}).items()}
+    return {path: values for variation in VARIATIONS for path, values in (resolved.get(variation) or {}).items()}
 
 
 def unit(node: Number, names: Mapping[str, frozenset[str]], exponent: float | None) -> str:

@@ -24,7 +24,7 @@ class Number(NamedTuple):
 
     def fields(self, names: Names) -> tuple[Field, ...]:
         """Return the meanings of the key with these law names, or () if it is unused."""
-        return tuple(dict.fromkeys(use.field for use in self.uses if _conditions_met(use.when, names)))
+        return tuple(dict.fromkeys(key_use.field for key_use in self.uses if _conditions_met(key_use.when, names)))
 
     def used(self, names: Names) -> bool:
         """Return whether the key is in use with these law names."""
@@ -32,7 +32,7 @@ class Number(NamedTuple):
 
     def choosers(self) -> tuple[str, ...]:
         """Return the paths of the law names that decide whether the key is in use, and its meaning."""
-        return tuple(dict.fromkeys(path for use in self.uses for path, _ in use.when))
+        return tuple(dict.fromkeys(path for key_use in self.uses for path, _ in key_use.when))
 
 
 class ConditionalDefault(NamedTuple):
@@ -44,11 +44,11 @@ class ConditionalDefault(NamedTuple):
     none_of: tuple[str, ...] = ()  # none of these paths exists
     unless: Condition = ("", frozenset())  # none of these law names is in use
 
-    def contains(self, there: Callable[[str], bool], names: Names) -> bool:
-        """Return whether the default applies; `there` returns whether a path is written or swept."""
-        present = all(map(there, self.all_of)) and (not self.one_of or any(map(there, self.one_of)))
-        path, refused = self.unless
-        return present and not any(map(there, self.none_of)) and refused.isdisjoint(names.get(path, ()))
+    def contains(self, is_there: Callable[[str], bool], names: Names) -> bool:
+        """Return whether the default applies; `is_there` returns whether a path is written or swept."""
+        is_present = all(map(is_there, self.all_of)) and (not self.one_of or any(map(is_there, self.one_of)))
+        path, refused_words = self.unless
+        return is_present and not any(map(is_there, self.none_of)) and refused_words.isdisjoint(names.get(path, ()))
 
 
 class Word(NamedTuple):
@@ -141,7 +141,7 @@ class Table(NamedTuple):
 
 def _conditions_met(when: tuple[Condition, ...], names: Names) -> bool:
     """Return whether every condition allows one of the names in use; a missing section has none."""
-    return all(not wanted.isdisjoint(names.get(path, ())) for path, wanted in when)
+    return all(not words.isdisjoint(names.get(path, ())) for path, words in when)
 
 
 class Section(NamedTuple):

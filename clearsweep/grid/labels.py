@@ -39,15 +39,15 @@ def _alone(item: WrittenValue) -> bool:
 def _put_list(reader: Reader, path: str, written: WrittenValue) -> None:
     """Put a list in place of one axis with labels; a mistake is noted, and the axis has no labels then."""
     where = f"{reader.way[path]}.{path}"
-    wrong = {name: sentence for name in written.value if (sentence := _mistake(name))}
+    invalid = {name: sentence for name in written.value if (sentence := _mistake(name))}
     if not isinstance(reader.shape[path], Number):
         sentence = "is a word, which is its own label: write a list such as [a, b] (labels are for numbers)"
         reader.problems.add(written, where, sentence)
-    for name, sentence in wrong.items():
+    for name, sentence in invalid.items():
         reader.problems.add(written.key_place(name), where, sentence)
-    items = [item for name, item in written.value.items() if name not in wrong]
+    items = [item for name, item in written.value.items() if name not in invalid]
     reader.swept[path] = WrittenValue(items, written.origin, written.line, written.column)
-    if not wrong:
+    if not invalid:
         reader.labels[path] = tuple(written.value)
 
 
@@ -86,4 +86,4 @@ def of_axes(reader: Reader) -> dict[str, dict[str, Any]]:
 
 def noted(record: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     """Return path -> label -> value (SI) of the axes with labels, by the run.json of a run."""
-    return {path: dict(known) for path, known in record.get("labels", {}).items()}
+    return {path: dict(labels) for path, labels in record.get("labels", {}).items()}

@@ -24,9 +24,9 @@ def read(reader: Reader, root: WrittenValue) -> None:
     if written.value is not True and not section:
         reader.problems.add(written, CHECK, f"found {shown(written.value)}; expected true or false")
         return
-    for other in _CONFLICTS:
-        if other in root.value:
-            sentence = f"conflicts with `{other}`, which adds cases, too; run its answer as a grid with `{CHECK}`"
+    for conflict in _CONFLICTS:
+        if conflict in root.value:
+            sentence = f"conflicts with `{conflict}`, which adds cases, too; run its answer as a grid with `{CHECK}`"
             reader.problems.add(written, CHECK, sentence)
     reader.check_laws = True
 
@@ -34,12 +34,12 @@ def read(reader: Reader, root: WrittenValue) -> None:
 def put_axis(reader: Reader, path: str) -> None:
     """Make an axis of the law at `path`, which is read and not swept, so that other laws can be on it, too."""
     if reader.check_laws and path.endswith(_CHECKED) and path not in reader.swept and path in reader.values:
-        place = reader.place(path)
-        reader.swept[path] = WrittenValue(reader.values[path], place.origin, place.line, place.column)
+        location = reader.place(path)
+        reader.swept[path] = WrittenValue(reader.values[path], location.origin, location.line, location.column)
         reader.way[path] = "sweep"
         reader.axes[path] = (reader.values.pop(path),)
         if path in reader.added_written:
-            reader.added_cases[path] = [each.value for each in reader.added_written[path].value]
+            reader.added_cases[path] = [item.value for item in reader.added_written[path].value]
 
 
 def paths(reader: Reader) -> tuple[str, ...]:

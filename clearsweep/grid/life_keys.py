@@ -98,24 +98,24 @@ def check(reader: Reader) -> None:
 
 def _joint(reader: Reader, joint: str) -> None:
     """Check that the limited joint wears, and that its limit is a small change of shape."""
-    path, own = f"{LIFE}.joint", f"joints.{joint}"
-    if own not in reader.shape:
+    path, joint_ = f"{LIFE}.joint", f"joints.{joint}"
+    if joint_ not in reader.shape:
         wearing = [name.split(".")[1] for name in reader.shape if name.startswith("joints.") and name.endswith(".wear")]
-        some = f"name one that wears ({', '.join(wearing)})" if wearing else "give it clearance and wear"
-        reader.problems.add(reader.place(path), path, f"{joint} has no clearance here; {some}")
+        remedy = f"name one that wears ({', '.join(wearing)})" if wearing else "give it clearance and wear"
+        reader.problems.add(reader.place(path), path, f"{joint} has no clearance here; {remedy}")
         return
-    if f"{own}.wear" not in reader.shape:
+    if f"{joint_}.wear" not in reader.shape:
         sentence = (
             "is missing; a life needs the wear of the joint that it judges; for example: {law: archard, coefficient: "
             "2e-14 m^2/N}"
         )
-        reader.problems.add(reader.place(path), f"{own}.wear", sentence)
-    limits, radii = reader.reached(f"{LIFE}.limit"), reader.reached(f"{own}.bearing_radius")
+        reader.problems.add(reader.place(path), f"{joint_}.wear", sentence)
+    limits, radii = reader.reached(f"{LIFE}.limit"), reader.reached(f"{joint_}.bearing_radius")
     if limits and radii and max(limits) > SHALLOW * min(radii):
         path = f"{LIFE}.limit"
         sentence = (
-            f"found {reader.said(path, max(limits))}; allowed: at most {SHALLOW:g} of {own}.bearing_radius, "
-            f"{reader.said(f'{own}.bearing_radius', min(radii))}: what is worn is to be a small change of the shape"
+            f"found {reader.said(path, max(limits))}; allowed: at most {SHALLOW:g} of {joint_}.bearing_radius, "
+            f"{reader.said(f'{joint_}.bearing_radius', min(radii))}: what is worn is to be a small change of the shape"
         )
         reader.problems.add(reader.place(path), path, sentence)
 
@@ -123,17 +123,17 @@ def _joint(reader: Reader, joint: str) -> None:
 def _blocks(reader: Reader) -> None:
     """Check that blocks are whole revolutions, and that the longest is not below the shortest."""
     path = f"{LIFE}.max_revolutions"
-    least, most = reader.reached("simulate.revolutions"), reader.reached(path)
-    if least and most and min(most) < max(least):
+    lowest, total = reader.reached("simulate.revolutions"), reader.reached(path)
+    if lowest and total and min(total) < max(lowest):
         sentence = (
-            f"found {reader.said(path, min(most))}; allowed: at least "
-            f"{reader.said('simulate.revolutions', max(least))}, the value of simulate.revolutions, the shortest block"
+            f"found {reader.said(path, min(total))}; allowed: at least "
+            f"{reader.said('simulate.revolutions', max(lowest))}, the value of simulate.revolutions, the shortest block"
         )
         reader.problems.add(reader.place(path), path, sentence)
     discards = reader.reached("simulate.discard") or (2.0,)
-    for turns in least:
+    for revolutions in lowest:
         for discard in discards:
-            window = turns - (discard if turns > 2.0 or reader.there("simulate.discard") else 0.0)
+            window = revolutions - (discard if revolutions > 2.0 or reader.there("simulate.discard") else 0.0)
             if abs(window - round(window)) > WHOLE or round(window) < 1:
                 where = "simulate.revolutions"
                 sentence = (

@@ -7,34 +7,34 @@ from .keys import ITEMS, Number, Section, Shape, Word
 from .reader import Reader
 
 
-def items(reader: Reader, written: WrittenValue, path: str, whole: Shape) -> dict[str, WrittenValue] | None:
+def items(reader: Reader, written: WrittenValue, path: str, complete: Shape) -> dict[str, WrittenValue] | None:
     """Return the items of the list at `path` by index; None, with a problem, if they cannot be read."""
-    section, content = whole[path], written.value
+    section, content = complete[path], written.value
     assert isinstance(section, Section), path
     if isinstance(content, dict):  # an override of a single item
         content = list(content.values())
     if section.alone and isinstance(content, (str, int, float)):
         return {str(k): _scaled(written, factor) for k, factor in enumerate(section.alone)}
     if isinstance(content, list) and len(content) == section.items:
-        first = whole.get(f"{path}.0")
-        half_bare(reader.problems, path, content, first.uses[0].field.unit if isinstance(first, Number) else "")
+        first_key = complete.get(f"{path}.0")
+        half_bare(reader.problems, path, content, first_key.uses[0].field.unit if isinstance(first_key, Number) else "")
         return {str(k): item for k, item in enumerate(content)}
-    reader.problems.add(written, path, f"found {shown(content)}; expected {_listed(whole, path, section)}")
+    reader.problems.add(written, path, f"found {shown(content)}; expected {_listed(complete, path, section)}")
     reader.broken.add(path)
     return None
 
 
-def _listed(whole: Shape, path: str, section: Section) -> str:
+def _listed(complete: Shape, path: str, section: Section) -> str:
     """Return a description of the list expected at `path`."""
-    first, count = whole.get(f"{path}.0"), ITEMS[section.items]
-    if isinstance(first, Word):
+    first_key, count = complete.get(f"{path}.0"), ITEMS[section.items]
+    if isinstance(first_key, Word):
         return f"a list of {count} names, such as [ground, crank]"
     if section.items == 2:
         return "a list of two quantities, such as [0.2 kg, 0.2 kg]"
-    assert isinstance(first, Number)
-    unit = first.uses[0].field.unit
-    either = "one quantity, or " if section.alone else ""
-    return f"{either}a list of {count} quantities ({unit}), along x, y and z"
+    assert isinstance(first_key, Number)
+    unit = first_key.uses[0].field.unit
+    prefix = "one quantity, or " if section.alone else ""
+    return f"{prefix}a list of {count} quantities ({unit}), along x, y and z"
 
 
 def _scaled(written: WrittenValue, factor: int) -> WrittenValue:

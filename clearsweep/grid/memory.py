@@ -16,11 +16,11 @@ def history_bytes(layout: Layout, save: Save, revolutions: float) -> float:
 
 
 def _bytes(layout: Layout, channels: tuple[Column, ...], save: Save, revolutions: float) -> float:
-    turns = {"none": 0.0, "last": save.revolutions, "all": revolutions}[save.orbits]
+    saved_turns = {"none": 0.0, "last": save.revolutions, "all": revolutions}[save.orbits]
     if not layout.turns and save.orbits != "none":
-        turns = 1.0  # samples are per run, not per revolution
+        saved_turns = 1.0  # samples are per run, not per revolution
     sections = min(revolutions, MOST_REVOLUTIONS) * len(layout.sections) if save.orbits != "none" else 0.0
-    return float(8.0 * (turns * save.samples * len(channels) + sections))
+    return float(8.0 * (saved_turns * save.samples * len(channels) + sections))
 
 
 def first_case_history(grid: Grid) -> float:
@@ -57,11 +57,11 @@ def check_memory(size: float) -> None:
         )
 
 
-def check_disk(size: float, free: float) -> None:
-    """Raise InputError if all histories, `size` bytes in batches and again when merged, exceed `free` bytes."""
-    if COPIES * size > free:
+def check_disk(size: float, free_bytes: float) -> None:
+    """Raise InputError if all histories, `size` bytes in batches and again when merged, exceed `free_bytes` bytes."""
+    if COPIES * size > free_bytes:
         raise InputError(
             f"save.orbits: the time histories of all cases take {size / 1e9:,.4g} GB and as much again while they are "
-            f"merged; there the disk has {free / 1e9:,.4g} GB left: save fewer revolutions, samples or "
+            f"merged; there the disk has {free_bytes / 1e9:,.4g} GB left: save fewer revolutions, samples or "
             "channels (save.channels), or none (orbits: none)"
         )

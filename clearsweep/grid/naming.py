@@ -42,13 +42,15 @@ class _Named:
         """Return a heat balance with the thermal expansion of named materials."""
         if not isinstance(thermal.value, dict):
             return thermal
-        both = f"{path.rpartition('.')[0]}.contact.material"
-        known = {body: self.materials.get(f"{both}.{body}", self.materials.get(both)) for body in BODIES}
+        material_path = f"{path.rpartition('.')[0]}.contact.material"
+        materials = {
+            body: self.materials.get(f"{material_path}.{body}", self.materials.get(material_path)) for body in BODIES
+        }
         written = thermal.value.get("expansion", _replaced(thermal, {}))
-        if None in known.values() or not isinstance(written.value, dict):
+        if None in materials.values() or not isinstance(written.value, dict):
             return thermal
         inside = dict(written.value)
-        for body, entry in known.items():
+        for body, entry in materials.items():
             if body not in inside and entry is not None:
                 value = entry.values["expansion"]
                 inside[body] = _replaced(written, _written(value))
@@ -56,10 +58,10 @@ class _Named:
         return _replaced(thermal, thermal.value | {"expansion": _replaced(written, inside)})
 
     def _contact(self, path: str, contact: WrittenValue) -> WrittenValue:
-        def material(inner: str, written: WrittenValue) -> WrittenValue:
+        def material(nested: str, written: WrittenValue) -> WrittenValue:
             for body in BODIES:
-                written = _within(written, f"{inner}.{body}", body, self._material)
-            return self._material(inner, written)
+                written = _within(written, f"{nested}.{body}", body, self._material)
+            return self._material(nested, written)
 
         return _within(contact, f"{path}.material", "material", material)
 
@@ -85,8 +87,8 @@ class _Named:
         inside = {} if viscosity is None else viscosity.value
         entry = self._entry(library.OILS, f"{path}.{OIL}", name)
         filled = self._filled(f"{path}.viscosity", inside, entry, tuple(entry.values), name)
-        whole = {key: value for key, value in film.value.items() if key != OIL}
-        return _replaced(film, whole | {"viscosity": _replaced(viscosity or name, filled)})
+        complete = {key: value for key, value in film.value.items() if key != OIL}
+        return _replaced(film, complete | {"viscosity": _replaced(viscosity or name, filled)})
 
     def _wear(self, path: str, wear: WrittenValue) -> WrittenValue:
         if not isinstance(wear.value, dict) or PAIR not in wear.value:
@@ -97,18 +99,18 @@ class _Named:
         entry = self._entry(library.PAIRS, f"{path}.{PAIR}", name)
         return _replaced(wear, self._filled(path, inside, entry, ("coefficient",), name))
 
-    def _entry(self, known: Mapping[str, Entry], path: str, name: WrittenValue) -> Entry:
+    def _entry(self, materials: Mapping[str, Entry], path: str, name: WrittenValue) -> Entry:
         """Return the entry of a name; a wrong name is reported and gets any entry, whose numbers are never used."""
         if isinstance(name.value, str):
             try:
-                return library.entry(known, name.value)
+                return library.entry(materials, name.value)
             except InputError as error:
                 self.problems.add(name, path, str(error))
         else:
-            kind = next(kind for kind, each in library.LIBRARIES.items() if each is known)
+            kind = next(kind for kind, item in library.LIBRARIES.items() if item is materials)
             sentence = f"found {shown(name.value)}; expected a name that `clearsweep list {kind}` prints"
             self.problems.add(name, path, sentence)
-        return next(iter(known.values()))
+        return next(iter(materials.values()))
 
     def _filled(
         self, path: str, inside: dict[str, WrittenValue], entry: Entry, keys: tuple[str, ...], name: WrittenValue
@@ -116,20 +118,20 @@ class _Named:
         """Return a section completed by the numbers of an entry, and record these."""
         missing = [key for key in keys if key not in inside]
         self.taken += [Taken(f"{path}.{key}", entry.name, entry.values[key]) for key in missing]
-        place = name.origin, name.line, name.column
-        return inside | {key: WrittenValue(_written(entry.values[key]), *place, by_name=True) for key in missing}
+        location = name.origin, name.line, name.column
+        return inside | {key: WrittenValue(_written(entry.values[key]), *location, by_name=True) for key in missing}
 
 
 def put_numbers(root: WrittenValue, problems: Problems) -> tuple[WrittenValue, list[Taken]]:
     """Return the document with library names replaced by numbers, and the numbers taken."""
-    named = _Named(problems)
+    named_values = _Named(problems)
 
     def joints(path: str, section: WrittenValue) -> WrittenValue:
         for name in section.value if isinstance(section.value, dict) else ():
-            section = _within(section, f"{path}.{name}", name, named.joint)
+            section = _within(section, f"{path}.{name}", name, named_values.joint)
         return section
 
-    return _within(root, "joints", "joints", joints), named.taken
+    return _within(root, "joints", "joints", joints), named_values.taken
 
 
 def _within(
@@ -138,8 +140,8 @@ def _within(
     """Return a section with the value of `key`, if any, changed."""
     if not isinstance(section.value, dict) or key not in section.value:
         return section
-    changed = change(path, section.value[key])
-    return section if changed is section.value[key] else _replaced(section, section.value | {key: changed})
+    replacement = change(path, section.value[key])
+    return section if replacement is section.value[key] else _replaced(section, section.value | {key: replacement})
 
 
 def _replaced(written: WrittenValue, value: object) -> WrittenValue:

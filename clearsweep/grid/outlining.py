@@ -63,11 +63,11 @@ def outline_of_document(root: WrittenValue) -> Outline:
     """Return the outline of a grid as written."""
     top = root.value if isinstance(root.value, dict) else {}
     tree = {key: _plain(top[key]) for key in _SECTIONS if key in top}
-    ways = [_section(top[way].value) for way in ("sweep", "zip", "cases") if way in top]
+    ways = [_section(top[variation].value) for variation in ("sweep", "zip", "cases") if variation in top]
     if "sample" in top:
         over = _section(top["sample"].value).get("over")
         ways.append(_section(over.value if over else None))
-    return outline_of(tree, [path for way in ways for path in way])
+    return outline_of(tree, [path for variation in ways for path in variation])
 
 
 def wrong_names(path: str, names: Iterable[str]) -> Iterable[tuple[str, str]]:
@@ -124,17 +124,17 @@ def _load(name: str, content: Any, paths: set[str]) -> LoadOutline:
     sizes = set(_section(section.get("friction"))) | {
         path.rpartition(".")[2] for path in paths if path.startswith(f"{start}friction.")
     }
-    given = next((size for size in SIZES if {size, f"static_{size}"} & sizes), "") if form == "friction" else ""
-    return LoadOutline(name, form, on if isinstance(on, str) else "", given)
+    size_key = next((size for size in SIZES if {size, f"static_{size}"} & sizes), "") if form == "friction" else ""
+    return LoadOutline(name, form, on if isinstance(on, str) else "", size_key)
 
 
 def _joint(name: str, section: Mapping[str, Any]) -> JointOutline:
     """Return the outline of a joint."""
-    ends = _pair(section.get("between"))
+    body_pair = _pair(section.get("between"))
     journal = section.get("journal")
     written = section.get("type")
     kind = written if written in ("prismatic", "slot") else "revolute"
-    return JointOutline(name, kind, *ends, journal if isinstance(journal, str) else "")
+    return JointOutline(name, kind, *body_pair, journal if isinstance(journal, str) else "")
 
 
 def _flanged(joints: Mapping[str, Any]) -> Iterable[str]:
@@ -144,5 +144,5 @@ def _flanged(joints: Mapping[str, Any]) -> Iterable[str]:
 
 def _pair(value: Any) -> tuple[str, str]:
     """Return two words, '' for anything that is not a word."""
-    first, second = value if isinstance(value, list) and len(value) == 2 else ("", "")
-    return (first if isinstance(first, str) else ""), (second if isinstance(second, str) else "")
+    proximal, distal = value if isinstance(value, list) and len(value) == 2 else ("", "")
+    return (proximal if isinstance(proximal, str) else ""), (distal if isinstance(distal, str) else "")

@@ -61,31 +61,31 @@ def following(paths: Collection[str]) -> Iterator[Slot]:
     yield Slot("save.revolutions", "simulate.revolutions", _saved)
     for path in paths:
         wear, _, key = path.partition(_WEAR)
-        for other in _OF_BOTH.get(key, ()):
-            yield Slot(f"{wear}{_WEAR}{other}", path, _same)
+        for target in _OF_BOTH.get(key, ()):
+            yield Slot(f"{wear}{_WEAR}{target}", path, _same)
 
 
-def derived(flat: Mapping[str, Value]) -> dict[str, Value]:
+def derived(values_by_path: Mapping[str, Value]) -> dict[str, Value]:
     """Return a copy without absent values (None) and with the defaults that follow from other values."""
-    values = {path: value for path, value in flat.items() if value is not None}
-    for slot in following(flat):
+    values = {path: value for path, value in values_by_path.items() if value is not None}
+    for slot in following(values_by_path):
         if slot.source in values:
             values.setdefault(slot.path, slot.follow(values[slot.source]))
     return {path: value for path, value in values.items() if path.partition(_WEAR)[2] not in _OF_BOTH}
 
 
-def nested(flat: Mapping[str, Any], pairs: Collection[str]) -> dict[str, Any]:
+def nested(values_by_path: Mapping[str, Any], pairs: Collection[str]) -> dict[str, Any]:
     """Return nested dicts from dotted paths; sections at the paths `pairs` become lists, as in a grid file."""
-    return _listed(_tree(flat), pairs)
+    return _listed(_tree(values_by_path), pairs)
 
 
-def _tree(flat: Mapping[str, Any]) -> dict[str, Any]:
+def _tree(values_by_path: Mapping[str, Any]) -> dict[str, Any]:
     tree: dict[str, Any] = {}
-    for path, value in flat.items():
-        *above, key = path.split(".")
+    for path, value in values_by_path.items():
+        *parents, key = path.split(".")
         inside = tree
-        for part in above:
-            inside = inside.setdefault(part, {})
+        for key_ in parents:
+            inside = inside.setdefault(key_, {})
         inside[key] = value
     return tree
 
@@ -93,12 +93,12 @@ def _tree(flat: Mapping[str, Any]) -> dict[str, Any]:
 def _listed(tree: dict[str, Any], pairs: Collection[str]) -> dict[str, Any]:
     """Return the tree, changed in place, with lists at the paths `pairs`."""
     for path in pairs:
-        *above, key = path.split(".")
+        *parents, key = path.split(".")
         inside = tree
-        for part in above:
-            inside = inside.get(part, {})
+        for key_ in parents:
+            inside = inside.get(key_, {})
         if inside.get(key):
-            inside[key] = [inside[key][place] for place in sorted(inside[key])]
+            inside[key] = [inside[key][index] for index in sorted(inside[key])]
     return tree
 
 
@@ -124,10 +124,10 @@ def number_of(text: str) -> int:
 class Texts:
     """The varied values as they appear in the text of an identity."""
 
-    def __init__(self, paths: Collection[str], varied: Collection[str]):
-        """Prepare for the `paths` of all keys, of which some are `varied`."""
-        slots = [slot for slot in following(paths) if slot.path not in varied]
-        self.slots = {source: [slot for slot in slots if slot.source == source] for source in varied}
+    def __init__(self, paths: Collection[str], varied_paths: Collection[str]):
+        """Prepare for the `paths` of all keys, of which some are `varied_paths`."""
+        slots = [slot for slot in following(paths) if slot.path not in varied_paths]
+        self.slots = {source: [slot for slot in slots if slot.source == source] for source in varied_paths}
 
     def of(self, point: Mapping[str, Value]) -> dict[str, str]:
         """Return path -> text of the varied values at a point and of all values that follow from them."""
@@ -147,43 +147,45 @@ def _text(value: float) -> str:
 class Pattern:
     """A case with some values left open."""
 
-    def __init__(self, flat: Mapping[str, Value], varied: Collection[str], pairs: Collection[str]):
+    def __init__(self, values_by_path: Mapping[str, Value], varied_paths: Collection[str], pairs: Collection[str]):
         """Prepare from path -> value of one such case, None for absent values, and the paths of varied values.
 
         pairs : paths of sections written as lists.
         """
-        self.values, self._pairs = derived(flat), pairs
-        present = {path for path, value in flat.items() if value is not None}
-        own = [Slot(path, path, _same) for path in varied if path in self.values]
-        others = [slot for slot in following(flat) if slot.source in varied and slot.path not in present]
-        self.slots = tuple(slot for slot in (*own, *others) if slot.path in self.values)
+        self.values, self._pairs = derived(values_by_path), pairs
+        present_paths = {path for path, value in values_by_path.items() if value is not None}
+        own_slots = [Slot(path, path, _same) for path in varied_paths if path in self.values]
+        following_slots = [
+            slot for slot in following(values_by_path) if slot.source in varied_paths and slot.path not in present_paths
+        ]
+        self.slots = tuple(slot for slot in (*own_slots, *following_slots) if slot.path in self.values)
         self._tree = _shared(_tree(self.values))
-        listed = [pair for pair in pairs if any(path.startswith(f"{pair}.") for path in self.values)]
-        self._changing = _sections_above([*(slot.path for slot in self.slots), *listed])
+        pairs_used = [pair for pair in pairs if any(path.startswith(f"{pair}.") for path in self.values)]
+        self._changing = _sections_above([*(slot.path for slot in self.slots), *pairs_used])
         self._places = [(slot.path.split("."), slot.source, slot.follow) for slot in self.slots]
 
     def case(self, point: Mapping[str, Value]) -> dict[str, Any]:
         """Return the case at a point, swept path -> value, in the form of a grid file."""
         tree = dict(self._tree)
-        for *above, key in self._changing:
+        for *parents, key in self._changing:
             inside = tree
-            for part in above:
-                inside = inside[part]
+            for key_ in parents:
+                inside = inside[key_]
             inside[key] = dict(inside[key])
-        for (*above, key), source, follow in self._places:
+        for (*parents, key), source, follow in self._places:
             inside = tree
-            for part in above:
-                inside = inside[part]
+            for key_ in parents:
+                inside = inside[key_]
             inside[key] = follow(point[source])
         return _listed(tree, self._pairs)
 
     @cached_property
     def text(self) -> str:
         """Return the text of the identity with %(path)s for every varied value."""
-        shown = {slot.path: _SHOWN.format(slot.path) for slot in self.slots}
-        text = identity_text(nested(self.values | shown, self._pairs)).replace("%", "%%")
-        for path, word in shown.items():
-            text = text.replace(json.dumps(word), f"%({path})s")
+        placeholders = {slot.path: _SHOWN.format(slot.path) for slot in self.slots}
+        text = identity_text(nested(self.values | placeholders, self._pairs)).replace("%", "%%")
+        for path, placeholder in placeholders.items():
+            text = text.replace(json.dumps(placeholder), f"%({path})s")
         return text
 
 
@@ -195,5 +197,5 @@ def _shared(tree: dict[str, Any]) -> Shared:
 def _sections_above(paths: Iterable[str]) -> list[list[str]]:
     """Return the sections that contain one of the paths, outer ones first."""
     parts = [path.split(".") for path in paths]
-    above = dict.fromkeys(tuple(part[:depth]) for part in parts for depth in range(1, len(part)))
-    return sorted(map(list, above), key=len)
+    parents = dict.fromkeys(tuple(key_[:depth]) for key_ in parts for depth in range(1, len(key_)))
+    return sorted(map(list, parents), key=len)

@@ -68,8 +68,8 @@ class Reader:
         """Return a value of `path` as it was written, or in SI if it follows from other values."""
         node = self.shape.get(path)
         unit = node.fields(self.names)[0].unit if isinstance(node, Number) and node.used(self.names) else "1"
-        place = self.swept.get(path) or self.written.get(path)
-        items = [] if place is None else place.value if isinstance(place.value, list) else [place]
+        location = self.swept.get(path) or self.written.get(path)
+        items = [] if location is None else location.value if isinstance(location.value, list) else [location]
         for item in items:
             with suppress(InputError):
                 if quantity.read(item.value, unit) == value:

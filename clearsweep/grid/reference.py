@@ -56,9 +56,9 @@ class Row(NamedTuple):
 _Places = dict[str, tuple[Section, tuple[Row, ...]]]  # (mechanism or kind of joint, a section of it)
 
 
-def _quoted(words: Iterable[str]) -> str:
+def _quoted(names: Iterable[str]) -> str:
     """Return words as a list in code font."""
-    return ", ".join(f"`{word}`" for word in words)
+    return ", ".join(f"`{name}`" for name in names)
 
 
 class Part(NamedTuple):
@@ -78,17 +78,17 @@ def parts(catalogue: Catalogue) -> list[Part]:
     for tree in key_trees(catalogue, slots=True):
         for path, node in tree.keys.items():
             if isinstance(node, Section) and not node.items and (rows := tuple(_rows(tree.keys, path))):
-                common, place = _common(tree, path)
-                sections.setdefault(common, {}).setdefault(place, (node, rows))
-    alike: dict[tuple[Row, ...], list[str]] = {}
+                common, machine = _common(tree, path)
+                sections.setdefault(common, {}).setdefault(machine, (node, rows))
+    equal_sections: dict[tuple[Row, ...], list[str]] = {}
     tops = list(dict.fromkeys(path.partition(".")[0] for path in sections))
     for path, places in sorted(sections.items(), key=lambda item: tops.index(item[0].partition(".")[0])):
-        alike.setdefault(tuple(_merged_rows(places)), []).append(path)
-    made = []
-    for rows, paths in alike.items():
-        like = [other for other, (path, _) in _LIKE.items() if path in paths]
-        made.append(Part((*paths, *like), _sentences({path: sections[path] for path in paths}), rows))
-    return made
+        equal_sections.setdefault(tuple(_merged_rows(places)), []).append(path)
+    pages = []
+    for rows, paths in equal_sections.items():
+        same_as = [other_name for other_name, (path, _) in _LIKE.items() if path in paths]
+        pages.append(Part((*paths, *same_as), _sentences({path: sections[path] for path in paths}), rows))
+    return pages
 
 
 def markdown(catalogue: Catalogue) -> str:
@@ -101,26 +101,26 @@ def markdown(catalogue: Catalogue) -> str:
 
 def _common(tree: KeyTree, path: str) -> tuple[str, str]:
     """Return the path of a section on the page, and the mechanism or kind of joint that it belongs to."""
-    place = f"{tree.mechanism} {_SPACE}" if tree.spatial else tree.mechanism
-    first, _, rest = path.partition(".")
-    if first == "joints" and rest:
-        joint, _, inside = rest.partition(".")
-        place = _SPACE if tree.spatial else _KINDS[tree.joints[joint]]
+    machine = f"{tree.mechanism} {_SPACE}" if tree.spatial else tree.mechanism
+    root, _, remainder = path.partition(".")
+    if root == "joints" and remainder:
+        joint, _, inside = remainder.partition(".")
+        machine = _SPACE if tree.spatial else _KINDS[tree.joints[joint]]
         path = f"{_JOINT}.{inside}" if inside else _JOINT
-    return _LIKE.get(path, (path, place))
+    return _LIKE.get(path, (path, machine))
 
 
 def _overview(trees: Iterable[KeyTree]) -> Iterator[str]:
     """Yield a table of the mechanisms and their joints that may have clearance."""
     yield "| mechanism | joints that may have clearance (body of the journal) |\n| --- | --- |"
     for tree in trees:
-        words = []
+        names = []
         for joint, kind in tree.joints.items():
             journal = tree.keys.get(f"joints.{joint}.journal")
             body = journal.default if isinstance(journal, Word) and journal.default else ""
-            words.append(f"`{joint}` ({body})" if body else f"`{joint}`" + (", a guide" if kind == "guide" else ""))
+            names.append(f"`{joint}` ({body})" if body else f"`{joint}`" + (", a guide" if kind == "guide" else ""))
         if set(tree.joints.values()) != {"slot"}:
-            yield f"| {tree.mechanism}{f' {_SPACE}' if tree.spatial else ''} | {', '.join(words)} |"
+            yield f"| {tree.mechanism}{f' {_SPACE}' if tree.spatial else ''} | {', '.join(names)} |"
     yield ""
 
 
@@ -130,64 +130,70 @@ def _merged_rows(places: _Places) -> Iterator[Row]:
     Rows that differ only in units, laws or options are merged; the row of `law` lists the laws of each joint.
     """
     rows: dict[Row, dict[str, list[Row]]] = {}
-    for place, (_, own) in places.items():
-        for row in own:
-            rows.setdefault(row._replace(units=(), laws=(), options=(), example=""), {}).setdefault(place, []).append(
+    for machine, (_, machine_rows) in places.items():
+        for row in machine_rows:
+            rows.setdefault(row._replace(units=(), laws=(), options=(), example=""), {}).setdefault(machine, []).append(
                 row
             )
-    order, known = list(dict.fromkeys(row.key for row in rows)), tuple[str, ...]()
+    order, all_laws = list(dict.fromkeys(row.key for row in rows)), tuple[str, ...]()
     for row, owners in sorted(rows.items(), key=lambda item: order.index(item[0].key)):
-        every = [each for own in owners.values() for each in own]
-        units = tuple(dict.fromkeys(unit for each in every for unit in each.units))
-        laws = tuple(dict.fromkeys(law for each in every for law in each.laws)) if all(r.laws for r in every) else ()
-        options = tuple(dict.fromkeys(word for each in every for word in each.options))
-        known = options if row.key == "law" else known
-        text = f"{_laws(laws, known)}: {row.text}" if laws else row.text
+        all_rows = [item for machine_rows in owners.values() for item in machine_rows]
+        units = tuple(dict.fromkeys(unit for item in all_rows for unit in item.units))
+        laws = (
+            tuple(dict.fromkeys(law for item in all_rows for law in item.laws)) if all(r.laws for r in all_rows) else ()
+        )
+        options = tuple(dict.fromkeys(name for item in all_rows for name in item.options))
+        all_laws = options if row.key == "law" else all_laws
+        text = f"{_laws(laws, all_laws)}: {row.text}" if laws else row.text
         lacking: dict[tuple[str, ...], list[str]] = {}
-        for place, owner in owners.items():
-            lacking.setdefault(tuple(word for word in options if word not in owner[0].options), []).append(place)
-        for words, those in lacking.items():
-            text += f"; {_owners_text(those, owners)}: without {_quoted(words)}" if words else ""
-        having = {place for place, (_, own) in places.items() if any({*laws} & {*each.options} for each in own)}
+        for machine, owner in owners.items():
+            lacking.setdefault(tuple(name for name in options if name not in owner[0].options), []).append(machine)
+        for names, owners_lacking in lacking.items():
+            text += f"; {_owners_text(owners_lacking, owners)}: without {_quoted(names)}" if names else ""
+        having = {
+            machine
+            for machine, (_, machine_rows) in places.items()
+            if any({*laws} & {*item.options} for item in machine_rows)
+        }
         only = (
             "" if having == set(owners) else _owners_text(owners, places)
         )  # the row of `law` says which joints have a law
         text = f"*{only}*: {text}" if only else text
-        yield row._replace(units=units, text=text, options=options, example=every[0].example)
+        yield row._replace(units=units, text=text, options=options, example=all_rows[0].example)
 
 
-def _laws(own: Collection[str], known: Collection[str]) -> str:
+def _laws(machine_rows: Collection[str], all_laws: Collection[str]) -> str:
     """Return the names of laws; if most laws of a section have the key, those without it."""
-    others = [name for name in known if name not in own]
-    if others and len(others) < len(own) and {*own} <= {*known}:
-        return f"all but {_quoted(others)}"
-    return "all" if {*own} == {*known} else _quoted(own)
+    other_places = [name for name in all_laws if name not in machine_rows]
+    if other_places and len(other_places) < len(machine_rows) and {*machine_rows} <= {*all_laws}:
+        return f"all but {_quoted(other_places)}"
+    return "all" if {*machine_rows} == {*all_laws} else _quoted(machine_rows)
 
 
 def _owners_text(owners: Collection[str], places: Collection[str]) -> str:
     """Return in words which owners have a row, or '' if all have it."""
     if len(owners) == len(places):
         return ""
-    in_space = {place for place in places if place.endswith(_SPACE)}
+    in_space = {machine for machine in places if machine.endswith(_SPACE)}
     in_plane = set(places) - in_space - {"impact-pair"}
     for group, text in ((in_space, _SPACE), (in_plane, "in the plane"), (set(places) - in_space, f"not {_SPACE}")):
         if set(owners) == group:
             return text
-    others = [place for place in places if place not in owners]
-    return f"not {', '.join(others)}" if len(others) < len(owners) else ", ".join(owners)
+    other_places = [machine for machine in places if machine not in owners]
+    return f"not {', '.join(other_places)}" if len(other_places) < len(owners) else ", ".join(owners)
 
 
 def _sentences(sections: Mapping[str, _Places]) -> str:
     """Return what sections with the same keys are and whether they are required, by owner if that differs."""
     texts: dict[tuple[str, str], None] = {}
     for path, places in sections.items():
-        of: dict[tuple[str, str], list[str]] = {}
-        for place, (section, _) in places.items():
+        owners_by_text: dict[tuple[str, str], list[str]] = {}
+        for machine, (section, _) in places.items():
             need = "" if "left out" in section.text else "required" if section.need == "required" else "optional"
             text = "" if section.text.endswith(f" {path.rpartition('.')[2]}") else _of_body(path, section.text)
-            of.setdefault((text, need), []).append(place)
-        for (text, need), own in of.items():
-            only = _owners_text(own, places)
+            owners_by_text.setdefault((text, need), []).append(machine)
+        for (text, need), machine_rows in owners_by_text.items():
+            only = _owners_text(machine_rows, places)
             texts[f"{text} ({only})" if only and text else text, need] = None
     needs = {need for _, need in texts}
     lines = [text if len(needs) == 1 else f"{text}; {need}" if text and need else text or need for text, need in texts]
@@ -197,30 +203,30 @@ def _sentences(sections: Mapping[str, _Places]) -> str:
 
 def _rows(tree: Shape, path: str) -> Iterator[Row]:
     """Yield the rows of the keys directly in the section at `path`; a list is one row."""
-    for inner, node in tree.items():
-        parent, _, key = inner.rpartition(".")
+    for nested, node in tree.items():
+        parent, _, key = nested.rpartition(".")
         if isinstance(tree.get(parent), Number):  # a quantity, or a section that replaces it
-            parent, _, above = parent.rpartition(".")
-            key = f"{above}.{key}"
+            parent, _, parent_key = parent.rpartition(".")
+            key = f"{parent_key}.{key}"
         if parent != path:
             continue
         if isinstance(node, Section):
             if node.items:
-                yield _list(tree, inner, key, node)
+                yield _list(tree, nested, key, node)
         elif isinstance(node, Table):
             columns = ", ".join(f"`{field.name}` ({field.unit})" for field in node.columns[2] + node.columns[3])
             yield Row(key, (), f".csv: {columns}", "-", node.columns.text)
         elif isinstance(node, Name):
-            yield Row(key, (), "a name", "-", _of_body(inner, node.text))
+            yield Row(key, (), "a name", "-", _of_body(nested, node.text))
         elif isinstance(node, Flag):
             default = "`true`" if node.default else "`false`"
             yield Row(key, (), "`true`, `false`", default, node.text)
         elif isinstance(node, NameList):
             yield Row(key, (), f"{node.noun}", "-", node.text, example=node.example)
         elif isinstance(node, Word):
-            yield _word(inner, key, node)
+            yield _word(nested, key, node)
         else:
-            yield from _quantity(tree, inner, key, node)
+            yield from _quantity(tree, nested, key, node)
 
 
 def _word(path: str, key: str, node: Word) -> Row:
@@ -241,13 +247,13 @@ def _list(tree: Shape, path: str, key: str, section: Section) -> Row:
     """Return the row of a list, from its items."""
     nodes = [tree[f"{path}.{k}"] for k in range(section.items)]
     rows = [next(_quantity(tree, path, key, node)) for node in nodes if isinstance(node, Number)]
-    allowed = f"{ITEMS[section.items]} {'names' if not rows else ', each ' + rows[0].allowed}".replace(" ,", ",")
-    allowed += ", or one quantity" if section.alone else ""
+    allowed_text = f"{ITEMS[section.items]} {'names' if not rows else ', each ' + rows[0].allowed}".replace(" ,", ",")
+    allowed_text += ", or one quantity" if section.alone else ""
     example = f"[{', '.join([rows[0].example] * section.items)}]" if rows else ""
     defaults = list(dict.fromkeys(row.default for row in rows))
     default = "required" if section.need == "required" else "-"
     default = defaults[0] if section.need == "implied" and len(defaults) == 1 else default
-    return Row(key, rows[0].units if rows else (), allowed, default, section.text, example=example)
+    return Row(key, rows[0].units if rows else (), allowed_text, default, section.text, example=example)
 
 
 def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[Row]:
@@ -255,9 +261,9 @@ def _quantity(tree: Shape, path: str, key: str, node: Number) -> Iterator[Row]:
     meanings: dict[Field, list[str]] = {}
     elastic = tree.get(f"{'.'.join(path.split('.')[:2])}.contact.elastic")
     for field, when in node.uses:
-        always = not when or (isinstance(elastic, Word) and when == elastic.when)
-        always = always or when[-1][0].endswith(".coefficient_unit")  # it only decides the unit
-        meanings.setdefault(field, []).extend(() if always else sorted(when[-1][1]))
+        is_always = not when or (isinstance(elastic, Word) and when == elastic.when)
+        is_always = is_always or when[-1][0].endswith(".coefficient_unit")  # it only decides the unit
+        meanings.setdefault(field, []).extend(() if is_always else sorted(when[-1][1]))
     for field, laws in meanings.items():
         default = "-" if field.optional else "required"
         default = default if field.default is None else _number(field.default)
@@ -279,8 +285,8 @@ def _example(field: Field) -> str:
         return _number(_SMALL)
     if not field.default and field.contains(quantity.read(quantity.example(unit), unit)):
         return quantity.example(unit)
-    ends = [end for end in (field.low, field.high) if math.isfinite(end)]
-    numbers = (field.default, sum(ends) / 2.0, field.low + 1.0, field.high - 1.0)
+    bounds = [bound for bound in (field.low, field.high) if math.isfinite(bound)]
+    numbers = (field.default, sum(bounds) / 2.0, field.low + 1.0, field.high - 1.0)
     value = next((number for number in numbers if number and field.contains(number)), 0.0)
     return _number(value) if unit in ("1", "") else f"{_number(value)} {unit}"
 

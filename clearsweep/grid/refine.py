@@ -55,5 +55,5 @@ def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Refin
 def _divisible(reader: Reader, path: str) -> bool:
     """Return whether an axis can be subdivided."""
     node = value_key(reader.shape, path)
-    whole = not isinstance(node, Number) or any(use.field.whole for use in node.uses)
-    return not whole and not path.endswith(".exponent") and len(reader.axes[path]) > 1
+    complete = not isinstance(node, Number) or any(key_use.field.whole for key_use in node.uses)
+    return not complete and not path.endswith(".exponent") and len(reader.axes[path]) > 1

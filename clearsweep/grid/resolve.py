@@ -39,12 +39,12 @@ class Shared(dict):
     form: Any = None
 
 
-def _typed(make: Callable[..., Any], section: Tree, *more: Any) -> Any:
+def _typed(build: Callable[..., Any], section: Tree, *arguments: Any) -> Any:
     """Return the typed form of a section."""
     if not isinstance(section, Shared):
-        return make(section, *more)
+        return build(section, *arguments)
     if section.form is None:
-        section.form = make(section, *more)
+        section.form = build(section, *arguments)
     return section.form
 
 
@@ -79,8 +79,8 @@ def _mechanism(section: Tree) -> Mechanism:
 
 
 def _simulate(section: Tree) -> Simulate:
-    until = {"until": Until(**section["until"])} if "until" in section else {}
-    return Simulate(**{**section, **until})
+    until_fields = {"until": Until(**section["until"])} if "until" in section else {}
+    return Simulate(**{**section, **until_fields})
 
 
 def _save(section: Tree) -> Save:
@@ -102,9 +102,9 @@ def _drive(section: Tree) -> Drive:
 
 
 def _load(section: Tree, load: LoadOutline) -> Load:
-    table, friction, rest = _split_keys(section, "table", "friction")
+    table, friction, remainder = _split_keys(section, "table", "friction")
     rubbing = _friction(friction) if friction else None
-    return Load(load.name, load.form, dict(leaves(rest)), _table(table) if table else None, rubbing)
+    return Load(load.name, load.form, dict(leaves(remainder)), _table(table) if table else None, rubbing)
 
 
 def _table(columns: Tree) -> Table:
@@ -114,9 +114,9 @@ def _table(columns: Tree) -> Table:
 def _joint(section: Tree, name: str) -> Joint:
     values: dict[str, Any] = {"contact": NO_CONTACT, **section}
     values.pop("type", None)
-    for key, make in _OF_JOINT:
+    for key, build in _OF_JOINT:
         if key in section:
-            values[key] = _typed(make, section[key])
+            values[key] = _typed(build, section[key])
     return Joint(name=name, **values)
 
 
@@ -139,8 +139,8 @@ def _thermal(section: Tree) -> Thermal:
 def _film(section: Tree) -> Film:
     transition, viscosity, thermal, values = _split_keys(section, "transition", "viscosity", "thermal")
     if transition:
-        law, begin, width, rest = _split_keys(transition, "law", "from", "width")
-        values |= {"transition": law, "begin": begin, "width": width, "asperities": rest}
+        law, start, width, remainder = _split_keys(transition, "law", "from", "width")
+        values |= {"transition": law, "begin": start, "width": width, "asperities": remainder}
     if not isinstance(viscosity, dict):
         return Film(viscosity=viscosity, **values)
     oil = Oil(viscosity["at_40C"], viscosity["at_100C"], viscosity["density"])
@@ -178,8 +178,8 @@ _OF_JOINT: tuple[tuple[str, Callable[[Any], Any]], ...] = (
 
 def _materials(section: Tree) -> Materials:
     """Return the materials of bearing and journal: separate ones, or one for both."""
-    own = "bearing" in section
-    return Materials(*(Material(**(section[body] if own else section)) for body in Materials._fields))
+    is_split = "bearing" in section
+    return Materials(*(Material(**(section[body] if is_split else section)) for body in Materials._fields))
 
 
 def _split_keys(section: Tree, *keys: str) -> tuple[Any, ...]:
@@ -193,6 +193,6 @@ def leaves(tree: Tree, start: str = "") -> Iterator[tuple[str, Any]]:
         if isinstance(value, dict):
             yield from leaves(value, f"{start}{key}.")
         elif isinstance(value, list):
-            yield from ((f"{start}{key}.{place}", item) for place, item in enumerate(value))
+            yield from ((f"{start}{key}.{index}", item) for index, item in enumerate(value))
         else:
             yield f"{start}{key}", value

@@ -67,8 +67,8 @@ class Distribution(NamedTuple):
             variance = math.log1p((std / mean) ** 2)  # of the logarithm
             quantiles = mean * np.exp(math.sqrt(variance) * ndtri(points) - variance / 2.0)
         else:
-            below, above = ndtr((low - mean) / std), ndtr((high - mean) / std)
-            quantiles = np.clip(mean + std * ndtri(below + (above - below) * points), low, high)
+            lower_share, upper_share = ndtr((low - mean) / std), ndtr((high - mean) / std)
+            quantiles = np.clip(mean + std * ndtri(lower_share + (upper_share - lower_share) * points), low, high)
         return quantiles
 
     def written(self) -> dict[str, Any]:
@@ -79,21 +79,21 @@ class Distribution(NamedTuple):
 
 def read(problems: Problems, written: WrittenValue, variables: int) -> Sample | None:
     """Return the section `sample` for a number of variables, or None if it is missing or invalid."""
-    given, noted = written.value, len(problems)
-    known = ("method", "n", "seed", "over", "drawn")
-    for key in given:
-        if key not in known:
-            sentence = f"unknown key '{key}'{nearest(key, known)} (allowed: {', '.join(known)})"
+    moments, noted = written.value, len(problems)
+    allowed = ("method", "n", "seed", "over", "drawn")
+    for key in moments:
+        if key not in allowed:
+            sentence = f"unknown key '{key}'{nearest(key, allowed)} (allowed: {', '.join(allowed)})"
             problems.add(written.key_place(key), f"sample.{key}", sentence)
-    method = given["method"].value if "method" in given else None
+    method = moments["method"].value if "method" in moments else None
     if method not in METHODS:
-        near = nearest(method, METHODS) if isinstance(method, str) else ""
-        wrong = f"unknown method {shown(method)}{near}" if "method" in given else "is missing"
-        problems.add(given.get("method", written), "sample.method", f"{wrong} (known: {', '.join(METHODS)})")
+        suggestion = nearest(method, METHODS) if isinstance(method, str) else ""
+        invalid = f"unknown method {shown(method)}{suggestion}" if "method" in moments else "is missing"
+        problems.add(moments.get("method", written), "sample.method", f"{invalid} (known: {', '.join(METHODS)})")
     seed = _whole(problems, written, "seed", (0, 2**63 - 1), 0)
     if method == "one-at-a-time":
         for key in ("n", "seed"):
-            if key in given:
+            if key in moments:
                 sentence = "is not used by one-at-a-time, whose cases follow from the variables; leave it out"
                 problems.add(written.key_place(key), f"sample.{key}", sentence)
         n: int | None = 1
@@ -101,13 +101,13 @@ def read(problems: Problems, written: WrittenValue, variables: int) -> Sample | 
         n = _whole(problems, written, "n", (2, _MOST_CASES), None)
     if n and method in _POWERS_OF_TWO and n & (n - 1):
         low = 1 << (n.bit_length() - 1)
-        problems.add(given["n"], "sample.n", f"found {n}; {method} needs a power of 2, such as {low} or {2 * low}")
+        problems.add(moments["n"], "sample.n", f"found {n}; {method} needs a power of 2, such as {low} or {2 * low}")
     if n and method == "saltelli" and n * (variables + 2) > _MOST_CASES:
         sentence = f"found {n}; with {variables} variables these are {n * (variables + 2)} cases, at most {_MOST_CASES}"
-        problems.add(given["n"], "sample.n", sentence)
-    drawn = given.get("drawn", WrittenValue({})).value
+        problems.add(moments["n"], "sample.n", sentence)
+    drawn = moments.get("drawn", WrittenValue({})).value
     if not isinstance(drawn, dict):
-        problems.add(given["drawn"], "sample.drawn", f"found {shown(drawn)}; expected the values of each variable")
+        problems.add(moments["drawn"], "sample.drawn", f"found {shown(drawn)}; expected the values of each variable")
     if len(problems) > noted or method is None or n is None or seed is None:
         return None
     return Sample(method, n, seed, _points(method, n, seed, variables), drawn)
@@ -155,12 +155,12 @@ def _saltelli(points: "np.ndarray", variables: int) -> "np.ndarray":
     """Return A, B, and A with each column in turn from B: Saltelli et al. 2010, Comput. Phys. Commun. 181, 259."""
     import numpy as np
 
-    first, second = points[:, :variables], points[:, variables:]
+    start, second = points[:, :variables], points[:, variables:]
     mixed = []
     for k in range(variables):
-        mixed.append(first.copy())
+        mixed.append(start.copy())
         mixed[-1][:, k] = second[:, k]
-    return np.vstack([first, second, *mixed])
+    return np.vstack([start, second, *mixed])
 
 
 def _one_at_a_time(variables: int) -> "np.ndarray":
@@ -179,64 +179,66 @@ def distribution(problems: Problems, where: str, written: WrittenValue, reading:
     if not isinstance(written.value, dict) or len(written.value) != 1:
         problems.add(written, where, f"found {shown(written.value)}; expected one of {kinds}")
         return None
-    ((kind, given),) = written.value.items()
+    ((kind, moments),) = written.value.items()
     if kind not in DISTRIBUTIONS:
-        near = nearest(kind, DISTRIBUTIONS)
-        problems.add(written.key_place(kind), where, f"unknown distribution '{kind}'{near} (known: {kinds})")
+        suggestion = nearest(kind, DISTRIBUTIONS)
+        problems.add(written.key_place(kind), where, f"unknown distribution '{kind}'{suggestion} (known: {kinds})")
         return None
     noted = len(problems)
     if kind in ("uniform", "loguniform"):
-        numbers = _ends(problems, where, kind, given, reading)
+        numbers = _ends(problems, where, kind, moments, reading)
     else:
-        numbers = _moments(problems, where, kind, given, reading)
+        numbers = _moments(problems, where, kind, moments, reading)
     return None if numbers is None or len(problems) > noted else Distribution(kind, numbers)
 
 
-def _ends(problems: Problems, where: str, kind: str, given: WrittenValue, reading: Reading) -> dict[str, float] | None:
+def _ends(
+    problems: Problems, where: str, kind: str, moments: WrittenValue, reading: Reading
+) -> dict[str, float] | None:
     """Return both ends of a uniform or loguniform distribution."""
-    if not isinstance(given.value, list) or len(given.value) != 2:
-        problems.add(given, where, f"{kind}: found {shown(given.value)}; expected [low, high]")
+    if not isinstance(moments.value, list) or len(moments.value) != 2:
+        problems.add(moments, where, f"{kind}: found {shown(moments.value)}; expected [low, high]")
         return None
-    low, high = (reading.value(item) for item in given.value)
-    if half_bare(problems, where, given.value, reading.unit) or low is None or high is None:
+    low, high = (reading.value(item) for item in moments.value)
+    if half_bare(problems, where, moments.value, reading.unit) or low is None or high is None:
         return None
-    first, last = (quantity.said(item.value, reading.unit) for item in given.value)
+    start, last = (quantity.said(item.value, reading.unit) for item in moments.value)
     if low > high:
-        problems.add(given, where, f"{kind}: the low end {first} is above the high end {last}; swap them")
+        problems.add(moments, where, f"{kind}: the low end {start} is above the high end {last}; swap them")
     if kind == "loguniform" and low <= 0.0:
-        problems.add(given, where, f"loguniform: found {first}; both ends have to be above 0; use uniform")
+        problems.add(moments, where, f"loguniform: found {start}; both ends have to be above 0; use uniform")
     return {"low": low, "high": high}
 
 
 def _moments(
-    problems: Problems, where: str, kind: str, given: WrittenValue, reading: Reading
+    problems: Problems, where: str, kind: str, moments: WrittenValue, reading: Reading
 ) -> dict[str, float] | None:
     """Return mean, standard deviation and bounds of a normal or lognormal distribution."""
-    if not isinstance(given.value, dict):
-        sentence = f"{kind}: found {shown(given.value)}; expected {DISTRIBUTIONS[kind]}"
-        problems.add(given, where, sentence)
+    if not isinstance(moments.value, dict):
+        sentence = f"{kind}: found {shown(moments.value)}; expected {DISTRIBUTIONS[kind]}"
+        problems.add(moments, where, sentence)
         return None
-    known = ("mean", "std", "cv") if kind == "lognormal" else ("mean", "std", "cv", "low", "high")
-    for key in given.value:
-        if key not in known:
-            sentence = f"unknown key '{key}'{nearest(key, known)} (allowed: {', '.join(known)})"
-            problems.add(given.key_place(key), f"{where}.{kind}", sentence)
-    if ("std" in given.value) == ("cv" in given.value) or "mean" not in given.value:
-        problems.add(given, where, f"{kind}: expected mean and either std or cv: {DISTRIBUTIONS[kind]}")
+    allowed = ("mean", "std", "cv") if kind == "lognormal" else ("mean", "std", "cv", "low", "high")
+    for key in moments.value:
+        if key not in allowed:
+            sentence = f"unknown key '{key}'{nearest(key, allowed)} (allowed: {', '.join(allowed)})"
+            problems.add(moments.key_place(key), f"{where}.{kind}", sentence)
+    if ("std" in moments.value) == ("cv" in moments.value) or "mean" not in moments.value:
+        problems.add(moments, where, f"{kind}: expected mean and either std or cv: {DISTRIBUTIONS[kind]}")
         return None
-    lengths = [item for key, item in given.value.items() if key != "cv"]
+    lengths = [item for key, item in moments.value.items() if key != "cv"]
     if half_bare(problems, f"{where}.{kind}", lengths, reading.unit):
         return None
-    mean = reading.value(given.value["mean"])
+    mean = reading.value(moments.value["mean"])
     written = {
         key: quantity.said(item.value, reading.unit)
-        for key, item in given.value.items()
+        for key, item in moments.value.items()
         if key in ("mean", "low", "high")
     }
     values = {
-        key: _quantity(problems, where, given.value[key], "1" if key == "cv" else reading.unit)
-        for key in known[1:]
-        if key in given.value
+        key: _quantity(problems, where, moments.value[key], "1" if key == "cv" else reading.unit)
+        for key in allowed[1:]
+        if key in moments.value
     }
     numbers = {key: value for key, value in values.items() if value is not None}
     if mean is None or len(numbers) < len(values):
@@ -244,20 +246,19 @@ def _moments(
     std = numbers["std"] if "std" in numbers else numbers["cv"] * abs(mean)
     low, high = numbers.get("low", -math.inf), numbers.get("high", math.inf)
     if std < 0.0:
-        problems.add(given, where, f"{kind}: the spread is negative; write a std or cv of at least 0")
+        problems.add(moments, where, f"{kind}: the spread is negative; write a std or cv of at least 0")
     if kind == "lognormal" and std > _WIDEST * mean > 0.0:
-        problems.add(given, where, f"lognormal: found a std of {std / mean:.3g} times the mean; at most {_WIDEST:g}")
+        problems.add(moments, where, f"lognormal: found a std of {std / mean:.3g} times the mean; at most {_WIDEST:g}")
     if kind == "truncated-normal" and "low" not in numbers and "high" not in numbers:
-        problems.add(given, where, "truncated-normal: has no bound; write low, high or both, or use normal")
+        problems.add(moments, where, "truncated-normal: has no bound; write low, high or both, or use normal")
     if not low <= mean <= high or low == high:
         limits = " and ".join(f"{key} {written[key]}" for key in ("low", "high") if key in written)
         sentence = f"{kind}: the mean {written['mean']} is not between its bounds ({limits}); change one"
-        problems.add(given, where, sentence)
+        problems.add(moments, where, sentence)
     if kind == "lognormal" and mean <= 0.0:
-        sentence = (
-            f"lognormal: found the mean {quantity.said(given.value['mean'].value, reading.unit)}; it has to be above 0"
-        )
-        problems.add(given, where, f"{sentence}; use normal")
+        mean = quantity.said(moments.value["mean"].value, reading.unit)
+        sentence = f"lognormal: found the mean {mean}; it has to be above 0"
+        problems.add(moments, where, f"{sentence}; use normal")
     bounds = {key: numbers[key] for key in ("low", "high") if key in numbers}
     return {"mean": mean, "std": std} | bounds
 
@@ -285,11 +286,11 @@ def draw(
     values = spread.values(points)
     extremes = (*spread.values(np.array([_RARE, 1.0 - _RARE])), values.min(), values.max())
     for field in fields:
-        outside = [value for value in extremes if not field.contains(value)]
-        if outside:
+        out_of_range = [value for value in extremes if not field.contains(value)]
+        if out_of_range:
             sentence = (
-                f"{spread.kind}: {outside[0]:.6g} is among its values, out of range; allowed: "
-                f"{field.allowed(outside[0])}; write low and high within that, or a distribution that stays there"
+                f"{spread.kind}: {out_of_range[0]:.6g} is among its values, out of range; allowed: "
+                f"{field.allowed(out_of_range[0])}; write low and high within that, or a distribution that stays there"
             )
             problems.add(written, where, sentence)
             return None

@@ -42,10 +42,10 @@ _WORST = Field(
 )
 
 
-def enter_save(tree: Shape, *, turns: bool) -> None:
+def enter_save(tree: Shape, *, has_turns: bool) -> None:
     """Enter what is kept of a case; of one that turns also of how many revolutions."""
     tree["save"], tree["save.orbits"] = Section("what is kept", "implied"), _ORBITS
-    add_numbers(tree, "save", (_SAVED, _SAMPLES, _WORST) if turns else (_SAMPLES,), sweep=False)
+    add_numbers(tree, "save", (_SAVED, _SAMPLES, _WORST) if has_turns else (_SAMPLES,), sweep=False)
     tree[CHANNELS] = _CHANNELS
 
 
@@ -56,11 +56,11 @@ def read_channels(reader: Reader, path: str) -> None:
         return
     assert isinstance(node, NameList), path
     items = written.value if isinstance(written.value, list) else []
-    wrong = [item for item in items if not isinstance(item.value, str)]
-    for item in wrong or ([] if items else [written]):
+    invalid = [item for item in items if not isinstance(item.value, str)]
+    for item in invalid or ([] if items else [written]):
         sentence = f"found {shown(item.value)}; expected {node.noun}, such as {node.example}"
         reader.problems.add(item, path, sentence)
-    if wrong or not items:
+    if invalid or not items:
         return
     if reader.values.get("save.orbits") == "none":
         sentence = "is not used, as save.orbits is none; leave one of them out"
@@ -74,8 +74,8 @@ def check_channels(reader: Reader, layout: Layout) -> None:
     written = reader.written.get(CHANNELS)
     if written is None or CHANNELS not in reader.values:
         return
-    known = [channel.name for channel in layout.channels if channel.name not in ALWAYS_STORED]
+    allowed = [channel.name for channel in layout.channels if channel.name not in ALWAYS_STORED]
     for item in written.value:
-        if isinstance(item, WrittenValue) and item.value not in (*known, *ALWAYS_STORED):
-            near = nearest(item.value, known) or f" (known: {', '.join(known)})"
-            reader.problems.add(item, CHANNELS, f"there is no channel '{item.value}'{near}")
+        if isinstance(item, WrittenValue) and item.value not in (*allowed, *ALWAYS_STORED):
+            suggestion = nearest(item.value, allowed) or f" (known: {', '.join(allowed)})"
+            reader.problems.add(item, CHANNELS, f"there is no channel '{item.value}'{suggestion}")

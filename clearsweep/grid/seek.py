@@ -47,32 +47,32 @@ class Seek(NamedTuple):
         halvings = max(math.ceil(math.log2((high - low) / self.within)), FIRST_STRETCHES.bit_length() - 1)
         return 1 << halvings
 
-    def value(self, place: int) -> float:
+    def value(self, index: int) -> float:
         """Return the value at a place from 0 to `last`, counted from the end that is the safer one."""
         if self.fits:
-            return self.fit(place).high
-        low, high = (Fraction(end) for end in self.between)
-        k = place if self.end == ENDS[0] else self.last - place
+            return self.fit(index).high
+        low, high = (Fraction(sense) for sense in self.between)
+        k = index if self.end == ENDS[0] else self.last - index
         return float(low + (high - low) * k / self.last)
 
-    def fit(self, place: int) -> Fit:
+    def fit(self, index: int) -> Fit:
         """Return the fit at a place."""
-        return self.fits[place if self.end == ENDS[0] else self.last - place]
+        return self.fits[index if self.end == ENDS[0] else self.last - index]
 
     def first(self) -> tuple[float, ...]:
         """Return the values that are tried first, ascending."""
         if self.fits:
             return tuple(fit.high for fit in self.fits)
-        return tuple(sorted(self.value(place) for place in range(0, self.last + 1, self.last // FIRST_STRETCHES)))
+        return tuple(sorted(self.value(index) for index in range(0, self.last + 1, self.last // FIRST_STRETCHES)))
 
     def written(self) -> dict[str, Any]:
         """Return the section as a grid may have it, in SI."""
-        head: dict[str, Any] = {self.end: self.path if len(self.paths) == 1 else list(self.paths)}
+        heading: dict[str, Any] = {self.end: self.path if len(self.paths) == 1 else list(self.paths)}
         if self.fits:
-            head["among"] = {"fits": [fit.name for fit in self.fits]}
+            heading["among"] = {"fits": [fit.name for fit in self.fits]}
         else:
-            head |= {"between": list(self.between), "within": self.within}
-        return head | {"meeting": "limits", "for": FOR[not self.each]}
+            heading |= {"between": list(self.between), "within": self.within}
+        return heading | {"meeting": "limits", "for": FOR[not self.each]}
 
 
 def range_of(
@@ -85,13 +85,13 @@ def range_of(
     section = section_of(reader, root, SEEK, KEYS, _EXAMPLE)
     if section is None:
         return None
-    ends = [end for end in ENDS if end in section.value]
+    senses = [sense for sense in ENDS if sense in section.value]
     between = section.value.get("between")
-    if len(ends) != 1:
-        problem = "has both largest and smallest; write one of them" if ends else "is missing; write the path to vary"
+    if len(senses) != 1:
+        problem = "has both largest and smallest; write one of them" if senses else "is missing; write the path to vary"
         reader.problems.add(section, f"{SEEK}.{ENDS[0]}", f"{problem}, such as {_EXAMPLE}")
         return None
-    paths = _paths(reader, section.value[ends[0]], f"{SEEK}.{ends[0]}")
+    paths = _paths(reader, section.value[senses[0]], f"{SEEK}.{senses[0]}")
     if paths is None:
         return None
     among = section.value.get("among")
@@ -109,10 +109,10 @@ def range_of(
 def _paths(reader: Reader, written: WrittenValue, where: str) -> list[WrittenValue] | None:
     """Return the dotted paths that take the same value, each once, or None if they cannot be read."""
     paths = written.value if isinstance(written.value, list) else [written]
-    wrong = [path for path in paths if not isinstance(path.value, str)]
-    if wrong or not paths:
-        place = wrong[0] if wrong else written
-        reader.problems.add(place, where, f"found {shown(place.value)}; expected a dotted path, or a list of such")
+    invalid = [path for path in paths if not isinstance(path.value, str)]
+    if invalid or not paths:
+        index = invalid[0] if invalid else written
+        reader.problems.add(index, where, f"found {shown(index.value)}; expected a dotted path, or a list of such")
         return None
     names = [path.value for path in paths]
     twice = [path for k, path in enumerate(paths) if path.value in names[:k]]
@@ -139,48 +139,52 @@ def _among(
     if results is None:
         return None
     reader.among = tuple(sorted(results, key=lambda fit: fit.high))
-    place = among.origin, among.line, among.column
-    values = [WrittenValue(f"{fit.high!r} m", *place, by_name=True) for fit in reader.among]
+    index = among.origin, among.line, among.column
+    values = [WrittenValue(f"{fit.high!r} m", *index, by_name=True) for fit in reader.among]
     return paths, WrittenValue(values, among.origin, among.line, among.column)
 
 
 def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Seek | None:
     """Return the section `seek`, its axis being read already, or None if it is missing or wrong."""
     section = section_in(root, SEEK)
-    paths = tuple(path for path, way in reader.way.items() if way == SEEK)
+    paths = tuple(path for path, variation in reader.way.items() if variation == SEEK)
     if section is None or not paths or not set(paths) <= reader.axes.keys():
         return None
     path = paths[0]
-    given, noted = section.value, len(reader.problems)
-    (end,) = [end for end in ENDS if end in given]
+    content, noted = section.value, len(reader.problems)
+    (sense,) = [sense for sense in ENDS if sense in content]
     low, high = reader.axes[path][0], reader.axes[path][-1]
-    for other in paths[1:]:
-        if _unit(reader, other) != _unit(reader, path):
-            units = f"in {_unit(reader, other)}, {path} in {_unit(reader, path)}"
-            reader.problems.add(given[end], f"{SEEK}.{end}", f"{other} is {units}; paths in step have one unit")
+    for other_path in paths[1:]:
+        if _unit(reader, other_path) != _unit(reader, path):
+            units = f"in {_unit(reader, other_path)}, {path} in {_unit(reader, path)}"
+            reader.problems.add(
+                content[sense], f"{SEEK}.{sense}", f"{other_path} is {units}; paths in step have one unit"
+            )
     if low >= high and not reader.among:
-        reader.problems.add(given["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
+        reader.problems.add(content["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
     if not limits:
         reader.problems.add(section, SEEK, "there are no limits to meet; write the section 'limits'")
-    for key, allowed in (("meeting", ("limits",)), ("for", FOR)):
-        if key in given and given[key].value not in allowed:
-            sentence = f"found {shown(given[key].value)}; expected {' or '.join(allowed)}"
-            reader.problems.add(given[key], f"{SEEK}.{key}", sentence)
-    for other in reader.axes:
-        check_always_used(reader, given[end], SEEK, other)
-    each = "for" not in given or given["for"].value == FOR[0]
+    for key, allowed_words in (("meeting", ("limits",)), ("for", FOR)):
+        if key in content and content[key].value not in allowed_words:
+            sentence = f"found {shown(content[key].value)}; expected {' or '.join(allowed_words)}"
+            reader.problems.add(content[key], f"{SEEK}.{key}", sentence)
+    for other_path in reader.axes:
+        check_always_used(reader, content[sense], SEEK, other_path)
+    item = "for" not in content or content["for"].value == FOR[0]
     if reader.among:
-        fits = Seek(end, paths, (low, high), 0.0, each, reader.among)
+        fits = Seek(sense, paths, (low, high), 0.0, item, reader.among)
         return fits if len(reader.problems) == noted else None
-    within = _within(reader, section, path)
-    if within is None or len(reader.problems) > noted:
+    tolerance = _within(reader, section, path)
+    if tolerance is None or len(reader.problems) > noted:
         return None
-    if not (high - low) / 2.0**FINEST < within <= (high - low) / FIRST_STRETCHES:
-        least, most = (quantity.said(size, _unit(reader, path)) for size in ((high - low) / 1e12, (high - low) / 4.0))
-        sentence = f"found {given['within'].value}; allowed: {least} to {most}, a quarter of the range"
-        reader.problems.add(given["within"], f"{SEEK}.within", sentence)
+    if not (high - low) / 2.0**FINEST < tolerance <= (high - low) / FIRST_STRETCHES:
+        smallest, largest = (
+            quantity.said(size, _unit(reader, path)) for size in ((high - low) / 1e12, (high - low) / 4.0)
+        )
+        sentence = f"found {content['within'].value}; allowed: {smallest} to {largest}, a quarter of the range"
+        reader.problems.add(content["within"], f"{SEEK}.within", sentence)
         return None
-    return Seek(end, paths, (low, high), within, each)
+    return Seek(sense, paths, (low, high), tolerance, item)
 
 
 def _within(reader: Reader, section: WrittenValue, path: str) -> float | None:

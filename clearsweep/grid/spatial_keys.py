@@ -26,8 +26,8 @@ def flanged(tree: Shape, path: str, catalogue: Catalogue) -> None:
     add_numbers(tree, path, (_AXIAL,))
     axial = f"{path}.axial"
     _pointed_contact(tree, axial, catalogue._replace(laws=point_laws(catalogue)))
-    for inner in [inner for inner in tree if inner.startswith(f"{axial}.material")]:
-        del tree[inner]
+    for nested in [nested for nested in tree if nested.startswith(f"{axial}.material")]:
+        del tree[nested]
     tree[axial] = Section("the normal force at a flange; left out: as `contact`", "optional")
 
 

@@ -33,12 +33,14 @@ def read(problems: Problems, path: str, written: WrittenValue, columns: Columns)
         sentence = f"found {shown(written.value)}; expected the name of a .csv file, or columns: {example}"
         problems.add(written, path, sentence)
         return None
-    before = len(problems)
+    problems_before = len(problems)
     values = _columns(
         problems, path, WrittenValue(table, written.origin, written.line, written.column, places), columns
     )
     return (
-        values if len(problems) == before and _is_increasing(problems, path, written, table, values, columns) else None
+        values
+        if len(problems) == problems_before and _is_increasing(problems, path, written, table, values, columns)
+        else None
     )
 
 
@@ -65,29 +67,29 @@ def _from_file(
             problems.add(WrittenValue(None, str(file), line, 1), path, sentence)
             return None
     table, places = {}, {}
-    for column, head in enumerate(heads, start=1):
-        here = WrittenValue(None, str(file), 1, column)
-        if head.strip() in table:
-            problems.add(here, path, f"the column '{head.strip()}' occurs twice; keep one of them")
+    for column, heading in enumerate(heads, start=1):
+        head_location = WrittenValue(None, str(file), 1, column)
+        if heading.strip() in table:
+            problems.add(head_location, path, f"the column '{heading.strip()}' occurs twice; keep one of them")
             return None
         cells = [WrittenValue(row[column - 1].strip(), str(file), line, column) for line, row in rows]
-        table[head.strip()], places[head.strip()] = WrittenValue(cells, str(file), 1, column), here
+        table[heading.strip()], places[heading.strip()] = WrittenValue(cells, str(file), 1, column), head_location
     return table, places
 
 
 def _columns(problems: Problems, path: str, table: WrittenValue, columns: Columns) -> dict[str, list[float]]:
     """Return the values of the columns by name; report mistakes in them."""
     fields = {field.name: field for field in (*columns.over, *columns.values)}
-    expected = ", ".join(f"{field.name} [{_shown_unit(field)}]" for field in fields.values())
+    allowed = ", ".join(f"{field.name} [{_shown_unit(field)}]" for field in fields.values())
     values: dict[str, list[float]] = {}
-    for head, cells in table.value.items():
-        name, unit = head_of(head)
+    for heading, cells in table.value.items():
+        name, unit = head_of(heading)
         field = fields.get(name)
         if field is None or name in values:
-            wrong = "occurs twice" if field else f"is no column of this table{nearest(name, fields)}"
-            problems.add(table.key_place(head), path, f"'{head}' {wrong} (known: {expected})")
+            invalid = "occurs twice" if field else f"is no column of this table{nearest(name, fields)}"
+            problems.add(table.key_place(heading), path, f"'{heading}' {invalid} (known: {allowed})")
         elif not isinstance(cells.value, list):
-            problems.add(cells, f"{path}.{head}", f"found {shown(cells.value)}; expected a list of values")
+            problems.add(cells, f"{path}.{heading}", f"found {shown(cells.value)}; expected a list of values")
         elif len(cells.value) > _MOST_ROWS:
             problems.add(cells, path, f"has {len(cells.value):,} rows; at most {_MOST_ROWS:,} are read")
         else:
@@ -102,8 +104,8 @@ def _shown_unit(field: Field) -> str:
 def _value(problems: Problems, path: str, cell: WrittenValue, unit: str, field: Field) -> float:
     """Return one cell in SI; nan, with a problem, if it is invalid."""
     try:
-        plain = isinstance(cell.value, str | int | float) and not isinstance(cell.value, bool)
-        value = quantity.read(f"{cell.value} {unit}" if unit and plain else cell.value, field.unit)
+        is_plain = isinstance(cell.value, str | int | float) and not isinstance(cell.value, bool)
+        value = quantity.read(f"{cell.value} {unit}" if unit and is_plain else cell.value, field.unit)
     except InputError as error:
         problems.add(cell, path, f"{field.name}: {error}")
         return math.nan
@@ -116,44 +118,44 @@ def _is_increasing(
     problems: Problems, path: str, written: WrittenValue, table: dict, values: Values, columns: Columns
 ) -> bool:
     """Return whether a table is complete and increasing; report mistakes."""
-    over = [field.name for field in columns.over if field.name in values]
+    abscissae = [field.name for field in columns.over if field.name in values]
     sentence = ""
-    if len(over) != 1:
+    if len(abscissae) != 1:
         names = " or ".join(field.name for field in columns.over)
-        sentence = f"has {len(over)} of the columns {names}; expected exactly one independent column"
+        sentence = f"has {len(abscissae)} of the columns {names}; expected exactly one independent column"
     elif len(values) < 2:
         names = ", ".join(field.name for field in columns.values)
         sentence = f"has no column of {names}; write at least one"
-    elif len({len(column) for column in values.values()}) > 1 or len(values[over[0]]) < 2:
+    elif len({len(column) for column in values.values()}) > 1 or len(values[abscissae[0]]) < 2:
         lengths = ", ".join(f"{name} {len(column)}" for name, column in values.items())
         sentence = f"has columns of {lengths} values; expected equally many, at least 2"
     if sentence:
         problems.add(written, path, sentence)
         return False
-    knots = values[over[0]]
-    cells = next(cells for head, cells in table.items() if head_of(head)[0] == over[0]).value
-    for place in range(1, len(knots)):
-        if not knots[place] > knots[place - 1]:
-            actual = f"found {cells[place].value} after {cells[place - 1].value}"
-            problems.add(cells[place], path, f"{over[0]}: {actual}; it has to increase from row to row")
+    knots = values[abscissae[0]]
+    cells = next(cells for heading, cells in table.items() if head_of(heading)[0] == abscissae[0]).value
+    for index in range(1, len(knots)):
+        if not knots[index] > knots[index - 1]:
+            actual = f"found {cells[index].value} after {cells[index - 1].value}"
+            problems.add(cells[index], path, f"{abscissae[0]}: {actual}; it has to increase from row to row")
             return False
-        if knots[place] - knots[place - 1] < _FINEST * (knots[-1] - knots[0]):
-            actual = f"found {cells[place].value} after {cells[place - 1].value}"
-            fine = f"{over[0]}: {actual}, a step of less than {_FINEST:g} of the table's span"
-            problems.add(cells[place], path, f"{fine}; remove one of the rows")
+        if knots[index] - knots[index - 1] < _FINEST * (knots[-1] - knots[0]):
+            actual = f"found {cells[index].value} after {cells[index - 1].value}"
+            too_fine = f"{abscissae[0]}: {actual}, a step of less than {_FINEST:g} of the table's span"
+            problems.add(cells[index], path, f"{too_fine}; remove one of the rows")
             return False
     for name in columns.above_zero:
         if not any(values[name]):
             problems.add(written, path, f"{name}: is 0 in every row; write at least one row in which it is above 0")
             return False
-    return over[0] != "crank_angle" or _periodic(problems, path, cells[-1], values)
+    return abscissae[0] != "crank_angle" or _periodic(problems, path, cells[-1], values)
 
 
 def _periodic(problems: Problems, path: str, last: WrittenValue, values: Values) -> bool:
     """Return whether a table over the crank angle is periodic; report it if not."""
     knots = values["crank_angle"]
     span = knots[-1] - knots[0]
-    if not any(math.isclose(span, whole, rel_tol=1e-9) for whole in _SPANS):
+    if not any(math.isclose(span, complete, rel_tol=1e-9) for complete in _SPANS):
         sentence = (
             f"crank_angle: the table spans {math.degrees(span):.6g} deg, over which it repeats; expected 360 or 720 "
             "deg, its last row being its first again"
@@ -161,8 +163,8 @@ def _periodic(problems: Problems, path: str, last: WrittenValue, values: Values)
         problems.add(last, path, sentence)
         return False
     for name, column in values.items():
-        reach = max(map(abs, column))
-        if name != "crank_angle" and abs(column[-1] - column[0]) > 1e-9 * reach:
+        largest = max(map(abs, column))
+        if name != "crank_angle" and abs(column[-1] - column[0]) > 1e-9 * largest:
             sentence = f"{name}: the last row differs from the first, which is the same crank angle; make them equal"
             problems.add(last, path, sentence)
             return False

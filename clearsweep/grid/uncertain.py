@@ -80,13 +80,15 @@ def _spread(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] 
         reader.problems.add(written.value[FACTOR], f"{where}.{FACTOR}", sentence)
         return None
     if written.value == PUBLISHED:
-        known = reader.taken.get(path)
-        if known is None:
+        library_value = reader.taken.get(path)
+        if library_value is None:
             sentence = f"needs the range of a wear pair; write `{path.rpartition('.')[0]}.pair`, or a distribution"
             reader.problems.add(written, where, sentence)
             return None
-        ends = [WrittenValue(f"{end!r} {known.value.unit}", written.origin) for end in known.value[2:]]
-        written = WrittenValue({"loguniform": WrittenValue(ends, written.origin)}, written.origin)
+        bounds = [
+            WrittenValue(f"{end!r} {library_value.value.unit}", written.origin) for end in library_value.value[2:]
+        ]
+        written = WrittenValue({"loguniform": WrittenValue(bounds, written.origin)}, written.origin)
     if not isinstance(written.value, dict) or not set(written.value) <= set(DISTRIBUTIONS):
         kinds = ", ".join(f"{{{kind}: {form}}}" for kind, form in DISTRIBUTIONS.items())
         reader.problems.add(
@@ -126,24 +128,26 @@ def _ends(spread: Distribution) -> tuple[float, float]:
 def leaves(spreads: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, Any]]:
     """Yield dotted path and value of the distributions, as in a case."""
     for path, spread in spreads.items():
-        for kind, given in spread.items():
-            inner = f"{UNCERTAIN}.{path}.{kind}"
-            if isinstance(given, Mapping):
-                yield from ((f"{inner}.{key}", value) for key, value in given.items())
+        for kind, content in spread.items():
+            nested = f"{UNCERTAIN}.{path}.{kind}"
+            if isinstance(content, Mapping):
+                yield from ((f"{nested}.{key}", value) for key, value in content.items())
             else:
-                yield inner, given
+                yield nested, content
 
 
 def uncertain_of(section: Mapping[str, Any]) -> tuple[Uncertain, ...]:
     """Return the typed form of the section of a case, given as nested sections in SI."""
     uncertain = []
-    for joint, inner in section["joints"].items():
-        for key, spread in inner["wear"].items():
+    for joint, nested in section["joints"].items():
+        for key, spread in nested["wear"].items():
             keys = BODIES if key == "coefficient" else (key,)
-            ((kind, given),) = spread.items()
+            ((kind, content),) = spread.items()
             if kind == FACTOR:
-                uncertain.append(Uncertain(joint, keys, 1.0 / given, given, relative=True))
+                uncertain.append(Uncertain(joint, keys, 1.0 / content, content, relative=True))
             else:
-                numbers = dict(given) if isinstance(given, Mapping) else dict(zip(("low", "high"), given, strict=True))
+                numbers = (
+                    dict(content) if isinstance(content, Mapping) else dict(zip(("low", "high"), content, strict=True))
+                )
                 uncertain.append(Uncertain(joint, keys, *_ends(Distribution(kind, numbers)), relative=False))
     return tuple(uncertain)

@@ -52,22 +52,22 @@ def read_keys(
     outline = outline_of_document(root)
     mechanism = _mechanism(root, catalogue.mechanisms)
     mechanism = mechanism.outlined(outline) if mechanism.outlined else mechanism
-    root, taken = naming.put_numbers(root, problems)
-    whole = followers.keys_of(definitions) | shape(mechanism, catalogue)
-    materials = varied_materials.find([path for path, _ in defined.varied_paths(root.value)], taken, whole)
+    root, library_values = naming.put_numbers(root, problems)
+    tree = followers.keys_of(definitions) | shape(mechanism, catalogue)
+    materials = varied_materials.find([path for path, _ in defined.varied_paths(root.value)], library_values, tree)
     reader = Reader(problems, mechanism, outline, defined=definitions, materials=materials)
-    whole |= varied_materials.keys_of(materials)
-    _walk(reader, root, "", whole)
+    tree |= varied_materials.keys_of(materials)
+    _walk(reader, root, "", tree)
     reader.written |= varied_materials.written_names(materials, root)
-    _activate(reader, whole)
-    variations.find(reader, root, whole, fixed)
-    variations.find_optimised(reader, root, whole)
+    _activate(reader, tree)
+    variations.find(reader, root, tree, fixed)
+    variations.find_optimised(reader, root, tree)
     labels.put_lists(reader)
     law_check.read(reader, root)
     fits.put_numbers(reader, lambda path: _values_before_reading(reader, path))
-    reader.taken = {each.path: each for each in taken if each.path not in reader.varied_numbers}
+    reader.taken = {item.path: item for item in library_values if item.path not in reader.varied_numbers}
     wear_unit.put_units(reader)
-    variations.find_seek(reader, root, whole, lambda path: _values_before_reading(reader, path))
+    variations.find_seek(reader, root, tree, lambda path: _values_before_reading(reader, path))
     added_cases.find(reader, root, (*_SEARCHES, law_check.CHECK))
     for path, node in reader.shape.items():
         if isinstance(node, Word):
@@ -99,60 +99,58 @@ def _mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechani
     """Return the mechanism whose keys apply: the named one, or the likeliest if the name is wrong."""
     section = root.value.get("mechanism") if isinstance(root.value, dict) else None
     kind = section.value.get("type") if section and isinstance(section.value, dict) else None
-    named = {mechanism.name: mechanism for mechanism in mechanisms}
-    word = str(kind.value) if kind else ""
-    likeliest = next(
-        (name for name in named if name == word or f"'{name}'" in nearest(word, named)), mechanisms[0].name
-    )
-    return named[likeliest]
+    by_name = {mechanism.name: mechanism for mechanism in mechanisms}
+    kind_name = str(kind.value) if kind else ""
+    likely = [name for name in by_name if name == kind_name or f"'{name}'" in nearest(kind_name, by_name)]
+    return by_name[likely[0]] if likely else mechanisms[0]
 
 
-def _walk(reader: Reader, written: WrittenValue, path: str, whole: Shape) -> None:
+def _walk(reader: Reader, written: WrittenValue, path: str, tree: Shape) -> None:
     """Record the sections and values under `path`; report keys that do not belong there."""
-    known = [inner.rpartition(".")[2] for inner in whole if inner.rpartition(".")[0] == path]
-    known += [] if path else _OF_NO_CASE
+    allowed = [nested.rpartition(".")[2] for nested in tree if nested.rpartition(".")[0] == path]
+    allowed += [] if path else _OF_NO_CASE
     reader.sections[path] = written
     content = written.value
-    section = whole.get(path)
+    section = tree.get(path)
     if isinstance(section, Section) and section.items:
-        content = list_key.items(reader, written, path, whole)
+        content = list_key.items(reader, written, path, tree)
         if content is None:
             return
     if content is None and isinstance(section, Section) and section.need == "implied":
         content = {}
     if not isinstance(content, dict):
         reader.problems.add(
-            written, path, f"found {shown(content)}; expected a section with the keys {', '.join(known)}"
+            written, path, f"found {shown(content)}; expected a section with the keys {', '.join(allowed)}"
         )
         reader.broken.add(path)
         return
-    wrong = dict(wrong_names(path, content)) if is_open(path) else {}
-    for key, below in content.items():
-        inner = f"{path}.{key}" if path else key
-        if key in wrong:
-            reader.problems.add(written.key_place(key), inner, f"'{key}' {wrong[key]}")
+    invalid = dict(wrong_names(path, content)) if is_open(path) else {}
+    for key, child in content.items():
+        nested = f"{path}.{key}" if path else key
+        if key in invalid:
+            reader.problems.add(written.key_place(key), nested, f"'{key}' {invalid[key]}")
             continue
-        node = None if "." in key else whole.get(inner)
-        instead = isinstance(node, Number) and isinstance(below.value, dict) and _has_keys_below(whole, inner)
+        node = None if "." in key else tree.get(nested)
+        instead = isinstance(node, Number) and isinstance(child.value, dict) and _has_keys_below(tree, nested)
         if isinstance(node, Section) or instead:  # a section, or a section that replaces a quantity
-            _walk(reader, below, inner, whole)
+            _walk(reader, child, nested, tree)
         elif node is not None:
-            reader.written[inner] = below
-        elif key not in known and not _misnamed(reader, inner, below):
-            reader.problems.add(written.key_place(key), inner, _unknown(path, key, known))
-    for inner, node in whole.items():
-        if isinstance(node, Section) and inner.rpartition(".")[0] == path and _missing_section(inner, node, content):
-            key = inner.rpartition(".")[2]
-            reader.problems.add(written, inner, f"is missing; write the section '{key}' ({node.text})")
+            reader.written[nested] = child
+        elif key not in allowed and not _misnamed(reader, nested, child):
+            reader.problems.add(written.key_place(key), nested, _unknown(path, key, allowed))
+    for nested, node in tree.items():
+        if isinstance(node, Section) and nested.rpartition(".")[0] == path and _missing_section(nested, node, content):
+            key = nested.rpartition(".")[2]
+            reader.problems.add(written, nested, f"is missing; write the section '{key}' ({node.text})")
 
 
 def _misnamed(reader: Reader, path: str, written: WrittenValue) -> bool:
     """Report invalid names in an open section, and return whether there are any."""
     names = list(written.value) if is_open(path) and isinstance(written.value, dict) else []
-    wrong = dict(wrong_names(path, names))
-    for name, sentence in wrong.items():
+    invalid = dict(wrong_names(path, names))
+    for name, sentence in invalid.items():
         reader.problems.add(written.key_place(name), f"{path}.{name}", f"'{name}' {sentence}")
-    return bool(wrong)
+    return bool(invalid)
 
 
 def _missing_section(path: str, node: Section, content: dict[str, WrittenValue]) -> bool:
@@ -163,26 +161,26 @@ def _missing_section(path: str, node: Section, content: dict[str, WrittenValue])
 def _unknown(path: str, key: str, known: list[str]) -> str:
     """Return the message for a key that does not belong in the section at `path`."""
     if path == "drive" and key in DRIVES:
-        other = next((drive for drive in DRIVES if drive in known), DRIVES[0])
-        return f"conflicts with {other}; a drive has one of {', '.join(DRIVES)}: leave the others out"
+        other_drive = next((drive for drive in DRIVES if drive in known), DRIVES[0])
+        return f"conflicts with {other_drive}; a drive has one of {', '.join(DRIVES)}: leave the others out"
     if key == "elastic" and path.startswith("mechanism."):
         stretches = "an elastic link stretches along the line between two pins of a plane"
         return f"{stretches}; this one is rigid: leave `elastic` out"
-    allowed = f"(allowed: {', '.join(known)})" if known else "(nothing is named here that could have any)"
-    return f"unknown key '{key}'{nearest(key, known)} {allowed}"
+    allowed_text = f"(allowed: {', '.join(known)})" if known else "(nothing is named here that could have any)"
+    return f"unknown key '{key}'{nearest(key, known)} {allowed_text}"
 
 
-def _activate(reader: Reader, whole: Shape) -> None:
+def _activate(reader: Reader, tree: Shape) -> None:
     """Reduce the whole shape to the keys in use; wear and roughness also get keys that otherwise only laws have."""
-    for path, node in whole.items():
+    for path, node in tree.items():
         parent = path.rpartition(".")[0]
-        there = not isinstance(node, Section) or _exists(reader, path, node)
-        if isinstance(whole.get(parent), Number):
-            there = parent in reader.sections
+        is_there = not isinstance(node, Section) or _exists(reader, path, node)
+        if isinstance(tree.get(parent), Number):
+            is_there = parent in reader.sections
         elif isinstance(node, Number) and path in reader.sections:  # a section replaces it
-            there = False
-        known_parent = not parent or parent in reader.shape or isinstance(whole.get(parent), Number)
-        if there and known_parent and not isinstance(node, Name) and reader.broken.isdisjoint((path, parent)):
+            is_there = False
+        known_parent = not parent or parent in reader.shape or isinstance(tree.get(parent), Number)
+        if is_there and known_parent and not isinstance(node, Name) and reader.broken.isdisjoint((path, parent)):
             reader.shape[path] = node
             if isinstance(node, Section):
                 reader.sections.setdefault(path, reader.sections[parent])
@@ -194,12 +192,12 @@ def _activate(reader: Reader, whole: Shape) -> None:
             of_material or path in (f"{joint}.length", f"{joint}.bearing_radius")
         )
         if isinstance(node, Number) and (sized or (of_material and f"{joint}.wear" in reader.shape)):
-            reader.shape[path] = Number(tuple(use._replace(when=()) for use in node.uses))
+            reader.shape[path] = Number(tuple(key_use._replace(when=()) for key_use in node.uses))
 
 
-def _has_keys_below(whole: Shape, path: str) -> bool:
+def _has_keys_below(tree: Shape, path: str) -> bool:
     """Return whether there are keys below `path`."""
-    return any(inner.rpartition(".")[0] == path for inner in whole)
+    return any(nested.rpartition(".")[0] == path for nested in tree)
 
 
 def _exists(reader: Reader, path: str, node: Section) -> bool:
@@ -216,9 +214,9 @@ def _word(reader: Reader, path: str, node: Word) -> None:
             return written.value
         noun = f"unknown {node.noun}"
         hint = nearest(written.value, node.options) if isinstance(written.value, str) else ""
-        known, reason = ", ".join(node.options) or "none", node.refused.get(str(written.value))
-        what = f"found {shown(written.value)}; {reason}" if reason else f"{noun} {shown(written.value)}"
-        reader.problems.add(written, path, f"{what}{hint} (known: {known})")
+        allowed, reason = ", ".join(node.options) or "none", node.refused.get(str(written.value))
+        description = f"found {shown(written.value)}; {reason}" if reason else f"{noun} {shown(written.value)}"
+        reader.problems.add(written, path, f"{description}{hint} (known: {allowed})")
         reader.unsure.add(path)
         return None
 
@@ -227,8 +225,8 @@ def _word(reader: Reader, path: str, node: Word) -> None:
         value = read_word(reader.written[path])
         values = () if value is None else (value,)
     elif node.default is not None:
-        rather = node.rather and node.rather.contains(reader.there, reader.names)
-        values = (node.rather.word if node.rather and rather else node.default,)
+        conditional = node.rather and node.rather.contains(reader.there, reader.names)
+        values = (node.rather.word if node.rather and conditional else node.default,)
     if path in reader.swept:
         _enter_axis(reader, path, Reading(read_word, ""))
         values = reader.axes.get(path, ())
@@ -277,7 +275,7 @@ def _number(reader: Reader, path: str, node: Number) -> None:
     """Read a quantity, or its axis, with the meaning that each law in use gives it."""
     fields = node.fields(reader.names)
     if not fields and _seems_used(reader, path, node):
-        owners = sorted({name for use in node.uses for name in use.when[-1][1]})
+        owners = sorted({name for key_use in node.uses for name in key_use.when[-1][1]})
         sentence = (
             f"is not used by {_chosen(reader, node)}, only by {', '.join(owners)}; leave it out or choose another law"
         )
@@ -288,7 +286,7 @@ def _number(reader: Reader, path: str, node: Number) -> None:
         quiet = Reader(Problems(), reader.mechanism, reader.outline)
         written = reader.written.get(path)
         if path in reader.swept or (
-            written and any(_quantity(quiet, path, written, [each]) is not None for each in meanings)
+            written and any(_quantity(quiet, path, written, [item]) is not None for item in meanings)
         ):
             return
         meanings = meanings[:1]
@@ -308,11 +306,11 @@ def _number(reader: Reader, path: str, node: Number) -> None:
 
 def _missing(reader: Reader, path: str, node: Number, field: Field) -> None:
     """Report a missing quantity, and which of the laws in use need it."""
-    laws = {name for use in node.uses if use.field == field and use.when for name in use.when[-1][1]}
-    needed = [name for name in sorted(laws) if any(name in reader.names[chooser] for chooser in node.choosers())]
-    whose = f" for {' and '.join(needed)}" if needed else ""
-    wanted = quantity.expected(quantity.exponent_of(field.unit, 1.5))
-    reader.problems.add(reader.place(path), path, f"is missing{whose} ({field.text or field.name}); {wanted}")
+    laws = {name for key_use in node.uses if key_use.field == field and key_use.when for name in key_use.when[-1][1]}
+    laws_needing = [name for name in sorted(laws) if any(name in reader.names[chooser] for chooser in node.choosers())]
+    whose = f" for {' and '.join(laws_needing)}" if laws_needing else ""
+    unit_text = quantity.expected(quantity.exponent_of(field.unit, 1.5))
+    reader.problems.add(reader.place(path), path, f"is missing{whose} ({field.text or field.name}); {unit_text}")
 
 
 def _enter_axis(reader: Reader, path: str, reading: Reading) -> None:
@@ -390,11 +388,11 @@ def _depends_on_unreadable(reader: Reader, node: Word | Number | Table) -> bool:
 def _seems_used(reader: Reader, path: str, node: Word | Number | Table) -> bool:
     """Return whether an unused key was written as if it were used; it may belong to another law that is swept."""
     switched = any(chooser in reader.swept for chooser in node.choosers())
-    there = path in reader.swept or (path in reader.written and not switched)
-    return there and not _depends_on_unreadable(reader, node)
+    is_there = path in reader.swept or (path in reader.written and not switched)
+    return is_there and not _depends_on_unreadable(reader, node)
 
 
 def _chosen(reader: Reader, node: Word | Number | Table) -> str:
     """Return in words the law names on which this key depends: `law 'hertz'`."""
     names = {path: sorted(reader.names[path]) for path in node.choosers()}
-    return ", ".join(f"{path.rpartition('.')[2]} {' or '.join(map(repr, chosen))}" for path, chosen in names.items())
+    return ", ".join(f"{path.rpartition('.')[2]} {' or '.join(map(repr, choice))}" for path, choice in names.items())

@@ -21,13 +21,13 @@ class VariedMaterial(NamedTuple):
     follow: Mapping[str, str]  # path of a number -> its key in the library
 
 
-def find(varied: Iterable[str], taken: Iterable[Taken], whole: Shape) -> dict[str, VariedMaterial]:
+def find(varied_paths: Iterable[str], library_values: Iterable[Taken], complete: Shape) -> dict[str, VariedMaterial]:
     """Return path of a name -> the material of that name, for the paths that a grid varies."""
-    by_path = {each.path: each for each in taken}
+    by_path = {item.path: item for item in library_values}
     materials = {}
-    for path in varied:
+    for path in varied_paths:
         section = path.removesuffix(_NAME)
-        if not isinstance(whole.get(f"{section}{_NAME}"), Name) or not section.rpartition(".contact.")[0]:
+        if not isinstance(complete.get(f"{section}{_NAME}"), Name) or not section.rpartition(".contact.")[0]:
             continue
         numbers = {f"{section}.{key}": key for key in OF_MATERIAL}
         joint, _, inside = section.partition(".contact.material")
@@ -58,23 +58,25 @@ def reached(path: str, materials: Mapping[str, VariedMaterial], axes: Mapping[st
                 yield MATERIALS[word].values[material.follow[path]].typical
 
 
-def put_numbers(flat: dict[str, Any], materials: Mapping[str, VariedMaterial]) -> dict[str, Any]:
+def put_numbers(values_by_path: dict[str, Any], materials: Mapping[str, VariedMaterial]) -> dict[str, Any]:
     """Return the values of a case with the numbers of its materials in place of their names."""
-    names = {path: flat.pop(path) for path in materials if path in flat}
-    for path, word in names.items():
-        entry, follow = MATERIALS[word], materials[path].follow
-        flat |= {number: entry.values[key].typical for number, key in follow.items() if number in flat}
-    return flat
+    names = {path: values_by_path.pop(path) for path in materials if path in values_by_path}
+    for path, name in names.items():
+        entry, follow = MATERIALS[name], materials[path].follow
+        values_by_path |= {
+            number: entry.values[key].typical for number, key in follow.items() if number in values_by_path
+        }
+    return values_by_path
 
 
 def with_names(base: Mapping[str, Any], materials: Mapping[str, VariedMaterial]) -> dict[str, Any]:
     """Return values outside all axes with the names of varied materials in place of their numbers."""
     followers = {number for material in materials.values() for number in material.follow}
-    kept = {path: value for path, value in base.items() if path not in followers}
-    return kept | {path: material.first for path, material in materials.items()}
+    kept_values = {path: value for path, value in base.items() if path not in followers}
+    return kept_values | {path: material.first for path, material in materials.items()}
 
 
-def written_names(materials: Mapping[str, VariedMaterial], place: WrittenValue) -> dict[str, WrittenValue]:
+def written_names(materials: Mapping[str, VariedMaterial], location: WrittenValue) -> dict[str, WrittenValue]:
     """Return the names that stand in a grid outside the section that varies them, as if written at a place."""
-    spots = place.origin, place.line, place.column
+    spots = location.origin, location.line, location.column
     return {path: WrittenValue(material.first, *spots) for path, material in materials.items()}

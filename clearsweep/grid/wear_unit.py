@@ -17,11 +17,16 @@ def put_units(reader: Reader) -> None:
     """Set, for each joint with wear, whether its coefficients are dimensionless, unless the grid says so."""
     for path in [path for path in reader.shape if path.endswith(".wear.coefficient_unit")]:
         wear = path.rpartition(".")[0]
-        there = reader.swept | reader.written
-        given = [there[f"{wear}.{key}"] for key in COEFFICIENTS if f"{wear}.{key}" in there]
-        if path not in reader.written and f"{wear}.hardness" in there and given and all(map(_bare, given)):
-            place = given[0]
-            reader.written[path] = WrittenValue(DIMENSIONLESS, place.origin, place.line, place.column)
+        entries = reader.swept | reader.written
+        coefficients = [entries[f"{wear}.{key}"] for key in COEFFICIENTS if f"{wear}.{key}" in entries]
+        if (
+            path not in reader.written
+            and f"{wear}.hardness" in entries
+            and coefficients
+            and all(map(_bare, coefficients))
+        ):
+            location = coefficients[0]
+            reader.written[path] = WrittenValue(DIMENSIONLESS, location.origin, location.line, location.column)
 
 
 def _bare(written: WrittenValue) -> bool:

@@ -30,7 +30,7 @@ def names() -> tuple[str, ...]:
 
 def entry(library: Mapping[str, Entry], name: str) -> Entry:
     """Return an entry by its name in any letter case.  Raises InputError with the nearest name."""
-    folded = {" ".join(known.split()).casefold(): known for known in library}
+    folded = {" ".join(name.split()).casefold(): name for name in library}
     known = folded.get(" ".join(name.split()).casefold())
     if known is None:
         kind = next(kind for kind, each in LIBRARIES.items() if each is library)

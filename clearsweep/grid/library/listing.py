@@ -11,8 +11,8 @@ _SCALES = {"Pa": (1e9, "GPa"), "1/K": (1e-6, "1e-6/K"), "m^2/s": (1e-6, "mm^2/s"
 def listed(entry: Entry) -> str:
     """Return an entry as text: values with ranges, source, and which values were checked."""
     lines = [_wrapped("", f"{entry.name}: {entry.summary}")]
-    wide = max(map(len, entry.values))
-    lines += [f"  {key:{wide}}  {shown(value)}" for key, value in entry.values.items()]
+    width = max(map(len, entry.values))
+    lines += [f"  {key:{width}}  {shown(value)}" for key, value in entry.values.items()]
     lines += [_wrapped("  ", f"source: {entry.source}"), _wrapped("  ", f"checked: {entry.checked}")]
     return "\n".join(lines)
 

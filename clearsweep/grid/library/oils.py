@@ -75,8 +75,8 @@ def hot_viscosity(warm: float, index: float) -> float:
     """
     low, high = 2.0, warm
     for _ in range(80):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if warm_viscosity(middle, index) < warm else (low, middle)
+        midpoint = 0.5 * (low + high)
+        low, high = (midpoint, high) if warm_viscosity(midpoint, index) < warm else (low, midpoint)
     return 0.5 * (low + high)
 
 
@@ -86,22 +86,24 @@ def _viscosity(typical: float, low: float, high: float) -> Value:
 
 
 def _vg(grade: int) -> Entry:
-    least, most = 0.9 * grade, 1.1 * grade
-    ends = hot_viscosity(least, _SPREAD[0]), hot_viscosity(most, _SPREAD[1])
+    lowest, highest = 0.9 * grade, 1.1 * grade
+    bounds = hot_viscosity(lowest, _SPREAD[0]), hot_viscosity(highest, _SPREAD[1])
     values = {
-        "at_40C": _viscosity(grade, least, most),
-        "at_100C": _viscosity(hot_viscosity(grade, VG_INDEX), *ends),
+        "at_40C": _viscosity(grade, lowest, highest),
+        "at_100C": _viscosity(hot_viscosity(grade, VG_INDEX), *bounds),
         "density": _DENSITY,
     }
     return Entry(f"ISO VG {grade}", "mineral oil, viscosity index 95", values, _VG_SOURCE, _VG_CHECKED)
 
 
 def _sae(name: str) -> Entry:
-    low, high, index, least, most = _SAE[name]
-    middle = math.sqrt(low * high)
+    low, high, index, lowest, highest = _SAE[name]
+    midpoint = math.sqrt(low * high)
     values = {
-        "at_40C": _viscosity(warm_viscosity(middle, index), warm_viscosity(low, most), warm_viscosity(high, least)),
-        "at_100C": _viscosity(middle, low, high),
+        "at_40C": _viscosity(
+            warm_viscosity(midpoint, index), warm_viscosity(low, highest), warm_viscosity(high, lowest)
+        ),
+        "at_100C": _viscosity(midpoint, low, high),
         "density": _DENSITY,
     }
     return Entry(name, f"engine oil, viscosity index {index:g}", values, _SAE_SOURCE, _SAE_CHECKED)
