@@ -23,7 +23,7 @@ from ..observe.observables import column_of, observed_in
 from ..observe.stages import END, PLACES, STAGES, START
 from ..solver.guarding import ELSEWHERE
 from .impact_mass import joints_at_event
-from .rates import observed_width
+from .rates import observed_width, size_of
 
 
 class Guards(NamedTuple):
@@ -95,7 +95,7 @@ def guards_entry(scene, y, nodes, latched, o, value, row):
     """
     here = scene[0]
     roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
-    n = roots + size.contact + size.internal
+    _, n, _ = size_of(here)
     y, nodes = shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
     latched, o = shaped(latched, (size.contact + size.latched,)), shaped(o, (observed_width(here), PLACES))
     value, first = shaped(value, (size.guard, ELSEWHERE + 1)), first_place(here.joints, roots)
@@ -167,7 +167,7 @@ def latch_entry(scene, y, latched, o, event, row):
     roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
     which = shaped(event, (2,))
     shared = _Event(
-        shaped(y, (roots + size.contact + size.internal,)),
+        shaped(y, (size_of(here)[1],)),
         shaped(latched, (size.contact + size.latched,)),
         shaped(o, (observed_width(here), PLACES)),
         row,

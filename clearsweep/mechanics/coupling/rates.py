@@ -46,7 +46,7 @@ from ..mechanism.contract import (
     crank_rate,
     describe,
     energy,
-    friction_loads,
+    friction_laws,
     friction_powers,
     gaps,
     load_power,
@@ -66,6 +66,7 @@ from ..observe.observables import (
     film_column,
     observe,
 )
+from .friction_state import put_friction_rates, states_of_friction, with_friction_states
 from .impact_mass import joints_now
 from .sticking import with_sticking_forces
 from .time_scale import kappa_over_root, time_scale
@@ -105,6 +106,7 @@ def look(scene, y, mode, latched):
     present = JointState(y, mode, latched, 2 * len(scene.coordinates) + 1)
     joints = joints_now(scene, p, relative, present)
     loads = loads_of(joints, relative, present)
+    scene = with_friction_states(scene, y)
     loads = with_sticking_forces(scene, y, p, relative, loads, mode)
     return p, relative, loads, accelerate(scene.mechanism, p, loads)
 
@@ -216,6 +218,7 @@ def rates(scene, y, mode, latched, k, o, row, accurate=True):
         k[time, row] = kappa
         _put_all_roots(scene.joints, loads, first, _Roots(scene, present, kappa, k, row))
         put_internal_rates(scene.joints, loads, present, kappa, k[:, row])
+        put_friction_rates(scene, y, motion, kappa, k[:, row])
     if o is not None:
         o[KAPPA, row] = kappa
         o[DRIVE, row] = motion.torque * crank_rate(scene.mechanism, p, scene.reference_rate)
@@ -245,14 +248,15 @@ def put_root_rates(scene, relative, present, kappa, k, row):
 @inlined
 def observed_width(scene):
     """Return the number of observables of a scene: those of its joints, then the power (W) of each friction load."""
-    return observed_columns(scene.joints) + friction_loads(scene.mechanism)
+    return observed_columns(scene.joints) + len(friction_laws(scene.mechanism))
 
 
 @kernel
 def size_of(scene):
     """Return the number of contacts, the length of the state vector, and the number of latched values."""
     size = extent(scene.joints)
-    return size.contact, 2 * len(scene.coordinates) + 1 + size.contact + size.internal, size.contact + size.latched
+    many = 2 * len(scene.coordinates) + 1 + size.contact + size.internal + states_of_friction(scene)
+    return size.contact, many, size.contact + size.latched
 
 
 class _Column(NamedTuple):
@@ -296,6 +300,7 @@ def differentiate(scene, y, mode, latched, jacobian, place):
             scene.joints, loads, first_place(scene.joints, 2 * n + 1), _Column(scene, present, kappa, out)
         )
         put_internal_rates(scene.joints, loads, present, kappa, out)
+        put_friction_rates(scene, z, motion, kappa, out)
 
 
 def slopes_entry(scene, y, mode, latched, jacobian, place):
