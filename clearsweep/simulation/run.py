@@ -12,9 +12,9 @@ import numpy as np
 from ..language import phases
 from ..mechanics.compiled.family import NO_ENTRY, form_number, put_numbers
 from ..mechanics.compiled.pinned import Pinned
-from ..mechanics.coupling.friction_state import every_state
 from ..mechanics.coupling.guards import guards_of
 from ..mechanics.coupling.rates import observed_width, samples_of, slopes_of
+from ..mechanics.coupling.state import every_state
 from ..mechanics.coupling.trial_step import rates_of, stages_of, sweep_of
 from ..mechanics.coupling.wear import room_of, wear_of
 from ..mechanics.joint.contract import (

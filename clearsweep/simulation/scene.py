@@ -17,7 +17,7 @@ from ..contracts.machine import Machine
 from ..judging.verdict import NO_VERDICT, Verdict
 from ..language.errors import InputError
 from ..mechanics.coupling import rates
-from ..mechanics.coupling.friction_state import every_state
+from ..mechanics.coupling.state import every_state
 from ..mechanics.joint import registry
 from ..mechanics.joint.contract import every_contact
 from ..mechanics.joint.elastic.contract import static_penetration

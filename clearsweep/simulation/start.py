@@ -8,7 +8,7 @@ import numpy as np
 
 from ..contracts.layout import Layout
 from ..mechanics.compiled.family import flatten, numbers_of
-from ..mechanics.coupling.friction_state import every_state
+from ..mechanics.coupling.state import every_state
 from ..mechanics.joint import registry
 from ..mechanics.joint.contract import (
     ONSET_FLOOR,

@@ -23,7 +23,8 @@ from ..observe.observables import column_of, observed_in
 from ..observe.stages import END, PLACES, STAGES, START
 from ..solver.guarding import ELSEWHERE
 from .impact_mass import joints_at_event
-from .rates import observed_width, size_of
+from .rates import observed_width
+from .state import size_of
 
 
 class Guards(NamedTuple):

@@ -66,8 +66,8 @@ from ..observe.observables import (
     film_column,
     observe,
 )
-from .friction_state import put_friction_rates, states_of_friction, with_friction_states
 from .impact_mass import joints_now
+from .state import put_friction_rates, size_of, with_friction_states
 from .sticking import with_sticking_forces
 from .time_scale import kappa_over_root, time_scale
 
@@ -249,14 +249,6 @@ def put_root_rates(scene, relative, present, kappa, k, row):
 def observed_width(scene):
     """Return the number of observables of a scene: those of its joints, then the power (W) of each friction load."""
     return observed_columns(scene.joints) + len(friction_laws(scene.mechanism))
-
-
-@kernel
-def size_of(scene):
-    """Return the number of contacts, the length of the state vector, and the number of latched values."""
-    size = extent(scene.joints)
-    many = 2 * len(scene.coordinates) + 1 + size.contact + size.internal + states_of_friction(scene)
-    return size.contact, many, size.contact + size.latched
 
 
 class _Column(NamedTuple):

@@ -238,11 +238,10 @@ def accelerate(machine: MachineType) -> str:
     sizes, paces = write.normals(accelerations), [write.pace(rub, accelerations) for rub in machine.rubs if rub.sticks]
     returned = (motion, tupled(sizes), tupled([number(pace) for pace in paces])) if paces else (motion, tupled(sizes))
     first = write.lines.function("under_friction", tupled(list(returned)))
-    seen = Bodies(machine, "mechanism", "pose")
-    rubs = [_rubbed(seen, i, rub) for i, rub in enumerate(machine.rubs)]
+    kinematics = Bodies(machine, "mechanism", "pose")
+    rubs = [_rubbed(kinematics, i, rub) for i, rub in enumerate(machine.rubs)]
     friction, power = [rub.force for rub in rubs], [f"rub[{i}] * {rub.slip}" for i, rub in enumerate(rubs)]
-    given = all(rub.given for rub in machine.rubs)
-    filled = {
+    places = {
         "zeros": tupled(["0.0"] * len(rubs)),
         "friction": tupled(friction),
         "sweeps": SWEEPS,
@@ -252,13 +251,13 @@ def accelerate(machine: MachineType) -> str:
         "speeds": tupled([rub.speed for rub in rubs]),
     }
     if any(rub.sticks for rub in machine.rubs):
-        template, filled = _STICKING, filled | _sticking(machine, rubs)
+        template, places = _STICKING, places | _sticking(machine, rubs)
     else:
-        template = _GIVEN if given else _SOLVED
+        template = _GIVEN if all(rub.given for rub in machine.rubs) else _SOLVED
     head, body = template.split("\n", 1)
     valid = template is not _GIVEN
-    text = body.format(power=tupled([f"valid * ({each})" for each in power] if valid else power), **filled)
-    slips = "".join(f"    {line}\n" for line in seen.lines.text)
+    text = body.format(power=tupled([f"valid * ({each})" for each in power] if valid else power), **places)
+    slips = "".join(f"    {line}\n" for line in kinematics.lines.text)
     return f"{first}\n\n{head}\n{slips}{text}"
 
 
@@ -274,8 +273,8 @@ class _Rubbed(NamedTuple):
     @property
     def force(self) -> str:
         """Return the code of the couple (N m) or force (N) while the surfaces slide."""
-        along = f"friction_force({self.path}.friction, {self.normal}, {self.speed})"
-        return f"{self.arm} * {along}" if self.arm else along
+        force = f"friction_force({self.path}.friction, {self.normal}, {self.speed})"
+        return f"{self.arm} * {force}" if self.arm else force
 
     @property
     def limit(self) -> str:
@@ -284,15 +283,15 @@ class _Rubbed(NamedTuple):
         return f"{self.arm} * {most}" if self.arm else most
 
 
-def _rubbed(seen: Bodies, i: int, rub: Rub) -> _Rubbed:
-    path, slip = f"mechanism.loads[{rub.load}]", _slip(seen, rub)
-    arm = "" if seen.machine.sites[rub.joint].link.slides else f"{path}.radius"
+def _rubbed(kinematics: Bodies, i: int, rub: Rub) -> _Rubbed:
+    path, slip = f"mechanism.loads[{rub.load}]", _slip(kinematics, rub)
+    arm = "" if kinematics.machine.sites[rub.joint].link.slides else f"{path}.radius"
     normal = f"{path}.normal" if rub.given else f"normal[{i}]"
     return _Rubbed(path, arm, normal, slip, f"{arm} * {slip}" if arm else slip)
 
 
 def _sticking(machine: MachineType, rubs: list[_Rubbed]) -> dict[str, str]:
-    """Return what fills _STICKING beside what fills the other templates."""
+    """Return the further code of a machine in which joints stick, by its places in _STICKING."""
     sticking = [i for i, rub in enumerate(machine.rubs) if rub.sticks]
     rate = f"abs(pose.turns[{machine.groups.index(machine.spanning_tree.crank)}].rate)"
 

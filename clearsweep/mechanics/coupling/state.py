@@ -1,7 +1,7 @@
-"""Friction loads whose laws have an internal state: in joints without clearance, of a given size, or by preload.
+"""The size of a scene's state, and the internal states of its friction loads, which come last in the state vector.
 
-These numbers follow the internal states of the joints in the state vector.  No separation resets them, as these
-surfaces never part.
+Friction loads act in joints without clearance, have a given size, or come from a preload.  No separation resets their
+states, as these surfaces never part.
 """
 
 from typing import NamedTuple
@@ -40,6 +40,14 @@ def states_of_friction(scene):
     for law in friction_laws(scene.mechanism):
         count += _room(law)
     return count
+
+
+@kernel
+def size_of(scene):
+    """Return the number of contacts, the length of the state vector, and the number of latched values."""
+    size = extent(scene.joints)
+    many = 2 * len(scene.coordinates) + 1 + size.contact + size.internal + states_of_friction(scene)
+    return size.contact, many, size.contact + size.latched
 
 
 def every_state(scene) -> list[tuple]:
