@@ -309,9 +309,7 @@ MUTATIONS = (
     Mutation("store/durable.py", "clear", "if _PASSING.fullmatch(name):", "if True:", STRANGERS),
     Mutation("store/read.py", "verify", "if actual != wanted:", "if False:", STRANGERS),
     Mutation("store/record.py", "read_record", 'if record.get("checksum") != checksum:', "if False:", STRANGERS),
-    Mutation(
-        "store/assemble.py", "fletcher32", "return second << 16 | first", "return first << 16 | second", STRANGERS
-    ),
+    Mutation("store/orbits.py", "fletcher32", "return second << 16 | first", "return first << 16 | second", STRANGERS),
     Mutation(
         "store/directory.py",
         "RunDirectory._compare",
@@ -346,10 +344,10 @@ MUTATIONS = (
         "np.zeros((len(rows), *dataset.shape))",
         STORE,
     ),
-    Mutation("store/assemble.py", "_filtered", "reshape(-1, size).T.tobytes()", "reshape(-1, size).tobytes()", STORE),
-    Mutation("store/assemble.py", "_write_dataset", "place += rows", "place += rows - 1", STORE),
+    Mutation("store/orbits.py", "_filtered", "reshape(-1, size).T.tobytes()", "reshape(-1, size).tobytes()", STORE),
+    Mutation("store/orbits.py", "_write_dataset", "place += rows", "place += rows - 1", STORE),
     Mutation(
-        "store/assemble.py",
+        "store/orbits.py",
         "OrbitFiles.extents",
         "first[here], count[here] = starts[row],",
         "first[here], count[here] = 0,",
@@ -357,7 +355,7 @@ MUTATIONS = (
     ),
     Mutation("store/assemble.py", "mark_of", 'for column in ("id", "row"):', 'for column in ("id",):', STRANGERS),
     Mutation(
-        "store/assemble.py",
+        "store/summary.py",
         "_rows_of_batches",
         'starts[rows["batch"]] + rows["row"]',
         'rows["row"]',

@@ -23,8 +23,8 @@ from clearsweep import grid as grids
 from clearsweep import store
 from clearsweep.store import blocks
 from clearsweep.sweeping import blockwise
+from clearsweep.sweeping.case_runner import CaseRunner, Options
 from clearsweep.sweeping.worker import Job
-from clearsweep.sweeping.worker_pool import Options, WorkerPool
 
 EACH = 100  # blocks of which one really runs
 HEAD = ("cases", "worker, us a case", "parent, us a case", "parent's memory, MB", "wall, s", "load")
@@ -44,8 +44,8 @@ def extend(directory: Path, count: int) -> dict:
     job = blockwise.BlockJob(directory.absolute(), grid, scale_cases.StandIn, options, cut, None, np.empty(0, "i8"))
     run, real = store.RunDirectory(directory), range(0, cut.count, EACH)
     facts = {"counts": {"cases": len(grid)}, "blocks": {"size": cut.size, "count": cut.count, "numbers": []}}
-    with run.open_for(grid, **facts), WorkerPool(run, options, scale_cases.StandIn) as pool:
-        runner, begin = blockwise.BlockRunner(job, pool), time.process_time()
+    with run.open_for(grid, **facts), CaseRunner(run, options, scale_cases.StandIn) as case_runner:
+        runner, begin = blockwise.BlockRunner(job, case_runner), time.process_time()
         for number in real:
             runner.run(number)
         runner.collect()

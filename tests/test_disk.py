@@ -20,8 +20,9 @@ def tree(directory):
 
 
 @pytest.fixture
-def run(tmp_path):
-    """A finished run of twelve cases in three batches with histories."""
+def run(tmp_path, monkeypatch):
+    """A finished run of twelve cases in three batches with histories; its lock says the same time at every hold."""
+    monkeypatch.setattr("clearsweep.store.directory.now", lambda: "2026-01-01T00:00:00+00:00")
     filled(tmp_path / "run", loaded(grid(4, (GOOD, GOOD + 0.001, FAILS), wear=True)), [range(5), range(5, 11), [11]])
     return tmp_path / "run"
 

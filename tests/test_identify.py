@@ -13,7 +13,7 @@ from clearsweep import grid as grids
 from clearsweep.contracts.results import Trajectory
 from clearsweep.judging import features
 from clearsweep.language.errors import InputError
-from clearsweep.report import study
+from clearsweep.report.data import study
 from clearsweep.report.sections.identified import sections
 from clearsweep.sweeping import emulator
 from clearsweep.sweeping.run_summary import of_run, run_text

@@ -13,8 +13,8 @@ from test_written_units import BASE, CLEARANCE, RESTITUTION, SPEED, loaded
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
-from clearsweep.report import study
-from clearsweep.report.table import Column, Table
+from clearsweep.report.blocks.table import Column, Table
+from clearsweep.report.data import study
 from clearsweep.sweeping import run_summary, settings
 
 LABELLED = {"tight": "20 um", "loose": "0.1 mm"}

@@ -15,8 +15,8 @@ from clearsweep.contracts.layout import Column
 from clearsweep.judging import verdict
 from clearsweep.language import expression
 from clearsweep.language.errors import InputError
+from clearsweep.report.data.study import prepare
 from clearsweep.report.sections import verdict as section_of_verdict
-from clearsweep.report.study import prepare
 from clearsweep.sweeping import run_summary
 
 PEAK, IDEAL = "rod_slider_force_peak", "rod_slider_force_peak_ideal"

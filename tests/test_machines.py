@@ -13,7 +13,7 @@ from clearsweep.contracts.outline import LoadOutline
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.mechanism.loads import keys
 from clearsweep.mechanics.mechanism.planar.form import Planar
-from clearsweep.report import mechanism as pictures
+from clearsweep.report.one_case import mechanism as pictures
 from clearsweep.simulation.crank_clock import followed
 from clearsweep.simulation.ideal import ideal_peaks, mechanism_of
 

@@ -15,7 +15,7 @@ from clearsweep import grid as grids
 from clearsweep.contracts.catalogue import Figure
 from clearsweep.grid.optimised import Choice
 from clearsweep.language.errors import InputError
-from clearsweep.report import study
+from clearsweep.report.data import study
 from clearsweep.report.sections.optimised import sections
 from clearsweep.sweeping import surrogate
 from clearsweep.sweeping.run_summary import of_run, run_text

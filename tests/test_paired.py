@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom, kendalltau
 
-from clearsweep.report import paired
-from clearsweep.report.paired import power
+from clearsweep.report.statistics import paired
+from clearsweep.report.statistics.paired import power
 
 
 def test_an_exact_power_is_found_and_its_interval_is_that_value():

@@ -14,9 +14,10 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from clearsweep import report
 from clearsweep.language import wording
-from clearsweep.report import picture, plot
+from clearsweep.report import plot
+from clearsweep.report.blocks import picture
+from clearsweep.report.blocks.picture import Dot, Picture, Spot, svg
 from clearsweep.report.draw.style import BLUE, colour_bar, logarithmic, plain_axes
-from clearsweep.report.picture import Dot, Picture, Spot, svg
 from clearsweep.report.plot import letters
 from clearsweep.report.plot.side import Side
 

@@ -19,7 +19,7 @@ from clearsweep.contracts.results import Trajectory
 from clearsweep.language import phases
 from clearsweep.language.errors import StorageError
 from clearsweep.mechanics.trace import objects
-from clearsweep.report.partial import gathered
+from clearsweep.report.data.partial import gathered
 from clearsweep.simulation import outcome
 from clearsweep.simulation.progress import Life, LifeLimits
 from clearsweep.store import StoredRun

@@ -20,11 +20,17 @@ from clearsweep.contracts.case import Contact, Joint, Material, Materials
 from clearsweep.contracts.results import Trajectory
 from clearsweep.judging import verdict
 from clearsweep.language.wording import TIMES
-from clearsweep.report import elastic_comparison, kinds, section, sections, single, spectrum, strobe, study, worn
-from clearsweep.report.picture import svg
-from clearsweep.report.section import Gallery, Sentences
+from clearsweep.report import sections
+from clearsweep.report.blocks import section
+from clearsweep.report.blocks.picture import svg
+from clearsweep.report.blocks.section import Gallery, Sentences
+from clearsweep.report.blocks.table import Table
+from clearsweep.report.data import study
+from clearsweep.report.documents import single
+from clearsweep.report.laws import elastic_comparison
+from clearsweep.report.one_case import worn
 from clearsweep.report.sections import curves, elastic_laws, law_choice, maps, motion_type, tradeoffs
-from clearsweep.report.table import Table
+from clearsweep.report.statistics import kinds, spectrum, strobe
 from clearsweep.sweeping import sweep
 from clearsweep.sweeping.simulator import SIMULATION
 

@@ -19,13 +19,17 @@ from clearsweep.contracts.catalogue import Channel, Field, JointSite, Keys, Mech
 from clearsweep.judging import validity, verdict
 from clearsweep.language import wording
 from clearsweep.mechanics.mechanism import MECHANISMS
-from clearsweep.report import motion, section, sections, single, study
-from clearsweep.report.picture import Picture, svg
-from clearsweep.report.section import Cards, Points
+from clearsweep.report import sections
+from clearsweep.report.blocks import section
+from clearsweep.report.blocks.picture import Picture, svg
+from clearsweep.report.blocks.section import Cards, Points
+from clearsweep.report.blocks.table import Column, Quantity, Table
+from clearsweep.report.data import study
+from clearsweep.report.documents import single
+from clearsweep.report.one_case import motion
 from clearsweep.report.sections import drivers, headline, maps, peaks, summary, tradeoffs, trust
 from clearsweep.report.sections import seek as answers
 from clearsweep.report.sections import verdict as verdict_section
-from clearsweep.report.table import Column, Quantity, Table
 
 LINE = Picture("A line", "from below", "A line that rises.", lambda ax: ax.plot([0.0, 1.0], [0.0, 1.0]))
 LENGTHS = Table("lengths", "Lengths", "", (Column("name"), Column("length", "m")), [("crank", 0.05), ("rod", 0.12)])

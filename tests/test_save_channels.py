@@ -8,8 +8,8 @@ from fake_runs import TEXT
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep import report
-from clearsweep.report import study
-from clearsweep.report.motion import history, pictures
+from clearsweep.report.data import study
+from clearsweep.report.one_case.motion import history, pictures
 from clearsweep.sweeping.simulator import SIMULATION
 
 LISTED = ("slider/a", "joints/rod_slider/force_normal")

@@ -12,8 +12,10 @@ from scipy import stats
 
 from clearsweep import report
 from clearsweep.language.errors import InputError
-from clearsweep.report import sample_tables, sensitivity, study
+from clearsweep.report.data import study
+from clearsweep.report.samples import sample_tables
 from clearsweep.report.sections import verdict
+from clearsweep.report.statistics import sensitivity
 
 pytestmark = pytest.mark.heavy
 

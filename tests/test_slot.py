@@ -22,8 +22,8 @@ from clearsweep.mechanics.joint.wear import contract as contract_wear
 from clearsweep.mechanics.joint.wear import step
 from clearsweep.mechanics.joint.wear.contract import NoWear
 from clearsweep.mechanics.mechanism import contract, planar
+from clearsweep.report.data.study import prepare
 from clearsweep.report.sections import wear
-from clearsweep.report.study import prepare
 
 REACH, FOOT, CRANK_LENGTH, SPEED = 0.15, -0.15, 0.05, 12.0
 LEVER = Body(0.4, 2e-3, (0.12, 0.0), {"foot": (0.0, 0.0), "middle": (REACH, 0.0)})

@@ -11,9 +11,10 @@ import pyarrow.parquet as pq
 from ..contracts.layout import Column
 from ..judging.verdict import EXCEEDED
 from . import durable
-from .assemble import OrbitFiles, summary_groups
 from .batch import ResultSchema, datasets, field_of, summary_schema, values_of, with_verdict
 from .directory import IDENTIFY_FILE, OPTIMISE_FILE, SEEK_FILE, RunDirectory
+from .orbits import OrbitFiles
+from .summary import summary_groups
 
 
 class CaseResults(NamedTuple):

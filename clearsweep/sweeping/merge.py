@@ -13,11 +13,11 @@ from .. import store
 from ..grid.variations import WAYS
 from ..language.errors import DirectoryError
 from . import blockwise, progress, signals
+from .case_runner import CaseRunner, Options, case_ids
 from .shard import Shard, distinct
 from .simulator import SIMULATION
 from .sweep import RunResult, conclude, facts
 from .worker import Simulator
-from .worker_pool import Options, WorkerPool, case_ids
 
 NAMED = 3  # cases or shards that a message lists
 
@@ -59,15 +59,14 @@ def run_merge(
         _complete(ids, rows, [record.get("shard") for record in records])
     _agree(store.ResultSchema.of(grid), sources, rows)
     derived, warnings = facts(grid, simulator)
-    worker_pool = WorkerPool(target, Options(), simulator)
-    with signals.catching(), target.open_for(grid), worker_pool:
+    with signals.catching(), target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
         start = min(record["start"] for record in records)
         for sentence in target.recover():
             progress.say(sentence)
         for source in sources:
             target.take(source)
         counts: dict[str, Any] = conclude(
-            worker_pool,
+            case_runner,
             grid,
             ids,
             start=start,
@@ -119,9 +118,9 @@ def _merge_blocks(places: list[Path], target: store.RunDirectory, what: _Joined,
     with (
         signals.catching(),
         target.open_for(grid, **known),
-        WorkerPool(target, Options(executor="serial"), what.simulator) as pool,
+        CaseRunner(target, Options(executor="serial"), what.simulator) as case_runner,
     ):
-        runner = blockwise.BlockRunner(job, pool)
+        runner = blockwise.BlockRunner(job, case_runner)
         for number in numbers:
             sources, _ = _sources(places, number, form.frame)
             runner.join(number, sources)

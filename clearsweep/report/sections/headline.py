@@ -7,12 +7,12 @@ import numpy as np
 from ...contracts.layout import FRICTION_POWER
 from ...judging import expected, validity
 from ...language import wording
-from .. import counts
-from ..case_table import AT_ONCE, axis_columns
-from ..leading import PEAK
-from ..section import Points, Section, filled
-from ..study import PER_HOURS, Joint, Study, grouped
-from ..table import Column, Table
+from ..blocks.case_table import AT_ONCE, axis_columns
+from ..blocks.section import Points, Section, filled
+from ..blocks.table import Column, Table
+from ..data.leading import PEAK
+from ..data.study import PER_HOURS, Joint, Study, grouped
+from ..samples import counts
 from .verdict import ratios
 
 

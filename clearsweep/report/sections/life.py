@@ -6,11 +6,11 @@ import numpy as np
 
 from ...judging import lifetime
 from ...language import wording
+from ..blocks.picture import Picture
+from ..blocks.section import Gallery, Points, Section, filled
+from ..data.study import Joint, Study
 from ..draw import life
 from ..draw.life import DepthCurve
-from ..picture import Picture
-from ..section import Gallery, Points, Section, filled
-from ..study import Joint, Study
 from . import maps
 
 NOTE = (

@@ -5,14 +5,14 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from ...language import wording
-from ..axis import Axis
-from ..case_table import axis_columns
-from ..dotted import all_sought, seek_text
+from ..blocks.case_table import axis_columns
+from ..blocks.picture import Picture, capital
+from ..blocks.section import Block, Gallery, Section, Sentences, filled
+from ..blocks.table import Column, Quantity, Table, counted
+from ..data.axis import Axis
+from ..data.dotted import all_sought, seek_text
+from ..data.study import Study
 from ..draw import seek as draw
-from ..picture import Picture, capital
-from ..section import Block, Gallery, Section, Sentences, filled
-from ..study import Study
-from ..table import Column, Quantity, Table, counted
 
 PICTURED = 2  # least number of answers drawn over the other axis
 

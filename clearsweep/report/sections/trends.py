@@ -6,15 +6,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ...language import wording
-from .. import worn
-from ..axis import Axis
-from ..matching import matched
-from ..paired import power
-from ..picture import capital
-from ..section import Points, Section
-from ..sensitivity import Estimate, quantile
-from ..study import PER_STROKES, Joint, Study
-from ..table import Column, Table, counted
+from ..blocks.picture import capital
+from ..blocks.section import Points, Section
+from ..blocks.table import Column, Table, counted
+from ..data.axis import Axis
+from ..data.study import PER_STROKES, Joint, Study
+from ..one_case import worn
+from ..statistics.matching import matched
+from ..statistics.paired import power
+from ..statistics.sensitivity import Estimate, quantile
 
 UNEVEN = 1.5  # deepest over mean depth around a body above which its wear is called uneven
 LOOKED_AT = 200  # cases whose depths round the circle are read; ids are hashes, so the first ones are random
