@@ -118,9 +118,9 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     sigma = math.sqrt(min([term.clearance for term in terms]))
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
     start = np.array([*built.start.tolist(), *roots.tolist(), *[began for _, _, began in every_state(value)]])
-    layout, clock = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
+    layout, time_source = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
     spent = time.perf_counter() - begin
-    return Scene(case, mechanism, built, value, layout, start, pressed, machine, clock, worn, build_time=spent)
+    return Scene(case, mechanism, built, value, layout, start, pressed, machine, time_source, worn, build_time=spent)
 
 
 def state_units(scene: Scene) -> np.ndarray:

@@ -152,8 +152,8 @@ class Reacting(Dynamics):
                 continue
             reaction = reactions.get(rub.joint) or self._through(rub.joint, missing)
             if machine.sites[rub.joint].link.slides:
-                across = lines.total(*lines.dot(self.left(self.axis(rub.joint)), reaction))
-                sizes.append(f"abs({across})")
+                transverse = lines.total(*lines.dot(self.left(self.axis(rub.joint)), reaction))
+                sizes.append(f"abs({transverse})")
             else:
                 sizes.append(f"math.sqrt({lines.total(*lines.dot(reaction, reaction))})")
         return [size if size == "0.0" else lines.let(size) for size in sizes]
@@ -170,12 +170,12 @@ class Reacting(Dynamics):
             return lines.total(distal, lines.minus(proximal))
         way, axis = self.between(*self.site(rub.joint)), self.axis(rub.joint)
         columns = self.columns(way)
-        moved = self.sum(
+        change = self.sum(
             self.bias(way),
             self.combination({item: columns[item] for item in columns if item in accelerations}, accelerations),
         )
-        across = lines.total(*lines.dot(self.left(axis), self.combination(columns, self.rate)))
-        return lines.total(*lines.dot(axis, moved), lines.product(self.spin(link.proximal), across))
+        transverse = lines.total(*lines.dot(self.left(axis), self.combination(columns, self.rate)))
+        return lines.total(*lines.dot(axis, change), lines.product(self.spin(link.proximal), transverse))
 
     def _missing(self, accelerations: Row) -> tuple[dict[int, Vector], dict[int, str | None]]:
         """Return force and moment of the joints on each body."""
@@ -185,25 +185,25 @@ class Reacting(Dynamics):
         couples: dict[int, str | None] = {0: None}
         for body, way in self.ways.items():
             mass, inertia = mass_of(lines, body)
-            moved = self.sum(self.bias(way), self.combination(self.tree[body], accelerations))
-            there = [tuple(map(lines.minus, pull)) for pull in force[body]]
-            missing[body] = self.sum(self.scaled(mass, moved), *there)
+            change = self.sum(self.bias(way), self.combination(self.tree[body], accelerations))
+            safe_yield = [tuple(map(lines.minus, pull)) for pull in force[body]]
+            missing[body] = self.sum(self.scaled(mass, change), *safe_yield)
             spun = lines.product(inertia, accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body])))
             couples[body] = lines.total(spun, *map(lines.minus, moment[body]))
         return missing, couples
 
     def _multipliers(self, missing: dict, couples: dict) -> dict[int, Vector]:
         """Return the force on the distal body of each joint that closes a loop."""
-        lines, machine, right = self.lines, self.machine, {}
+        lines, machine, right_side = self.lines, self.machine, {}
         if not machine.dependent:
             return {}
         for item in machine.dependent:
             terms = [part for body in self.ways for part in self._work(item, body, missing)]
             if item.kind == ANGLE:
                 terms += [couples[body] for body in self.ways if self.spanning_tree.group[body] == item.of]
-            right[item] = lines.total(*terms)
+            right_side[item] = lines.total(*terms)
         rows = [equation.columns for equation in equations(self, moving=False)]
-        multipliers = Solver(lines, rows, machine.dependent).transposed(right)
+        multipliers = Solver(lines, rows, machine.dependent).transposed(right_side)
         results, row = {}, 0
         for j in self.spanning_tree.loop_joints:
             if machine.sites[j].link.slides:
