@@ -329,9 +329,8 @@ class Grid:
         """Return the shared part of the cases with these swept law names."""
         if selection not in self._patterns:
             values_in_use = self._in_use(dict(selection))
-            numbers = {
-                path: self.axes[path][0] for path in values_in_use if path in self.axes and path not in dict(selection)
-            }
+            swept = [path for path in values_in_use if path in self.axes and path not in dict(selection)]
+            numbers = {path: self.axes[path][0] for path in swept}
             numbers |= {path: self._values[path] for path in values_in_use if path in self.defined.follow}
             self._patterns[selection] = Pattern(values_in_use | numbers, numbers, self._pairs)
         return self._patterns[selection]

@@ -78,11 +78,6 @@ _SLOT = (
     Field("length", "m", "length along the pin; wear needs it", optional=True),
 )
 _ON_FLAT = "hertz-line"  # the pressure law of wear in a slot; others assume a journal in a bearing
-_BRISTLES = "bristles need a joint with clearance; write it as joints.NAME.friction, or take a law without bristles"
-_STICKS = (
-    "it needs a size that does not depend on the reactions; write `force` in a guide or `torque` in a pin in place of "
-    "`coefficient`, or give the joint clearance"
-)
 _TIME_LIMIT = Field(
     "time_limit",
     "s",
@@ -194,21 +189,18 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
     for choice in keys.words:
         tree[f"{keys.path}.{choice.name}"] = Word(choice.options, choice.text, choice.default)
     if keys.family:
-        sticks = bool(keys.given)  # friction that does not depend on reactions may stick
-        usable = tuple(law for law in catalogue.of(keys.family) if not law.remembers or (sticks and law.sticks))
-        usable = tuple(sized(law, keys.given) for law in usable) if keys.given else usable
-        names = tuple(law.name for law in usable)
-        other_texts = {law.name: _BRISTLES for law in catalogue.of(keys.family) if law.remembers and not law.sticks}
-        other_texts |= {} if sticks else {law.name: _STICKS for law in catalogue.of(keys.family) if law.sticks}
-        tree[f"{keys.path}.law"] = Word(names, f"the {keys.family} law", sweep=True, noun="law", refused=other_texts)
-        add_laws(tree, keys.path, "law", usable)
+        laws = catalogue.of(keys.family)
+        laws = tuple(sized(law, keys.given) for law in laws) if keys.given else laws
+        names = tuple(law.name for law in laws)
+        tree[f"{keys.path}.law"] = Word(names, f"the {keys.family} law", sweep=True, noun="law")
+        add_laws(tree, keys.path, "law", laws)
     add_numbers(tree, keys.path, keys.fields)
     for columns in keys.tables:
         tree[f"{keys.path}.{columns.name}"] = Table(columns)
 
 
 def _revolutions(tree: Shape, figures: tuple[str, ...], other_texts: tuple[str, ...]) -> None:
-    """Add the keys of `simulate` and `save` of machines with a crank; `until` accepts `figures`, not `other_texts`."""
+    """Add the keys of `simulate` and `save` for mechanisms that turn; `until` takes `figures`, not `other_texts`."""
     tree["simulate"] = Section("how long, how exactly and from where", "implied")
     add_numbers(tree, "simulate", _SIMULATE)
     tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
@@ -316,8 +308,8 @@ def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> Non
     tree[path] = Section("a prismatic joint with clearance, a block between two walls", "optional")
     add_numbers(tree, path, _GUIDE)
     add_contact(tree, path, catalogue._replace(laws=point_laws(catalogue)))
-    for nested in [nested for nested in tree if nested.startswith(f"{path}.contact.material")]:
-        del tree[nested]
+    for inner_path in [inner_path for inner_path in tree if inner_path.startswith(f"{path}.contact.material")]:
+        del tree[inner_path]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
     add_friction(tree, path, catalogue)
     add_preload(tree, path, catalogue, ALONG)
@@ -328,8 +320,8 @@ def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None
     tree[path] = Section("a pin in a straight slot with rounded ends")
     add_numbers(tree, path, _SLOT)
     add_contact(tree, path, catalogue._replace(laws=point_laws(catalogue)))
-    for nested in [nested for nested in tree if nested.startswith(f"{path}.contact.material")]:
-        del tree[nested]
+    for inner_path in [inner_path for inner_path in tree if inner_path.startswith(f"{path}.contact.material")]:
+        del tree[inner_path]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
     add_friction(tree, path, catalogue)
     laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _ON_FLAT)
