@@ -100,11 +100,11 @@ def _below(reader: Reader, low: str, high: str, reason: str, *, equal: bool = Fa
             return
         lows, highs = zip(*invalid[:1], strict=True)
     where = low if low in reader.swept or low in reader.written else high
-    bound = "at most" if equal else "below"
+    term = "at most" if equal else "below"
     reader.problems.add(
         reader.place(where),
         where,
-        f"found {reader.said(low, max(lows))}; allowed: {bound} {reader.said(high, min(highs))}, the value of {high}; "
+        f"found {reader.said(low, max(lows))}; allowed: {term} {reader.said(high, min(highs))}, the value of {high}; "
         f"{reason}",
     )
 

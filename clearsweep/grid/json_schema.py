@@ -92,22 +92,18 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
         for key, value in chosen_by.items():
             top["properties"]["mechanism"]["properties"][key] = {"const": value}
         schemas.append((top, chosen_by))
-    first_schema = schemas[0][0]  # editors offer these keys before a type is written
+    chosen = schemas[0][0]  # editors offer these keys before a type is written
     for top, chosen_by in schemas[1:]:
-        constants = {key: {"const": value} for key, value in chosen_by.items()}
-        kind = {"required": [*constants], "properties": constants}
-        first_schema = {
-            "if": {"required": ["mechanism"], "properties": {"mechanism": kind}},
-            "then": top,
-            "else": first_schema,
-        }
+        fixed = {key: {"const": value} for key, value in chosen_by.items()}
+        kind = {"required": [*fixed], "properties": fixed}
+        chosen = {"if": {"required": ["mechanism"], "properties": {"mechanism": kind}}, "then": top, "else": chosen}
     quantities = {"type": "array", "minItems": 2, "maxItems": 2, "prefixItems": [{"$ref": "#/$defs/quantity"}] * 2}
     spaced = {"type": "array", "minItems": 3, "maxItems": 4}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "clearsweep grid",
         "type": "object",
-        **first_schema,
+        **chosen,
         "$defs": {
             "quantity": {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*(=|[+-]?(\d|\.\d))"}]},
             "pair": quantities,
@@ -252,7 +248,7 @@ def _refine() -> dict[str, Any]:
 
 def _sample() -> dict[str, Any]:
     """Return the schema of the section `sample`."""
-    complete = {"type": "integer", "minimum": 0}
+    whole_number = {"type": "integer", "minimum": 0}
     kinds = [
         {"type": "object", "required": [kind], "properties": {kind: {"description": form}}}
         for kind, form in DISTRIBUTIONS.items()
@@ -266,8 +262,8 @@ def _sample() -> dict[str, Any]:
         "additionalProperties": False,
         "properties": {
             "method": {"enum": list(METHODS), "description": "; ".join(map(": ".join, METHODS.items()))},
-            "n": complete | {"minimum": 2},
-            "seed": complete,
+            "n": whole_number | {"minimum": 2},
+            "seed": whole_number,
             "over": {"type": "object", "minProperties": 1, "additionalProperties": {"anyOf": kinds}},
             "drawn": {"type": "object", "description": "values drawn before, as run.json keeps them"},
         },
@@ -286,11 +282,11 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
         if isinstance(node, Section):
             properties[key] = _items(tree, nested, node) if node.items else _section(tree, nested, node)
         elif isinstance(node, Word):
-            constants = any(ANY in option for option in node.options)  # the user chooses the keys
+            has_free_names = any(ANY in option for option in node.options)  # the user chooses the keys
             properties[key] = {"description": node.text} | (
-                {"type": "string"} if constants else {"enum": list(node.options)}
+                {"type": "string"} if has_free_names else {"enum": list(node.options)}
             )
-            properties[key] |= {"default": node.default} if node.default and not constants else {}
+            properties[key] |= {"default": node.default} if node.default and not has_free_names else {}
         elif isinstance(node, Name):
             properties[key] = {"description": node.text, "enum": list(node.options)}
         elif isinstance(node, Table):
@@ -312,11 +308,11 @@ def _object(tree: Shape, path: str) -> dict[str, Any]:
             required += [] if node.unless else [key]
             alternatives += [[key, node.unless]] if node.unless else []
     properties_of = {ANY: False} | properties  # every user-defined name has the schema of the placeholder
-    complete = {"type": "object", "additionalProperties": properties_of.pop(ANY), "properties": properties_of}
-    complete |= {"required": required} if required else {}
+    object_schema = {"type": "object", "additionalProperties": properties_of.pop(ANY), "properties": properties_of}
+    object_schema |= {"required": required} if required else {}
     for pair in alternatives:
-        complete["anyOf"] = [{"required": [key]} for key in pair]
-    return complete
+        object_schema["anyOf"] = [{"required": [key]} for key in pair]
+    return object_schema
 
 
 def _has_keys_below(tree: Shape, path: str) -> bool:

@@ -285,7 +285,7 @@ def _example(field: Field) -> str:
         return _number(_SMALL)
     if not field.default and field.contains(quantity.read(quantity.example(unit), unit)):
         return quantity.example(unit)
-    bounds = [bound for bound in (field.low, field.high) if math.isfinite(bound)]
+    bounds = [edge for edge in (field.low, field.high) if math.isfinite(edge)]
     numbers = (field.default, sum(bounds) / 2.0, field.low + 1.0, field.high - 1.0)
     value = next((number for number in numbers if number and field.contains(number)), 0.0)
     return _number(value) if unit in ("1", "") else f"{_number(value)} {unit}"
