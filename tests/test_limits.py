@@ -149,7 +149,7 @@ MISTAKES = {
     "limits: {rod_slider_force_peak: {times: steps}}\n": "21:33: limits.rod_slider_force_peak: contains "
     "no limit; write",
     "limits: {rod_slider_force_peak: {at_most: 2, times: rod_slider_force_peak_idael}}\n": "21:53: limits."
-    "rod_slider_force_peak.times: 'rod_slider_force_peak_idael' is no figure of this grid; did you mean 'rod_slider",
+    "rod_slider_force_peak.times: 'rod_slider_force_peak_idael' is not a column of this grid; did you mean 'rod_slider",
     "limits: {rod_slider_force_peak: {at_most: 2 kN, times: rod_slider_force_peak_ideal}}\n": "21:43: limits."
     "rod_slider_force_peak.at_most: found '2 kN', whose unit kN has another dimension",
     'figures: {steps: "2 * rhs_evaluations"}\n': "21:11: figures.steps: is a column already",
@@ -177,7 +177,7 @@ def test_a_name_that_is_nearly_right_is_told_in_a_line():
             grid.load(fake_physics.grid(limits=limit), fake_physics.CATALOGUE)
         (problem,) = caught.value.problems
         assert len(problem) < 130
-    with pytest.raises(InputError, match=r"is no figure of this grid .known: rod_slider_force_peak, "):
+    with pytest.raises(InputError, match=r"is not a column of this grid .known: rod_slider_force_peak, "):
         grid.load(fake_physics.grid(limits={"zzz": 1.0}), fake_physics.CATALOGUE)
 
 

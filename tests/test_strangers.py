@@ -374,7 +374,7 @@ def test_status_says_how_far_a_run_is_and_who_works_there(tmp_path, command, mon
     assert (code, err) == (0, "")
     assert "finished" in out
     assert "6 of 6 cases are there: 3 ok, 3 failed" in out
-    assert "every file is as it was written" in out
+    assert "all checksums agree" in out
     facts = json.loads(command("status", place, "--json")[1])
     assert list(facts["files"]) == ["summary.parquet", "orbits.h5", "run.json"]
     assert command("status", tmp_path / "nowhere")[0] == 2

@@ -69,16 +69,20 @@ def estimate(
         derived, warnings = sweep.facts(grid, simulator)
     if grid.seek and not grid.seek.fits:
         times_more = usual_probes(grid.seek.last) / len(grid.seek.first())
-        sentence = f"these are the first cases of `seek`; about {times_more:.2g} times as many follow from one another"
+        sentence = (
+            f"these are the first cases of `seek`; about {times_more:.2g} times as many are added one after the other"
+        )
         warnings.append(f"{sentence}, and their time and storage")
     if grid.optimise:
         more = grid.optimise.cases - len(grid)
-        warnings.append(f"{more:,} cases that `optimise` adds follow from these, and come on top")
+        warnings.append(f"{more:,} cases that `optimise` adds are not included; they depend on the cases of the grid")
     if grid.identify:
         more = grid.identify.cases - len(grid)
-        warnings.append(f"{more:,} cases that `identify` adds follow from these, and come on top")
+        warnings.append(f"{more:,} cases that `identify` adds are not included; they depend on the cases of the grid")
     if grid.refine:
-        warnings.append(f"up to {grid.refine.cases:,} cases that `refine` adds follow from these, and come on top")
+        warnings.append(
+            f"up to {grid.refine.cases:,} cases that `refine` adds are not included; they depend on these results"
+        )
     directory = sweep.directory_of(grid, out, part)
     with phases.phase("reading what the directory contains"):
         directory.check(grid)
