@@ -238,7 +238,7 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
         at_work = working.read()
         return f"timing {count(len(cases), 'case')}" + (f": {at_work.what}" if at_work and at_work.what else "")
 
-    def one(case: Case) -> Timed:
+    def single(case: Case) -> Timed:
         task, begin = workers.submit(time_case, simulator, case, PILOT_SHARE * PILOT_TIME, working), time.monotonic()
         while True:
             try:
@@ -253,13 +253,13 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
     with phases.phase(words) as timing:
         for case in cases:
             try:
-                timed = one(case)
+                timed = single(case)
                 if timed.extrapolated and (timed.seconds is None or timed.once > COMPILED):
-                    timed = _joined(timed, one(case))  # the compiled code is in the cache now
+                    timed = _joined(timed, single(case))  # the compiled code is in the cache now
             except Late:
                 break
             results.append(timed)
-            spent = sum(each.spent for each in results)
+            spent = sum(result.spent for result in results)
             timing.note(share=min(max(len(results) / len(cases), spent / PILOT_TIME), 1.0))
             if spent > PILOT_TIME:
                 break
