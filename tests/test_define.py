@@ -174,7 +174,7 @@ def test_a_grid_without_expressions_has_the_bits_it_had(at):
 
 
 def test_no_name_is_an_error():
-    with pytest.raises(InputError, match="defines nothing"):
+    with pytest.raises(InputError, match="is empty"):
         load({"define": {}, "mechanism": {"type": "slider-crank"}})
 
 
