@@ -233,7 +233,7 @@ def test_paths_in_step_have_one_value(tmp_path):
 def test_paths_in_step_of_other_units_are_refused(tmp_path):
     with pytest.raises(InputError, match="whose unit kg has another dimension"):
         loaded(searching(largest=[MASS, PLAY]))
-    with pytest.raises(InputError, match="is there twice"):
+    with pytest.raises(InputError, match="occurs twice"):
         loaded(searching(largest=[MASS, MASS]))
 
 
