@@ -14,7 +14,8 @@ from .searched import optimise_lines, optimised, refine_lines, seek_facts, seek_
 from .settings import given_text, grid_text, number_of_joints, setting_text, value_text
 from .sweep import RunResult
 
-DERIVED = 4  # lines on derived values at the end of a run
+DERIVED = 6  # lines on derived values at the end of a run
+RADIAL, DIAMETRAL = ", radial)", ", diametral)"  # ends of the names of the clearances of a fit
 MANY_AXES = 4  # swept paths above which the closing table leaves out columns with one value
 
 
@@ -155,15 +156,26 @@ def run_text(facts: dict[str, Any]) -> str:
 
 
 def derived_lines(derived: dict[str, dict[str, Any]], most: int | None = None) -> list[str]:
-    """Return a line for each derived value or range; of more than `most`, a line on the others."""
+    """Return a line for each derived value or range, one for both clearances of a fit; at most `most` lines."""
     lines = []
-    if most is not None and len(derived) > most:
-        others = f"derived: {len(derived) - most + 1} more values, which run --dry-run lists"
-        return [*derived_lines(dict([*derived.items()][: most - 1])), others]
     for name, value in derived.items():
-        low, high = (grid_text(value[end], value["unit"]) for end in ("min", "max"))
-        lines.append(f"derived: {name} = {low}" + (f" to {high}" if high != low else ""))
+        across = name.replace(RADIAL, DIAMETRAL)
+        if name.endswith(DIAMETRAL) and name.replace(DIAMETRAL, RADIAL) in derived:
+            continue
+        if name.endswith(RADIAL) and across in derived:
+            both = f"{_range(value)} radial, {_range(derived[across])} diametral"
+            lines.append(f"derived: {name.removesuffix(RADIAL)}) = {both}")
+        else:
+            lines.append(f"derived: {name} = {_range(value)}")
+    if most is not None and len(lines) > most:
+        lines[most - 1 :] = [f"derived: {len(lines) - most + 1} more values, which run --dry-run lists"]
     return lines
+
+
+def _range(value: dict[str, Any]) -> str:
+    """Return a derived value, or its range, in words."""
+    low, high = (grid_text(value[end], value["unit"]) for end in ("min", "max"))
+    return low + (f" to {high}" if high != low else "")
 
 
 def estimate_text(facts: dict[str, Any]) -> str:

@@ -53,9 +53,8 @@ SECTIONS: tuple[Makes, ...] = (  # seen at once, in the order of the page
     trust.sections,
     lasting.sections,
 )
-SECOND = SECTIONS[
-    SECTIONS.index(drivers.sections) :
-]  # in the second column of a wide page; drivers in the first where nothing is played
+#: In the second column of a wide page; where no case is played, what drives it is in the first.
+SECOND = (*SECTIONS[SECTIONS.index(drivers.sections) :], explorer.leading)
 MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by subject
     (
         "Forces and output",
@@ -69,6 +68,7 @@ MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by sub
     (
         "Laws and errors",
         (
+            identified.more,
             budget.sections,
             law_check.sections,
             law_choice.sections,
