@@ -159,7 +159,7 @@ _METHOD = Word(
 
 def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     """Return every dotted path that a grid of this mechanism may contain, sections before their keys."""
-    kinds = tuple(each.name for each in catalogue.mechanisms)
+    kinds = tuple(mechanism.name for mechanism in catalogue.mechanisms)
     tree: Shape = {"mechanism": Section("the bodies"), "mechanism.type": Word(kinds, "which mechanism")}
     for keys in mechanism.keys:
         _keys(tree, keys, catalogue)

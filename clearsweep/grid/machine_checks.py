@@ -74,7 +74,7 @@ def _bodies(reader: Reader) -> None:
 def _driven(reader: Reader) -> None:
     """Check that the driven body is on the ground, in a joint without clearance."""
     path = "mechanism.driven"
-    joint = next((each for each in reader.outline.joints if each.name == reader.values.get(path)), None)
+    joint = next((joint for joint in reader.outline.joints if joint.name == reader.values.get(path)), None)
     ends = _bodies_of_joint(reader, joint) if joint else None
     if joint is None or ends is None:
         return

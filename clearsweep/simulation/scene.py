@@ -118,9 +118,9 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
     internal = every_internal_state(terms) if states_of(value).integrated else []
     start = np.array([*built.start.tolist(), *roots.tolist(), *[began for _, _, began in internal]])
-    layout, clock = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
+    layout, time_source = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
     spent = time.perf_counter() - begin
-    return Scene(case, mechanism, built, value, layout, start, pressed, machine, clock, worn, build_time=spent)
+    return Scene(case, mechanism, built, value, layout, start, pressed, machine, time_source, worn, build_time=spent)
 
 
 def state_units(scene: Scene) -> np.ndarray:

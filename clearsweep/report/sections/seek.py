@@ -224,13 +224,13 @@ def _pictures(answers: _Answers, title: str) -> list[Picture]:
     if len(answers.others) != 1 or not answers.others[0].numeric or len(rows) < PICTURED:
         return []
     (other,) = answers.others
-    found = sorted((row[other.path], row["seek_low"], row["seek_high"], row[answers.column]) for row in rows)
-    ends = "; ".join(f"{other.text(row[0])}: {answers.axis.text(row[3])}" for row in found)
+    results = sorted((row[other.path], row["seek_low"], row["seek_high"], row[answers.column]) for row in rows)
+    ends = "; ".join(f"{other.text(row[0])}: {answers.axis.text(row[3])}" for row in results)
     return [
         Picture(
             capital(f"{title.removeprefix('The ')} over {other.name}"),
             "Dot: the last value that is safe; bar: where the border is.",
             f"{title} over {other.name}. {ends}",
-            lambda ax: draw.intervals(ax, found, other, answers.axis),
+            lambda ax: draw.intervals(ax, results, other, answers.axis),
         )
     ]

@@ -46,8 +46,8 @@ with_kinks(Dahl, over_slip)
 @internal_rates.member(Dahl)
 def _internal_rates_dahl(friction, contact):
     slip = contact.slip
-    rest = 1.0 - friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip) / friction.coefficient
-    return (slip * math.copysign(abs(rest) ** friction.shape, rest),)
+    bend_deficit = 1.0 - friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip) / friction.coefficient
+    return (slip * math.copysign(abs(bend_deficit) ** friction.shape, bend_deficit),)
 
 
 register(
@@ -100,9 +100,9 @@ def _bend_rate_lugre(friction, slip):
 
 @friction_force.member(LuGre)
 def _friction_force_lugre(friction, normal, slip):
-    fall = math.exp(-((slip / friction.damping_velocity) ** 2))
+    decay = math.exp(-((slip / friction.damping_velocity) ** 2))
     share = friction.bristle_stiffness * friction.bend
-    share += friction.bristle_damping * fall * bend_rate(friction, slip)
+    share += friction.bristle_damping * decay * bend_rate(friction, slip)
     return -normal * (share + friction.viscous * slip)
 
 
@@ -122,9 +122,9 @@ def passive_velocity(friction: Mapping[str, float]) -> float:
     They are passive if sigma1 exp(-(v / v_d)^2) <= 4 g(v) / |v|; the left side times |v| is at most
     sigma1 v_d / sqrt(2 e).
     """
-    least = min(friction["coefficient"], friction["static_coefficient"])
+    least_coefficient = min(friction["coefficient"], friction["static_coefficient"])
     damping = friction["bristle_damping"]
-    return 4.0 * math.sqrt(2.0 * math.e) * least / damping if damping > 0.0 else math.inf
+    return 4.0 * math.sqrt(2.0 * math.e) * least_coefficient / damping if damping > 0.0 else math.inf
 
 
 def _with_damping_velocity(form):
@@ -197,10 +197,10 @@ def _bend_rate_elasto_plastic(friction, slip):
     bristle_force = (
         friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip)
     )  # negative while bristles relax
-    most = stribeck_coefficient(friction, slip)
+    steady_bend = stribeck_coefficient(friction, slip)
     elastic = friction.elastic_share * friction.coefficient
-    rise = math.sin(0.5 * math.pi * min(max((bristle_force - elastic) / (most - elastic), 0.0), 1.0))
-    return slip * (1.0 - rise * rise * bristle_force / most)
+    transition = math.sin(0.5 * math.pi * min(max((bristle_force - elastic) / (steady_bend - elastic), 0.0), 1.0))
+    return slip * (1.0 - transition * transition * bristle_force / steady_bend)
 
 
 friction_force.member(ElastoPlastic)(_friction_force_lugre)

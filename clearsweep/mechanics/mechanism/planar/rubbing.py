@@ -132,8 +132,8 @@ class Reacting(Dynamics):
                 continue
             reaction = reactions.get(rub.joint) or self._through(rub.joint, missing)
             if machine.sites[rub.joint].link.slides:
-                across = lines.total(*lines.dot(self.left(self.axis(rub.joint)), reaction))
-                sizes.append(f"abs({across})")
+                transverse = lines.total(*lines.dot(self.left(self.axis(rub.joint)), reaction))
+                sizes.append(f"abs({transverse})")
             else:
                 sizes.append(f"math.sqrt({lines.total(*lines.dot(reaction, reaction))})")
         return [size if size == "0.0" else lines.let(size) for size in sizes]
@@ -150,12 +150,12 @@ class Reacting(Dynamics):
             return lines.total(distal, lines.minus(proximal))
         way, axis = self.between(*self.site(rub.joint)), self.axis(rub.joint)
         columns = self.columns(way)
-        moved = self.sum(
+        change = self.sum(
             self.bias(way),
             self.combination({item: columns[item] for item in columns if item in accelerations}, accelerations),
         )
-        across = lines.total(*lines.dot(self.left(axis), self.combination(columns, self.rate)))
-        return lines.total(*lines.dot(axis, moved), lines.product(self.spin(link.proximal), across))
+        transverse = lines.total(*lines.dot(self.left(axis), self.combination(columns, self.rate)))
+        return lines.total(*lines.dot(axis, change), lines.product(self.spin(link.proximal), transverse))
 
     def _missing(self, accelerations: Row) -> tuple[dict[int, Vector], dict[int, str | None]]:
         """Return force and moment of the joints on each body."""
@@ -165,25 +165,25 @@ class Reacting(Dynamics):
         couples: dict[int, str | None] = {0: None}
         for body, way in self.ways.items():
             mass, inertia = mass_of(lines, body)
-            moved = self.sum(self.bias(way), self.combination(self.tree[body], accelerations))
-            there = [tuple(map(lines.minus, pull)) for pull in force[body]]
-            missing[body] = self.sum(self.scaled(mass, moved), *there)
+            change = self.sum(self.bias(way), self.combination(self.tree[body], accelerations))
+            safe_yield = [tuple(map(lines.minus, pull)) for pull in force[body]]
+            missing[body] = self.sum(self.scaled(mass, change), *safe_yield)
             spun = lines.product(inertia, accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body])))
             couples[body] = lines.total(spun, *map(lines.minus, moment[body]))
         return missing, couples
 
     def _multipliers(self, missing: dict, couples: dict) -> dict[int, Vector]:
         """Return the force on the distal body of each joint that closes a loop."""
-        lines, machine, right = self.lines, self.machine, {}
+        lines, machine, right_side = self.lines, self.machine, {}
         if not machine.dependent:
             return {}
         for item in machine.dependent:
             terms = [part for body in self.ways for part in self._work(item, body, missing)]
             if item.kind == ANGLE:
                 terms += [couples[body] for body in self.ways if self.spanning_tree.group[body] == item.of]
-            right[item] = lines.total(*terms)
+            right_side[item] = lines.total(*terms)
         rows = [equation.columns for equation in equations(self, moving=False)]
-        multipliers = Solver(lines, rows, machine.dependent).transposed(right)
+        multipliers = Solver(lines, rows, machine.dependent).transposed(right_side)
         results, row = {}, 0
         for j in self.spanning_tree.loop_joints:
             if machine.sites[j].link.slides:
@@ -218,9 +218,9 @@ def accelerate(machine: MachineType) -> str:
     sizes, paces = write.normals(accelerations), [write.pace(rub, accelerations) for rub in machine.rubs if rub.sticks]
     returned = (motion, tupled(sizes), tupled([number(pace) for pace in paces])) if paces else (motion, tupled(sizes))
     first = write.lines.function("under_friction", tupled(list(returned)))
-    seen, friction, power = Bodies(machine, "mechanism", "pose"), [], []
+    observed, friction, power = Bodies(machine, "mechanism", "pose"), [], []
     for i, rub in enumerate(machine.rubs):
-        slip, path = _slip(seen, rub), f"mechanism.loads[{rub.load}]"
+        slip, path = _slip(observed, rub), f"mechanism.loads[{rub.load}]"
         if rub.given and machine.sites[rub.joint].link.slides:
             friction.append(f"friction_force({path}.friction, {path}.normal, {slip})")
         elif rub.given:
@@ -232,9 +232,9 @@ def accelerate(machine: MachineType) -> str:
             friction.append(f"{path}.radius * friction_force({path}.friction, normal[{i}], {path}.radius * {slip})")
         power.append(f"rub[{i}] * {slip}")
     if any(rub.sticks for rub in machine.rubs):
-        return f"{first}\n\n{_sticking(machine, seen, friction, power)}"
-    given = all(rub.given for rub in machine.rubs)
-    head, body = (_GIVEN if given else _SOLVED).split("\n", 1)
+        return f"{first}\n\n{_sticking(machine, observed, friction, power)}"
+    values_given = all(rub.given for rub in machine.rubs)
+    head, body = (_GIVEN if values_given else _SOLVED).split("\n", 1)
     text = body.format(
         zeros=tupled(["0.0"] * len(friction)),
         friction=tupled(friction),
@@ -242,17 +242,17 @@ def accelerate(machine: MachineType) -> str:
         count=len(friction),
         near=SETTLED,
         jams=JAMS,
-        power=tupled(power if given else [f"valid * ({each})" for each in power]),
+        power=tupled(power if values_given else [f"valid * ({each})" for each in power]),
     )
-    slips = "".join(f"    {line}\n" for line in seen.lines.text)
+    slips = "".join(f"    {line}\n" for line in observed.lines.text)
     return f"{first}\n\n{head}\n{slips}{text}"
 
 
-def _sticking(machine: MachineType, seen: Bodies, friction: list[str], power: list[str]) -> str:
+def _sticking(machine: MachineType, observed: Bodies, friction: list[str], power: list[str]) -> str:
     """Return the code of `accelerate` for a machine in which joints stick."""
     sticking = [i for i, rub in enumerate(machine.rubs) if rub.sticks]
     paths = {i: f"mechanism.loads[{machine.rubs[i].load}]" for i in sticking}
-    slips = {i: _slip(seen, machine.rubs[i]) for i in sticking}
+    slips = {i: _slip(observed, machine.rubs[i]) for i in sticking}
     reach = {i: "1.0" if machine.sites[machine.rubs[i].joint].link.slides else f"{paths[i]}.radius" for i in sticking}
     rate = f"abs(pose.turns[{machine.groups.index(machine.spanning_tree.crank)}].rate)"
 
@@ -286,7 +286,7 @@ def _sticking(machine: MachineType, seen: Bodies, friction: list[str], power: li
         near=SETTLED,
         power=tupled(power),
     )
-    lines = "".join(f"    {line}\n" for line in seen.lines.text)
+    lines = "".join(f"    {line}\n" for line in observed.lines.text)
     return f"{head}\n{lines}{text}"
 
 
