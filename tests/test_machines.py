@@ -225,10 +225,6 @@ MISTAKES = {
         ),
         "loads.r.friction.radius: is missing; friction in a pin is a torque",
     ),
-    "friction with a memory": (
-        changed(FOUR_BAR, loads={"r": {"on": "rocker-ground", "friction": {"law": "lugre"}}}),
-        "loads.r.friction.law: found 'lugre'; bristles need a joint with clearance",
-    ),
 }
 
 

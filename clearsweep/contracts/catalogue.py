@@ -155,6 +155,8 @@ _SIZED = {  # unit of a friction parameter -> its unit for friction given as a c
     "coefficient": ("N*m", "N"),
     "static_coefficient": ("N*m", "N"),
     "viscous": ("N*m*s", "N*s/m"),
+    "bristle_stiffness": ("N*m", "N/m"),
+    "bristle_damping": ("N*m*s", "N*s/m"),
     "m/s": ("rad/s", "m/s"),
     "s/m": ("s", "s/m"),
 }

@@ -24,6 +24,7 @@ from ..observe.stages import END, PLACES, STAGES, START
 from ..solver.guarding import ELSEWHERE
 from .impact_mass import joints_at_event
 from .rates import observed_width
+from .state import size_of
 
 
 class Guards(NamedTuple):
@@ -95,7 +96,7 @@ def guards_entry(scene, y, nodes, latched, o, value, row):
     """
     parameters = scene[0]
     roots, size = 2 * len(parameters.coordinates) + 1, extent(parameters.joints)
-    n = roots + size.contact + size.internal
+    _, n, _ = size_of(parameters)
     y, nodes = shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
     latched, o = shaped(latched, (size.contact + size.latched,)), shaped(o, (observed_width(parameters), PLACES))
     value, first = shaped(value, (size.guard, ELSEWHERE + 1)), first_place(parameters.joints, roots)
@@ -169,7 +170,7 @@ def latch_entry(scene, y, latched, o, event, row):
     roots, size = 2 * len(parameters.coordinates) + 1, extent(parameters.joints)
     event_values = shaped(event, (2,))
     shared = _Event(
-        shaped(y, (roots + size.contact + size.internal,)),
+        shaped(y, (size_of(parameters)[1],)),
         shaped(latched, (size.contact + size.latched,)),
         shaped(o, (observed_width(parameters), PLACES)),
         row,

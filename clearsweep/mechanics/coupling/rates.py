@@ -46,7 +46,7 @@ from ..mechanism.contract import (
     crank_rate,
     describe,
     energy,
-    friction_loads,
+    friction_laws,
     friction_powers,
     gaps,
     load_power,
@@ -67,6 +67,7 @@ from ..observe.observables import (
     observe,
 )
 from .impact_mass import joints_now
+from .state import put_friction_rates, size_of, with_friction_states
 from .sticking import with_sticking_forces
 from .time_scale import kappa_over_root, time_scale
 
@@ -105,6 +106,7 @@ def look(scene, y, mode, latched):
     state = JointState(y, mode, latched, 2 * len(scene.coordinates) + 1)
     joints = joints_now(scene, p, relative, state)
     loads = loads_of(joints, relative, state)
+    scene = with_friction_states(scene, y)
     loads = with_sticking_forces(scene, y, p, relative, loads, mode)
     return p, relative, loads, accelerate(scene.mechanism, p, loads)
 
@@ -216,6 +218,7 @@ def rates(scene, y, mode, latched, k, o, row, accurate=True):
         k[time, row] = kappa
         _put_all_roots(scene.joints, loads, first, _Roots(scene, state, kappa, k, row))
         put_internal_rates(scene.joints, loads, state, kappa, k[:, row])
+        put_friction_rates(scene, y, motion, kappa, k[:, row])
     if o is not None:
         o[KAPPA, row] = kappa
         o[DRIVE, row] = motion.torque * crank_rate(scene.mechanism, p, scene.reference_rate)
@@ -245,14 +248,7 @@ def put_root_rates(scene, relative, state, kappa, k, row):
 @inlined
 def observed_width(scene):
     """Return the number of observables of a scene: those of its joints, then the power (W) of each friction load."""
-    return observed_columns(scene.joints) + friction_loads(scene.mechanism)
-
-
-@kernel
-def size_of(scene):
-    """Return the number of contacts, the length of the state vector, and the number of latched values."""
-    size = extent(scene.joints)
-    return size.contact, 2 * len(scene.coordinates) + 1 + size.contact + size.internal, size.contact + size.latched
+    return observed_columns(scene.joints) + len(friction_laws(scene.mechanism))
 
 
 class _Column(NamedTuple):
@@ -296,6 +292,7 @@ def differentiate(scene, y, mode, latched, jacobian, place):
             scene.joints, loads, first_place(scene.joints, 2 * n + 1), _Column(scene, state, kappa, out)
         )
         put_internal_rates(scene.joints, loads, state, kappa, out)
+        put_friction_rates(scene, z, motion, kappa, out)
 
 
 def slopes_entry(scene, y, mode, latched, jacobian, place):

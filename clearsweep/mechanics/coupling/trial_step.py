@@ -11,7 +11,8 @@ from ..mechanism.contract import gaps, place
 from ..observe.stages import END, OTHERS, PLACES, STAGES
 from ..solver.accumulate.step_sums import CHANGE, LENGTH, step_width
 from ..solver.collocation import A
-from .rates import observed_width, put_error, put_root_rates, rates, size_of, turned_gaps
+from .rates import observed_width, put_error, put_root_rates, rates, turned_gaps
+from .state import size_of
 from .time_scale import time_scale
 
 

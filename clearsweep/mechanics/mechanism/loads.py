@@ -82,7 +82,7 @@ LOADS = {
             "couple `torque`, or the force `force`, of a size of its own",
             "",
             (_RADIUS,),
-            notes="Written on: JOINT, friction: {law, ..., radius}; any friction law without memory.  A blade, a "
+            notes="Written on: JOINT, friction: {law, ..., radius}; any friction law.  A blade, a "
             "seal or a brake has friction of a given size.  In a pin write {law, torque: 3 N*m, ...}, speeds in "
             "rad/s; in a guide {law, force: 20 N, ...}.  A law with two coefficients also takes static_torque or "
             "static_force.",

@@ -5,16 +5,23 @@ from typing import NamedTuple
 
 from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
-from ...compiled.family import family
+from ...compiled.choosing import where
+from ...compiled.family import family, kernel
 from ..contract import InternalState, internal_rates, internal_state
 from ..pieces import kinks, over_slip, with_kinks
 from ..recipe import register
-from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values
+from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, settled_state
 from .pieces import at_rest
 from .sliding import stribeck_coefficient
 
 SLIDING = COEFFICIENT._replace(low_open=True)
 BRISTLES = Field("bristle_stiffness", "1/m", "force of the bristles per load and bend, sigma0")
+
+
+@kernel
+def direction_of(slip):
+    """Return the sign of a sliding speed, 0 at rest."""
+    return where(slip > 0.0, 1.0, where(slip < 0.0, -1.0, 0.0))
 
 
 def _bend_of_sliding(friction):
@@ -36,6 +43,11 @@ class Dahl(NamedTuple):
 @friction_force.member(Dahl)
 def _friction_force_dahl(friction, normal, slip):
     return -normal * friction.bristle_stiffness * friction.bend
+
+
+@settled_state.member(Dahl)
+def _settled_state_dahl(friction, slip):
+    return (friction.coefficient * direction_of(slip) / friction.bristle_stiffness,)
 
 
 internal_state.member(Dahl)(_bend_of_sliding)
@@ -104,6 +116,11 @@ def _friction_force_lugre(friction, normal, slip):
     share = friction.bristle_stiffness * friction.bend
     share += friction.bristle_damping * decay * bend_rate(friction, slip)
     return -normal * (share + friction.viscous * slip)
+
+
+@settled_state.member(LuGre)
+def _settled_state_damped(friction, slip):
+    return (stribeck_coefficient(friction, slip) * direction_of(slip) / friction.bristle_stiffness,)
 
 
 internal_state.member(LuGre)(_bend_of_sliding)
@@ -204,6 +221,7 @@ def _bend_rate_elasto_plastic(friction, slip):
 
 
 friction_force.member(ElastoPlastic)(_friction_force_lugre)
+settled_state.member(ElastoPlastic)(_settled_state_damped)
 internal_state.member(ElastoPlastic)(_bend_of_sliding)
 kinks.member(ElastoPlastic)(at_rest)
 with_kinks(ElastoPlastic, over_slip)

@@ -208,7 +208,17 @@ def _crank_rate(machine: MachineType) -> str:
 
 
 def _rubs(machine: MachineType) -> str:
-    return Lines("mechanism").function("rubs", str(len(machine.rubs)))
+    return Lines("mechanism").function(
+        "rubs", tupled([f"mechanism.loads[{rub.load}].friction" for rub in machine.rubs])
+    )
+
+
+def _with_rubs(machine: MachineType) -> str:
+    """Return the code of a function that replaces the laws of friction loads."""
+    loads = [f"mechanism.loads[{i}]" for i in range(len(machine.loads))]
+    for i, rub in enumerate(machine.rubs):
+        loads[rub.load] = f"mechanism.loads[{rub.load}]._replace(friction=laws[{i}])"
+    return Lines("mechanism", "laws").function("with_rubs", f"mechanism._replace(loads={tupled(loads)})")
 
 
 def _aim(write: Bodies) -> tuple[str | None, str | None]:
@@ -233,4 +243,5 @@ _WRITERS = (
     _output_and_crank,
     _crank_rate,
     _rubs,
+    _with_rubs,
 )

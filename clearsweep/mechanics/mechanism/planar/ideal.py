@@ -25,7 +25,7 @@ from ....contracts.machine import (
     Stretch,
     Tabled,
 )
-from ...joint.friction.contract import friction_force
+from ...joint.friction.contract import friction_force, settled
 from ..contract import IdealMotion
 from .closure import STATIONS, Closure, MobilityError
 from .drive import drive_of, torque_at, when
@@ -44,7 +44,7 @@ class Ideal:
     """A machine without clearance, closed over a turn of its crank."""
 
     def __init__(self, machine: Machine):
-        self.whole, self.machine = machine, determined(machine)
+        self.whole, self.machine = machine, _without_history(determined(machine))
         self.closure = Closure(self.machine)
         self.stations = stations_of(self.machine)
         self.turn = self.stations.turn
@@ -311,6 +311,15 @@ def determined(machine: Machine) -> Machine:
 def _constraints(machine: Machine) -> int:
     """Return the number of equations of joints and drive, with springs at rest."""
     return 1 + sum({Slot: 1, Stretch: 3}.get(type(joint), 2) for joint in machine.joints)
+
+
+def _without_history(machine: Machine) -> Machine:
+    """Return a machine whose bristles are bent as after long sliding: at a crank angle there is no motion before it."""
+    loads = (
+        load._replace(friction=settled(load.friction)) if isinstance(load, Rubbing | Braking) else load
+        for load in machine.loads
+    )
+    return machine._replace(loads=tuple(loads))
 
 
 def _bodies_of(load: Any) -> set[str]:
