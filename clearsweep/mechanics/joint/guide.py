@@ -136,7 +136,7 @@ def _corner(signs, _, number, context):
     mode, c = present.mode[place.contact + number], place.contact + number
     if mode == FREE:
         zero = as_type_of(0.0, depth)
-        speed = math.sqrt(slip * slip + rate * rate)  # bounds how fast the depth can change
+        speed = abs(rate)  # of the gap: sliding along the wall does not change it
         apart = Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
         return Corner(zero, zero, x, y, apart)
     after = after_law(after_law(place, joint.law), joint.friction)  # the same for each corner; clips have no numbers

@@ -118,6 +118,8 @@ def solve_stages(at):
         return False
     for count in range(1, MOST_SWEEPS):
         moved = sweep(at)
+        if not moved < math.inf:
+            return False
         contraction = moved / before if before > 0.0 else 0.0
         rate = max(contraction, SLOWEST)
         if moved * rate <= CLOSE * (1.0 - rate):
