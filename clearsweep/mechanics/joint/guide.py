@@ -12,7 +12,6 @@ behind on the right, in front on the right.
 
 from typing import NamedTuple
 
-from ..compiled import calculus as math
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined, kernel, map_joints
 from .contract import (
