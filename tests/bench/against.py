@@ -153,7 +153,7 @@ def table(other: Path, rounds: int, *, first: bool) -> str:
     return "\n".join(lines)
 
 
-def table_of_readme(other: Path, rounds: int) -> str:
+def table_of_readme(other: Path, repeats: int) -> str:
     """Return what a case of the README's grid takes with both checkouts, start-up taken off."""
     from ruamel.yaml import YAML
 
@@ -162,7 +162,7 @@ def table_of_readme(other: Path, rounds: int) -> str:
     many = thinned(plain, {"drive.speed": 10 * plain["sweep"]["drive.speed"]["linspace"][2]})
     for tree in trees:
         tree.sweep(plain)  # compiles
-    runs = [[tree.sweep(grid) for grid in (plain, many) for tree in trees] for _ in range(rounds)]
+    runs = [[tree.sweep(grid) for grid in (plain, many) for tree in trees] for _ in range(repeats)]
     (few, failed, *_), (_, others, *_), (cases, *_), _ = runs[0]
     spent, idle = np.min([[took[2:] for took in run] for run in runs], axis=0).reshape(2, 2, 2).transpose(2, 0, 1)
     own = 1e3 * (spent[0] - idle[0]) / few
@@ -173,7 +173,7 @@ def table_of_readme(other: Path, rounds: int) -> str:
     return "\n".join(
         [
             f"{trees[0].name} against {trees[1].name}, load {os.getloadavg()[0]:.1f} after; ms of processor time per",
-            f"case in one process, files and merging included, least of {rounds} interleaved rounds.",
+            f"case in one process, files and merging included, least of {repeats} interleaved rounds.",
             "",
             "| README's grid | failed, of either | this | other | this / other | asked |",
             "| --- | --- | --- | --- | --- | --- |",
@@ -224,20 +224,21 @@ def main() -> None:
     parser.add_argument("--readme", action="store_true", help="the README's grid instead")
     parser.add_argument("--write", action="store_true", help="write results/speed.md too")
     asked = parser.parse_args()
+    tree, repeats = asked.tree.resolve(), asked.rounds
     if asked.readme:
-        text = f"## The README's grid against another commit\n\n{table_of_readme(asked.tree.resolve(), asked.rounds)}"
+        text = f"## The README's grid against another commit\n\n{table_of_readme(tree, repeats)}"
         print(text)
         if asked.write:
             speed_page.write("README of two commits", f"{text}\n")
         return
     if asked.files or asked.named:
-        rows = table_of_files(asked.tree.resolve(), asked.rounds, asked.named)
+        rows = table_of_files(tree, repeats, asked.named)
         text = f"## Every file of configs/ against another commit\n\n{rows}"
         print(text)
         if asked.write and not asked.named:
             speed_page.write("files of two commits", f"{text}\n")
         return
-    tables = [table(asked.tree.resolve(), asked.rounds, first=first) for first in (False, True)[: 1 + asked.first]]
+    tables = [table(tree, repeats, first=first) for first in (False, True)[: 1 + asked.first]]
     text = "\n\n".join(["## Against another commit", *tables]) + "\n"
     print(text)
     if asked.write:
