@@ -18,7 +18,7 @@ from .language.wording import units as shown_in
 from .sweeping import resources
 
 if TYPE_CHECKING:
-    from .report.page import Page  # loads what draws
+    from .report.documents.page import Page  # loads what draws
 
 INTERNAL, BAD_INPUT, INTERRUPTED = 1, 2, 130
 RESULTS = Path("results")
@@ -249,7 +249,7 @@ def report(  # noqa: PLR0913 - one argument per option
 
 def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None, as_json: bool, **looks: str) -> None:
     """Write a page with its tables and figures, and print the files; `figures`: their format and width."""
-    from .report.paper import Wanted
+    from .report.documents.paper import Wanted
 
     files: dict[str, Any] = {"report": str(page.write(out))}
     if tables:

@@ -97,7 +97,7 @@ def memory(key: str) -> int:
 def step(name: str, kind: str, directory: str, count: str, seconds: str) -> None:
     """Run one step and print its cost, as JSON."""
     if name in ("report", "frame"):
-        import clearsweep.report.page  # noqa: F401 - what a verb loads is no part of its memory
+        import clearsweep.report.documents.page  # noqa: F401 - what a verb loads is no part of its memory
     else:
         import pebble  # noqa: F401
     before = memory("VmRSS")

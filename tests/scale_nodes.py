@@ -20,7 +20,7 @@ import scale_cases
 from clearsweep import grid as grids
 from clearsweep import store
 from clearsweep.sweeping import blockwise, node, nodes, progress
-from clearsweep.sweeping.worker_pool import Options, WorkerPool
+from clearsweep.sweeping.case_runner import CaseRunner, Options
 
 SECONDS = 0.7e-3  # s, of a case
 BLOCKS = 12  # for each node
@@ -70,8 +70,8 @@ def run(count: int, cores: int, directory: Path, address: str) -> dict:
     directory_of_run = store.RunDirectory(directory)
     facts = {"counts": {"cases": len(grid)}, "blocks": {"size": cut.size, "count": cut.count, "numbers": []}}
     with directory_of_run.open_for(grid, **facts):
-        with WorkerPool(directory_of_run, options, scale_cases.StandIn) as pool:
-            runner = blockwise.BlockRunner(job, pool)
+        with CaseRunner(directory_of_run, options, scale_cases.StandIn) as case_runner:
+            runner = blockwise.BlockRunner(job, case_runner)
             runner.run(0)
             runner.collect()
         Cluster.cores = cores

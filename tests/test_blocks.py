@@ -13,8 +13,8 @@ from test_sweep import quiet
 import clearsweep
 from clearsweep import report, store
 from clearsweep.language.errors import DirectoryError, InputError
-from clearsweep.report.section import Note, Points, Sentences
-from clearsweep.store import assemble, blocks, read_blocks
+from clearsweep.report.blocks.section import Note, Points, Sentences
+from clearsweep.store import blocks, read_blocks, summary
 from clearsweep.store.record import checksum_of
 from clearsweep.sweeping import blockwise, estimate, run_summary
 from clearsweep.sweeping.all_cases import complete_run
@@ -264,11 +264,14 @@ def test_the_page_of_a_run_in_blocks_says_that_it_shows_a_sample(pair, tmp_path)
 
 def said(sections, *keys):
     """Return the sentences and the numbers of cases in the tables of some sections of a page."""
-    found = {}
+    matches = {}
     for each in (section for section in sections if section.key in keys):
         texts = [text for block in each.blocks if isinstance(block, (Points, Sentences)) for text in block.texts]
-        found[each.key] = texts, [row[2:5] for table in each.tables if table.key == "limits_kept" for row in table.rows]
-    return found
+        matches[each.key] = (
+            texts,
+            [row[2:5] for table in each.tables if table.key == "limits_kept" for row in table.rows],
+        )
+    return matches
 
 
 def test_counts_on_the_page_of_a_sample_are_of_all_cases_or_say_of_which(pair, tmp_path, monkeypatch):
@@ -295,11 +298,11 @@ def test_counts_on_the_page_of_a_sample_are_of_all_cases_or_say_of_which(pair, t
 
 
 def test_a_summary_with_groups_of_another_size_is_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(assemble, "GROUP_ROWS", 3)
+    monkeypatch.setattr(summary, "GROUP_ROWS", 3)
     quiet(MIXED, tmp_path / "run", executor="serial")
-    summary = clearsweep.open(tmp_path / "run").summary
-    for case_id in summary.frame()["case_id"]:
-        assert summary[summary["case_id"] == case_id]["case_id"].tolist() == [case_id]
+    rows = clearsweep.open(tmp_path / "run").summary
+    for case_id in rows.frame()["case_id"]:
+        assert rows[rows["case_id"] == case_id]["case_id"].tolist() == [case_id]
 
 
 def test_a_damaged_record_of_a_run_in_blocks_is_restored(tmp_path, capfd):

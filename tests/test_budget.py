@@ -7,8 +7,8 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
+from clearsweep.report.data.study import prepare
 from clearsweep.report.sections import budget
-from clearsweep.report.study import prepare
 
 pytestmark = pytest.mark.heavy
 

@@ -9,8 +9,8 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep import simulation
+from clearsweep.report.data.study import prepare
 from clearsweep.report.sections import elastic_links, trust
-from clearsweep.report.study import prepare
 
 STIFFNESS, CONTACT = 3.85e8, 6.61e10  # N/m, N/m^1.5
 ROD = {"mechanism.rod.elastic": {"axial_stiffness": STIFFNESS, "damping": 0.01}}

@@ -10,8 +10,8 @@ from test_warm_joint import DRY
 
 import clearsweep
 from clearsweep.contracts.layout import Layout
+from clearsweep.report.data.study import prepare
 from clearsweep.report.sections import headline
-from clearsweep.report.study import prepare
 from clearsweep.simulation.run import integration_of
 
 HISTORIES = {"save__orbits": "all", "save__samples": 40000}

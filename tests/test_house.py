@@ -37,7 +37,10 @@ def test_the_imports_of_the_package_point_one_way(copy):
     [
         ("mechanics/joint/dry.py", "from ...grid import load"),
         ("grid/grid.py", "from ..mechanics.coupling import rates"),
-        ("report/study.py", "import llvmlite"),
+        ("report/data/study.py", "import llvmlite"),
+        ("report/data/axis.py", "from ..blocks import table"),
+        ("report/draw/style.py", "from ..sections import maps"),
+        ("report/one_case/motion.py", "from ..laws import law_verdict"),
         ("mechanics/joint/dry.py", "from llvmlite import ir"),
         ("store/batch.py", "from ..sweeping import sweep"),
         ("contracts/results.py", "from ..store import StoredRun"),

@@ -13,8 +13,8 @@ from test_written_units import BASE, CLEARANCE, RESTITUTION, SPEED, loaded
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
-from clearsweep.report import study
-from clearsweep.report.table import Column, Table
+from clearsweep.report.blocks.table import Column, Table
+from clearsweep.report.data import study
 from clearsweep.sweeping import run_summary, settings
 
 LABELLED = {"tight": "20 um", "loose": "0.1 mm"}
@@ -74,7 +74,7 @@ def test_names_of_laws_are_their_own_labels():
 
 def test_the_schema_takes_labels_but_no_reserved_word():
     schemas = grid.schema(simulation.catalogue())["$defs"]["axis"]["anyOf"]
-    (labels,) = (each for each in schemas if "propertyNames" in each)
+    (labels,) = (schema for schema in schemas if "propertyNames" in schema)
     assert {"linspace", "fits", "normal"} <= {*labels["propertyNames"]["not"]["enum"]}
 
 

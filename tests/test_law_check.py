@@ -11,7 +11,7 @@ from clearsweep.judging.law_check import Row
 from clearsweep.judging.verdict import MARGIN
 from clearsweep.language import wording
 from clearsweep.language.errors import InputError
-from clearsweep.report import study
+from clearsweep.report.data import study
 from clearsweep.report.sections import law_check as section
 from clearsweep.sweeping import run_summary
 

@@ -8,10 +8,10 @@ from test_seek import quiet
 
 from clearsweep.contracts.layout import Column
 from clearsweep.judging import order, verdict
+from clearsweep.report.data.study import prepare
+from clearsweep.report.data.worst_case import question, worst_case
 from clearsweep.report.sections import summary
 from clearsweep.report.sections import verdict as section
-from clearsweep.report.study import prepare
-from clearsweep.report.worst_case import question, worst_case
 from clearsweep.sweeping import run_summary
 
 PEAK = "rod_slider_force_peak"

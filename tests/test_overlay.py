@@ -9,8 +9,8 @@ import pytest
 from clearsweep.grid import measured
 from clearsweep.judging import features
 from clearsweep.language.errors import InputError
-from clearsweep.report import overlay
 from clearsweep.report.sections import overlay as page
+from clearsweep.report.statistics import overlay
 
 UNITS = {"acceleration": "m/s^2", "slider/a": "m/s^2"}
 SPEED = 100.0  # rad/s

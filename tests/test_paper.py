@@ -12,9 +12,11 @@ from test_report_sections import LINE
 import clearsweep
 from clearsweep import cli, report
 from clearsweep.language.errors import InputError
-from clearsweep.report import page as report_page
-from clearsweep.report import paper, section, study
 from clearsweep.report import sections as of_page
+from clearsweep.report.blocks import section
+from clearsweep.report.data import study
+from clearsweep.report.documents import page as report_page
+from clearsweep.report.documents import paper
 
 WIDE = LINE._replace(size=(4.6, 3.4))
 

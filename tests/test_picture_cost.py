@@ -5,9 +5,9 @@ import re
 from fake_runs import Run
 from matplotlib.backends.backend_agg import RendererAgg
 
-from clearsweep.report import study
+from clearsweep.report.blocks.picture import Picture, _by_matplotlib, svg
+from clearsweep.report.data import study
 from clearsweep.report.draw.style import BLUE
-from clearsweep.report.picture import Picture, _by_matplotlib, svg
 
 
 def test_texts_of_pictures_are_measured_once(monkeypatch):
@@ -51,7 +51,7 @@ def test_columns_of_few_cases_are_read_once(monkeypatch):
 
 
 def test_columns_of_many_cases_are_not_all_kept(monkeypatch):
-    monkeypatch.setattr("clearsweep.report.rows.KEPT", 3 * len(study.prepare(Run()).cases))
+    monkeypatch.setattr("clearsweep.report.data.rows.KEPT", 3 * len(study.prepare(Run()).cases))
     cases = study.prepare(Run()).cases
     for name in cases.columns:
         cases[name]

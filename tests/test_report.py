@@ -21,9 +21,12 @@ from clearsweep.grid.keys import Number
 from clearsweep.grid.pattern import nested
 from clearsweep.language import quantity, wording
 from clearsweep.language.errors import InputError
-from clearsweep.report import interactive, main_effects, single, study
-from clearsweep.report.section import Columns, Facts
+from clearsweep.report.blocks import interactive
+from clearsweep.report.blocks.section import Columns, Facts
+from clearsweep.report.data import study
+from clearsweep.report.documents import single
 from clearsweep.report.sections import headline, setup
+from clearsweep.report.statistics import main_effects
 from clearsweep.sweeping.simulator import SIMULATION
 
 pytestmark = pytest.mark.heavy

@@ -12,9 +12,9 @@ import clearsweep
 from clearsweep import grid as grids
 from clearsweep.judging.verdict import Limit
 from clearsweep.language.errors import InputError
-from clearsweep.report import study
+from clearsweep.report.blocks.table import Quantity, Table
+from clearsweep.report.data import study
 from clearsweep.report.sections.seek import sections
-from clearsweep.report.table import Quantity, Table
 from clearsweep.sweeping import run_summary
 from clearsweep.sweeping.nearest import needed
 from clearsweep.sweeping.seeking import every

@@ -15,7 +15,7 @@ from clearsweep.cli import verbs
 from clearsweep.contracts import results
 from clearsweep.contracts.layout import Layout
 from clearsweep.grid import iso286
-from clearsweep.report import study
+from clearsweep.report.data import study
 from clearsweep.report.sections import peak_revolution
 from clearsweep.sweeping import run_summary
 
@@ -106,7 +106,7 @@ def test_the_steps_lead_to_a_decision_with_made_up_forces(tmp_path):
     assert run.worst == run.summary.nlargest(3, "rod_slider_force_peak_ratio")["case_id"].tolist()
     assert run.summary["hours_to_50_um"].tolist() == pytest.approx([1000.0] * 30, rel=1e-12)
     (part,) = peak_revolution.sections(study.prepare(run))
-    assert [each.case_id for each in part.blocks[1:]] == run.worst
+    assert [block.case_id for block in part.blocks[1:]] == run.worst
     largest = read("press_joint_largest")
     sweep(largest, tmp_path / "largest", simulator=Quick, executor="serial", show_progress=False)
     answer = clearsweep.open(tmp_path / "largest").seek.iloc[0]

@@ -8,7 +8,8 @@ from fake_runs import RPM, Run
 from matplotlib.figure import Figure
 
 from clearsweep.language.errors import InputError
-from clearsweep.report import study, two_runs
+from clearsweep.report.data import study
+from clearsweep.report.documents import two_runs
 
 CLEARANCE = "joints.rod-slider.clearance"
 SHORT = {CLEARANCE: [1e-4, 2e-4], "drive.speed": [1000 * RPM, 3000 * RPM]}

@@ -13,7 +13,7 @@ from clearsweep import store
 from clearsweep.cli import _exit_code
 from clearsweep.language.errors import DamagedError, DirectoryError, StorageError
 from clearsweep.report import of
-from clearsweep.report.table import Column, Table
+from clearsweep.report.blocks.table import Column, Table
 from clearsweep.store import durable, record
 
 LIMITED = {"figures": {"excess": "rod_slider_force_peak - '0.1 N'"}, "limits": {"excess": "1 N"}}

@@ -9,8 +9,8 @@ from fake_runs import Run
 
 from clearsweep import grid, simulation
 from clearsweep.language import quantity, wording
-from clearsweep.report import study
-from clearsweep.report.table import Column, Table
+from clearsweep.report.blocks.table import Column, Table
+from clearsweep.report.data import study
 from clearsweep.sweeping import settings
 
 SPEED, CLEARANCE = "drive.speed", "joints.rod-slider.clearance"

@@ -9,7 +9,7 @@ from .. import store
 from ..store import BlockedRun, StoredRun
 
 if TYPE_CHECKING:
-    from .page import Page  # loads the drawing libraries
+    from .documents.page import Page  # loads the drawing libraries
 
 
 class _Reporting(StoredRun):
@@ -44,7 +44,7 @@ def open(directory: str | Path, *, partial: bool = False) -> Run | RunOfBlocks:
         return RunOfBlocks(directory, partial=partial)
     if not partial or not store.is_unfinished(directory):
         return Run(directory)
-    from .partial import gathered
+    from .data.partial import gathered
 
     return gathered(directory, Run)
 
@@ -56,7 +56,8 @@ def of(run: "StoredRun", *, typical: bool = False, measured: str | Path | None =
     compared with those of the nearest case.
     """
     _load_drawing()
-    from . import page, study
+    from .data import study
+    from .documents import page
 
     return page.of(study.prepare(run, typical=typical), measured)
 
@@ -64,7 +65,7 @@ def of(run: "StoredRun", *, typical: bool = False, measured: str | Path | None =
 def compared(first: "StoredRun", second: "StoredRun") -> "Page":
     """Return the page that compares two runs case by case."""
     _load_drawing()
-    from . import two_runs
+    from .documents import two_runs
 
     return two_runs.compared(first, second)
 
@@ -85,7 +86,7 @@ def figures(run: "StoredRun", directory: str | Path, form: str = "svg", width: s
     form : svg, pdf or png; width : 85 or 170 (mm), or auto: the smaller one that fits.
     """
     _load_drawing()
-    from . import paper
+    from .documents import paper
 
     return of(run).write_figures(paper.Wanted(Path(directory), form, width))
 
@@ -93,7 +94,7 @@ def figures(run: "StoredRun", directory: str | Path, form: str = "svg", width: s
 def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
     """Simulate one case of a run again and draw it, as HTML, SVG or PNG by the ending of `out`; return its path."""
     _load_drawing()
-    from . import single
+    from .documents import single
 
     return single.show(run, case_id, Path(out))
 
@@ -101,7 +102,7 @@ def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
 def draw_grid(source: str | Path, out: str | Path) -> Path:
     """Draw the mechanism of a grid at its start, as SVG or PNG by the ending of `out`; return its path."""
     _load_drawing()
-    from . import mechanism
+    from .one_case import mechanism
 
     return mechanism.draw(Path(source), Path(out))
 

@@ -11,9 +11,10 @@ import pyarrow.parquet as pq
 from ..contracts.layout import Column
 from ..judging.verdict import EXCEEDED
 from . import durable
-from .assemble import OrbitFiles, summary_groups
 from .batch import ResultSchema, datasets, field_of, summary_schema, values_of, with_verdict
 from .directory import IDENTIFY_FILE, OPTIMISE_FILE, SEEK_FILE, RunDirectory
+from .orbits import OrbitFiles
+from .summary import summary_groups
 
 
 class CaseResults(NamedTuple):
@@ -55,15 +56,15 @@ def histories(
     run: RunDirectory, form: ResultSchema, rows: np.ndarray, names: Sequence[str]
 ) -> list[dict[str, np.ndarray]]:
     """Return channels of committed cases (ROWS), case by case."""
-    found: list[dict[str, np.ndarray]] = [{} for _ in rows]
+    results: list[dict[str, np.ndarray]] = [{} for _ in rows]
     with OrbitFiles(run, form) as orbits:
         for dataset in datasets(form):
             if dataset.path in names:
                 extents = orbits.extents(dataset.each, dataset.width, rows)
-                for channels, number, start, count in zip(found, rows["batch"].tolist(), *extents, strict=True):
+                for channels, number, start, count in zip(results, rows["batch"].tolist(), *extents, strict=True):
                     content = orbits.read(number, dataset, int(start), int(count))
                     channels[dataset.path] = np.frombuffer(content, dataset.dtype)
-    return found
+    return results
 
 
 def write_answers(
@@ -152,7 +153,7 @@ def _answers_bytes(form: ResultSchema, paths: Sequence[str], answers: Sequence[A
 def _table_bytes(columns: Sequence[Column], values: Sequence[Sequence[Any]]) -> bytes:
     """Return a Parquet file of these columns, whose metadata hold `unit` and `description`."""
     fields = [field_of(column) for column in columns]
-    arrays = [pa.array(each, field.type) for each, field in zip(values, fields, strict=True)]
+    arrays = [pa.array(value, field.type) for value, field in zip(values, fields, strict=True)]
     content = io.BytesIO()
     pq.write_table(pa.table(arrays, pa.schema(fields)), content, write_page_checksum=True)
     return content.getvalue()

@@ -105,7 +105,7 @@ class StoredRun:
             if (
                 not described
                 or not {field.type for field in fields} <= TYPES
-                or {each.name for each in fields} != names
+                or {field.name for field in fields} != names
             ):
                 raise damaged(self.place / name, "its columns are not those that run.json asks for")
 

@@ -15,7 +15,7 @@ from ..contracts.case import Case
 from ..grid import Grid, check_memory, first_case_history, key_units, leaves, recorded_history
 from ..language import phases
 from ..language.wording import count
-from . import blockwise, executors, signals, sweep, worker_pool
+from . import blockwise, case_runner, executors, signals, sweep
 from .bisection import usual_probes
 from .shard import Shard, distinct
 from .simulator import SIMULATION
@@ -136,7 +136,7 @@ def _left(grid: Grid, directory: store.RunDirectory, part: Shard | None, simulat
     """Return the missing cases of a directory; for a grid in blocks, all cases of unfinished blocks."""
     if cut := store.Cut.of(grid, str(part or "")):
         doubles, place = blockwise.doubles_of(grid), directory.path.absolute()
-        job = blockwise.BlockJob(place, grid, simulator, worker_pool.Options(), cut, part, doubles)
+        job = blockwise.BlockJob(place, grid, simulator, case_runner.Options(), cut, part, doubles)
         wanted = blockwise.count_wanted(job)
         blocks, marks = blockwise.unfinished(job)
         there = sum(mark["ok"] + mark["failed"] for mark in marks.values())
@@ -148,10 +148,10 @@ def _left(grid: Grid, directory: store.RunDirectory, part: Shard | None, simulat
         scenes = {simulator.signature(case): case for case in map(grid.case, timed.tolist())}
         return _Left(wanted, pending, timed, list(scenes.values()))
     directory.look()
-    ids = worker_pool.case_ids(grid)
+    ids = case_runner.case_ids(grid)
     asked = part.ids(ids) if part else distinct(ids)
-    left = worker_pool.missing(ids, asked, directory.rows(), retry_failed=False)
-    scenes_left = worker_pool.one_per_kind(grid, left, simulator) if len(left) else []
+    left = case_runner.missing(ids, asked, directory.rows(), retry_failed=False)
+    scenes_left = case_runner.one_per_kind(grid, left, simulator) if len(left) else []
     return _Left(len(asked), len(left), left[timed_indices(len(left))] if len(left) else left, scenes_left)
 
 
@@ -222,7 +222,7 @@ def _started(jobs: int, kinds: list[Case], simulator: Simulator, directory: Path
     """Return started workers with compiled code, and the time (s) that this took."""
     begin = time.monotonic()
     workers = executors.Local(jobs, load=simulator.load)
-    worker_pool.compile_all(workers, kinds, simulator, directory)
+    case_runner.compile_all(workers, kinds, simulator, directory)
     return workers, time.monotonic() - begin
 
 
@@ -234,7 +234,7 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
         at_work = working.read()
         return f"timing {count(len(cases), 'case')}" + (f": {at_work.what}" if at_work and at_work.what else "")
 
-    def one(case: Case) -> Timed:
+    def single(case: Case) -> Timed:
         task, begin = workers.submit(time_case, simulator, case, PILOT_SHARE * PILOT_TIME, working), time.monotonic()
         while True:
             try:
@@ -249,13 +249,13 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
     with phases.phase(words) as timing:
         for case in cases:
             try:
-                timed = one(case)
+                timed = single(case)
                 if timed.extrapolated and (timed.seconds is None or timed.once > COMPILED):
-                    timed = _joined(timed, one(case))  # the compiled code is in the cache now
+                    timed = _joined(timed, single(case))  # the compiled code is in the cache now
             except Late:
                 break
             results.append(timed)
-            spent = sum(each.spent for each in results)
+            spent = sum(result.spent for result in results)
             timing.note(share=min(max(len(results) / len(cases), spent / PILOT_TIME), 1.0))
             if spent > PILOT_TIME:
                 break

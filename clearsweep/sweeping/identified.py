@@ -14,11 +14,11 @@ def of_run(identified: Identified) -> dict[str, Any]:
     """Return the result for JSON, in SI, without the sample."""
     facts = {name: value for name, value in identified._asdict().items() if name != "sample"}
     for name in ("parameters", "fits", "signals"):
-        facts[name] = [each._asdict() for each in facts[name]]
-    facts["parameters"] = [each | {"ends": list(each["ends"])} for each in facts["parameters"]]
+        facts[name] = [fact._asdict() for fact in facts[name]]
+    facts["parameters"] = [fact | {"ends": list(fact["ends"])} for fact in facts["parameters"]]
     facts["traded"] = [list(each) for each in identified.traded]
     facts["signals"] = [
-        each | {"file": Path(each["file"]).name, "noise": list(each["noise"])} for each in facts["signals"]
+        fact | {"file": Path(fact["file"]).name, "noise": list(fact["noise"])} for fact in facts["signals"]
     ]
     return facts | {"priors": {"gain": GAIN, "noise": list(NOISE)}}
 

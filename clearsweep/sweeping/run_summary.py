@@ -189,10 +189,10 @@ def estimate_text(facts: dict[str, Any]) -> str:
     return plain("\n".join(lines))
 
 
-def _assumed_lines(assumed: dict[str, dict[str, Any]]) -> list[str]:
+def _assumed_lines(assumed_units: dict[str, dict[str, Any]]) -> list[str]:
     """Return a line for each quantity written without a unit."""
     lines = []
-    for path, each in assumed.items():
+    for path, each in assumed_units.items():
         values = " to ".join(f"{value:.6g}" for value in each["values"])
         known = " to ".join(grid_text(value, each["unit"], speed=path.endswith("speed")) for value in each["values"])
         same = known == f"{values} {each['unit']}"

@@ -1,4 +1,4 @@
-"""Drawings that compare cases: effects, strips, curves, heat maps, clouds, histograms."""
+"""Drawings that compare cases: effects, strips, curves, clouds, histograms."""
 
 import re
 from collections.abc import Sequence
@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import Normalize
 from matplotlib.ticker import FuncFormatter
 
 from ...language import wording
 from ...language.wording import Scale
-from ..axis import Axis
-from ..main_effects import MainEffect
+from ..data.axis import Axis
+from ..statistics.main_effects import MainEffect
 from .style import (
     BLUE,
     GREEN,
@@ -24,7 +24,6 @@ from .style import (
     PURPLE,
     RED,
     TICKS_NAMED,
-    colour_bar,
     logarithmic,
     name_values,
     named_bar,
@@ -33,8 +32,6 @@ from .style import (
 )
 
 CURVES = (BLUE, RED, GREEN, ORANGE, PURPLE, "#56B4E9", INK)  # of many curves; the next seven are dashed
-WRITTEN = (9, 8)  # largest rows and columns of a heat map with numbers in its cells
-CELLS_VECTOR = 150  # cells above which they are drawn as pixels
 BINS_DRAWN = 41  # largest number of bin edges of a histogram
 POINTS_VECTOR = 300  # points of a cloud above which they are drawn as pixels
 POINTS_DRAWN = 50_000  # points of a cloud above which covered points are omitted
@@ -243,47 +240,6 @@ def _rows(ax: Axes, names: Sequence[str]) -> None:
     ax.set_ylim(-0.6, len(names) - 0.4)
     ax.tick_params(axis="y", length=0)
     plain_axes(ax)
-
-
-def heat(
-    ax: Axes, table: np.ndarray, axes: tuple[Axis, Axis], scale: Scale, name: str, span: tuple[float, float]
-) -> None:
-    """Draw a heat map of a figure (SI, shape (values of the second axis, of the first), NaN without a finished case).
-
-    `span` : SI, the ends of the colour scale.
-    """
-    (across, up), shown = axes, table / scale.factor
-    low, high = (end / scale.factor for end in span)
-    wide = low > 0.0 and high > DECADES * low
-    norm = LogNorm(low, high) if wide else Normalize(low, high)
-    ax.set_facecolor("#e8ebee")  # background of cells without a finished case
-    edges = [np.arange(size + 1) - 0.5 for size in shown.shape[::-1]]
-    mesh = ax.pcolormesh(
-        *edges,
-        np.ma.masked_invalid(shown),
-        norm=norm,
-        cmap="viridis",
-        rasterized=shown.size > CELLS_VECTOR,
-        edgecolors="face",
-        linewidth=0.3,
-    )
-    if all(size <= most for size, most in zip(shown.shape, WRITTEN, strict=True)):
-        for (row, column), value in np.ndenumerate(shown):
-            known = np.isfinite(value)
-            ax.text(
-                column,
-                row,
-                wording.plain(value, 3) if known else wording.DASH,
-                ha="center",
-                va="center",
-                fontsize=8,
-                color="white" if known and norm(value) < 0.55 else "black",
-            )
-    name_values(ax.xaxis, across, np.arange(len(across.values), dtype=float))
-    name_values(ax.yaxis, up, np.arange(len(up.values), dtype=float))
-    ax.set(xlabel=across.label(), ylabel=up.label())
-    ax.tick_params(length=0)
-    colour_bar(ax, mesh, f"{name} [{scale.unit}]" if scale.unit else name, logarithmic=wide)
 
 
 def cloud(

@@ -10,10 +10,10 @@ from matplotlib.patches import Circle, Patch
 from matplotlib.ticker import MaxNLocator
 
 from ...language import wording
-from ..axis import Axis
-from ..spectrum import Spectrum
-from ..strobe import Points
-from .comparison import CELLS_VECTOR, WRITTEN
+from ..data.axis import Axis
+from ..statistics.spectrum import Spectrum
+from ..statistics.strobe import Points
+from .heat_map import CELLS_VECTOR, WRITTEN
 from .pass_share import UNKNOWN
 from .style import BLUE, GREY, INK, PALE, RED, colour_bar, logarithmic, name_values, plain_axes, stems
 

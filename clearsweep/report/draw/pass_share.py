@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 
 from ...language import wording
-from ..axis import Axis
-from .comparison import CELLS_VECTOR, WRITTEN
+from ..data.axis import Axis
+from .heat_map import CELLS_VECTOR, WRITTEN
 from .style import INK, name_values
 
 GOOD, BAD, UNKNOWN = "#9fd0e8", "#f2b28c", "#e8ebee"  # pale blue and orange: distinguished by any eye, and in grey

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..axis import Axis
+from ..data.axis import Axis
 from .style import BLUE, plain_axes
 
 BINS = 40

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..axis import Axis
+from ..data.axis import Axis
 from .style import BLUE, plain_axes
 
 

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 from ...language import phases
-from .. import counts
-from ..section import Section
-from ..study import Study
+from ..blocks.section import Section
+from ..data.study import Study
+from ..samples import counts
 from . import (
     budget,
     cases,

@@ -8,13 +8,13 @@ import numpy as np
 import pandas as pd
 
 from ...language import wording
-from ..axis import Axis
+from ..blocks.picture import Picture
+from ..blocks.section import Gallery, Section, Sentences, filled
+from ..blocks.table import Column, Quantity, Table
+from ..data.axis import Axis
+from ..data.leading import PEAK
+from ..data.study import Study
 from ..draw import budget
-from ..leading import PEAK
-from ..picture import Picture
-from ..section import Gallery, Section, Sentences, filled
-from ..study import Study
-from ..table import Column, Quantity, Table
 
 LEAST = 3  # unknowns of a budget
 MOST = 2000  # cases that are looked at: a budget has few

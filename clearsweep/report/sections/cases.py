@@ -7,13 +7,13 @@ from collections.abc import Iterable
 
 from markupsafe import Markup
 
-from .. import player
-from ..motion import history, onsets, pictures
-from ..picture import capital
-from ..section import Block, Detail, Note, Section
-from ..shown import shown
-from ..study import Joint, Study
-from ..worst_case import worst_case
+from ..blocks.picture import capital
+from ..blocks.section import Block, Detail, Note, Section
+from ..data.shown import shown
+from ..data.study import Joint, Study
+from ..data.worst_case import worst_case
+from ..one_case import player
+from ..one_case.motion import history, onsets, pictures
 
 NO_JOINT = Joint("-", "", wears=False)  # figures of the mechanism alone
 NOT_SAVED = Markup(

@@ -7,14 +7,14 @@ import numpy as np
 
 from ...judging.verdict import Limit
 from ...language import wording
-from ..axis import Axis
+from ..blocks.picture import Picture, capital
+from ..blocks.section import Gallery, Section, filled
+from ..data.axis import Axis
+from ..data.shown import in_words
+from ..data.study import CALLED, Study, grouped, largest, median, over_other_axes, smallest
 from ..draw import comparison
 from ..draw.comparison import Family
-from ..main_effects import MainEffect, main_effects
-from ..picture import Picture, capital
-from ..section import Gallery, Section, filled
-from ..shown import in_words
-from ..study import CALLED, Study, grouped, largest, median, over_other_axes, smallest
+from ..statistics.main_effects import MainEffect, main_effects
 from . import maps
 
 MOST = 7  # curves side by side that can be distinguished

@@ -4,16 +4,16 @@ import numpy as np
 
 from ...language import wording
 from ...language.wording import Scale
+from ..blocks.picture import Picture, capital
+from ..blocks.section import Gallery, Points, Section, filled
+from ..blocks.table import Column, Quantity, Table
+from ..data.leading import PEAK
+from ..data.shown import shown
+from ..data.study import RATIO, Joint, Study
 from ..draw import comparison
 from ..draw.comparison import Curve
 from ..draw.style import BLUE, JOINT_COLOURS, RED
-from ..leading import PEAK
-from ..main_effects import MainEffect, main_effects
-from ..picture import Picture, capital
-from ..section import Gallery, Points, Section, filled
-from ..shown import shown
-from ..study import RATIO, Joint, Study
-from ..table import Column, Quantity, Table
+from ..statistics.main_effects import MainEffect, main_effects
 
 _FORCE = ((PEAK.figure, "peak"), ("force_rms", "rms"))
 MOST = 4  # axes that are drawn at once, the strongest; the rest is folded

@@ -2,10 +2,10 @@
 
 from ... import simulation
 from ...language.errors import InputError
-from .. import elastic_comparison
-from ..leading import PEAK
-from ..section import Section
-from ..study import Joint, Study, joint_of, resolved
+from ..blocks.section import Section
+from ..data.leading import PEAK
+from ..data.study import Joint, Study, joint_of, resolved
+from ..laws import elastic_comparison
 
 
 def sections(study: Study) -> list[Section]:

@@ -8,11 +8,11 @@ from ... import simulation
 from ...contracts.case import Case
 from ...language import wording
 from ...language.errors import InputError
-from ..axis import Axis
-from ..leading import PEAK
-from ..section import Section, Sentences, filled
-from ..study import Joint, Study, joint_of, resolved
-from ..table import Column, Table
+from ..blocks.section import Section, Sentences, filled
+from ..blocks.table import Column, Table
+from ..data.axis import Axis
+from ..data.leading import PEAK
+from ..data.study import Joint, Study, joint_of, resolved
 
 STEP = 1e-3  # of a penetration, for the slope of the elastic force
 IMPACTS = 0.5  # per revolution: number of impacts from which a joint counts as impacting

@@ -4,11 +4,11 @@ import numpy as np
 
 from ...grid.optimised import SENSES
 from ...judging.verdict import MARGIN
-from ..axis import Axis
-from ..interactive import packed
-from ..section import Block, Interactive, Note, Section
-from ..shown import shown
-from ..study import RATIO, Study
+from ..blocks.interactive import packed
+from ..blocks.section import Block, Interactive, Note, Section
+from ..data.axis import Axis
+from ..data.shown import shown
+from ..data.study import RATIO, Study
 
 MOST = 4_400  # cases: a page stays below 3 MB
 DRAWN = 5  # figures displayed at first, besides the swept values

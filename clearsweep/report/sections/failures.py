@@ -3,11 +3,11 @@
 from markupsafe import Markup
 
 from ...language.wording import TIMES
-from .. import counts
-from ..case_table import CaseRows, axis_columns
-from ..section import Section, Sentences
-from ..study import Study
-from ..table import Column, Table
+from ..blocks.case_table import CaseRows, axis_columns
+from ..blocks.section import Section, Sentences
+from ..blocks.table import Column, Table
+from ..data.study import Study
+from ..samples import counts
 
 
 def sections(study: Study) -> list[Section]:

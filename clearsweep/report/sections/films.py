@@ -1,9 +1,9 @@
 """Films of oil: least thickness, losses, and the time for which the film bears alone."""
 
-from ..case_table import case_table
-from ..section import Block, Section
-from ..shown import shown
-from ..study import Study
+from ..blocks.case_table import case_table
+from ..blocks.section import Block, Section
+from ..data.shown import shown
+from ..data.study import Study
 
 NOTE = (
     "The film bears alone where the journal keeps clear of the bearing; past its limit its formula is evaluated at the "

@@ -7,12 +7,12 @@ import numpy as np
 from ...contracts.layout import FRICTION_POWER
 from ...judging import expected, validity
 from ...language import wording
-from .. import counts
-from ..case_table import AT_ONCE, axis_columns
-from ..leading import PEAK
-from ..section import Points, Section, filled
-from ..study import PER_HOURS, Joint, Study, grouped
-from ..table import Column, Table
+from ..blocks.case_table import AT_ONCE, axis_columns
+from ..blocks.section import Points, Section, filled
+from ..blocks.table import Column, Table
+from ..data.leading import PEAK
+from ..data.study import PER_HOURS, Joint, Study, grouped
+from ..samples import counts
 from .verdict import ratios
 
 
@@ -138,7 +138,7 @@ def _expected(study: Study) -> list[str]:
         return [
             f"No peak is predicted for 10⁶ revolutions: that takes {expected.NEEDED} independent ones in the window."
         ]
-    joint = next(each for each in study.joints if each.name == largest.joint)
+    joint = next(joint for joint in study.joints if joint.name == largest.joint)
     ends = wording.in_common_unit((largest.value, largest.high, largest.seen), "N")
     where = study.where(joint, " in joint {}") + _at(study, largest.case_id)
     return [expected.sentence(ends, where)]

@@ -7,12 +7,12 @@ import pandas as pd
 
 from ...judging import machine
 from ...language import wording
-from ..axis import Axis
+from ..blocks.picture import Picture
+from ..blocks.section import Block, Gallery, Section, Sentences, filled
+from ..blocks.table import Column, Quantity, Table
+from ..data.axis import Axis
+from ..data.study import Study
 from ..draw import posterior
-from ..picture import Picture
-from ..section import Block, Gallery, Section, Sentences, filled
-from ..study import Study
-from ..table import Column, Quantity, Table
 
 PAIRS = 6  # of keys that are drawn
 

@@ -1,9 +1,9 @@
 """Wear and life at a glance: deepest wear, its map, and the life of joints where the verdict does not lead."""
 
-from ..picture import Picture
-from ..section import Gallery, Points, Section, filled
-from ..study import PER_HOURS, Study
-from ..worst_case import question
+from ..blocks.picture import Picture
+from ..blocks.section import Gallery, Points, Section, filled
+from ..data.study import PER_HOURS, Study
+from ..data.worst_case import question
 from . import headline, life, maps
 
 

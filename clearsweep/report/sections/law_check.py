@@ -5,11 +5,11 @@ import math
 from ...judging import law_check
 from ...judging.verdict import MARGIN
 from ...language import wording
-from ..picture import capital
-from ..section import Points, Section, filled
-from ..study import Study
-from ..table import Column, Quantity, Table
-from ..worst_case import worst_case
+from ..blocks.picture import capital
+from ..blocks.section import Points, Section, filled
+from ..blocks.table import Column, Quantity, Table
+from ..data.study import Study
+from ..data.worst_case import worst_case
 
 
 def sections(study: Study) -> list[Section]:

@@ -4,15 +4,15 @@ import numpy as np
 import pandas as pd
 
 from ...language import wording
-from .. import elastic_comparison, law_verdict, restitution_comparison
-from ..axis import Axis
+from ..blocks.picture import Picture, capital
+from ..blocks.section import Part, Section
+from ..blocks.table import Column, Quantity, Table, counted
+from ..data.axis import Axis
+from ..data.study import Joint, Study
 from ..draw import comparison
-from ..main_effects import CLEAR_FACTOR, main_effects
-from ..matching import Matched, axis_key, matched
-from ..picture import Picture, capital
-from ..section import Part, Section
-from ..study import Joint, Study
-from ..table import Column, Quantity, Table, counted
+from ..laws import elastic_comparison, law_verdict, restitution_comparison
+from ..statistics.main_effects import CLEAR_FACTOR, main_effects
+from ..statistics.matching import Matched, axis_key, matched
 
 CHOICES = (
     ".contact.law",

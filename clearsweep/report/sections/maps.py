@@ -12,12 +12,12 @@ import numpy as np
 
 from ...judging.verdict import MARGIN
 from ...language import wording
-from ..axis import Axis
-from ..draw import comparison
-from ..main_effects import main_effects
-from ..picture import Picture, Spot, capital
-from ..section import Gallery, Section, filled
-from ..study import CALLED, RATIO, Joint, Study, cells, largest, median, over_other_axes, smallest
+from ..blocks.picture import Picture, Spot, capital
+from ..blocks.section import Gallery, Section, filled
+from ..data.axis import Axis
+from ..data.study import CALLED, RATIO, Joint, Study, cells, largest, median, over_other_axes, smallest
+from ..draw import heat_map
+from ..statistics.main_effects import main_effects
 from .drivers import ideal_varies, line
 
 SPOTS = 150  # largest number of cells with tooltips; larger maps are pixels
@@ -141,7 +141,7 @@ def _picture(study: Study, shown: Map, span: tuple[float, float]) -> Picture:
         f"{capital(shown.name)}: {across.name} {wording.TIMES} {up.name}",
         caption,
         f"Heat map of {shown.name} over {across.name} and {up.name}, from {lowest} to {highest}. {caption}",
-        lambda ax: comparison.heat(ax, table, shown.pair, scale, shown.name, span),
+        lambda ax: heat_map.heat_map(ax, table, shown.pair, scale, shown.name, span),
         spots=_spots(study, shown, scale),
     )
 

@@ -1,9 +1,9 @@
 """The mechanism of a run at its start."""
 
 from ...language.errors import InputError
-from .. import mechanism
-from ..section import Gallery, Section, filled
-from ..study import Study, resolved
+from ..blocks.section import Gallery, Section, filled
+from ..data.study import Study, resolved
+from ..one_case import mechanism
 
 
 def sections(study: Study) -> list[Section]:

@@ -5,16 +5,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...language import wording
-from .. import kinds, spectrum, strobe
-from ..axis import Axis
+from ..blocks.picture import Picture, capital
+from ..blocks.section import Block, Gallery, Section, filled
+from ..blocks.table import Column, Quantity, Table, counted
+from ..data.axis import Axis
+from ..data.study import Joint, Study, cells, largest, over_other_axes
 from ..draw import kinds as draw
-from ..kinds import CONTACTS, PERIODS
-from ..main_effects import main_effects
-from ..motion import FLAT, SQUARE, courses, history, saved_of
-from ..picture import Picture, capital
-from ..section import Block, Gallery, Section, filled
-from ..study import Joint, Study, cells, largest, over_other_axes
-from ..table import Column, Quantity, Table, counted
+from ..one_case.motion import FLAT, SQUARE, courses, history, saved_of
+from ..statistics import kinds, spectrum, strobe
+from ..statistics.kinds import CONTACTS, PERIODS
+from ..statistics.main_effects import main_effects
 
 AXES = 4  # along which journals are drawn, at most
 LEAST = 3  # cases that make a diagram

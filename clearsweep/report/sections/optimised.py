@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 
 from ...language import quantity, wording
-from ..case_table import axis_columns
-from ..dotted import dig
-from ..picture import Picture
-from ..section import Block, Gallery, Section, Sentences, filled
-from ..study import Study
-from ..table import Column, Table
+from ..blocks.case_table import axis_columns
+from ..blocks.picture import Picture
+from ..blocks.section import Block, Gallery, Section, Sentences, filled
+from ..blocks.table import Column, Table
+from ..data.dotted import dig
+from ..data.study import Study
 
 WIDTH, HEIGHT = 6.5, 4.0  # inches
 FRONT = 2  # cases from which a front is drawn

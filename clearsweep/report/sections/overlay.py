@@ -7,11 +7,11 @@ import numpy as np
 
 from ...judging import features
 from ...language import wording
-from ..overlay import Laid
-from ..picture import Picture
-from ..section import Block, Gallery, Section, Sentences, filled
-from ..study import Study
-from ..table import Column, Table
+from ..blocks.picture import Picture
+from ..blocks.section import Block, Gallery, Section, Sentences, filled
+from ..blocks.table import Column, Table
+from ..data.study import Study
+from ..statistics.overlay import Laid
 
 SIZE = (6.5, 3.4)  # inches
 

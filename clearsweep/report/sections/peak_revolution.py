@@ -7,11 +7,11 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from ...language import wording
-from ..motion import FLAT, JointHistory, courses, most_of, saved_of
-from ..picture import Picture, capital
-from ..section import Block, Detail, Section, Sentences
-from ..shown import shown
-from ..study import Joint, Study
+from ..blocks.picture import Picture, capital
+from ..blocks.section import Block, Detail, Section, Sentences
+from ..data.shown import shown
+from ..data.study import Joint, Study
+from ..one_case.motion import FLAT, JointHistory, courses, most_of, saved_of
 
 WORDS = "The revolution of the window in which the largest normal force lies, of the cases with the largest load over "
 REST = "the largest reaction without clearance. Dashed: the mechanism without clearance."

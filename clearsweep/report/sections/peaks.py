@@ -5,13 +5,13 @@ from typing import overload
 
 from ...contracts.layout import DIFFERENCE
 from ...language import wording
-from ..case_table import case_table
-from ..leading import PEAK
-from ..picture import capital
-from ..section import Block, Note, Points, Section, filled
-from ..shown import shown
-from ..study import Joint, Study
-from ..table import Quantity, Table
+from ..blocks.case_table import case_table
+from ..blocks.picture import capital
+from ..blocks.section import Block, Note, Points, Section, filled
+from ..blocks.table import Quantity, Table
+from ..data.leading import PEAK
+from ..data.shown import shown
+from ..data.study import Joint, Study
 
 HORIZON, PEAK_TURN = "horizon_revolutions", "force_peak_revolution"
 CHECKED = 3  # figures of a joint whose error is shown if the grid requests it: the first ones

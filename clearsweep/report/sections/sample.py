@@ -6,15 +6,15 @@ from matplotlib.axes import Axes
 from ...judging.probability import INDEPENDENT
 from ...language import wording
 from ...language.errors import InputError
-from .. import sensitivity
+from ..blocks.picture import Picture, capital
+from ..blocks.section import Block, Gallery, Section, Sentences, filled
+from ..data.study import Study
 from ..draw import comparison
 from ..draw.style import RED
-from ..picture import Picture, capital
-from ..rank_table import correlations, rank_table
-from ..sample_tables import Judged, effect_table, index_table, limit_table, limited_figures, spread_table
-from ..section import Block, Gallery, Section, Sentences, filled
-from ..sensitivity import Estimate, Setting
-from ..study import Study
+from ..samples.rank_table import correlations, rank_table
+from ..samples.sample_tables import Judged, effect_table, index_table, limit_table, limited_figures, spread_table
+from ..statistics import sensitivity
+from ..statistics.sensitivity import Estimate, Setting
 
 HISTOGRAMS = 12  # drawn at most
 SCATTERED = 3  # figures, and variables of each, that are drawn

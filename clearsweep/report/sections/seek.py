@@ -5,14 +5,14 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from ...language import wording
-from ..axis import Axis
-from ..case_table import axis_columns
-from ..dotted import all_sought, seek_text
+from ..blocks.case_table import axis_columns
+from ..blocks.picture import Picture, capital
+from ..blocks.section import Block, Gallery, Section, Sentences, filled
+from ..blocks.table import Column, Quantity, Table, counted
+from ..data.axis import Axis
+from ..data.dotted import all_sought, seek_text
+from ..data.study import Study
 from ..draw import seek as draw
-from ..picture import Picture, capital
-from ..section import Block, Gallery, Section, Sentences, filled
-from ..study import Study
-from ..table import Column, Quantity, Table, counted
 
 PICTURED = 2  # least number of answers drawn over the other axis
 
@@ -211,13 +211,13 @@ def _pictures(answers: _Answers, title: str) -> list[Picture]:
     if len(answers.others) != 1 or not answers.others[0].numeric or len(rows) < PICTURED:
         return []
     (other,) = answers.others
-    found = sorted((row[other.path], row["seek_low"], row["seek_high"], row[answers.column]) for row in rows)
-    ends = "; ".join(f"{other.text(row[0])}: {answers.axis.text(row[3])}" for row in found)
+    results = sorted((row[other.path], row["seek_low"], row["seek_high"], row[answers.column]) for row in rows)
+    ends = "; ".join(f"{other.text(row[0])}: {answers.axis.text(row[3])}" for row in results)
     return [
         Picture(
             capital(f"{title.removeprefix('The ')} over {other.name}"),
             "Dot: the last value that is safe; bar: where the border is.",
             f"{title} over {other.name}. {ends}",
-            lambda ax: draw.intervals(ax, found, other, answers.axis),
+            lambda ax: draw.intervals(ax, results, other, answers.axis),
         )
     ]

@@ -4,10 +4,10 @@ import re
 
 from ... import grid
 from ...language import wording
-from ..axis import Axis
-from ..dotted import leaves
-from ..section import Block, Columns, Facts, Note, Section, filled
-from ..study import BASE, Study
+from ..blocks.section import Block, Columns, Facts, Note, Section, filled
+from ..data.axis import Axis
+from ..data.dotted import leaves
+from ..data.study import BASE, Study
 
 LISTED = 12  # values of an axis that are listed one by one, at most
 ELSEWHERE = (  # in the record of a run, and shown elsewhere or not for people

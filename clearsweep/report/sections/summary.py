@@ -4,11 +4,12 @@ import numpy as np
 
 from ...judging import verdict
 from ...language import wording
-from .. import counts, elastic_range
-from ..leading import PEAK
-from ..section import Cards, Section
-from ..study import Joint, Study
-from ..worst_case import question, worst_case
+from ..blocks.section import Cards, Section
+from ..data.leading import PEAK
+from ..data.study import Joint, Study
+from ..data.worst_case import question, worst_case
+from ..samples import counts
+from ..statistics import elastic_range
 from . import identified, seek
 
 ONSET = "onset_rate_max"

@@ -4,13 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import elastic_range
-from ..axis import Axis
+from ..blocks.picture import Picture
+from ..blocks.section import Gallery, Section, filled
+from ..data.axis import Axis
+from ..data.study import Study
 from ..draw import comparison
-from ..main_effects import main_effects
-from ..picture import Picture
-from ..section import Gallery, Section, filled
-from ..study import Study
+from ..statistics import elastic_range
+from ..statistics.main_effects import main_effects
 
 
 class Cloud(NamedTuple):

@@ -2,9 +2,9 @@
 
 from markupsafe import Markup
 
-from .. import counts
-from ..section import Points, Section, filled
-from ..study import Study
+from ..blocks.section import Points, Section, filled
+from ..data.study import Study
+from ..samples import counts
 from . import budget, elastic_laws, elastic_links, headline, law_choice
 
 NO_BUDGET = Markup(

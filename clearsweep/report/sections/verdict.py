@@ -6,18 +6,19 @@ import numpy as np
 
 from ...judging import order, probability, verdict
 from ...language import wording
-from .. import counts, sensitivity
-from ..axis import Axis
-from ..case_table import axis_columns
+from ..blocks.case_table import axis_columns
+from ..blocks.picture import Picture, capital
+from ..blocks.section import Block, Gallery, Points, Section, filled
+from ..blocks.table import Column, Quantity, Table, counted
+from ..data.axis import Axis
+from ..data.shown import in_words
+from ..data.study import Joint, Study, largest, over_other_axes
+from ..data.worst_case import question, worst_case
 from ..draw import pass_share
-from ..main_effects import main_effects
-from ..picture import Picture, capital
-from ..sample_tables import any_exceeded
-from ..section import Block, Gallery, Points, Section, filled
-from ..shown import in_words
-from ..study import Joint, Study, largest, over_other_axes
-from ..table import Column, Quantity, Table, counted
-from ..worst_case import question, worst_case
+from ..samples import counts
+from ..samples.sample_tables import any_exceeded
+from ..statistics import sensitivity
+from ..statistics.main_effects import main_effects
 from . import law_check, life, maps
 from .seek import safest
 
@@ -44,7 +45,7 @@ def _worst(study: Study) -> list[str]:
     if worst is None:
         return advice
     case_id, candidate = worst
-    joint = next(each for each in study.joints if each.name == candidate.joint)
+    joint = next(joint for joint in study.joints if joint.name == candidate.joint)
     said = [
         f"{heading} {_share(study, case_id, name)}"
         for heading, name in zip(lead.headings, candidate.columns, strict=True)

@@ -2,13 +2,13 @@
 
 from ... import simulation
 from ...language import wording
-from .. import worn
-from ..case_table import case_table
-from ..picture import Picture
-from ..section import Block, Detail, Gallery, Note, Section, Sentences, filled
-from ..shown import shown
-from ..study import PER_HOURS, PER_STROKES, Joint, Study
-from ..table import Table
+from ..blocks.case_table import case_table
+from ..blocks.picture import Picture
+from ..blocks.section import Block, Detail, Gallery, Note, Section, Sentences, filled
+from ..blocks.table import Table
+from ..data.shown import shown
+from ..data.study import PER_HOURS, PER_STROKES, Joint, Study
+from ..one_case import worn
 from . import maps
 
 NOTE = (

@@ -1,0 +1,1 @@
+"""What sections consist of: sentences, tables, pictures, interactive parts; how each is written."""

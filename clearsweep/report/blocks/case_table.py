@@ -1,0 +1,72 @@
+"""Tables with one row per finished case: its swept values, then its figures."""
+
+from collections.abc import Iterator, Sequence
+from typing import overload
+
+import numpy as np
+
+from ..data.axis import Axis
+from ..data.rows import Rows
+from ..data.study import Study
+from .table import Column, Table
+
+AT_ONCE = 4096  # rows in memory
+Headings = Sequence[tuple[str, str]]  # figure, its heading in a table
+
+
+def case_table(study: Study, key: str, title: str, columns: Headings, by: str, *, smallest: bool = False) -> Table:
+    """Return a table of the available columns of the summary, ordered by the column `by`; no rows without that column.
+
+    The largest value comes first, or the smallest.
+    """
+    present = [(column, heading) for column, heading in columns if column in study.cases]
+    heads = (
+        Column("case_id"),
+        *axis_columns(study, study.swept()),
+        *(Column(heading, study.unit(column)) for column, heading in present),
+    )
+    if by not in dict(present) or study.cases.empty:
+        return Table(key, title, "", heads, [])
+    shown = [*(axis.path for axis in study.swept()), *(column for column, _ in present)]
+    note = f"Sorted by {dict(present)[by]}, {'smallest' if smallest else 'largest'} first."
+    return Table(key, title, note, heads, CaseRows(study.cases, shown, by, smallest=smallest))
+
+
+class CaseRows(Sequence):
+    """Rows of a table, one per case, computed as they are read: a page shows only a few of a million cases."""
+
+    def __init__(self, cases: Rows, columns: list[str], by: str = "", *, smallest: bool = False):
+        """Take the cases, the columns after case_id, and the column and direction of the order."""
+        self.cases, self.columns, self.by, self.smallest = cases, columns, by, smallest
+
+    def __len__(self) -> int:
+        return len(self.cases)
+
+    def _order(self) -> np.ndarray:
+        if not self.by:
+            return np.arange(len(self))
+        return self.cases.ordered(self.by, smallest=self.smallest)
+
+    @overload
+    def __getitem__(self, which: int) -> tuple: ...
+    @overload
+    def __getitem__(self, which: slice) -> list[tuple]: ...
+    def __getitem__(self, which: int | slice) -> tuple | list[tuple]:
+        if isinstance(which, int):
+            return self[which : which + 1 or None][0]
+        places = self._order()[which].copy()  # a view would keep the indices of all cases while columns are read
+        values = [self.cases.index[places].tolist()]
+        values += [self.cases[column].iloc[places].tolist() for column in self.columns]
+        return list(zip(*values, strict=True))
+
+    def __iter__(self) -> Iterator[tuple]:
+        order = self._order()
+        columns = [self.cases.index.to_series(), *(self.cases[column] for column in self.columns)]
+        for start in range(0, len(self), AT_ONCE):
+            places = order[start : start + AT_ONCE]
+            yield from zip(*(column.iloc[places].tolist() for column in columns), strict=True)
+
+
+def axis_columns(study: Study, axes: Sequence[Axis]) -> list[Column]:
+    """Return the columns with the values of some axes."""
+    return [Column(axis.name, study.unit(axis.path), axis) for axis in axes]

@@ -1,0 +1,50 @@
+"""Opens an unfinished run: its finished cases are assembled as if it had ended with them."""
+
+import dataclasses
+import shutil
+import tempfile
+import weakref
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from ... import grid as grids
+from ... import simulation, store
+from ...contracts.catalogue import Catalogue
+from ...language import phases
+from ...language.errors import DirectoryError
+
+Run = TypeVar("Run", bound=store.StoredRun)
+
+
+def gathered(
+    directory: Path, opened: Callable[[Path, Path], Run], catalogue: Callable[[], Catalogue] = simulation.catalogue
+) -> Run:
+    """Return the result of `opened` for a directory and a place where its finished cases are assembled.
+
+    Raise DirectoryError without a finished case.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="clearsweep-"))
+    try:
+        with phases.phase("putting the finished cases together"):
+            _gather(directory, folder / "run", catalogue())
+        run = opened(directory, folder / "run")
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    weakref.finalize(run, shutil.rmtree, folder, ignore_errors=True)
+    return run
+
+
+def _gather(directory: Path, place: Path, catalogue: Catalogue) -> None:
+    """Write the run of the cases finished so far in a directory to `place`."""
+    record, source = store.read_record(directory), store.RunDirectory(directory)
+    source.look()
+    if not source.batches:
+        raise DirectoryError(f"{directory}: no case of its run is finished yet; `status` tells how far it is")
+    grid = grids.load(store.keys_so_far(record, source), catalogue)
+    store.check_version(directory, record, grid)
+    grid = dataclasses.replace(grid, **grids.as_written(record))
+    store.gather(source, grid, np.unique(np.fromiter(grid.identities(), "u8", len(grid))), place)

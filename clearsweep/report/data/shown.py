@@ -1,0 +1,75 @@
+"""Which figures a table shows, in which order and under which headings: every figure says so of itself."""
+
+from ... import simulation
+from ...contracts.catalogue import Figure, Shown
+from ...contracts.layout import Column
+from .study import PER_HOURS, PER_STROKES, RATIO, Joint, Study
+
+#: The figures that are computed of columns of the summary, see `study`.
+COMPUTED = (
+    Figure(
+        RATIO,
+        "1",
+        "force p99 over the peak of the ideal joint",
+        of="joint",
+        needs=("turns",),
+        shown=(Shown("forces", "p99 / ideal", 5), Shown("effects", "p99 / ideal", 3)),
+    ),
+    Figure(
+        PER_HOURS,
+        "m",
+        "largest wear depth at the window's rate in 1000 hours",
+        of="joint",
+        needs=("wear",),
+        shown=(Shown("wear", "depth per 1000 h", 51),),
+    ),
+    Figure(
+        PER_STROKES,
+        "m",
+        "largest wear depth at the window's rate in a million turns of the crank",
+        of="joint",
+        needs=("wear", "turns"),
+        shown=(Shown("wear", "depth per 10⁶ strokes", 52),),
+    ),
+)
+
+
+def shown(study: Study, table: str, joint: Joint | None = None) -> list[tuple[str, str]]:
+    """Return column and heading of the figures that a table shows of a joint and of the mechanism, the joint's first.
+
+    Without a `joint` those of all joints; where there are several, headings name them.
+    """
+    entries = {figure.name: figure.shown for figure in (*simulation.catalogue().figures, *COMPUTED)}
+    places = {joint.name: place for place, joint in enumerate(study.joints)}
+    sections = []
+    computed = (_computed(figure, joint) for joint in study.joints for figure in COMPUTED)
+    for column in (*study.run.layout.columns, *computed):
+        if column.name in study.cases and (joint is None or column.joint in ("", joint.name)):
+            for entry in entries.get(column.figure, ()):
+                if entry.table == table and not (entry.if_any and not (study.cases[column.name] > 0.0).any()):
+                    order = (places.get(column.joint, len(places)), entry.order)
+                    sections.append((order, column.name, _heading(study, entry.heading, "" if joint else column.joint)))
+    return [(name, heading) for _, name, heading in sorted(sections, key=lambda each: each[0])]
+
+
+def in_words(study: Study, column: str) -> str:
+    """Return how sentences call a column: as tables head it where one does, with its joint where there are several."""
+    if column == study.column("error_max"):
+        return f"{study.run.layout.output} error"
+    joint = next((joint for joint in study.joints if column.startswith(f"{joint.name}_")), None)
+    if joint is None:
+        return column.replace("_", " ")
+    headings = dict(shown(study, "forces", joint)) | {joint.column("force_peak_ratio"): "peak / ideal peak"}
+    words = headings.get(column, column.removeprefix(f"{joint.name}_").replace("_", " "))
+    return words + study.where(joint, " ({})")
+
+
+def _computed(figure: Figure, joint: Joint) -> Column:
+    return Column(joint.column(figure.name), figure.unit, figure.text, figure=figure.name, joint=joint.name)
+
+
+def _heading(study: Study, heading: str, joint: str) -> str:
+    """Return a heading in full; it names `joint` where there are several."""
+    rate = {"per_rev": " per rev.", "per_revolution": " per revolution"} if study.driven else {}
+    text = heading.format_map({"output": study.run.layout.output, "per_rev": "", "per_revolution": ""} | rate)
+    return text + next((study.where(each, " ({})") for each in study.joints if each.name == joint), "")

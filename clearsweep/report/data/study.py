@@ -1,0 +1,300 @@
+"""A run prepared for reading: its axes in units for people, its finished and failed cases, its joints."""
+
+import functools
+from collections.abc import Callable, Iterable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from ... import grid, simulation
+from ...contracts.case import Case
+from ...contracts.case import Joint as CaseJoint
+from ...judging import law_check, order
+from ...judging.verdict import EXCEEDED, Limit, limits_of
+from ...language import wording
+from ...store import BlockedRun, SampledRun, StoredRun
+from .axis import Axis, axes_of, position
+from .dotted import all_tried, dig
+from .leading import Lead, led_by
+from .rows import Rows, followed
+
+BASE = ("define", "mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
+WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
+#: Figures of a joint computed here: force p99 over the ideal peak, depth (m) worn in 1000 hours, in a million strokes.
+RATIO, PER_HOURS, PER_STROKES = "p99_over_ideal", "wear_depth_1000_hours", "wear_depth_million_strokes"
+
+
+class Joint(NamedTuple):
+    """One clearance joint as it is named in columns, in paths and in words."""
+
+    name: str  # 'rod_slider'
+    title: str  # 'rod-slider'
+    wears: bool
+
+    def column(self, figure: str) -> str:
+        """Return the summary column of a figure of this joint."""
+        return f"{self.name}_{figure}"
+
+
+class Study(NamedTuple):
+    """A run prepared for reading.
+
+    `cases` has the finished cases, `failed` the others. `base` is the resolved case in SI before the sweep's values.
+    """
+
+    run: StoredRun
+    axes: tuple[Axis, ...]
+    joints: tuple[Joint, ...]
+    mechanism: str
+    cases: Rows
+    failed: Rows
+    units: dict[str, str]  # SI, by column of the summary and by dotted path of the grid
+    base: dict
+    typical: bool = False  # maps show the median over the axes that they leave out, not the worst
+    defined: grid.Definitions = grid.NOTHING  # numbers that follow from swept names
+    law_checks: tuple[law_check.Row, ...] = ()  # the deciding case under other laws, which `cases` has not
+
+    @property
+    def lead(self) -> Lead:
+        """Return the leading figure by the question of the grid."""
+        return led_by(self.run.layout, self.limits, self.has, self.run.grid)
+
+    @property
+    def driven(self) -> bool:
+        """Return whether a drive keeps the mechanism moving: forces then have quantiles, and onsets a rate."""
+        return "drive" in self.base
+
+    @property
+    def onsets(self) -> str:
+        """Return what the figure `impacts_per_rev` counts."""
+        return "impacts per revolution" if self.driven else "impacts"
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """Return the limits of the grid."""
+        return _limits(self.run)
+
+    def swept(self) -> tuple[Axis, ...]:
+        """Return the axes that have more than one value."""
+        return tuple(axis for axis in self.axes if len(axis.values) > 1)
+
+    def levels(self) -> tuple[Axis, ...]:
+        """Return the axes with a few values that many cases share, by which cases can be compared."""
+        return tuple(axis for axis in self.swept() if not axis.scattered)
+
+    def setting(self, case_id: str, without: Axis | None = None) -> str:
+        """Return the swept values of a case in words, all but those of one axis; '' without sweep."""
+        values = [(axis, self._at(case_id, axis.path)) for axis in self.swept() if axis is not without]
+        return ", ".join(f"{axis.name} {axis.text(value)}" for axis, value in values if not pd.isna(value))
+
+    def value(self, case_id: str, path: str) -> float | str | None:
+        """Return the SI value a case has at a dotted path, swept or not, or None."""
+        if any(axis.path == path for axis in self.axes):
+            value = self._at(case_id, path)
+            return None if pd.isna(value) else value
+        if path in self.defined.follow:
+            names = {f"define.{name}" for name in self.defined.varied}
+            return self.defined.at({name: self._at(case_id, name) for name in names})[path]
+        return dig(self.base, path)
+
+    def hardest_joint(self) -> Joint:
+        """Return the joint with the worst leading figure of all finished cases."""
+        lead = self.lead
+
+        def badness(joint: Joint) -> float:
+            column = joint.column(lead.figure)
+            if not self.has(column):
+                return -np.inf
+            return -float(self.cases[column].min()) if lead.smallest else self.cases.largest(column)
+
+        return max(self.joints, key=badness)
+
+    def worst(self, joint: Joint) -> str:
+        """Return the case with the worst leading figure of a joint, which has it."""
+        values = self.cases[joint.column(self.lead.figure)]
+        return str(values.idxmin() if self.lead.smallest else values.idxmax())
+
+    def where(self, joint: Joint, form: str) -> str:
+        """Return `form`, such as ' in joint {}', with a joint's name in it, or '' if there is but one joint."""
+        return form.format(joint.title) if len(self.joints) > 1 else ""
+
+    def column(self, figure: str) -> str:
+        """Return the summary column of a figure of the mechanism, or '' if its cases have none."""
+        columns = (column.name for column in self.run.layout.columns if column.figure == figure and not column.joint)
+        return next(columns, "")
+
+    def places(self, axis: Axis) -> np.ndarray:
+        """Return the `position` of every finished case on an axis."""
+        return self.cases.once(("places", axis.path), lambda: position(axis, self.cases[axis.path]))
+
+    def unit(self, name: str) -> str:
+        """Return the SI unit of a column or of a dotted path, '1' where there is none."""
+        return self.units.get(name, "1")
+
+    def scale(self, column: str) -> wording.Scale:
+        """Return the scale that suits a column of the finished cases."""
+        sizes = self.cases[column].abs().to_numpy(float)
+        return wording.scale(self.unit(column), float(sizes[np.isfinite(sizes)].max(initial=0.0)))
+
+    def text(self, case_id: str, column: str) -> str:
+        """Return one figure of one case with its unit."""
+        return self.texts((case_id, column))[0]
+
+    def texts(self, *figures: tuple[str, str]) -> list[str]:
+        """Return figures (case_id, column) of one quantity for one sentence, all in the unit of the largest."""
+        return wording.in_common_unit((self.cases.at[figure] for figure in figures), self.unit(figures[0][1]))
+
+    def has(self, column: str) -> bool:
+        """Return whether any finished case has this figure."""
+        return not np.isnan(self.cases.largest(column))
+
+    def _at(self, case_id: str, path: str) -> float | str:
+        return (self.failed if self.cases.place(case_id) < 0 else self.cases).at[case_id, path]
+
+
+def prepare(run: StoredRun, *, typical: bool = False) -> Study:
+    """Return a run (of the store) prepared for reading; `typical` as in Study."""
+    if isinstance(run, BlockedRun):
+        run = SampledRun(run)
+    layout, record = run.layout, run.grid
+    units = grid.key_units(record, simulation.catalogue()) | run.units
+    base = {key: record[key] for key in BASE if key in record}
+    tried = {path: tuple(sorted(set(run.column(path).dropna()))) for path in all_tried(record)}
+    axes = axes_of(record, tried, units, len(layout.joints))
+    joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
+    finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
+    own = _of_grid(run)
+    texts = {"status", "message", EXCEEDED, *(axis.path for axis in axes if not axis.numeric)}
+    derived = {
+        joint.column(figure): (unit, functools.partial(make, joint))
+        for joint in joints
+        for figure, unit, needs, make in _MADE
+        if joint.column(needs) in run.columns and (figure == RATIO or joint.wears)
+        if figure != PER_STROKES or "drive" in base
+    }
+    units |= {column: unit for column, (unit, _) in derived.items()}
+    defined = grid.defined_by(record)
+    derived |= {path: (units.get(path, "1"), functools.partial(followed, defined, path)) for path in defined.follow}
+    making = {column: functools.partial(make, base=base) for column, (_, make) in derived.items()}
+    cases = Rows(run, run.column("case_id"), finished & own, texts, making)
+    failed = Rows(run, run.column("case_id"), ~finished & own, texts)
+    checks = _law_checks(run, finished & ~own) if not own.all() else ()
+    return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, typical, defined, checks)
+
+
+def _of_grid(run: StoredRun | SampledRun) -> np.ndarray:
+    """Return which cases are those of the grid, not those that check laws."""
+    own = np.ones(len(run.column("case_id")), bool)
+    for path, law in grid.base_laws(run.grid).items():
+        values = run.column(path)
+        own &= (values.isna() | (values == law)).to_numpy(bool)
+    return own
+
+
+def _law_checks(run: StoredRun | SampledRun, chosen: np.ndarray) -> tuple[law_check.Row, ...]:
+    """Return what the finished cases came to that check laws."""
+    base, lead = grid.base_laws(run.grid), order.lead_of(run.layout, _limits(run), run.grid)
+    block = {name: run.column(name).to_numpy()[chosen] for name in ("case_id", *base, *lead.columns)}
+    return tuple(law_check.rows_of(block, base, lead))
+
+
+def _limits(run: StoredRun | SampledRun) -> tuple[Limit, ...]:
+    return limits_of(run.grid.get("limits") or {}, run.layout.columns)
+
+
+def _over_ideal(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
+    """Return the force p99 of a joint over the peak of the ideal one."""
+    ideal = cases[joint.column("force_peak_ideal")].to_numpy()  # pandas would look through the ids, and keep them twice
+    return cases[joint.column("force_p99")] / np.where(ideal > 0.0, ideal, np.nan)
+
+
+def _per_hours(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
+    return 3.6e6 * cases[joint.column("wear_rate_max")]
+
+
+def _per_strokes(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
+    return 1e6 * cases[joint.column("wear_depth_max")] / window(cases, base)[1]
+
+
+#: Of the figures that are computed here: name, unit, the column that they need, what makes them.
+_MADE = (
+    (RATIO, "1", "force_peak_ideal", _over_ideal),
+    (PER_HOURS, "m", "wear_rate_max", _per_hours),
+    (PER_STROKES, "m", "wear_rate_max", _per_strokes),
+)
+
+
+def window(cases: Rows, base: Mapping) -> tuple[pd.Series, pd.Series]:
+    """Return the revolutions before the recorded window of each finished case, and those in it; NaN where unknown."""
+    asked, before = (cases.get(path, dig(base, path)) for path in ("simulate.revolutions", "simulate.discard"))
+    before = 2.0 * (asked > 2.0) if before is None else before  # it follows from the revolutions, which vary
+    before = pd.Series(before, cases.index, dtype="float64")
+    turns = pd.Series(cases.get("revolutions_run", asked), cases.index, dtype="float64") - before
+    run = turns.to_numpy()
+    return before, pd.Series(np.where(run > 0.0, run, np.nan), turns.index)
+
+
+def joint_of(case: Case, joint: Joint) -> CaseJoint:
+    """Return the joint of a case that a column speaks of."""
+    return next(section for section in case.joints if section.column == joint.name)
+
+
+def resolved(study: Study, case_ids: Iterable[str]) -> list[Case]:
+    """Return cases of a run in SI with the keys that they use.  Raises InputError where its laws are not known."""
+    record = study.run.grid
+    varied = {key: record[key] for key in (*BASE, *WAYS) if key in record}
+    for path in all_tried(record):  # an axis like the others, of what was tried
+        tried = next(axis.values for axis in study.axes if axis.path == path)
+        ends = tried if isinstance(tried[0], str) else dict.fromkeys((tried[0], tried[-1]))
+        varied["sweep"] = varied.get("sweep", {}) | {path: list(ends)}
+    loaded = grid.load(varied, simulation.catalogue())
+    return [loaded.case_at({axis.path: study.value(case_id, axis.path) for axis in study.axes}) for case_id in case_ids]
+
+
+def grouped(places: np.ndarray, count: int) -> list[np.ndarray]:
+    """Return for each of `count` places the indices of the cases that are there, ascending."""
+    order = np.argsort(places, kind="stable")
+    return np.split(order, np.searchsorted(places[order], np.arange(count + 1)))[1:-1]
+
+
+def over_other_axes(
+    study: Study, values: np.ndarray, axes: tuple[Axis, Axis], reduced: Callable[[np.ndarray], float]
+) -> np.ndarray:
+    """Return one value per finished case reduced in every cell, (values of the second axis, of the first).
+
+    NaN where there is none.
+    """
+    across, up = axes
+    table = np.full(len(up.values) * len(across.values), np.nan)
+    for place, cases in enumerate(cells(study, values, axes)):
+        if len(cases):
+            table[place] = reduced(values[cases])
+    return table.reshape(len(up.values), len(across.values))
+
+
+def cells(study: Study, values: np.ndarray, axes: tuple[Axis, Axis]) -> list[np.ndarray]:
+    """Return the places of the finished cases that have a value, cell by cell, those along the first axis together."""
+    across, up = axes
+    row, column = study.places(up), study.places(across)
+    known = np.isfinite(values) & (row >= 0) & (column >= 0)
+    return grouped(np.where(known, row * len(across.values) + column, -1), len(up.values) * len(across.values))
+
+
+def largest(values: np.ndarray) -> float:
+    """Return the worst value of a figure that should be small."""
+    return float(values.max())
+
+
+def smallest(values: np.ndarray) -> float:
+    """Return the worst value of a figure that should be large."""
+    return float(values.min())
+
+
+def median(values: np.ndarray) -> float:
+    """Return the middle value of a figure that is neither worse where it is larger nor where it is smaller."""
+    return float(np.median(values))
+
+
+#: What a place of a figure shows of its cases, in words.
+CALLED: dict[Callable[[np.ndarray], float], str] = {largest: "Largest", smallest: "Smallest", median: "Median"}

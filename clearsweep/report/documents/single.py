@@ -1,0 +1,95 @@
+"""One case, simulated again and drawn: orbit, force, output, drive, contact onsets and wear."""
+
+import io
+from pathlib import Path
+
+import pandas as pd
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+from ... import simulation
+from ...contracts.case import Case
+from ...contracts.results import Trajectory
+from ...language import phases, wording
+from ...language.errors import InputError
+from ...store import StoredRun, durable
+from ..blocks.picture import STYLE, Picture
+from ..data.study import Study, prepare, resolved
+from ..one_case import motion, worn
+from . import page
+
+SAMPLES = 1440  # per revolution at least, so that single contacts show
+COLUMNS = 2  # of panels in a PNG or SVG
+ENDINGS = (".html", ".png", ".svg")
+
+
+def show(run: StoredRun, case_id: str, out: Path) -> Path:
+    """Simulate a case of a run again and draw it, as HTML, PNG or SVG by the ending of `out`; return `out`."""
+    if out.suffix.lower() not in ENDINGS:
+        raise InputError(f"{out}: cannot draw a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
+    durable.check_regular(out)
+    with phases.phase("reading the run"):
+        study = prepare(run)
+    if max(study.cases.place(case_id), study.failed.place(case_id)) < 0:
+        raise InputError(f"no case {case_id!r} in this run; the column case_id of summary.parquet lists them")
+    with phases.phase(f"simulating case {wording.short_id(case_id)}"):
+        result = simulation.solve(to_draw(study, case_id))
+    pictures = drawn(study, case_id, result)
+    if not pictures:
+        raise InputError(f"case {case_id}: nothing to draw, the case ended with {result.status!r}: {result.message}")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with phases.phase("drawing"):
+        if out.suffix.lower() == ".html":
+            return page.save(_page(study, case_id, result, pictures), out)
+        return _sheet(pictures, f"{_title(study, case_id)}\n{study.setting(case_id)}".strip(), out)
+
+
+def to_draw(study: Study, case_id: str) -> Case:
+    """Return a case of a run in SI, its history to be saved finely."""
+    case = resolved(study, [case_id])[0]
+    orbits = "last" if case.save.orbits == "none" else case.save.orbits
+    return case._replace(save=case.save._replace(orbits=orbits, samples=max(case.save.samples, SAMPLES)))
+
+
+def drawn(study: Study, case_id: str, result: Trajectory) -> list[Picture]:
+    """Return the pictures of a simulated case; none where it left no history."""
+    path = result.channels
+    if len(path.get("t", ())) < 2:
+        return []
+    seen = motion.pictures(study, case_id, path) + motion.onsets(study, case_id, pd.DataFrame(result.events), path)
+    for joint in study.joints:
+        if joint.name in result.wear:
+            worn_of = worn.pictures(study, joint, case_id, result.wear[joint.name])
+            seen += [each._replace(title=each.title + study.where(joint, ", joint {}")) for each in worn_of]
+    return seen
+
+
+def _title(study: Study, case_id: str) -> str:
+    return f"{study.run.grid.get('name') or 'case'}, case {wording.short_id(case_id)}"
+
+
+def _page(study: Study, case_id: str, result: Trajectory, pictures: list[Picture]) -> str:
+    return page.fill(
+        "case.html.j2",
+        title=_title(study, case_id),
+        setting=study.setting(case_id),
+        status=result.status,
+        message=result.message,
+        pictures=pictures,
+        rows=[(name, wording.text(value, study.unit(name))) for name, value in result.summary.items()],
+    )
+
+
+def _sheet(pictures: list[Picture], title: str, out: Path) -> Path:
+    rows = -(-len(pictures) // COLUMNS)
+    with rc_context({**STYLE, "svg.hashsalt": "case"}):
+        figure = Figure(figsize=(5.2 * COLUMNS, 3.5 * rows + 0.6), dpi=150, layout="constrained")
+        figure.suptitle(title, fontsize=10)
+        for place, picture in enumerate(pictures, start=1):
+            ax = figure.add_subplot(rows, COLUMNS, place, projection=picture.projection)
+            picture.paint(ax)
+            ax.set_title(picture.title, fontsize=9, pad=22)
+        kind, sheet = out.suffix[1:].lower(), io.BytesIO()
+        figure.savefig(sheet, format=kind, metadata={"Date": None} if kind == "svg" else None)
+    durable.replace(out, sheet.getvalue())
+    return out

@@ -1,0 +1,212 @@
+"""Two runs compared case by case: differences of setup, shared cases, differences of figures."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from ...contracts.results import TIMINGS
+from ...language import wording
+from ...language.errors import InputError
+from ...store import StoredRun
+from ..blocks.case_table import axis_columns
+from ..blocks.picture import Picture, capital
+from ..blocks.section import Block, Facts, Gallery, Points, Section, filled
+from ..blocks.table import Column, Quantity, Table
+from ..data.dotted import dig, leaves
+from ..data.shown import in_words
+from ..data.study import Study, prepare
+from ..draw import comparison
+from ..draw.style import GREY
+from .page import Page
+
+NAMES = ("A", "B")
+
+
+class Pairs(NamedTuple):
+    """The cases that two runs share, by the values of all axes of either."""
+
+    first: Study
+    second: Study
+    ids: pd.DataFrame  # (pairs, 2): columns A and B hold each one's case_id; finished in both
+    alone: tuple[int, int]  # finished cases in only one of the two
+
+
+def compared(first: StoredRun, second: StoredRun) -> Page:
+    """Return the page that compares two runs.  Raise InputError without a common case."""
+    return of(matched(prepare(first), prepare(second)))
+
+
+def of(pairs: Pairs) -> Page:
+    """Return the page of two runs that share cases."""
+    runs = [pairs.first.run, pairs.second.run]
+    return Page(
+        name=" and ".join(dict.fromkeys(str(run.grid.get("name") or "a run") for run in runs)),
+        kind=f"comparison of A, {runs[0].directory}, and B, {runs[1].directory}",
+        varied="Both vary",
+        axes=[axis.name for axis in pairs.first.axes if axis in pairs.second.axes],
+        parts=sections(pairs),
+    )
+
+
+def matched(first: Study, second: Study) -> Pairs:
+    """Return the finished cases of two runs with equal values on all axes of either."""
+    paths = list(dict.fromkeys(axis.path for study in (first, second) for axis in study.axes))
+    keyed = [_keyed(study, paths, name) for study, name in zip((first, second), NAMES, strict=True)]
+    both = pd.merge(*keyed, on=paths, how="inner") if paths else pd.concat([keyed[0][:1], keyed[1][:1]], axis=1)
+    if both.empty:
+        raise InputError(
+            f"{first.run.directory} and {second.run.directory}: no finished case has the same values in both of "
+            f"{', '.join(paths)}; compare runs that share some cases"
+        )
+    ids = both[list(NAMES)].reset_index(drop=True)
+    return Pairs(first, second, ids, (len(keyed[0]) - ids["A"].nunique(), len(keyed[1]) - ids["B"].nunique()))
+
+
+def _keyed(study: Study, paths: list[str], name: str) -> pd.DataFrame:
+    """Return the finished cases of a run: the values of `paths`, and the case_id under `name`."""
+    swept = {axis.path for axis in study.axes}
+    values = {path: study.cases[path].to_numpy() if path in swept else dig(study.base, path) for path in paths}
+    return pd.DataFrame(values, index=study.cases.index).rename_axis(name).reset_index()
+
+
+def sections(pairs: Pairs) -> list[Section]:
+    """Return the sections of the page: differences of setup and figures, and the most different cases."""
+    setup: list[Block] = [Facts("What differs in their setup", "Differences of setup", _setup(pairs))]
+    blocks: list[Block] = [Points(_told(pairs))]
+    return [
+        Section("comparison", "Case by case", filled([*blocks, _pictures(pairs), _figures(pairs), _cases(pairs)])),
+        Section(
+            "setup", "Setup", filled(setup) or [Points(["Both have the same setup but for the values they vary."])]
+        ),
+    ]
+
+
+def _told(pairs: Pairs) -> list[str]:
+    """Return the number of compared cases, and of those identical to the last bit."""
+    column = _lead(pairs)
+    ratio = _ratio(pairs, column)
+    same = int(np.count_nonzero(ratio == 1.0))
+    blocks = [
+        f"{wording.count(len(pairs.ids), 'case')} finished in both runs, of which {same} have the same "
+        f"{in_words(pairs.first, column)} to the last bit; {pairs.alone[0]} are in A alone, {pairs.alone[1]} in B "
+        "alone."
+    ]
+    finite = ratio[np.isfinite(ratio)]
+    if finite.size and same < len(ratio):
+        low, middle, high = np.quantile(finite, [0.05, 0.5, 0.95])
+        low, middle, high = (wording.plain(float(part)) for part in (low, middle, high))
+        spread = f"{low} to {high} times in nine of ten"
+        blocks.append(f"B has {middle} times the {in_words(pairs.first, column)} of A in the middle case, {spread}.")
+    alike = [name for name in _columns(pairs) if np.all(_ratio(pairs, name) == 1.0) and _known(pairs, name)]
+    if alike and same < len(ratio):
+        blocks.append(
+            f"The same in every case: {wording.sentence_list([in_words(pairs.first, key) for key in alike])}."
+        )
+    return blocks
+
+
+def _known(pairs: Pairs, column: str) -> bool:
+    """Return whether any case has a figure."""
+    return bool(np.isfinite(_values(pairs, column)[0]).any())
+
+
+def _pictures(pairs: Pairs) -> Gallery:
+    """Return the leading figure, the force peaks and the output's error of B over those of A."""
+    study = pairs.first
+    wanted = [_lead(pairs), *(joint.column("force_peak") for joint in study.joints), study.column("error_max")]
+    columns = [column for column in dict.fromkeys(wanted) if column in _columns(pairs) and _known(pairs, column)]
+    return Gallery("One point per case that both have; line: equal in both.", [_cloud(pairs, name) for name in columns])
+
+
+def _cloud(pairs: Pairs, column: str) -> Picture:
+    """Return a figure of B over that of A."""
+    here, there = _values(pairs, column)
+    scale = wording.scale(pairs.first.unit(column), [*here[np.isfinite(here)], *there[np.isfinite(there)]])
+    name = in_words(pairs.first, column)
+
+    def paint(ax: Axes) -> None:
+        comparison.cloud(ax, here, there, None, (f"{name} of A", f"{name} of B"), (scale, scale))
+        middle = float(np.nanmedian(here)) / scale.factor
+        ax.axline((middle, middle), (2.0 * middle, 2.0 * middle), color=GREY, linewidth=1.0, zorder=0)
+
+    return Picture(f"{capital(name)} of B over A", "", f"{name} of B over that of A, {len(here)} cases.", paint)
+
+
+def _figures(pairs: Pairs) -> Table:
+    """Return the table of all common figures: B over A, and the number of different cases."""
+    rows = []
+    for column in _columns(pairs):
+        ratio = _ratio(pairs, column)
+        finite = ratio[np.isfinite(ratio)]
+        if finite.size and np.any(ratio != 1.0):
+            share = float(np.mean(ratio != 1.0))
+            differ = Quantity(share, wording.percent(share))
+            rows.append((column, in_words(pairs.first, column), *np.quantile(finite, [0.5, 0.05, 0.95]), differ))
+    heads = ("figure", "B over A, median", "5 %", "95 %", "cases that differ")
+    columns = (Column("column", file_only=True), *map(Column, heads))
+    return Table("compared_figures", "Figures of B over those of A", "", columns, rows)
+
+
+def _cases(pairs: Pairs) -> Table:
+    """Return the table of cases, by the difference of the leading figure."""
+    column, study = _lead(pairs), pairs.first
+    here, there, ratio = (*_values(pairs, column), _ratio(pairs, column))
+    with np.errstate(all="ignore"):
+        far = np.nan_to_num(np.abs(np.log(ratio)), nan=-1.0)
+    shown = study.swept()
+    heads = (
+        Column("case_id"),
+        *axis_columns(study, shown),
+        Column(f"{in_words(study, column)} of A", study.unit(column)),
+        Column("of B", study.unit(column)),
+        Column("B over A"),
+    )
+    rows = []
+    for place in np.argsort(-far, kind="stable").tolist():
+        case_id = pairs.ids["A"][place]
+        values = (study.value(case_id, axis.path) for axis in shown)
+        rows.append((case_id, *values, float(here[place]), float(there[place]), float(ratio[place])))
+    note = "Case ids are those of A; the largest difference first."
+    return Table("compared_cases", "The cases side by side", note, heads, rows)
+
+
+def _setup(pairs: Pairs) -> list[tuple[str, str]]:
+    """Return the fixed values that differ: dotted path, value in A, value in B."""
+    values = []
+    for study in (pairs.first, pairs.second):
+        swept = {axis.path for axis in study.axes}
+        record = study.run.grid
+        here = {path: str(value) for path, value in leaves(study.base) if path not in swept}
+        here |= {axis.path: f"swept, {axis.listed()}" for axis in study.axes}
+        values.append(here | {"model version": str(record.get("model_version"))})
+    paths = list(dict.fromkeys([*values[0], *values[1]]))
+    settings = [(path, *(value.get(path, "nothing") for value in values)) for path in paths]
+    return [(path, f"A: {here}; B: {there}") for path, here, there in settings if here != there]
+
+
+def _columns(pairs: Pairs) -> list[str]:
+    """Return the common figures, without timings."""
+    known = {column.name for column in pairs.first.run.layout.columns if column.kind != "text"} - TIMINGS
+    return [name for name in pairs.first.cases.columns if name in pairs.second.cases and name in known]
+
+
+def _lead(pairs: Pairs) -> str:
+    """Return the leading figure of the most loaded joint in A, if both have it."""
+    column = pairs.first.hardest_joint().column(pairs.first.lead.figure)
+    return column if column in pairs.second.cases else _columns(pairs)[0]
+
+
+def _values(pairs: Pairs, column: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return a figure of the paired cases in A and in B, SI."""
+    first = pairs.first.cases[column].reindex(pairs.ids["A"]).to_numpy(float)
+    return first, pairs.second.cases[column].reindex(pairs.ids["B"]).to_numpy(float)
+
+
+def _ratio(pairs: Pairs, column: str) -> np.ndarray:
+    """Return a figure of B over that of A; 1 if both are equal, including zeros and missing values."""
+    first, second = _values(pairs, column)
+    with np.errstate(all="ignore"):
+        ratio: np.ndarray = np.where((first == second) | (np.isnan(first) & np.isnan(second)), 1.0, second / first)
+    return ratio

@@ -1,0 +1,1 @@
+"""Tables and pictures that compare laws with each other."""

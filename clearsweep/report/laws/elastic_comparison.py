@@ -1,0 +1,179 @@
+"""Elastic laws with each other in one joint: force over penetration, and how far apart they are."""
+
+import numpy as np
+import pandas as pd
+
+from ... import simulation
+from ...contracts import case
+from ...language import wording
+from ...language.errors import InputError
+from ..blocks.picture import Picture
+from ..blocks.section import Part
+from ..blocks.table import Column, Table
+from ..data.axis import Axis
+from ..data.dotted import dig
+from ..data.leading import PEAK
+from ..data.study import Joint, Study, joint_of, resolved
+from ..draw import comparison
+
+UNKNOWN = "This version does not know every law of this run, so their forces are not compared."
+DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m, at which forces are tabulated
+FIRST = 1  # index in DEPTHS of the depth by which laws are ordered
+HOLDING = (simulation.HOLDS, "")  # verdict on a law without objection
+CURVE = np.geomspace(DEPTHS[0], DEPTHS[-1], 25)  # m, at which they are drawn
+
+
+def of_axis(study: Study, axis: Axis, joint: Joint) -> Part:
+    """Return sentences, picture and table that compare the swept elastic or roughness laws of a joint.
+
+    Each law is evaluated in the case that shares the most other axis values with the case of largest peak force.
+    """
+    hardest = study.cases[joint.column(PEAK.figure)].idxmax()
+    others = [other.path for other in study.swept() if other is not axis]
+    shared_axis_values = pd.Series(0, study.cases.index)
+    for path in others:
+        shared_axis_values += study.cases[path] == study.cases.at[hardest, path]
+    laws_with_cases = [law for law in axis.values if (study.cases[axis.path] == law).any()]
+    closest = [shared_axis_values[study.cases[axis.path] == law].idxmax() for law in laws_with_cases]
+    try:
+        sections = [joint_of(resolved_case, joint) for resolved_case in resolved(study, closest)]
+    except InputError:
+        return Part([UNKNOWN], [], [])
+    by_law = dict(zip(laws_with_cases, sections, strict=True))
+    verdicts = {
+        law: _verdicts(study, joint, case_id, by_law[law]).get(law, HOLDING)
+        for law, case_id in zip(laws_with_cases, closest, strict=True)
+    }
+    return _law_comparison(joint, by_law, laws_with_cases, verdicts)
+
+
+def of_material(study: Study, joint: Joint) -> Part | None:
+    """Return the comparison of the elastic laws that the joint's material allows, in the case of largest peak force.
+
+    None where the joint has no material, or its material allows one law only.
+    """
+    path = f"joints.{joint.title}.contact.material"
+    if dig(study.base, path) is None and not any(axis.path.startswith(path) for axis in study.axes):
+        return None
+    hardest = study.cases[joint.column(PEAK.figure)].idxmax()
+    try:
+        section = joint_of(resolved(study, [hardest])[0], joint)
+    except InputError:  # laws of another version
+        return None
+    sections = simulation.elastic_choices(section)
+    verdicts = _verdicts(study, joint, hardest, section)
+    return _law_comparison(joint, sections, [section.elastic_name], verdicts) if len(sections) > 1 else None
+
+
+def load_of(study: Study, joint: Joint, case_id: str) -> float | None:
+    """Return the largest reaction (N) of a joint of a case without clearance, None where there is none."""
+    column = joint.column("force_peak_ideal")
+    load = float(study.cases.at[case_id, column]) if column in study.cases else np.nan
+    return load if np.isfinite(load) else None
+
+
+def _verdicts(study: Study, joint: Joint, case_id: str, section: case.Joint) -> dict[str, tuple[str, str]]:
+    """Return elastic law -> verdict for a joint of a case, and its reason."""
+    return simulation.elastic_words(section, load_of(study, joint, case_id))
+
+
+def _law_comparison(
+    joint: Joint, sections: dict[str, case.Joint], used: list[str], verdicts: dict[str, tuple[str, str]]
+) -> Part:
+    """Return sentences, picture and table of elastic laws; `sections`: name -> section of the joint with that law.
+
+    verdicts : name -> verdict and reason; valid laws come first in the table; valid laws and those in use are drawn
+    """
+    forces = {law: np.array(simulation.elastic_forces(section, DEPTHS)) for law, section in sections.items()}
+    holding = {law for law in sections if verdicts.get(law, HOLDING)[0] == HOLDING[0]}
+    ordered = sorted(forces, key=lambda law: (law not in holding, forces[law][FIRST]))
+    sentences = _sentences(forces, [law for law in ordered if law in holding])
+    drawn = [law for law in ordered if law in holding or law in used]
+    table = _table(joint, sections, forces, ordered, used, verdicts)
+    return Part(sentences, [_curves({law: sections[law] for law in drawn}, used)] if drawn else [], [table])
+
+
+def _sentences(forces: dict[str, np.ndarray], holding: list[str]) -> list[str]:
+    """Return by which factor the laws that hold differ, from the softest to the stiffest, then all of them."""
+    if len(forces) < 2:
+        return []
+    values, at = np.array(list(forces.values())), [wording.scale("m", depth).given(depth) for depth in DEPTHS]
+    all_laws = wording.plain(float(values.max(axis=0)[FIRST] / values.min(axis=0)[FIRST]))
+    doubtful = len(forces) - len(holding)
+    doubtful_laws = "doubtful one" if doubtful == 1 else f"{doubtful} doubtful ones"
+    rest = f"With the {doubtful_laws} it is {all_laws}." if doubtful else ""
+    if len(holding) < 2:
+        alone = f"only {holding[0]} is valid" if holding else "none is valid"
+        return [f"Of {len(forces)} elastic laws {alone} in this joint; together they differ by a factor of {all_laws}."]
+    own = np.array([forces[law] for law in holding])
+    factors = [wording.plain(factor) for factor in own.max(axis=0) / own.min(axis=0)]
+    more = [f"{factor} at {depth}" for k, (factor, depth) in enumerate(zip(factors, at, strict=True)) if k != FIRST]
+    least, most = wording.in_common_unit((forces[law][FIRST] for law in (holding[0], holding[-1])), "N")
+    return [
+        f"At a penetration of {at[FIRST]} the {len(holding)} elastic laws that hold in this joint differ by a factor "
+        f"of {factors[FIRST]}: {least} ({holding[0]}) to {most} ({holding[-1]}). {rest}".rstrip(),
+        f"Among those that hold the factor is {wording.sentence_list(more)}.",
+    ]
+
+
+def _table(
+    joint: Joint,
+    sections: dict[str, case.Joint],
+    forces: dict,
+    ordered: list[str],
+    used: list[str],
+    verdicts: dict[str, tuple[str, str]],
+) -> Table:
+    rows = []
+    softest = min(forces[law][FIRST] for law in ordered)
+    for law in ordered:
+        limit = simulation.penetration_limit(sections[law])
+        chosen = "yes" if law in used else ""
+        word, reason = verdicts.get(law, HOLDING)
+        said = word if word == HOLDING[0] else f"{word}: {reason}"
+        deepest = limit if np.isfinite(limit) else np.nan
+        rows.append((law, chosen, *forces[law], forces[law][FIRST] / softest, deepest, said))
+    at = [wording.scale("m", depth).given(depth) for depth in DEPTHS]
+    columns = (
+        Column("elastic law"),
+        Column("used here", file_only=len(used) == len(sections)),
+        *(Column(f"at {depth}", "N") for depth in at),
+        Column(f"at {at[FIRST]}, over the softest"),
+        Column("holds up to", "m"),
+        Column("in this joint"),
+    )
+    note = f"{_joint_text(sections[ordered[0]])}. Holds up to {wording.DASH}: any penetration."
+    title = f"Elastic force over penetration, joint {joint.title}"
+    return Table(f"elastic_force_{joint.name}", title, note, columns, rows)
+
+
+def _joint_text(section: case.Joint) -> str:
+    """Return the joint that the forces are of."""
+    named = (("radial clearance", "clearance"), ("bearing radius", "bearing_radius"), ("length", "length"))
+    sizes = [(word, getattr(section, key)) for word, key in named if getattr(section, key) is not None]
+    facts = [f"{word} {wording.scale('m', size).given(size, 4)}" for word, size in sizes]
+    materials = section.contact.material
+    if materials:
+        bodies = {f" of the {body}": material for body, material in materials._asdict().items()}
+        if materials.bearing == materials.journal:
+            bodies = {"": materials.bearing}
+        for whose, material in bodies.items():
+            young = wording.scale("Pa", material.young).given(material.young, 4)
+            facts.append(f"Young's modulus{whose} {young}, Poisson's ratio{whose} {material.poisson:.4g}")
+    return f"In the joint of the hardest case: {', '.join(facts)}"
+
+
+def _curves(sections: dict[str, case.Joint], used: list[str]) -> Picture:
+    """Return the picture of force over penetration of elastic laws: name -> section of the joint with that law."""
+    curves = {law: np.array(simulation.elastic_forces(section, CURVE)) for law, section in sections.items()}
+    by_last_force = sorted(curves, key=lambda law: -curves[law][-1])
+    drawn = [(law, curves[law], law in used) for law in by_last_force]
+    forces = {law: simulation.elastic_forces(section, DEPTHS)[FIRST] for law, section in sections.items()}
+    softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
+    depth = wording.scale("m", DEPTHS[FIRST]).given(DEPTHS[FIRST])
+    alt = f"At {depth} {softest} is the softest law and {stiffest} the stiffest."
+    if len(forces) < 2:
+        alt = f"Force of {softest} over penetration."
+    return Picture(
+        "Elastic force over penetration", "", alt, lambda ax: comparison.elastic(ax, CURVE, drawn), size=(4.6, 3.4)
+    )

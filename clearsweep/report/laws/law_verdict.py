@@ -1,0 +1,60 @@
+"""Effect of the choice of a law on which designs keep to the limits."""
+
+import numpy as np
+import pandas as pd
+
+from ...judging import verdict
+from ...language import wording
+from ..blocks.section import Part
+from ..blocks.table import Column, Table, counted
+from ..data.study import Study
+from ..statistics.matching import Matched, axis_key
+
+
+def of_axis(study: Study, groups: Matched) -> Part:
+    """Return the effect of the laws on an axis on the verdict, all else equal; an empty Part without limits."""
+    if verdict.EXCEEDED not in study.cases:
+        return Part([], [], [])
+    ids = groups.pairs["case_id"]
+    fails = (study.cases[verdict.EXCEEDED].reindex(ids) != "").to_numpy(float)
+    pairs = groups.pairs.assign(fails=fails, margin=study.cases[verdict.MARGIN].reindex(ids).to_numpy(float))
+    table = pairs.pivot_table(index="group", columns="law", values="fails", aggfunc="max")
+    table = table[table.count(axis=1) > 1]
+    if table.empty:
+        return Part([], [], [])
+    compared = pairs[pairs["group"].isin(table.index)]
+    return Part([_sentence(study, groups, table)], [], [_table(groups, compared)])
+
+
+def _sentence(study: Study, groups: Matched, table: pd.DataFrame) -> str:
+    """Return a sentence on the number of designs whose verdict depends on the law, and where."""
+    moved = table[table.max(axis=1) > table.min(axis=1)]
+    designs = wording.count(len(table), "design")
+    if moved.empty:
+        agreed = "keeps to the limits" if not table.max().max() else "exceeds a limit" if table.min().min() else ""
+        rest = f"each {agreed} with every one" if agreed else "each keeps to the limits with all of them, or with none"
+        return f"The choice of {groups.axis.name} does not move the verdict on {designs}: {rest}."
+    group = moved.index[0]
+    row = moved.loc[group].dropna()
+    keep, exceed = ([law for law, fails in row.items() if bool(fails) is beyond] for beyond in (False, True))
+    at = study.setting(groups.case(group, exceed[0]), without=groups.axis)
+    where = f", such as at {at}" if at else ""
+    laws = f"kept with {wording.sentence_list(keep)}, exceeded with {wording.sentence_list(exceed)}"
+    many = f"{len(moved)} of {designs}"
+    return f"The choice of {groups.axis.name} decides whether the limits are kept in {many}{where}: {laws}."
+
+
+def _table(groups: Matched, compared: pd.DataFrame) -> Table:
+    """Return, for each law, the number of designs that exceed a limit, and their margins."""
+    rows = []
+    for law in groups.axis.values:
+        mine = compared[compared["law"] == law]
+        if len(mine):
+            margins = mine["margin"].to_numpy()
+            known = margins[np.isfinite(margins)]
+            ends = (float(known.min()), float(np.median(known))) if len(known) else (np.nan, np.nan)
+            rows.append((law, counted(len(mine)), counted(int(mine["fails"].sum())), *ends))
+    heads = ("designs", "that exceed a limit", "smallest margin", "median margin")
+    columns = (Column(groups.axis.name), *map(Column, heads))
+    note = "Designs that finished with at least two of the laws; margin as in the verdict."
+    return Table(f"{axis_key(groups.axis)}_verdict", f"The verdict, by {groups.axis.name}", note, columns, rows)

@@ -1,0 +1,1 @@
+"""Pictures of one case: its mechanism, motion, wear; and the data of the player."""

@@ -1,0 +1,337 @@
+"""Pictures of one case: its joints, its output with the ideal mechanism, its drive, its contact onsets.
+
+Pictures are chosen from the layout, channel by channel, so no mechanism is known by name.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ... import simulation
+from ...contracts.layout import TIME, Column
+from ...language import wording
+from ...language.errors import InputError
+from ...store import StoredRun
+from ..blocks.picture import Picture, capital
+from ..data.dotted import dig
+from ..data.study import Joint, Study, resolved
+from ..draw import motion
+from ..statistics import elastic_range
+from . import spatial
+
+TURN = 2.0 * np.pi
+FLAT, SQUARE = (4.2, 3.3), (4.2, 3.05)  # inches; a square next to a colour bar is as wide as it is high
+ORBIT = ("x", "y", "force_normal")  # channels of a joint needed for its orbit
+LEVELS = (("force_p99", "p99"), ("force_peak_ideal", "ideal peak"))  # levels in the picture of a joint's force
+
+
+class History(NamedTuple):
+    """The saved time histories of a case."""
+
+    channels: Mapping  # name -> values in SI
+    time: np.ndarray  # s
+    angle: np.ndarray | None  # rad, of the drive, from 0 to 2 pi at first; None without a rotating drive
+    first: float = 0.0  # rad, full turns before that
+
+    def values(self, name: str) -> np.ndarray:
+        """Return the values (SI) of one channel."""
+        return np.asarray(self.channels[name], float)
+
+    def painter(
+        self, values: np.ndarray, unit: str, name: str, ideal: np.ndarray | None = None
+    ) -> Callable[[Axes], None]:
+        """Return a function that draws a quantity (SI) over the angle of the drive, or over time without rotation."""
+        angle = self.angle
+        if angle is None:
+            return lambda ax: motion.over_time(ax, self.time, values, unit, name)
+        return lambda ax: motion.against_ideal(ax, angle, values, ideal, unit, name)
+
+
+class JointHistory(NamedTuple):
+    """A quantity of a joint over the history of a case, with and without clearance."""
+
+    name: str
+    unit: str  # SI
+    actual: np.ndarray
+    ideal: np.ndarray | None = None
+
+
+def history(run: StoredRun, case_id: str) -> Mapping | None:
+    """Return the saved channels of a case by name, or None if no history was saved."""
+    path = run.orbit(case_id)
+    return path if len(path) > 1 else None
+
+
+def turned(study: Study, case_id: str, path: Mapping) -> np.ndarray | None:
+    """Return the angle (rad) of the drive at every sample of a case, or None without rotation."""
+    if "crank_angle" in path:
+        return np.asarray(path["crank_angle"], float)
+    speed = study.value(case_id, "drive.speed")
+    return None if speed is None else float(speed) * np.asarray(path[TIME], float)
+
+
+def saved_of(study: Study, case_id: str, path: Mapping) -> History:
+    """Return the History of a case from its channels."""
+    time, angle = np.asarray(path[TIME], float), turned(study, case_id, path)
+    first = 0.0 if angle is None else TURN * np.floor(angle[0] / TURN + 1e-9)
+    return History(path, time, None if angle is None else angle - first, first)
+
+
+def courses(study: Study, case_id: str, saved: History) -> list[JointHistory]:
+    """Return the histories of joint forces, output acceleration and torque, each with its ideal."""
+    ideal, courses = _ideal(study, case_id, saved), []
+    for joint in study.joints:
+        if f"joints/{joint.name}/force_normal" not in saved.channels:
+            continue
+        reaction = ideal.reactions.get(joint.title) if ideal else None
+        without = None if reaction is None else np.hypot(reaction[..., 0], reaction[..., 1])
+        force = saved.values(f"joints/{joint.name}/force_normal")
+        courses.append(JointHistory(f"normal force{study.where(joint, ', {}')}", "N", force, without))
+    acceleration = _acceleration(study, saved)
+    if acceleration:
+        without = ideal.acceleration if ideal else None
+        name = f"{study.run.layout.output} acceleration"
+        courses.append(JointHistory(name, acceleration.unit, saved.values(acceleration.name), without))
+    torques = [channel for channel in _own(study, saved) if channel.name.endswith("/torque")]
+    torque = ideal.torque if ideal else None
+    return courses + [
+        JointHistory(_words(channel), channel.unit, saved.values(channel.name), torque) for channel in torques
+    ]
+
+
+def pictures(study: Study, case_id: str, path: Mapping) -> list[Picture]:
+    """Return the pictures of one case from its channels, as far as available."""
+    saved = saved_of(study, case_id, path)
+    joints = [picture for joint in study.joints for picture in _joint(study, case_id, joint, saved)]
+    output = _output(study, case_id, saved)
+    return [*joints, *output, *_torque(study, case_id, saved)] if output else _bodies(study, saved) + joints
+
+
+def onsets(study: Study, case_id: str, events: Mapping, path: Mapping) -> list[Picture]:
+    """Return the picture of the closing rates at contact onsets; [] without events or drive.
+
+    If the speed is not constant, the picture covers the stretch whose samples are saved in `path`.
+    """
+    speed, time = study.value(case_id, "drive.speed"), np.asarray(events["t"], float)
+    start = study.value(case_id, "drive.start_angle") or 0.0
+    kept = np.asarray(events["kind"]).astype(str) == "on"
+    if isinstance(speed, Mapping | None) and study.driven:
+        moments = np.asarray(path[TIME], float)
+        kept &= (time >= moments[0]) & (time <= moments[-1])
+        angles = np.interp(time, moments, np.asarray(path["crank_angle"], float))
+    elif speed is not None:
+        angles = float(start) + float(speed) * time
+    if not study.driven or not kept.any():
+        return []
+    angle, rate = angles[kept], np.asarray(events["rate"], float)[kept]
+    limits = elastic_range.limits(study, case_id, float(rate.max()))
+    return [
+        Picture(
+            "Contact onsets",
+            "Closing rate at each onset, the whole run.",
+            f"{int(kept.sum())} contact onsets, the fastest at {_most(rate, 'm/s')}.",
+            lambda ax: motion.events(ax, angle, rate, limits),
+            FLAT,
+        )
+    ]
+
+
+def _output(study: Study, case_id: str, saved: History) -> list[Picture]:
+    """Return the output's acceleration and position error, with the ideal mechanism if available.
+
+    The channel of the position is recognised by its unit, which is that of the error.
+    """
+    output = study.run.layout.output
+    unit = study.unit(study.column("error_max"))
+    by_unit = {channel.unit: channel.name for channel in reversed(_of_body(study, saved, output))}
+    ideal, accelerations = _ideal(study, case_id, saved), _acceleration(study, saved)
+    drawn = []
+    if accelerations:
+        acceleration, without = saved.values(accelerations.name), ideal.acceleration if ideal else None
+        most, *ideally = most_of([acceleration, *([] if without is None else [without])], accelerations.unit)
+        alt = f"{capital(output)} acceleration, at most {most}"
+        alt += f"; the ideal mechanism reaches {ideally[0]}." if ideally else "."
+        paint = saved.painter(acceleration, accelerations.unit, f"{output} acceleration", without)
+        title = f"{capital(output)} acceleration against the ideal mechanism"
+        drawn.append(Picture(title, "", alt, paint, FLAT, played=True))
+    if unit in by_unit and ideal:
+        error = saved.values(by_unit[unit]) - ideal.place
+        drawn.append(
+            Picture(
+                f"{capital(output)} position error",
+                f"{capital(output)} position less that of the ideal mechanism.",
+                f"{capital(output)} error, at most {_most(error, unit)}.",
+                saved.painter(error, unit, f"{output} error"),
+                FLAT,
+            )
+        )
+    return drawn
+
+
+def _acceleration(study: Study, saved: History) -> Column | None:
+    """Return the channel of the output's acceleration: its unit is that of the position per s^2."""
+    unit = f"{study.unit(study.column('error_max'))}/s^2"
+    return next((each for each in _of_body(study, saved, study.run.layout.output) if each.unit == unit), None)
+
+
+def _torque(study: Study, case_id: str, saved: History) -> list[Picture]:
+    """Return the torque of the drive with that of the ideal mechanism, if the mechanism has this channel."""
+    ideal, drawn = _ideal(study, case_id, saved), []
+    for channel in _own(study, saved):
+        if channel.name.endswith("/torque"):
+            values, name = saved.values(channel.name), _words(channel)
+            free = study.has("crank_speed_min")
+            caption = "What the drive gives." if free else "What the drive must give to hold the crank speed."
+            alt = f"{capital(name)}, at most {_most(values, channel.unit)}."
+            paint = saved.painter(values, channel.unit, name, ideal.torque if ideal else None)
+            drawn.append(Picture(capital(name), caption, alt, paint, FLAT, played=True))
+    return drawn
+
+
+def _bodies(study: Study, saved: History) -> list[Picture]:
+    """Return one picture for each channel of the mechanism; a rate is drawn over the quantity before it."""
+    drawn, before = [], None
+    for channel in _own(study, saved):
+        values, name = saved.values(channel.name), _words(channel)
+        if before and channel.unit == f"{before.unit}/s":
+            drawn.append(_portrait(before, channel, saved))
+        else:
+            caption = f"{capital(channel.description)}." if channel.description else ""
+            alt = f"{capital(name)}, at most {_most(values, channel.unit)}."
+            drawn.append(Picture(capital(name), caption, alt, saved.painter(values, channel.unit, name), FLAT))
+        before = channel
+    return drawn
+
+
+def _portrait(place: Column, rate: Column, saved: History) -> Picture:
+    """Return the phase portrait of a quantity and its rate."""
+    over, up = ((saved.values(each.name), each.unit, _words(each)) for each in (place, rate))
+    title = f"Phase portrait: {_words(rate)} over {_words(place)}"
+    return Picture(title, "", f"{title}.", lambda ax: motion.phase(ax, over, up), SQUARE)
+
+
+def _joint(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
+    """Return the orbit of the journal, if it is planar with known clearance, and the normal force."""
+    if not all(f"joints/{joint.name}/{name}" in saved.channels for name in ORBIT):
+        return _force(study, case_id, joint, saved)
+    x, y, force = (saved.values(f"joints/{joint.name}/{name}") for name in ORBIT)
+    where = study.where(joint, ", joint {}")
+    clearance = study.value(case_id, f"joints.{joint.title}.clearance")
+    drawn = []
+    if clearance is not None and not _straight(study, joint):
+        reach = float(np.hypot(x, y).max())
+        farthest, free = wording.in_common_unit((reach, float(clearance)), "m")
+        drawn.append(
+            Picture(
+                f"Journal orbit{where}",
+                "Circle: radial clearance. Outside it the bodies touch.",
+                f"Path of the journal centre, at most {farthest} from the bearing centre; clearance {free}.",
+                lambda ax: motion.orbit(ax, x, y, force, float(clearance)),
+                SQUARE,
+                played=True,
+            )
+        )
+        if joint == study.hardest_joint():
+            drawn.append(_unrolled(where, (x, y, force), float(clearance)))
+    return [*drawn, *_in_space(study, case_id, joint, saved), *_force(study, case_id, joint, saved)]
+
+
+def _force(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
+    """Return the picture of the normal force of a joint; [] if it is not stored."""
+    channel = f"joints/{joint.name}/force_normal"
+    if channel not in saved.channels:
+        return []
+    force, where = saved.values(channel), study.where(joint, ", joint {}")
+    angle, levels = saved.angle, _levels(study, case_id, joint)
+    over, paint = "time", saved.painter(force, "N", "normal force")
+    if angle is not None:
+        over, paint = "crank angle", partial(motion.force, angle=angle, normal=force, levels=levels)
+    alt = f"Normal force over {over}, at most {_most(force, 'N')} among the samples."
+    return [Picture(f"Normal force{where}", "", alt, paint, FLAT, played=True)]
+
+
+def _unrolled(where: str, curve: tuple[np.ndarray, ...], clearance: float) -> Picture:
+    """Return the gap of a journal over the direction of its centre; curve : x, y (m), normal force (N)."""
+    x, y, force = curve
+    times = motion.magnified(x, y, clearance)
+    below = f"; below zero, penetration drawn {times:g} times as deep" if times > 1.0 else ""
+    least = wording.text(clearance - float(np.hypot(x, y).max()), "m").replace("-", wording.MINUS)
+    return Picture(
+        f"Journal orbit unrolled{where}",
+        f"The gap in the direction of the journal centre{below}.",
+        f"Gap over the direction of the journal centre, at least {least}.",
+        lambda ax: motion.unrolled(ax, x, y, force, clearance),
+        SQUARE,
+    )
+
+
+def _in_space(study: Study, case_id: str, joint: Joint, saved: History) -> list[Picture]:
+    """Return the pictures of a spatial joint: the axis of its journal, its tilt; [] unless all channels are stored."""
+    whole = all(channel.name in saved.channels for channel in study.run.layout.channels)
+    if saved.angle is None or not whole or not spatial.has(saved.channels, joint.name):
+        return []
+    try:
+        case = resolved(study, [case_id])[0]
+    except InputError:  # mechanism or laws of another version
+        return []
+    spatial_joint = next(each for each in case.joints if each.name == joint.title)
+    return spatial.pictures(case, spatial_joint, saved.values, saved.angle)
+
+
+def _straight(study: Study, joint: Joint) -> bool:
+    """Return whether a joint is a gap on a line or a guide, without orbit."""
+    if "height" in (dig(study.base, f"joints.{joint.title}") or {}):
+        return True
+    mechanism = simulation.catalogue().mechanism(study.mechanism)
+    sites = mechanism.joints if mechanism else ()
+    return any(site.name == joint.title and site.kind == "line" for site in sites)
+
+
+def _levels(study: Study, case_id: str, joint: Joint) -> list[tuple[str, float]]:
+    """Return the reference forces of the history of a case: name, N."""
+    if study.cases.place(case_id) < 0:
+        return []
+    columns = [(name, joint.column(figure)) for figure, name in LEVELS]
+    levels = [(name, float(study.cases.at[case_id, column])) for name, column in columns if study.has(column)]
+    return [level for level in levels if np.isfinite(level[1])]
+
+
+def _ideal(study: Study, case_id: str, saved: History) -> simulation.IdealMotion | None:
+    """Return the ideal mechanism at the samples of a case, or None if there is none or it is unknown."""
+    if saved.angle is None:
+        return None
+    try:
+        case = resolved(study, [case_id])[0]
+    except InputError:  # mechanism or laws of another version
+        return None
+    return simulation.ideal_motion(case, saved.angle + saved.first)
+
+
+def _own(study: Study, saved: History) -> list[Column]:
+    """Return the channels of the mechanism, without those of its joints and the time."""
+    channels = [
+        channel for channel in study.run.layout.channels if channel.name in saved.channels and channel.name != TIME
+    ]
+    return [channel for channel in channels if not channel.name.startswith("joints/")]
+
+
+def _of_body(study: Study, saved: History, body: str) -> list[Column]:
+    return [each for each in _own(study, saved) if body and each.name.startswith(f"{body}/")]
+
+
+def _words(channel: Column) -> str:
+    """Return 'crank torque' for 'crank/torque'."""
+    return channel.name.replace("/", " ").replace("_", " ")
+
+
+def _most(values: np.ndarray, unit: str) -> str:
+    """Return the largest magnitude of a history with its unit."""
+    return most_of([values], unit)[0]
+
+
+def most_of(histories: Iterable[np.ndarray], unit: str) -> list[str]:
+    """Return the largest magnitudes of compared histories, all in one unit."""
+    return wording.in_common_unit((float(np.abs(values).max()) for values in histories), unit)

@@ -1,0 +1,128 @@
+"""Data of the player of a page, which shows one case in motion."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ... import simulation
+from ...contracts.machine import GROUND
+from ...language import wording
+from ...language.errors import InputError
+from ..blocks.interactive import packed
+from ..blocks.section import Interactive
+from ..data.study import Study, resolved
+from .motion import ORBIT, History, courses, saved_of
+
+ROUNDING = 1e-12  # of the largest value of a curve: smaller values, such as a torque at a dead centre, are rounding
+MOST = 3000  # samples: longer histories are cut to those around the largest force
+DEEPEST = 0.25  # of the clearance: drawn height of the deepest penetration
+WITHOUT = "The motion needs scripts; clearsweep show DIR CASE draws it without."
+
+
+def of(study: Study, case_id: str, path: Mapping) -> Interactive | None:
+    """Return the data of a case for the player, or None without rotation, picture or complete channels."""
+    if not all(f"joints/{joint.name}/{name}" in path for joint in study.joints for name in ORBIT):
+        return None
+    saved, sketch = saved_of(study, case_id, path), _sketch(study, case_id)
+    bodies = _bodies(sketch, path) if sketch else []
+    if saved.angle is None or sketch is None or not bodies:
+        return None
+    part = _part(study, path)
+    data = {
+        "angle": packed(np.degrees(saved.angle[part])),
+        "bodies": [body | {key: packed(body[key][part]) for key in ("x", "y", "angle")} for body in bodies],
+        "ground": [joint.place.tolist() for joint in sketch.joints if joint.grounded and joint.guide is None],
+        "joints": _joints(study, case_id, path, part),
+        "charts": _charts(study, case_id, saved, part),
+    }
+    return Interactive("player", f"motion-of-{case_id}", f"Case {case_id} in motion", data, WITHOUT)
+
+
+def _part(study: Study, path: Mapping) -> slice:
+    """Return the slice of displayed samples."""
+    force = np.asarray(path[f"joints/{study.hardest_joint().name}/force_normal"], float)
+    if len(force) <= MOST:
+        return slice(None)
+    first = min(max(int(force.argmax()) - MOST // 2, 0), len(force) - MOST)
+    return slice(first, first + MOST)
+
+
+def _sketch(study: Study, case_id: str) -> simulation.Sketch | None:
+    """Return the mechanism of a case at its start, or None without picture or for another version."""
+    try:
+        return simulation.sketch(resolved(study, [case_id])[0])
+    except InputError:
+        return None
+
+
+def _bodies(sketch: simulation.Sketch, path: Mapping) -> list[dict]:
+    """Return the moving bodies: points relative to the centre of mass at the start, position and angle over time.
+
+    [] if a body has no channels.
+    """
+    bodies = []
+    for body in sketch.bodies:
+        name = body.name.replace("-", "_")
+        if body.name == GROUND:
+            continue
+        if not {f"{name}/x", f"{name}/y"} <= set(path):
+            return []
+        x, y = (np.asarray(path[f"{name}/{key}"], float) for key in ("x", "y"))
+        angle = np.asarray(path.get(f"{name}/angle", np.full(len(x), body.angle)), float)
+        bodies.append(
+            {"began": body.angle, "points": (body.points - body.center).tolist(), "x": x, "y": y, "angle": angle}
+        )
+    return bodies
+
+
+def _joints(study: Study, case_id: str, path: Mapping, part: slice) -> list[dict]:
+    joints = []
+    for joint in study.joints:
+        x, y, force = (
+            np.asarray(path[f"joints/{joint.name}/{key}"], float)[part] for key in ("x", "y", "force_normal")
+        )
+        clearance = study.value(case_id, f"joints.{joint.title}.clearance")
+        if clearance is None:
+            continue
+        deepest = max(float(np.hypot(x, y).max()) - float(clearance), 0.0)
+        unit = wording.scale("N", force)
+        joints.append(
+            {
+                "name": joint.title,
+                "clearance": float(clearance),
+                "said": wording.text(float(clearance), "m"),
+                "magnified": float(f"{max(DEEPEST * float(clearance) / deepest, 1.0):.1g}") if deepest > 0.0 else 1.0,
+                "x": packed(x),
+                "y": packed(y),
+                "force": packed(force / unit.factor),
+                "most": float(force.max() / unit.factor),
+                "unit": unit.unit,
+            }
+        )
+    return joints
+
+
+def _without_rounding(values: np.ndarray) -> np.ndarray:
+    """Return values, with those within the rounding error of the largest set to 0."""
+    clean: np.ndarray = np.where(np.abs(values) < ROUNDING * np.nanmax(np.abs(values), initial=0.0), 0.0, values)
+    return clean
+
+
+def _charts(study: Study, case_id: str, saved: History, part: slice) -> list[dict]:
+    charts = []
+    for curve in courses(study, case_id, saved):
+        scale = wording.scale(curve.unit, curve.actual[part])
+        lines = [("with clearance", _without_rounding(curve.actual), "accent", False)]
+        if curve.ideal is not None:
+            lines.append(("ideal", _without_rounding(curve.ideal), "mark", True))
+        charts.append(
+            {
+                "name": curve.name,
+                "unit": scale.unit,
+                "lines": [
+                    {"name": name, "values": packed(values[part] / scale.factor), "colour": colour, "dashed": dashed}
+                    for name, values, colour, dashed in lines
+                ],
+            }
+        )
+    return charts

@@ -1,0 +1,99 @@
+"""A journal in its bearing in space, from the saved channels of a case."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from ... import simulation
+from ...contracts.case import Case, column_name
+from ...contracts.case import Joint as CaseJoint
+from ...contracts.outline import GROUND
+from ...language import wording
+from ..blocks.picture import Dot, Picture
+from ..draw import spatial
+
+TALL, FLAT = (4.2, 3.6), (4.2, 3.3)  # inches
+MOST = 240  # places of a dot that moves: a browser goes straight between them
+
+
+def pictures(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray], angle: np.ndarray) -> list[Picture]:
+    """Return the pictures of a spatial joint; values : channel -> its history in SI; angle : rad, of the crank."""
+    ends = ends_of(case, joint, values)
+    half = (0.5 * float(joint.journal_length or 0.0), 0.5 * float(joint.length or 0.0))
+    tilted, limit = values(f"joints/{joint.column}/tilt"), _limit(joint)
+    most, where = f"{np.degrees(tilted.max()):.3g}°", "the frame of the bearing, z along it"
+    unit, step = wording.scale("m", joint.clearance).factor, -(-ends.shape[1] // MOST)
+    dots = [Dot(end[::step, :2] / unit, colour) for end, colour in zip(ends, spatial.COLOURS, strict=True)]
+    return [
+        Picture(
+            "The journal's axis in its bearing",
+            f"Orbits of both ends, in {where}, stretched across it; circles: radial clearance.",
+            f"Orbits of both ends of the journal's axis; it tilts by {most} at most.",
+            lambda ax: spatial.axis(ax, ends, half, joint.clearance),
+            TALL,
+            "3d",
+        ),
+        Picture(
+            "Both ends along the bearing",
+            "Click: they move, a revolution in 8 s.",
+            "Orbits of both ends of the journal's axis, seen along the bearing.",
+            lambda ax: spatial.face(ax, ends, joint.clearance),
+            TALL,
+            dots=tuple(dots),
+        ),
+        Picture(
+            "Tilt",
+            "Angle between the axes of bearing and journal.",
+            f"Tilt over crank angle, at most {most}.",
+            lambda ax: spatial.tilt(ax, angle, tilted, limit),
+            FLAT,
+        ),
+    ]
+
+
+def ends_of(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray]) -> np.ndarray:
+    """Return where both ends of the journal's axis are, (2, n, 3) m in the frame of the bearing, z along it."""
+    mechanism = simulation.mechanism_of(case)
+    site = mechanism.site(joint.name)
+    on, bearing = site.journals
+    holder, journal = _frames(values, bearing), _frames(values, on)
+    rotation = holder @ _tilted(joint.tilt)
+    middle = np.stack([values(f"joints/{joint.column}/{axis}") for axis in "xyz"], axis=-1)
+    reach = 0.5 * float(joint.journal_length or 0.0) * journal[:, :, 2]
+    ends = np.stack([middle + reach, middle - reach])
+    rotated: np.ndarray = np.einsum("nji,enj->eni", np.broadcast_to(rotation, (ends.shape[1], 3, 3)), ends)
+    return rotated
+
+
+def _frames(values: Callable[[str], np.ndarray], body: str) -> np.ndarray:
+    """Return the rotation matrices (n, 3, 3) of a body; (1, 3, 3) of the ground."""
+    if body == GROUND:
+        return np.eye(3)[None]
+    w, x, y, z = (values(f"{column_name(body)}/q{k}") for k in "wxyz")
+    rows = (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+        (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def _tilted(vector: tuple[float, ...]) -> np.ndarray:
+    """Return the rotation matrix of a rotation vector about x and y, by Rodrigues' formula."""
+    a, b = vector
+    angle = float(np.hypot(a, b))
+    k = np.array([[0.0, 0.0, b], [0.0, 0.0, -a], [-b, a, 0.0]])
+    share, bent = (np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2) if angle else (1.0, 0.5)
+    matrix: np.ndarray = np.eye(3) + share * k + bent * (k @ k)
+    return matrix
+
+
+def _limit(joint: CaseJoint) -> float | None:
+    """Return the tilt (rad) at which a journal jams, or None if nothing stops it."""
+    limit = simulation.jam_angle(joint)
+    return limit if np.isfinite(limit) else None
+
+
+def has(channels: Mapping, joint: str) -> bool:
+    """Return whether the channels are those of a spatial joint, named as in columns."""
+    return f"joints/{joint}/tilt" in channels

@@ -1,0 +1,115 @@
+"""The wear of one case: pictures of the depth around each body."""
+
+import base64
+from functools import partial
+
+import numpy as np
+
+from ... import simulation
+from ...language import wording
+from ..blocks.picture import Picture
+from ..blocks.section import Interactive
+from ..data.study import Joint, Study, joint_of, resolved
+from ..draw import wear
+
+POLAR, FLAT, UNROLLED = (3.3, 3.5), (3.5, 3.3), (4.2, 2.9)  # inches
+MOST, SECTORS = 30, 120  # cases to choose from in all joints, and sectors of the circle on the page
+Depths = tuple[np.ndarray, np.ndarray]
+
+
+def bodies(study: Study, joint: Joint) -> tuple[str, str]:
+    """Return the carriers of bearing and journal, such as 'Bearing in the slider', 'Journal on the rod'."""
+    mechanism = simulation.catalogue().mechanism(study.mechanism)
+    sites = {site.name: site for site in mechanism.joints} if mechanism else {}
+    site, journal = sites.get(joint.title), study.base["joints"].get(joint.title, {}).get("journal")
+    if site is None or journal not in site.journals:
+        return "Bearing", "Journal"
+    bearing = next(body for body in site.journals if body != journal)
+    return f"Bearing in the {bearing}", f"Journal on the {journal}"
+
+
+def pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Picture]:
+    """Return the depths (m) around bearing and journal on one scale, and both along their surfaces.
+
+    A body without wear has no picture of its own.  A spatial joint has a map of each body.
+    """
+    named = bodies(study, joint)
+    if depths[0].ndim > 1:
+        return _maps(study, joint, case_id, depths)
+    depths = (np.asarray(depths[0], float), np.asarray(depths[1], float))
+    scale, most = wording.scale("m", [*depths[0], *depths[1]]), float(max(map(np.max, depths)))
+    pictures = [
+        Picture(
+            name,
+            depth_text(depth),
+            f"{name}: wear depth round it. {depth_text(depth)}",
+            partial(wear.around, depth=depth, place=place, scale=scale, most=most),
+            POLAR,
+            "polar",
+        )
+        for place, (name, depth) in enumerate(zip(named, depths, strict=True))
+        if depth.any()
+    ]
+    if pictures:
+        text = "Wear depth over the angle on the body, of bearing and journal."
+        painted = partial(wear.along_length, depths=depths, scale=scale)
+        pictures.append(Picture("Depth along the surface", "", text, painted, FLAT))
+    return pictures
+
+
+def _maps(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Picture]:
+    """Return the wear depths (m) over angle and length of both bodies of a joint in space."""
+    (case,) = resolved(study, [case_id])
+    case_joint = joint_of(case, joint)
+    return [
+        Picture(
+            name,
+            depth_text(round_it(depth)),
+            f"{name}: wear depth over angle and length. {depth_text(round_it(depth))}",
+            partial(wear.unrolled, depth=np.asarray(depth, float), length=float(length or 0.0)),
+            UNROLLED,
+        )
+        for name, depth, length in zip(
+            bodies(study, joint), depths, (case_joint.length, case_joint.journal_length), strict=True
+        )
+    ]
+
+
+def round_it(depth: np.ndarray) -> np.ndarray:
+    """Return the depths (m) of a body by angular bin; of a spatial joint, the deepest along its axis."""
+    return np.asarray(depth, float) if depth.ndim == 1 else np.asarray(depth.max(axis=1), float)
+
+
+def chosen(study: Study, joint: Joint) -> Interactive | None:
+    """Return the wear of the joint's most worn cases for selection, or None with fewer than two."""
+    column = joint.column("wear_depth_max")
+    places = study.cases.ordered(column)[: min(int((study.cases[column] > 0.0).sum()), MOST // len(study.joints))]
+    if len(places) < 2:
+        return None
+    label = f"Wear depth round the bodies of joint {joint.title}, of a case to choose"
+    cases = [_drawn(study, joint, case_id) for case_id in study.cases.index[places]]
+    data = {"title": f"Joint {joint.title}, of any case: ", "bodies": bodies(study, joint), "cases": cases}
+    return Interactive("worn", f"worn-{joint.name}", label, data, "")
+
+
+def _drawn(study: Study, joint: Joint, case_id: str) -> dict:
+    """Return the depths around the bodies of a joint for the page's script: bytes, relative to the deepest."""
+    depths = [round_it(depth) for depth in study.run.wear(case_id)[joint.name]]
+    most = max(float(depth.max()) for depth in depths)
+    scale = most or 1.0  # arbitrary without wear
+    shares = [wear.joined(depth, SECTORS) / scale for depth in depths]
+    text = wording.text(most, "m")
+    return {
+        "name": f"{study.setting(case_id)}: {text}",
+        "most": text,
+        "said": [depth_text(depth) for depth in depths],
+        "mean": [float(depth.mean() / scale) for depth in depths],
+        "depths": [base64.b64encode(np.rint(255.0 * share).astype(np.uint8).tobytes()).decode() for share in shares],
+    }
+
+
+def depth_text(depth: np.ndarray) -> str:
+    """Return the place of the deepest wear of a body, and its mean depth, in words."""
+    angle = 360.0 * (int(depth.argmax()) + 0.5) / len(depth)
+    deepest, mean = wording.in_common_unit((float(depth.max()), float(depth.mean())), "m")
+    return f"deepest {deepest} at {angle:.0f}°, mean {mean}"

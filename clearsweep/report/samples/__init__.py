@@ -1,0 +1,1 @@
+"""Tables and sentences on samples of cases: spread, chances, drivers, counts."""

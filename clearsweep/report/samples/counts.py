@@ -1,0 +1,90 @@
+"""Counts on the page of a run: always of all cases, even if the page shows a sample."""
+
+from collections import Counter
+from typing import NamedTuple
+
+import numpy as np
+
+from ...judging.verdict import Limit
+from ...store import summed
+from ..blocks.section import Note, Section
+from ..data.study import Study
+
+#: Sections with counts of all cases, and their other contents; sections without counts have no note.
+_MIXED = {
+    "verdict": "Counts are of all cases. Maps and shares are of the sample, {}.",
+    "failures": "The numbers are of all cases. The list has those of the sample, {}.",
+    "trust": "Failed cases and those beyond a law are counted of all cases. All else is of the sample, {}.",
+    "mechanism": "",
+    "setup": "",
+}
+
+
+class LimitCounts(NamedTuple):
+    """Counts of finished cases by limits."""
+
+    cases: int
+    exceeding: int  # at least one limit
+    unknown: int  # cases among them without the figure of a limit
+    each: list[tuple[int, int]]  # for each limit: cases that exceed it, and cases among them without its figure
+
+
+def finished_and_failed(study: Study) -> tuple[int, int]:
+    """Return the numbers of finished and of failed cases."""
+    marks = study.run.marks()
+    if not marks:
+        return len(study.cases), len(study.failed)
+    return sum(mark["ok"] for mark in marks), sum(mark["failed"] for mark in marks)
+
+
+def failures(study: Study) -> Counter[str]:
+    """Return the number of failed cases by status."""
+    if study.run.marks():
+        statuses = _summed(study, "statuses")
+        del statuses["ok"]
+        return statuses
+    return Counter({str(status): int(number) for status, number in study.failed["status"].value_counts().items()})
+
+
+def limits(study: Study) -> LimitCounts:
+    """Return the counts of finished cases that keep to the limits of the grid."""
+    if study.run.marks():
+        total, fails, unjudged = (_summed(study, part) for part in ("limits", "fails", "unjudged"))
+        each = [(fails[str(place)], unjudged[str(place)]) for place in range(len(study.limits))]
+        return LimitCounts(total["cases"], total["any"], total["unknown"], each)
+    if not study.limits:
+        return LimitCounts(len(study.cases), 0, 0, [])
+    known = [columns(study, limit) for limit in study.limits]
+    beyond, unknown = (
+        [getattr(limit, what)(each) for limit, each in zip(study.limits, known, strict=True)]
+        for what in ("fails", "unknown")
+    )
+    return LimitCounts(
+        len(study.cases),
+        int(np.any(beyond, axis=0).sum()),
+        int(np.any(unknown, axis=0).sum()),
+        [(int(cases.sum()), int(each.sum())) for cases, each in zip(beyond, unknown, strict=True)],
+    )
+
+
+def remarks(study: Study) -> Counter[str] | None:
+    """Return the counts of remarks on all cases, their number under `cases`; None if the page shows all cases."""
+    return _summed(study, "remarks") if study.run.marks() else None
+
+
+def columns(study: Study, limit: Limit) -> dict[str, np.ndarray]:
+    """Return the columns that a limit uses."""
+    return {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
+
+
+def noted(study: Study, section: Section) -> Section:
+    """Return a section with a note on the cases that its counts cover, if the page shows a sample."""
+    if not section.title or not study.run.marks():
+        return section
+    shown = f"{len(study.cases) + len(study.failed):,} of {sum(finished_and_failed(study)):,} cases"
+    text = _MIXED.get(section.key, "Counts and shares are of the sample, {}.").format(shown)
+    return section._replace(blocks=[Note(text), *section.blocks]) if text else section
+
+
+def _summed(study: Study, part: str) -> Counter[str]:
+    return summed([mark["counts"] for mark in study.run.marks()], part)

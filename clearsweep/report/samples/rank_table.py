@@ -1,0 +1,82 @@
+"""Table of the variables that drive a random sample: rank correlations, chance of exceeding limits in either half."""
+
+import itertools
+
+import numpy as np
+
+from ...language import wording
+from ..blocks.table import Column, Quantity, Table
+from ..data.study import Study
+from ..statistics import ranks, sensitivity
+from ..statistics.sensitivity import Estimate, Setting
+from .sample_tables import (
+    any_exceeded,
+    estimate_cells,
+    estimate_columns,
+    figure_columns,
+    finished,
+    limited_figures,
+    point_cells,
+    variables,
+)
+
+LEAST = 8  # cases: correlations of fewer are meaningless
+
+
+def rank_table(study: Study, samples: list[Setting]) -> Table:
+    """Return rank correlations of each figure with each drawn variable, the strongest first; none for few cases."""
+    names = variables(study)
+    drawn = {path: np.asarray(values, float) for path, values in study.run.grid["sample"]["drawn"].items()}
+    limited = bool(study.run.grid.get("limits"))
+    columns = [
+        *figure_columns(study),
+        Column("variable"),
+        *estimate_columns("rank correlation"),
+        *estimate_columns("others held"),
+    ]
+    if limited:
+        columns += [*estimate_columns("limits exceeded, lower half"), *estimate_columns("upper half")]
+    rows = []
+    for figure, sample in itertools.product(limited_figures(study), samples):
+        for path, alone, partial in correlations(study, sample, figure.column):
+            head = (figure.name, figure.unit, *point_cells(study, sample), names[path])
+            halves = _halves(study, sample, drawn[path]) if limited else []
+            rows.append((*head, *estimate_cells(alone, "1"), *estimate_cells(partial, "1"), *halves))
+    note = (
+        "Rank correlation (Spearman): 1 where the figure always rises with the variable, "
+        f"{wording.MINUS}1 where it always falls; others fixed: of what the other variables leave (PRCC). In brackets "
+        "the 95 % interval."
+    )
+    if limited:
+        note += " Limits exceeded: how likely at least one is where the variable is below its median, and above."
+    return Table("rank_drivers", "What drives the spread", note, tuple(columns), rows)
+
+
+def correlations(study: Study, sample: Setting, column: str) -> list[tuple[str, Estimate, Estimate]]:
+    """Return variable, rank correlation with a figure, and partial rank correlation, the strongest first.
+
+    [] with too few cases, and for a constant figure.
+    """
+    values, rows = sample.figures[column], []
+    known = np.isfinite(values)
+    if known.sum() < LEAST or np.ptp(values[known]) == 0.0:
+        return []
+    table = study.run.grid["sample"]["drawn"]
+    drawn = {path: np.asarray(table[path], float)[known] for path in variables(study)}
+    for path, x in drawn.items():
+        others = [other for name, other in drawn.items() if name != path]
+        alone = ranks.rank_correlation(x, values[known])
+        rows.append((path, alone, ranks.partial_rank_correlation(x, values[known], others)))
+    return sorted(rows, key=lambda each: -abs(np.nan_to_num(each[2].value)))
+
+
+def _halves(study: Study, sample: Setting, values: np.ndarray) -> list[Quantity]:
+    """Return the cells of the chance that a limit is exceeded below and above the median of a variable."""
+    good, beyond = finished(sample), any_exceeded(study, sample)
+    values = values[good]
+    middle = np.median(values)
+    cells = []
+    for half in (values <= middle, values > middle):
+        chance = sensitivity.exceedance(beyond[half]) if half.any() else Estimate(np.nan, np.nan, np.nan)
+        cells += estimate_cells(chance, "1")
+    return cells

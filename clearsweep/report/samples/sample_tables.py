@@ -1,0 +1,278 @@
+"""Tables of a sample: spread of figures, chance of exceeding limits, variables that drive the spread."""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+
+from ...judging.verdict import Limit
+from ...language import wording
+from ..blocks.case_table import axis_columns
+from ..blocks.table import Column, Quantity, Table, counted
+from ..data.axis import Axis
+from ..data.shown import shown
+from ..data.study import Study
+from ..statistics import sensitivity
+from ..statistics.sensitivity import Chance, Effect, Estimate, Setting
+
+
+class Judged(NamedTuple):
+    """A figure of merit with its limits."""
+
+    column: str
+    name: str
+    unit: str
+    limits: tuple[Limit, ...]  # at most one at either end
+
+
+def limited_figures(study: Study) -> list[Judged]:
+    """Return the figures whose spread is shown: the main ones, and those with a limit."""
+    named = dict(shown(study, "sample"))
+    further = [*(study.run.grid.get("figures") or {}), *(limit.column for limit in study.limits)]
+    named |= {column: column.replace("_", " ") for column in further if column not in named}
+    return [
+        Judged(column, name, study.unit(column), tuple(limit for limit in study.limits if limit.column == column))
+        for column, name in named.items()
+        if study.has(column)
+    ]
+
+
+def spread_table(study: Study, samples: list[Setting]) -> Table:
+    """Return mean, variation and quantiles of every figure."""
+    columns = (
+        *figure_columns(study),
+        Column("cases"),
+        *estimate_columns("mean"),
+        *estimate_columns("cv"),
+        *estimate_columns("5 % quantile"),
+        *estimate_columns("median"),
+        *estimate_columns("95 % quantile"),
+    )
+    rows = []
+    for figure in limited_figures(study):
+        for sample in samples:
+            values = sample.figures[figure.column]
+            if np.isfinite(values).any():
+                spread = sensitivity.spread(values)
+                head = (figure.name, figure.unit, *point_cells(study, sample), counted(spread.cases))
+                quantiles = [cell for quantile in spread.quantiles for cell in estimate_cells(quantile, figure.unit)]
+                rows.append(
+                    (*head, *estimate_cells(spread.mean, figure.unit), *estimate_cells(spread.cv, "1"), *quantiles)
+                )
+    note = (
+        "In brackets the 95 % confidence interval: of mean and cv (standard deviation over mean) from the "
+        f"bootstrap, of quantiles from order statistics; {wording.DASH}: too few cases to give that end. "
+        f"{_left_out(samples)}"
+    )
+    return Table("distribution", "Spread of the figures", note.strip(), columns, rows)
+
+
+def limit_table(study: Study, samples: list[Setting]) -> Table:
+    """Return the chance of exceeding each limit and, if cases failed, the chance with these counted as failures."""
+    failures = any(sample.failed for sample in samples)
+    columns = (
+        *figure_columns(study),
+        Column("limit"),
+        Column("cases"),
+        *estimate_columns("probability of exceeding it"),
+        *(estimate_columns("or of failing") if failures else ()),
+    )
+    rows = []
+    for figure in limited_figures(study):
+        for limit, sample in itertools.product(figure.limits, samples):
+            fails = limit.fails(sample.figures)[finished(sample)]
+            if len(fails) or sample.failed:
+                head = (figure.name, figure.unit, *point_cells(study, sample))
+                limit_text = Quantity(limit.value, limit.words(figure.unit))
+                rows.append((*head, limit_text, *_chances(fails, _failed_rows(sample), failures=failures)))
+    for sample in samples if len(rows) > len(samples) else []:
+        head = ("at least one of them", "", *point_cells(study, sample))
+        rows.append((*head, "", *_chances(any_exceeded(study, sample), _failed_rows(sample), failures=failures)))
+    note = (
+        "In brackets the exact 95 % confidence interval (Clopper and Pearson). A case whose figure is null counts as "
+        "exceeding its limit."
+    )
+    if failures:
+        failed = sum(len(sample.failed) for sample in samples)
+        note += (
+            f" The first probability leaves out {wording.count(failed, 'failed case')}, so it is too low where violent "
+            "cases fail. The second counts failed cases as failures of every limit."
+        )
+    return Table("limits", "How likely limits are exceeded", note, columns, rows)
+
+
+def _chances(beyond: np.ndarray, failed: int, *, failures: bool) -> list[Quantity]:
+    """Return the number of cases, the chance of exceeding a limit and, with `failures`, of exceeding it or failing."""
+    none = Estimate(np.nan, np.nan, np.nan)
+    cells = [counted(len(beyond)), *estimate_cells(sensitivity.exceedance(beyond) if len(beyond) else none, "1")]
+    if not failures:
+        return cells
+    either = np.append(beyond, np.ones(failed, bool))
+    return [*cells, *estimate_cells(sensitivity.exceedance(either) if len(either) else none, "1")]
+
+
+def _failed_rows(sample: Setting) -> int:
+    """Return the number of failed rows of a sample's design."""
+    return int(np.count_nonzero(~finished(sample)))
+
+
+def any_exceeded(study: Study, sample: Setting) -> np.ndarray:
+    """Return which finished cases of a sample exceed a limit, or lack the figure of one."""
+    beyond: np.ndarray = np.any([limit.fails(sample.figures) for limit in study.limits], axis=0)[finished(sample)]
+    return beyond
+
+
+def finished(sample: Setting) -> np.ndarray:
+    """Return which rows of a sample's design finished."""
+    failed = set(sample.failed)
+    return np.array([case_id not in failed for case_id in sample.case_ids])
+
+
+def index_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
+    """Return the Sobol indices of every variable for every figure, and remarks on chaos."""
+    columns = (
+        Column("figure"),
+        *axis_columns(study, _undrawn(study)),
+        Column("variable"),
+        *estimate_columns("first-order index"),
+        *estimate_columns("total index"),
+        Column("share of chance"),
+        Column("chance was", file_only=True),
+        Column("verdict"),
+    )
+    names = variables(study)
+    rows: list[tuple] = []
+    verdicts: dict[str, str] = {}  # chaotic or possibly chaotic figure -> which of these
+    measured = False
+    for figure in limited_figures(study):
+        for sample in samples:
+            indices = sensitivity.sobol_indices(sample, figure.column, list(names))
+            chance = sensitivity.chance(sample, figure.column, indices)
+            measured |= chance.measured
+            verdict = _verdict(chance)
+            if verdict:
+                verdicts[figure.name] = verdict
+            for place, index in enumerate(indices):
+                head = (figure.name, *point_cells(study, sample), names[index.path])
+                cells = (*estimate_cells(index.first, "1"), *estimate_cells(index.total, "1"))
+                rows.append((*head, *cells, *_chance_cells(chance, verdict, shown=place == 0)))
+    note = (
+        "First-order: the share of the figure's variance that the variable explains by itself; total: with all its "
+        "interactions. In brackets the bootstrap interval. Share of chance: what of the variance is chaos, not the "
+        "variables; from a half on the figure is chaotic, its spread under a tiny disturbance as large as its "
+        "effect."
+    )
+    sentences = [
+        _advice([name for name in verdicts if verdicts[name] == verdict], verdict)
+        for verdict in dict.fromkeys(verdicts.values())
+    ]
+    if not measured:
+        sentences.append(
+            "Chaos was not measured in this run, only bounded. Its share of the variance is at most the smallest "
+            "total index of a variable that has an effect. simulate: {error_check: true} measures it."
+        )
+    return Table("sensitivity", "Sobol indices", note, columns, rows), sentences
+
+
+def effect_table(study: Study, samples: list[Setting]) -> tuple[Table, list[str]]:
+    """Return the effect of every variable alone on every figure, and remarks on chaos."""
+    columns = (
+        *figure_columns(study),
+        Column("variable"),
+        Column("at its 5 % quantile"),
+        Column("in the middle"),
+        Column("at its 95 % quantile"),
+        Column("scatter"),
+        Column("verdict"),
+    )
+    names = variables(study)
+    rows: list[tuple] = []
+    chaotic: dict[str, None] = {}  # names of figures, without repetition
+    for figure in limited_figures(study):
+        for sample in samples:
+            for effect in sensitivity.effects(sample, figure.column, list(names)):
+                if effect.chaotic:
+                    chaotic[figure.name] = None
+                numbers = (effect.low, effect.middle, effect.high, effect.scatter)
+                texts = wording.in_common_unit(numbers, figure.unit)
+                cells = [Quantity(value, text) for value, text in zip(numbers, texts, strict=True)]
+                head = (figure.name, figure.unit, *point_cells(study, sample), names[effect.path])
+                rows.append((*head, *cells, _blur(effect)))
+    note = (
+        "One variable at a time, the others at their medians. Scatter: change of the figure under disturbances of "
+        "1e-9 of the variables' ranges, or at a tenth of the tolerance if that was run."
+    )
+    sentences = [_advice(list(chaotic), "chaotic")] if chaotic else []
+    return Table("one_at_a_time", "One-at-a-time effects", note, columns, rows), sentences
+
+
+def _verdict(chance: Chance) -> str:
+    if not chance.chaotic:
+        return ""
+    return "chaotic" if chance.measured else "may be chaotic"
+
+
+def _chance_cells(chance: Chance, verdict: str, *, shown: bool) -> list[Quantity | str]:
+    """Return the share of chance, its source and the verdict; the page shows them once per figure."""
+    limit_text = "at most about " if not chance.measured and chance.share >= 0.01 else ""
+    share = Quantity(chance.share, limit_text + wording.percent(chance.share) if shown else "")
+    return [share, "measured" if chance.measured else "bounded", Quantity(verdict, verdict if shown else "")]
+
+
+def _blur(effect: Effect) -> str:
+    """Return the remark on an effect compared with its scatter, '' for none."""
+    if effect.chaotic:
+        return "chaotic: scatter as large as the effect"
+    blurred = effect.blurred()
+    return "" if np.isnan(blurred) else f"blurred: scatter is {wording.percent(blurred)} of the effect"
+
+
+def _advice(figures: list[str], verdict: str) -> str:
+    """Return advice on figures that are chaotic or may be."""
+    several = len(figures) > 1
+    state = f"{'are' if several else 'is'} {'' if verdict == 'chaotic' else 'not known to be free of '}"
+    state += "chaotic here" if verdict == "chaotic" else "chaos here"
+    names = wording.sentence_list(figures)
+    sentence = f"{names} {state}: what a variable seems to do to {'them' if several else 'it'} may be chance."
+    return f"{sentence[0].upper()}{sentence[1:]} Take p99 or rms in place of peaks, or a longer run."
+
+
+def variables(study: Study) -> dict[str, str]:
+    """Return the drawn paths, each with its name in words."""
+    return {path: wording.axis_name(path, len(study.joints)) for path in study.run.grid["sample"]["drawn"]}
+
+
+def _undrawn(study: Study) -> list[Axis]:
+    drawn = study.run.grid["sample"]["drawn"]
+    return [axis for axis in study.swept() if axis.path not in drawn]
+
+
+def figure_columns(study: Study) -> list[Column]:
+    """Return the columns for figure and the values of the axes that were not drawn."""
+    return [Column("figure"), Column("figure unit", file_only=True), *axis_columns(study, _undrawn(study))]
+
+
+def point_cells(study: Study, sample: Setting) -> list[float | str]:
+    """Return the values of the axes that were not drawn for a sample."""
+    return [sample.point[axis.path] for axis in _undrawn(study)]
+
+
+def estimate_columns(name: str) -> list[Column]:
+    """Return the columns of an estimate: one on the page, three in the file."""
+    return [Column(name), Column(f"{name}, low", file_only=True), Column(f"{name}, high", file_only=True)]
+
+
+def estimate_cells(estimate: Estimate, unit: str) -> list[Quantity]:
+    """Return an estimate with its interval: one cell on the page, three in the file."""
+    scale = wording.scale(unit, [end for end in estimate if np.isfinite(end)])
+    low, high = scale.number(estimate.low), scale.number(estimate.high)
+    return [
+        Quantity(estimate.value, f"{scale.text(estimate.value)} ({low} to {high})"),
+        Quantity(estimate.low, low),
+        Quantity(estimate.high, high),
+    ]
+
+
+def _left_out(samples: list[Setting]) -> str:
+    failed = sum(len(sample.failed) for sample in samples)
+    return f"{wording.count(failed, 'failed case')} left out: the figures may be biased." if failed else ""

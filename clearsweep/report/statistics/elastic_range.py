@@ -1,0 +1,55 @@
+"""Approach speeds up to which contacts stay elastic, as sentences, cards and pictures."""
+
+import numpy as np
+
+from ...judging.validity import YIELD_SPEED
+from ...language import wording
+from ...language.errors import InputError
+from ..data.study import Joint, Study, joint_of, resolved
+
+FAR = 3.0  # times the fastest onset: a higher line would compress all onsets at the bottom of a picture
+_NO_STRENGTH = ": it takes a yield strength or a hardness"
+
+
+def remark(study: Study, joint: Joint, case_id: str) -> str:
+    """Return a sentence on the approach speed (m/s) at which a joint of a case first yields."""
+    column = joint.column(YIELD_SPEED)
+    speed = study.cases.at[case_id, column] if study.has(column) else np.nan
+    if np.isnan(speed):
+        return "first yield not judged"
+    return f"its contact first yields at {wording.scale('m/s', speed).text(speed, 2)}"
+
+
+def span(study: Study, joint: Joint) -> str:
+    """Return the sentence on the approach speeds (m/s) of first yield of a joint in all cases."""
+    column = joint.column(YIELD_SPEED)
+    if not study.has(column):
+        reason = " for this kind of joint or law" if _has_strength(study, joint) else _NO_STRENGTH
+        return f"At which speed the contact first yields is not judged{reason}."
+    ends = (study.cases[column].min(), study.cases[column].max())
+    scale = wording.scale("m/s", ends)
+    words = " to ".join(dict.fromkeys(scale.number(end, 2) for end in ends))
+    return f"The contact first yields at {scale.joined(words)}."
+
+
+def _has_strength(study: Study, joint: Joint) -> bool:
+    """Return whether the strength of a joint's weaker body is known in any case; False without a finished case."""
+    layout = next(each for each in study.run.layout.joints if each.name == joint.name)
+    if layout.strength:
+        return True
+    try:
+        cases = resolved(study, study.cases.index[:1])
+    except InputError:  # a law that this version does not know
+        return False
+    return any(joint_of(case, joint).strength is not None for case in cases)
+
+
+def limits(study: Study, case_id: str, fastest: float) -> list[tuple[str, float]]:
+    """Return joint and approach speed (m/s) of first yield in a case; without speeds far above the `fastest`."""
+    ranges = []
+    for joint in study.joints:
+        column = joint.column(YIELD_SPEED)
+        speed = float(study.cases.at[case_id, column]) if study.has(column) else np.nan
+        if speed <= FAR * fastest:
+            ranges.append((joint.title, speed))
+    return ranges

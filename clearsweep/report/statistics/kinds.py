@@ -1,0 +1,108 @@
+"""The kind of motion of each case: contact of its journal, and the number of revolutions of its period."""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+
+from ..data.axis import Axis
+from ..data.study import Joint, Study, grouped, window
+
+SHORT = 10.0  # degrees of the crank: a shorter contact is an impact
+CONTACTS = ("continuous contact", "contact and flight", "impacts", "free flight")
+PERIODS = ("1", "2", "n", "irregular")
+
+
+class Kinds(NamedTuple):
+    """The kinds of some cases, (n,) each; -1 if unknown."""
+
+    contact: np.ndarray  # index in CONTACTS
+    period: np.ndarray  # index in PERIODS
+    flight: np.ndarray  # share of the window's time
+    impact: np.ndarray  # the same for contacts shorter than SHORT; NaN without events
+    lasting: np.ndarray  # for other contacts
+
+    def shares(self) -> dict[str, np.ndarray]:
+        """Return name -> share of the window's time, (n,) each; without events, contacts are one share."""
+        known = np.isfinite(self.impact)
+        if not known.any():
+            return {"free flight": self.flight, "contact": 1.0 - self.flight}
+        lasting = np.where(known, self.lasting, 1.0 - self.flight)
+        return {"free flight": self.flight, "impacts": np.where(known, self.impact, 0.0), "lasting contact": lasting}
+
+
+def of_joint(study: Study, joint: Joint) -> Kinds:
+    """Return the kinds of all finished cases, by the contacts of one joint."""
+    return study.cases.once(("kinds", joint.name), lambda: _of_joint(study, joint))
+
+
+def _of_joint(study: Study, joint: Joint) -> Kinds:
+    bearing = study.cases[joint.column("contact_fraction")].to_numpy(float)
+    onsets = study.cases[joint.column("impacts_per_rev")].to_numpy(float)
+    with np.errstate(all="ignore"):
+        usual = 360.0 * bearing / onsets  # mean duration of a contact, degrees
+    contact = _first([bearing == 0.0, onsets == 0.0, usual < SHORT, np.isfinite(usual)], [3, 0, 2, 1], -1)
+    impact = short_contacts(study, joint)
+    lasting = np.clip(bearing - impact, 0.0, None) if np.isfinite(impact).any() else impact
+    return Kinds(contact, _periods(study), 1.0 - bearing, impact, lasting)
+
+
+def _periods(study: Study) -> np.ndarray:
+    """Return the index in PERIODS of every finished case; -1 if unknown."""
+    if "period" not in study.cases:
+        return np.full(len(study.cases), -1, np.int8)
+    period = study.cases["period"].to_numpy(float)
+    return _first([period == 1.0, period == 2.0, period > 2.0], [0, 1, 2], 3)
+
+
+def _first(conditions: list[np.ndarray], places: list[int], other: int) -> np.ndarray:
+    """Return the index of the first true condition in each case, as a byte."""
+    return np.select(conditions, list(map(np.int8, places)), np.int8(other))
+
+
+def short_contacts(study: Study, joint: Joint) -> np.ndarray:
+    """Return the share of the window's time in contacts shorter than SHORT, for every finished case.
+
+    NaN without events, for a free crank, and for joints with several contact points.
+    """
+    speed = study.base.get("drive", {}).get("speed")
+    if "drive.speed" in study.cases:
+        speed = study.cases[
+            "drive.speed"
+        ].to_numpy()  # of a Series numpy requests attributes, which pandas looks up in ids
+    count, contacts = len(study.cases), study.run.layout.contacts
+    blocks = iter(study.run.event_blocks())
+    block = next(blocks, None)
+    if block is None or joint.name not in contacts or not np.issubdtype(np.asarray(speed).dtype, np.number):
+        return np.broadcast_to(np.nan, count)  # takes no memory
+    turn = 2.0 * np.pi / np.broadcast_to(np.asarray(speed, float), count)  # s
+    before, turns = (part.to_numpy(float) for part in window(study.cases, study.base))
+    begin, kept = before * turn, study.cases.chosen
+    shortest, first = np.zeros(count), 0
+    for counts, events in itertools.chain((block,), blocks):
+        here = kept[first : first + len(counts)]
+        first += len(counts)
+        place = np.flatnonzero(np.repeat(here, counts) & (events["joint"] == contacts.index(joint.name)))
+        case = np.repeat(np.cumsum(here) - 1, counts)[place] + int(kept[: first - len(counts)].sum())
+        t, off = events["t"][place], events["kind"][place] == 1
+        pair = np.flatnonzero(~off[:-1] & off[1:] & (case[:-1] == case[1:]))
+        case, since, until = case[pair], t[pair], t[pair + 1]
+        short = (until - since < SHORT / 360.0 * turn[case]) & (until > begin[case])
+        case, since, until = case[short], since[short], until[short]
+        shortest += np.bincount(case, until - np.maximum(since, begin[case]), minlength=count)
+    return shortest / (turn * turns)
+
+
+def by_value(study: Study, joint: Joint, axis: Axis) -> tuple[list[str], list[tuple]]:
+    """Return the names of shares of time, and a row for each value of an axis.
+
+    A row contains the value, the number of its cases, the means of their shares of time, the shares of PERIODS.
+    """
+    kinds, rows = of_joint(study, joint), []
+    times = kinds.shares()
+    for value, cases in zip(axis.values, grouped(study.places(axis), len(axis.values)), strict=True):
+        if len(cases):
+            means = [float(share[cases].mean()) for share in times.values()]
+            periods = [float(np.mean(kinds.period[cases] == place)) for place in range(len(PERIODS))]
+            rows.append((value, len(cases), *means, *periods))
+    return list(times), rows

@@ -1,0 +1,50 @@
+"""Matched cases, which differ in one law only."""
+
+from typing import NamedTuple
+
+import pandas as pd
+
+from ..data.axis import Axis
+from ..data.study import Study
+
+
+class Matched(NamedTuple):
+    """Matched cases, which differ in one law only."""
+
+    axis: Axis
+    pairs: pd.DataFrame  # columns group, law, case_id
+
+    def table(self, study: Study, column: str) -> pd.DataFrame:
+        """Return a figure (SI) by group and law, for groups with a positive figure under at least two laws."""
+        values = study.cases[column].reindex(self.pairs["case_id"]).to_numpy()
+        known = self.pairs.assign(value=values)[values > 0.0]
+        table = known.pivot_table(index="group", columns="law", values="value", aggfunc="median")
+        return table[table.count(axis=1) > 1]
+
+    def case(self, group: int, law: str) -> str:
+        """Return the id of the case of a law in a group."""
+        return self.pairs.loc[(self.pairs["group"] == group) & (self.pairs["law"] == law), "case_id"].iloc[0]
+
+
+def matched(study: Study, axis: Axis) -> Matched:
+    """Return the cases that share all swept values except those of one axis.
+
+    A value that a law does not use does not separate cases: the case then belongs to every group that shares the
+    others.
+    """
+    others = [other.path for other in study.swept() if other is not axis]
+    codes = pd.DataFrame({path: pd.factorize(study.cases[path])[0] for path in others}, index=study.cases.index)
+    groups = codes.drop_duplicates().rename_axis(None).reset_index(drop=True).rename_axis("group").reset_index()
+    used = [tuple(path for path in others if code[path] >= 0) for code in codes.to_dict("records")]
+    parts = []
+    for shared in dict.fromkeys(used):
+        rows = codes[[paths == shared for paths in used]].reset_index()[["case_id", *shared]]
+        way = {"on": list(shared)} if shared else {"how": "cross"}
+        parts.append(groups[["group", *shared]].merge(rows, **way))
+    pairs = pd.concat(parts, ignore_index=True)[["group", "case_id"]]
+    return Matched(axis, pairs.assign(law=study.cases[axis.path].reindex(pairs["case_id"]).to_numpy()))
+
+
+def axis_key(axis: Axis) -> str:
+    """Return 'laws_rod_slider_contact_law' for 'joints.rod-slider.contact.law'."""
+    return axis.path.replace("joints.", "laws_", 1).replace(".", "_").replace("-", "_")

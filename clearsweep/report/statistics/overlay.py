@@ -1,0 +1,89 @@
+"""Comparison of measured and computed signals: the nearest case, the offset of the crank angle."""
+
+from collections.abc import Mapping
+from os import PathLike
+from typing import NamedTuple
+
+import numpy as np
+
+from ...grid import measured
+from ...judging import features
+from ...language.errors import InputError
+from ..data.study import Study
+
+LEAST_TURNS = 3  # revolutions required in a measurement
+MOST_CASES = 200  # compared cases; of more, evenly spaced ones
+ACCELERATION = "acceleration"  # header of the output body's acceleration
+
+
+class Laid(NamedTuple):
+    """One measured signal and the computed one of a case; SI."""
+
+    channel: str
+    unit: str
+    file: str
+    case_id: str
+    compared: int  # cases
+    measured: np.ndarray  # (turns, samples of a revolution), with corrected crank angle
+    computed: np.ndarray  # the same of the case
+    angle: float  # rad, offset of the measured angle
+    misfit: float  # rms of the difference of the mean revolutions over the rms measured
+
+
+def lay(study: Study, file: str | PathLike) -> list[Laid]:
+    """Return the signals of a file with those of the nearest case; raise InputError if they cannot be compared."""
+    units = {channel.name: channel.unit for channel in study.run.layout.stored if channel.unit}
+    units.pop("t", None)
+    names = {name: name for name in units} | _short(units)
+    signals = measured.read(file, {name: units[channel] for name, channel in names.items()})
+    ids = [str(name) for name in study.cases.index]
+    chosen = [ids[place] for place in np.unique(np.linspace(0, len(ids) - 1, min(len(ids), MOST_CASES)).astype(int))]
+    orbits = {case_id: orbit for case_id in chosen if len(orbit := study.run.orbit(case_id)) > 1}
+    if not orbits:
+        raise InputError(f"{file}: this run has no time histories to compare with; run it with save: {{orbits: last}}")
+    best: dict[str, Laid] = {}
+    for name, values in signals.signals.items():
+        channel = names[name]
+        for case_id, orbit in orbits.items():
+            angle = _angle(signals, orbit["crank_angle"].to_numpy(), orbit["t"].to_numpy())
+            laid = _beside(angle, values, orbit["crank_angle"].to_numpy(), orbit[channel].to_numpy(), signals)
+            if channel not in best or laid[3] < best[channel].misfit:
+                best[channel] = Laid(channel, units[channel], signals.file, case_id, len(orbits), *laid)
+    return list(best.values())
+
+
+def _short(units: Mapping[str, str]) -> dict[str, str]:
+    """Return short name of a signal -> its channel."""
+    channels = [name for name in ("slider/a", "output/a", "rocker/a") if name in units]
+    return {ACCELERATION: channels[0]} if channels else {}
+
+
+def _angle(signals: measured.Measured, crank_angle: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return the crank angles (rad) of measured samples; of samples over time, from the mean speed of a case."""
+    if signals.over == "crank_angle":
+        return signals.places
+    return signals.places * (crank_angle[-1] - crank_angle[0]) / (times[-1] - times[0])
+
+
+def _beside(
+    angle: np.ndarray, values: np.ndarray, crank_angle: np.ndarray, computed: np.ndarray, signals: measured.Measured
+) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """Return the measured and computed revolutions, the angle (rad) between them, and the misfit."""
+    orders = features.common_band(features.density(angle), features.density(crank_angle))
+    turns = features.revolutions(angle, values, 0.0, orders)
+    if len(turns) < LEAST_TURNS:
+        raise InputError(
+            f"{signals.file}: has {(angle[-1] - angle[0]) / features.TURN:.3g} revolutions; at least {LEAST_TURNS} "
+            "whole ones, from crank angle 0 on, are needed"
+        )
+    own = features.revolutions(crank_angle, computed, 0.0, orders)
+    if not len(own):
+        raise InputError(f"{signals.file}: the cases have less than a revolution saved; write save: {{revolutions: 2}}")
+    lag = features.shift(turns.mean(axis=0), own.mean(axis=0))
+    turns = np.roll(turns.ravel(), -lag).reshape(turns.shape)
+    turns = turns[:-1] if lag else turns  # the last one contains the start of the first
+    mean = turns.mean(axis=0)
+    size = float(np.sqrt(((mean - mean.mean()) ** 2).mean()))
+    off = float(np.sqrt(((mean - own.mean(axis=0)) ** 2).mean()))
+    phase_shift = features.TURN * lag / turns.shape[1]
+    return turns, own, phase_shift - features.TURN * (phase_shift > features.TURN / 2.0), off / size if size else np.inf

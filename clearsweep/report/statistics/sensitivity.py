@@ -1,0 +1,293 @@
+"""Statistics of a sample of cases: spread of figures, chance of exceeding a limit, sensitivity to each variable.
+
+Intervals assume independent points; for Sobol points and Latin hypercubes, which are spread more evenly, they are wider
+than necessary.  The statistics do not depend on the origin of the figures.
+"""
+
+import functools
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...contracts.layout import DIFFERENCE
+from ...judging import probability
+from ...judging.probability import LEVEL
+from ...judging.verdict import EXCEEDED
+from ...language.errors import InputError
+from ...store import StoredRun
+from ..data.rows import KEPT
+
+QUANTILES = (0.05, 0.5, 0.95)
+CHAOTIC = 0.5  # share of chance in a figure's variance from which its indices are meaningless
+BLURRED = 0.3  # scatter over effect from which an effect is called blurred
+MOTION = "energy_residual"  # differs whenever the motion differs, even in rounding
+RESAMPLES = 1000  # of the bootstrap
+_SEED = 1  # of the bootstrap: intervals depend only on the run
+
+
+class Estimate(NamedTuple):
+    """An estimate and its confidence interval; an end is NaN if the sample is too small."""
+
+    value: float
+    low: float
+    high: float
+
+
+class Setting(NamedTuple):
+    """The cases of one sample, which share the values of all axes that were not drawn."""
+
+    point: dict  # dotted path -> value of the other axes, SI, or {} if there are none
+    case_ids: tuple[str, ...]  # one for each row of the design, in its order
+    figures: Mapping[str, np.ndarray]  # column of the summary -> (rows,) SI; NaN where a case failed
+    failed: tuple[str, ...]  # ids of failed cases, without repetition
+
+
+class Figures(Mapping[str, np.ndarray]):
+    """The figures of some cases of a run, read on demand."""
+
+    def __init__(self, names: Sequence[str], read: Callable[[str], np.ndarray], rows: np.ndarray) -> None:
+        """Take the names of all figures, a function that reads one for all cases, and the rows of these cases."""
+        self._names, self._read, self._rows = names, read, rows
+
+    def __getitem__(self, column: str) -> np.ndarray:
+        if column not in self._names:
+            raise KeyError(column)
+        return self._read(column)[self._rows]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+class Spread(NamedTuple):
+    """The distribution of one figure, in its unit except for `cv`."""
+
+    cases: int  # rows of the design with a value
+    mean: Estimate
+    cv: Estimate  # standard deviation over mean
+    quantiles: tuple[Estimate, ...]  # of QUANTILES
+
+
+class Effect(NamedTuple):
+    """Effect of one variable alone on one figure, from its 5 % to its 95 % quantile."""
+
+    path: str
+    low: float  # the figure at the 5 % quantile, the others in the middle
+    middle: float
+    high: float
+    scatter: float  # spread of the figure under negligible disturbances
+    chaotic: bool  # the scatter is as large as the effect, which is then meaningless
+
+    def blurred(self) -> float:
+        """Return the scatter over the effect for a blurred effect that is not chaotic, else NaN."""
+        reach = max(self.low, self.middle, self.high) - min(self.low, self.middle, self.high)
+        return self.scatter / reach if not self.chaotic and 0.0 < BLURRED * reach <= self.scatter else np.nan
+
+
+class Index(NamedTuple):
+    """The share of one variable in the variance of a figure, by itself and with all its interactions."""
+
+    path: str
+    first: Estimate
+    total: Estimate
+
+
+class Chance(NamedTuple):
+    """Share of chance in a figure's variance over a design: chaos, or the tolerance."""
+
+    share: float  # 0 to 1; NaN for a figure that does not vary
+    measured: bool  # from repeated cases; else the upper bound from the design
+
+    @property
+    def chaotic(self) -> bool:
+        """Return whether chance contributes, or may contribute, as much to the variance as the variables do."""
+        return bool(self.share >= CHAOTIC)
+
+
+def settings(run: StoredRun) -> list[Setting]:
+    """Return the samples of a run (as the store opens it), one for each point of the other axes; [] without."""
+    sample = run.grid.get("sample")
+    if not sample:
+        return []
+    paths = list(sample["drawn"])
+    others = [path for path in run.grid.get("units", {}) if path not in paths]
+    rows = list(zip(*sample["drawn"].values(), strict=True))
+    places: dict = {}
+    keys = [_key(run, others), _key(run, paths)]
+    for place, (point, drawn) in enumerate(zip(*keys, strict=True)):
+        places.setdefault(point, {})[drawn] = place
+    ids, failed = run.column("case_id").to_numpy(), (run.column("status") != "ok").to_numpy(bool)
+    names = [name for name in run.columns[run.columns.index("message") + 1 :] if name != EXCEEDED]
+
+    @functools.lru_cache(KEPT)
+    def read(column: str) -> np.ndarray:
+        return np.where(failed, np.nan, run.column(column).to_numpy(float, na_value=np.nan))
+
+    samples = []
+    for point, where in sorted(places.items(), key=lambda item: _order(item[0])):
+        if any(row not in where for row in rows):
+            lost = sum(row not in where for row in rows)
+            raise InputError(f"{lost} of the sample's {len(rows)} cases are not there; run the grid again to the end")
+        chosen = np.array([where[row] for row in rows])
+        drawn, figures = ids[chosen], Figures(names, read, chosen)
+        bad = tuple(dict.fromkeys(drawn[failed[chosen]]))
+        samples.append(Setting(dict(zip(others, point, strict=True)), tuple(drawn), figures, bad))
+    return samples
+
+
+def _key(run: StoredRun, paths: list[str]) -> list[tuple]:
+    """Return the values of these columns in every row; None for unused values."""
+    columns = [run.column(path) for path in paths or ["case_id"]]
+    lists = [column.astype(object).where(column.notna(), None).tolist() for column in columns]
+    return list(zip(*lists, strict=True)) if paths else [()] * len(columns[0])
+
+
+def _order(point: tuple) -> tuple:
+    """Return the sort key of a point: numbers by size, then words, then unused values."""
+    return tuple((value is None, isinstance(value, str), 0.0 if value is None else value) for value in point)
+
+
+def spread(values: np.ndarray) -> Spread:
+    """Return the distribution of a figure, `values` (rows,) with NaN for missing ones; at least one is present."""
+    known = np.sort(values[np.isfinite(values)])
+    resampled = np.random.default_rng(_SEED)
+    means, ratios = np.empty(RESAMPLES), np.empty(RESAMPLES)
+    for k in range(RESAMPLES):
+        again = known[resampled.integers(0, len(known), len(known))]
+        means[k], ratios[k] = again.mean(), _cv(again)
+    return Spread(
+        len(known),
+        Estimate(float(known.mean()), *_middle(means)),
+        Estimate(_cv(known), *_middle(ratios)),
+        tuple(quantile(known, share) for share in QUANTILES),
+    )
+
+
+def _cv(values: np.ndarray) -> float:
+    """Return standard deviation over mean; exactly 0 if all values are equal, NaN if the mean is 0."""
+    if values.min() == values.max():
+        return 0.0
+    mean = values.mean()
+    return float(values.std(ddof=1) / abs(mean)) if mean != 0.0 else np.nan
+
+
+def _middle(values: np.ndarray) -> tuple[float, float]:
+    low, high = np.quantile(values, ((1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0))
+    return float(low), float(high)
+
+
+def quantile(ordered: np.ndarray, share: float) -> Estimate:
+    """Return a quantile of `ordered` values and its interval between two of them (order statistics).
+
+    The number of values below the quantile is binomial, whatever the distribution: David and Nagaraja 2003, 7.1.
+    """
+    from scipy.stats import binom
+
+    count, tail = len(ordered), (1.0 - LEVEL) / 2.0
+    value = float(np.quantile(ordered, share))
+    if ordered[0] == ordered[-1]:
+        return Estimate(value, value, value)
+    low = int(binom.ppf(tail, count, share)) - 1  # P(below <= low) < tail
+    high = int(binom.ppf(1.0 - tail, count, share))  # P(below > high) <= tail
+    ends = (float(ordered[place]) if 0 <= place < count else np.nan for place in (low, high))
+    return Estimate(value, *ends)
+
+
+def exceedance(beyond: np.ndarray) -> Estimate:
+    """Return the probability of a condition that holds in some cases, with Clopper and Pearson's exact interval."""
+    return Estimate(*probability.share(int(beyond.sum()), len(beyond)))
+
+
+def sobol_indices(setting: Setting, figure: str, paths: list[str]) -> list[Index]:
+    """Return the first-order and total indices of all variables, from a design of method saltelli.
+
+    Raise InputError with the failed cases.  A constant figure has no indices: NaN.
+    """
+    values = _complete(setting, figure).reshape(len(paths) + 2, -1)
+    values = values - values[:2].mean()  # the estimators lose digits to a large mean
+    if np.ptp(values[:2]) == 0.0:
+        nothing = Estimate(np.nan, np.nan, np.nan)
+        return [Index(path, nothing, nothing) for path in paths]
+    resampled, count = np.random.default_rng(_SEED), values.shape[1]
+    again = [_indices(values[:, resampled.integers(0, count, count)]) for _ in range(RESAMPLES)]
+    ends = np.nanquantile(again, ((1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0), axis=0)  # (2, 2, variables)
+    estimates = np.stack([_indices(values), *ends])  # estimate, low, high; first-order, total; variables
+    return [_index(path, estimates[:, :, k]) for k, path in enumerate(paths)]
+
+
+def _index(path: str, estimates: np.ndarray) -> Index:
+    """Return the indices of one variable from (estimate, low, high) by (first-order, total)."""
+    first, total = (Estimate(*map(float, column)) for column in estimates.T)
+    return Index(path, first, total)
+
+
+def _indices(values: np.ndarray) -> np.ndarray:
+    """Return first-order and total indices, (2, variables), from the figure on A, B and every AB, (variables + 2, n).
+
+    Saltelli et al. 2010, table 2 (b) and (f), as in scipy.stats.sobol_indices, whose bootstrap takes no seed.
+    """
+    first, second, mixed = values[0], values[1], values[2:]
+    variance = values[:2].var()
+    if variance == 0.0:
+        return np.full((2, len(mixed)), np.nan)
+    return np.array([(second * (mixed - first)).mean(axis=1), 0.5 * ((first - mixed) ** 2).mean(axis=1)]) / variance
+
+
+def chance(setting: Setting, figure: str, indices: list[Index]) -> Chance:
+    """Return the share of chance in the variance of a figure over a design of method saltelli.
+
+    Cases that diverge under a disturbance are two samples of the same figure: their mean squared difference is twice
+    the
+    variance of chance.  Without such differences chance is bounded by the smallest total index of the variables that
+    disturb the motion, as it contributes to all of these.
+    """
+    blocks = (len(indices) + 2, -1)
+    variance, scatter = setting.figures[figure].reshape(blocks)[:2].var(), disturbance(setting, figure)
+    if variance > 0.0 and np.isfinite(scatter):
+        return Chance(float(min(1.0, 0.5 * scatter**2 / variance)), True)
+    first, _, *mixed = setting.figures.get(MOTION, np.arange(setting.figures[figure].size)).reshape(blocks)
+    moved = [bool(np.any(disturbed != first)) for disturbed in mixed]
+    totals = [index.total.value for index, moves in zip(indices, moved, strict=True) if moves]
+    return Chance(float(np.clip(min(totals), 0.0, 1.0)) if totals else np.nan, False)
+
+
+def disturbance(setting: Setting, figure: str) -> float:
+    """Return the rms over the cases of the change of a figure at a tenth of the tolerance; NaN if unknown."""
+    changes = setting.figures.get(figure + DIFFERENCE, np.empty(0))
+    changes = changes[np.isfinite(changes)]
+    return float(np.sqrt(np.mean(changes**2))) if changes.size else np.nan
+
+
+def effects(setting: Setting, figure: str, paths: list[str]) -> list[Effect]:
+    """Return the effect of each variable alone, from a design of method one-at-a-time, the largest first.
+
+    The scatter is that of the design's own disturbed cases, or the `disturbance` if that is larger.  Raise InputError
+    with
+    the failed cases.
+    """
+    middle, *rest = _complete(setting, figure).tolist()
+    low, high, disturbed = (rest[start::3] for start in range(3))
+    scatter = float(np.nanmax([max(middle, *disturbed) - min(middle, *disturbed), disturbance(setting, figure)]))
+    alone = []
+    for path, at_low, at_high in zip(paths, low, high, strict=True):
+        reach = max(at_low, middle, at_high) - min(at_low, middle, at_high)
+        alone.append(Effect(path, at_low, middle, at_high, scatter, 0.0 < reach <= scatter))
+    return sorted(alone, key=lambda effect: -abs(effect.high - effect.low))
+
+
+def _complete(setting: Setting, figure: str) -> np.ndarray:
+    """Return a figure on every row of the design; raise InputError if a case failed."""
+    if setting.failed:
+        named = ", ".join(itertools.islice(setting.failed, 10)) + (", ..." if len(setting.failed) > 10 else "")
+        raise InputError(
+            f"{figure}: a sensitivity needs every case of its design, and {len(setting.failed)} failed: {named}; "
+            "run them again with --retry-failed, or change the ranges"
+        )
+    values = setting.figures[figure]
+    if not np.isfinite(values).all():
+        raise InputError(f"{figure}: is not known in every case of the design; choose another figure")
+    return values

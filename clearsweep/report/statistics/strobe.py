@@ -1,0 +1,83 @@
+"""Journals once per revolution, at crank angle 0: along an axis of a run, and in one case."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from ..data.axis import Axis
+from ..data.study import WAYS, Joint, Study, window
+
+MOST = 120  # cases along an axis: more do not increase the density in print
+LEAST = 3  # points of a case that make a picture
+
+
+class Points(NamedTuple):
+    """Positions of a journal at crank angle 0 of each revolution of some cases, concatenated; (n,) each."""
+
+    value: np.ndarray  # of the axis, SI
+    x: np.ndarray  # m
+    y: np.ndarray  # m
+    clearance: np.ndarray  # m, of the case; NaN if not a circle
+    cases: int
+
+
+def of_case(study: Study, joint: Joint, case_id: str) -> pd.DataFrame:
+    """Return x, y (m), vx, vy (m/s) and `revolution` of a journal at crank angle 0 in the recorded window of a case."""
+    frame = study.run.poincare(case_id)
+    if frame.empty:
+        return frame
+    before, _ = window(study.cases, study.base)
+    frame = frame[frame["revolution"] >= before.iloc[study.cases.place(case_id)]]
+    columns = {f"{joint.name}/{name}": name for name in ("x", "y", "vx", "vy")}
+    return frame.rename(columns=columns)[["revolution", *columns.values()]].reset_index(drop=True)
+
+
+def along_axis(study: Study, joint: Joint, axis: Axis, reference: str) -> Points:
+    """Return the points of the cases along an axis that share all other values with the case `reference`."""
+    values = study.cases[axis.path].to_numpy(float)
+    places = [place for place in line(study, axis, reference) if np.isfinite(values[place])]
+    histories = [(place, of_case(study, joint, study.cases.index[place])) for place in places]
+    histories = [(place, frame) for place, frame in histories if len(frame)]
+    clearances = [_clearance(study, joint, study.cases.index[place]) for place, _ in histories]
+    counts = [len(frame) for _, frame in histories]
+
+    def gathered(name: str) -> np.ndarray:
+        return np.concatenate([np.empty(0), *(frame[name].to_numpy(float) for _, frame in histories)])
+
+    return Points(
+        np.repeat(values[[place for place, _ in histories]], counts),
+        gathered("x"),
+        gathered("y"),
+        np.repeat(np.array(clearances, float), counts),
+        len(histories),
+    )
+
+
+def line(study: Study, axis: Axis, reference: str) -> list[int]:
+    """Return the indices of the cases along an axis whose other values are those of a case, at most MOST, by value.
+
+    For a drawn or parallel axis, the axes drawn or parallel with it vary as well.
+    """
+    together = _together(study, axis)
+    alike, here = np.ones(len(study.cases), bool), study.cases.place(reference)
+    for other in study.swept():
+        if other is not axis and other.path not in together:
+            places = study.places(other)
+            alike &= places == places[here]
+    rows = np.flatnonzero(alike)
+    rows = rows[np.argsort(study.cases[axis.path].to_numpy(float)[rows], kind="stable")]
+    return rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MOST)).round().astype(int))].tolist()
+
+
+def _together(study: Study, axis: Axis) -> set[str]:
+    """Return the paths whose values change together with an axis: parallel or drawn."""
+    record = study.run.grid
+    groups = [{*(record.get(way) or {})} for way in WAYS if way in ("zip", "cases")]
+    groups.append({*(record.get("sample") or {}).get("drawn", {})})
+    return next((group for group in groups if axis.path in group), {axis.path})
+
+
+def _clearance(study: Study, joint: Joint, case_id: str) -> float:
+    value = study.value(case_id, f"joints.{joint.title}.clearance")
+    return np.nan if value is None else float(value)

@@ -1,0 +1,296 @@
+"""Runs the missing cases of one or more grids: compiles once, and hands cases to the workers."""
+
+import secrets
+import shutil
+import time
+from collections.abc import Callable, Hashable, Sequence
+from concurrent.futures import BrokenExecutor, Future, wait
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from .. import grid as grids
+from .. import store
+from ..contracts.case import Case
+from ..contracts.results import Peak
+from ..judging import order
+from ..language import phases
+from ..language.errors import InputError, brief
+from . import executors, progress, signals
+from .driver import TICK, Batches, Driver
+from .worker import Job, Simulator, find_peak, prepare
+
+MANY = 64  # cases per kind of scene from which figures are computed in bulk
+
+
+class Options(NamedTuple):
+    """Options of a sweep; see `sweep` for their meaning."""
+
+    jobs: int | None = None
+    executor: str = "local"
+    scheduler: str | None = None
+    retry_failed: bool = False
+    case_timeout: float | None = None
+    max_failures: int | str | None = None
+    shard: str | None = None
+    show_progress: bool = True
+
+
+class Pending(NamedTuple):
+    """Cases to run."""
+
+    indices: np.ndarray  # (cases,)
+    ids: np.ndarray  # (cases,), their identities, uint64
+    title: str = ""  # title of their progress
+    drop: Callable[[], np.ndarray] | None = None  # returns identities, ascending, that need not be run any more
+    alike: bool = False  # they take about as long as the cases before
+
+
+class CaseRunner:
+    """Runs cases of one or more grids with workers that are started for the first missing case.
+
+    `ran`, `case_seconds` : number of cases and s of work; `ready` : when the first case could begin, or None.
+    """
+
+    def __init__(self, directory: store.RunDirectory, options: Options, simulator: Simulator):
+        self.directory, self.options, self.simulator = directory, options, simulator
+        self.workers: executors.Executor | None = None
+        self.ran, self.case_seconds = 0, 0.0
+        self.ready: float | None = None
+        self.failed = 0
+        self.batches: Batches | None = None  # of the latest cases
+        self.warmed: set[Hashable] = set()  # signatures of compiled scenes
+        self.tried: list[np.ndarray] = []  # identities of cases that have been tried, which are not tried again
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.workers is not None:
+            self.workers.close()
+
+    def run(self, grid: grids.Grid, ids: np.ndarray, wanted: np.ndarray) -> bool:
+        """Run the missing cases of a grid; return False if stopped because too many cases failed.
+
+        ids : of all cases by index; wanted : of the required cases, ascending.
+        """
+        pending = missing(ids, wanted, self.directory.rows(), retry_failed=self.options.retry_failed)
+        for tried in self.tried:
+            pending = pending[~common_values(ids[pending], tried)]
+        if not len(pending):
+            return True
+        done = self.run_cases(grid, Pending(pending, ids[pending]))
+        self.tried.append(np.sort(ids[pending]))
+        return done
+
+    def run_cases(self, grid: grids.Grid, pending: "Pending", most_failures: int | None = None) -> bool:
+        """Run some cases of a grid; return False if stopped because too many cases failed.
+
+        most_failures : how many may fail; default: from the options.
+        """
+        count = len(pending.indices)
+        grids.check_disk(count * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
+        with phases.phase("looking at the kinds of scenes"):
+            listed = one_per_kind(grid, pending.indices, self.simulator)
+        together = not self.options.case_timeout and solve_in_bulk(self.simulator, count, len(listed))
+        workers = self._hired(listed, count)
+        driver = secrets.token_hex(8) if pending.drop else ""
+        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, together, driver)
+        batches = Batches(pending.indices, pending.ids, workers.jobs, grids.first_case_history(grid), pending.drop)
+        if pending.alike and self.batches:
+            batches.follow(self.batches)
+        self.batches = batches
+        with phases.phase(display := progress.Cases(count, pending.title)):
+            if most_failures is None:
+                most_failures = failure_limit(self.options.max_failures, count)
+            run = Driver(workers, self.directory, job, batches, most_failures, display)
+            done = run.run()
+        if not done:
+            self.workers = None  # the driver has ended them
+        self.ran, self.case_seconds = self.ran + run.ran, self.case_seconds + run.case_seconds
+        self.failed += run.failed
+        return done
+
+    def look(self, grid: grids.Grid, first: int) -> store.CaseResults | None:
+        """Run the missing cases of a grid; return how those from the index `first` on compare with their limits.
+
+        None if some were left.
+        """
+        ids = case_ids(grid)
+        if not self.run(grid, ids, np.sort(ids)):
+            return None
+        rows = self.directory.rows()
+        names = grid.optimise.columns([column.name for column in grid.layout.columns]) if grid.optimise else []
+        names = [*order.lead_of(grid.layout, grid.verdict.limits).columns] if grid.checked_laws else names
+        places = np.searchsorted(rows["id"], ids[first:])
+        new_results = store.read_results(self.directory, store.ResultSchema.of(grid), rows[places], names)
+        if grid.identify is None:
+            return new_results
+        channels = ["t", "crank_angle", *(signal.channel for signal in grid.identify.signals)]
+        histories = store.histories(self.directory, store.ResultSchema.of(grid), rows[places], channels)
+        return new_results._replace(histories=tuple(histories))
+
+    def peaks(self, grid: grids.Grid, worst: Sequence[store.Worst]) -> list[Peak | None]:
+        """Return the peak revolutions of finished cases, or None for one that is not found again."""
+        cases = [grid.case_at(each.point) for each in worst]
+        workers = self.workers or self.hire(len(cases))
+        results: list[Peak | None] = []
+        tasks = [
+            _submitted(workers, self.simulator, case, each.joint, each.revolutions or case.simulate.revolutions)
+            for case, each in zip(cases, worst, strict=True)
+        ]
+        for done, (task, each) in enumerate(zip(tasks, worst, strict=True)):
+            if saving := phases.innermost():
+                saving.note(share=done / len(worst))
+            column = f"{grid.layout.joints[each.joint].name}_force_peak"
+            try:
+                peak = _awaited(task)
+            except Exception as error:
+                reason, peak = brief(error), None
+            else:
+                same = peak.path.status == "ok" and peak.path.summary[column] == each.peak
+                reason, peak = "its motion is another one here", peak if same else None
+            if peak is None:
+                progress.say(f"case {each.case_id}: the revolution of its largest peak is left out ({reason})")
+            results.append(peak)
+        return results
+
+    def _hired(self, kinds_of_scenes: list[Case], pending: int) -> executors.Executor:
+        """Return started workers with compiled code."""
+        workers = self.workers or self.hire(pending)
+        new = [case for case in kinds_of_scenes if self.simulator.signature(case) not in self.warmed]
+        if new:
+            compile_all(workers, new, self.simulator, self.directory.path.resolve())
+            self.warmed |= {self.simulator.signature(case) for case in new}
+        self.ready = self.ready or time.monotonic()
+        return workers
+
+    def hire(self, cases: int) -> executors.Executor:
+        """Return started workers for at most `cases` cases at a time."""
+        jobs = min(self.options.jobs or executors.cores(), cases)
+        self.workers = executors.EXECUTORS[self.options.executor](jobs, self.options.scheduler, self.simulator.load)
+        return self.workers
+
+
+def _submitted(workers: executors.Executor, *what: Any) -> Future:
+    """Return the future of `find_peak` in a worker."""
+    try:
+        return workers.submit(find_peak, *what)
+    except RuntimeError as error:  # the pool is broken
+        future: Future = Future()
+        future.set_exception(error)
+        return future
+
+
+def _awaited(future: Future) -> Any:
+    """Return the result of a worker; raise Stopped after a signal."""
+    while not wait([future], TICK).done:
+        if signals.requested():
+            raise signals.Stopped(
+                signals.requested(),
+                "stopped: all cases are finished and kept; run the same command again to put their files together",
+            )
+    return future.result()
+
+
+def case_ids(grid: grids.Grid) -> np.ndarray:
+    """Return the identities of all cases, uint64, by index."""
+    return np.fromiter(grid.identities(), "u8", len(grid))
+
+
+def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, *, retry_failed: bool) -> np.ndarray:
+    """Return the indices of the `wanted` cases (ascending) to run, each identity once.
+
+    rows : stored rows, ascending by id.
+    """
+    if retry_failed:
+        rows = rows[~rows["failed"]]
+    order = np.argsort(ids, kind="stable")
+    sorted_ids = ids[order]
+    keep = np.concatenate([[True], sorted_ids[1:] != sorted_ids[:-1]])[: len(ids)]
+    keep &= common_values(sorted_ids, wanted)
+    keep &= ~common_values(sorted_ids, rows["id"])
+    return np.sort(order[keep])
+
+
+def common_values(values: np.ndarray, those: np.ndarray) -> np.ndarray:
+    """Return which values are in `those`, ascending; needs a fifth of the memory of np.isin."""
+    if not len(those):
+        return np.zeros(len(values), bool)
+    places = np.searchsorted(those, values)
+    places[places == len(those)] = 0
+    there: np.ndarray = those[places] == values
+    return there
+
+
+def one_per_kind(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
+    """Return a pending case for each kind of scene; only law names can change the kind."""
+    if not any(isinstance(values[0], str) for values in grid.axes.values()):
+        return [grid.case(int(pending[0]))]
+    begin, end = int(pending.min()), int(pending.max()) + 1
+    wanted = np.zeros(end - begin, bool)
+    wanted[pending - begin] = True
+    firsts: dict[grids.Words, int] = {}
+    for place, words in enumerate(grid.words(range(begin, end))):
+        if wanted[place] and words not in firsts:
+            firsts[words] = begin + place
+    cases = [grid.case(index) for index in firsts.values()]
+    return list({simulator.signature(case): case for case in cases}.values())
+
+
+def solve_in_bulk(simulator: Simulator, pending: int, listed: int) -> bool:
+    """Return whether there are enough cases per kind of scene to solve several at a time."""
+    return simulator.solve_each is not None and pending >= MANY * listed
+
+
+def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> None:
+    """Compile the code of these cases, each part in one worker, so that all workers find it in the cache.
+
+    directory : of the run; its folder for temporary files contains the progress.
+
+    Errors come up again in a case, where they are recorded.
+    """
+    parts = [(simulator.compile_loop, cases[0]), *((simulator.compile_for, case) for case in cases)]
+    kept = [store.Working(directory, secrets.token_hex(8)) for _ in parts]
+
+    def look() -> list[phases.Progress]:
+        return [results for working in kept if (results := working.read())]
+
+    try:
+        compiling = progress.Compiling(len(parts), look)
+        with phases.phase(compiling):
+            tasks = [workers.submit(prepare, working, *part) for working, part in zip(kept, parts, strict=True)]
+            failures = []
+            for task in tasks:
+                failures.append(_failure(task))
+                compiling.done += 1
+    except BrokenExecutor as error:
+        failures = [error]
+    if any(isinstance(failure, BrokenExecutor) for failure in failures):
+        workers.restart()
+    elif compile_failure := next(filter(None, failures), None):
+        progress.say(f"compiling in advance failed ({brief(compile_failure)}); the cases themselves will show it")
+
+
+def _failure(future: Future) -> Exception | None:
+    try:
+        future.result()
+    except Exception as error:
+        return error
+    return None
+
+
+def failure_limit(max_failures: int | str | None, cases: int) -> int | None:
+    """Return how many cases may fail, from a number or a percentage."""
+    if max_failures is None:
+        return None
+    text = str(max_failures).strip()
+    share = cases / 100.0 if text.endswith("%") else 1.0
+    try:
+        failure_limit = int(float(text.removesuffix("%")) * share)
+    except (ValueError, OverflowError):
+        failure_limit = -1
+    if failure_limit < 0:
+        raise InputError(f"max failures: found {max_failures!r}; expected a number of cases (20) or a share (5%)")
+    return failure_limit
