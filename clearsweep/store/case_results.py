@@ -140,13 +140,16 @@ def _answers_bytes(form: ResultSchema, paths: Sequence[str], answers: Sequence[A
     columns += [
         *(Column(f"seek.{path}", unit, _VALUE) for path in paths),
         *([Column("seek_fit", "", "the fit that is sought, judged at its largest clearance", "text")] if fits else []),
+        *([Column("seek_beyond", "", "fits beyond the border that keep to the limits", "text")] if fits else []),
         Column("seek_low", unit, "lower end of the interval that contains the border"),
         Column("seek_high", unit, "upper end of the interval that contains the border"),
         Column("limiting", "", _LIMITING, "text"),
         Column("probes", "1", "cases that were looked at", "int"),
     ]
-    names = ("value",) * len(paths) + ("fit",) * fits
-    values += [[getattr(answer, name) for answer in answers] for name in (*names, "low", "high", "limiting", "probes")]
+    values += [[answer.value for answer in answers]] * len(paths)
+    if fits:
+        values += [[answer.fit for answer in answers], [", ".join(answer.beyond) or None for answer in answers]]
+    values += [[getattr(answer, name) for answer in answers] for name in ("low", "high", "limiting", "probes")]
     return _table_bytes(columns, values)
 
 

@@ -91,7 +91,9 @@ class StoredRun:
             own = seek.get("largest") or seek.get("smallest") or []
             own = own if isinstance(own, list) else [own]
             wanted[SEEK_FILE] = {*paths, "seek_low", "seek_high", "limiting", "probes"} - {*own}
-            wanted[SEEK_FILE] |= {f"seek.{path}" for path in own} | ({"seek_fit"} if "among" in seek else set())
+            wanted[SEEK_FILE] |= {f"seek.{path}" for path in own} | (
+                {"seek_fit", "seek_beyond"} if "among" in seek else set()
+            )
         if OPTIMISE_FILE in self.grid.get("answers", {}):
             asked = self.grid.get("optimise") or {}
             own = {name for sense in ("minimise", "maximise") for name in asked.get(sense, [])}
