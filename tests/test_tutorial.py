@@ -100,7 +100,7 @@ def test_the_steps_lead_to_a_decision_with_made_up_forces(tmp_path):
     result = sweep(read("press_joint"), out, simulator=Quick, executor="serial", show_progress=False)
     run = clearsweep.open(out)
     message = run_summary.run_text(run_summary.of_run(result))
-    assert "H7/f7, radial) = 15 µm to 45 µm" in message
+    assert "(H7/f7) = 15 µm to 45 µm radial" in message
     over = run.summary[CLEARANCE] * run.summary["drive.speed"] / (4.0 * np.pi) > SAFE
     assert f"Limits: {int(over.sum())} of 30 cases exceed at least one" in message
     assert run.worst == run.summary.nlargest(3, "rod_slider_force_peak_ratio")["case_id"].tolist()

@@ -25,7 +25,7 @@ def find(reader: Reader, root: WrittenValue, sections: tuple[str, ...]) -> None:
         if isinstance(written.value, dict):
             reader.added_in, reader.added_written = f"{name}.{ADDED}", dict(written.value)
         else:
-            reader.problems.add(written, f"{name}.{ADDED}", "run.json keeps here what a run added; leave the key out")
+            reader.problems.add(written, f"{name}.{ADDED}", "is filled in by a run in run.json; remove the key")
 
 
 def rows(reader: Reader) -> tuple[tuple[Any, ...], ...]:
@@ -34,10 +34,8 @@ def rows(reader: Reader) -> tuple[tuple[Any, ...], ...]:
         return ()
     values = [reader.added_cases.get(path, []) for path in reader.axes]
     if set(reader.added_written) != set(reader.axes) or len(set(map(len, values))) > 1:
-        location = next(iter(reader.added_written.values()))
-        reader.problems.add(
-            location, reader.added_in, "has not a value of every swept path for every case; leave it out"
-        )
+        place = next(iter(reader.added_written.values()))
+        reader.problems.add(place, reader.added_in, "lacks a value of a swept path for some case; remove the key")
         return ()
     return tuple(zip(*values, strict=True))
 
@@ -65,23 +63,25 @@ def section_of(
 
 
 def over_of(
-    reader: Reader, root: WrittenValue, section: WrittenValue, name: str, conflicting: Collection[str], example: str
+    reader: Reader, root: WrittenValue, section: WrittenValue, name: str, others: Collection[str], example: str
 ) -> WrittenValue | None:
-    """Return the key `over` of a section that chooses all cases; None if missing or if another section chooses too."""
-    for conflict in conflicting:
-        if conflict in root.value:
-            sentence = f"conflicts with `{conflict}`; `{name}` chooses all cases itself; remove one of the two"
+    """Return `over` of a section that chooses all cases; None if it is missing or another section chooses, too."""
+    for other in others:
+        if other in root.value:
+            sentence = f"conflicts with `{other}`; `{name}` chooses all cases itself; remove one of the two"
             reader.problems.add(section, name, sentence)
             return None
-    over_section: WrittenValue | None = section.value.get("over")
-    if over_section is None or not isinstance(over_section.value, dict) or not over_section.value:
-        reader.problems.add(over_section or section, f"{name}.over", f"names nothing to vary; for example: {example}")
+    over: WrittenValue | None = section.value.get("over")
+    if over is None or not isinstance(over.value, dict) or not over.value:
+        reader.problems.add(
+            over or section, f"{name}.over", f"is empty; name at least one key to vary, for example: {example}"
+        )
         return None
-    return over_section
+    return over
 
 
 def count(
-    reader: Reader, section: WrittenValue, key: tuple[str, str], limits: tuple[int, int], default: int | None
+    reader: Reader, section: WrittenValue, key: tuple[str, str], allowed: tuple[int, int], default: int | None
 ) -> int | None:
     """Return the integer at `key` of a section, or None if it is missing or invalid."""
     content, where = section.value.get(key[1]), ".".join(key)
@@ -94,14 +94,14 @@ def count(
     except InputError as error:
         reader.problems.add(content, where, str(error))
         return None
-    if value != int(value) or not limits[0] <= value <= limits[1]:
-        sentence = f"found {content.value}; allowed: a whole number from {limits[0]} to {limits[1]:,}"
+    if value != int(value) or not allowed[0] <= value <= allowed[1]:
+        sentence = f"found {content.value}; allowed: a whole number from {allowed[0]} to {allowed[1]:,}"
         reader.problems.add(content, where, sentence)
         return None
     return int(value)
 
 
-def check_always_used(reader: Reader, location: WrittenValue, section: str, path: str) -> None:
+def check_always_used(reader: Reader, place: WrittenValue, section: str, path: str) -> None:
     """Report a swept key that some of the swept laws do not use: every added case has a value of each key."""
     node = value_key(reader.shape, path)
     if isinstance(node, Word):
@@ -110,5 +110,5 @@ def check_always_used(reader: Reader, location: WrittenValue, section: str, path
         for law in reader.axes.get(chooser, ()):
             if not node.used(reader.names | {chooser: frozenset({law})}):
                 sentence = f"{path} is not used by {law}; with `{section}` every law that is tried has to use every key"
-                reader.problems.add(location, section, f"{sentence} that is swept")
+                reader.problems.add(place, section, f"{sentence} that is swept")
                 return

@@ -44,8 +44,8 @@ def axis(
         and len(written.value) == 1
         and set(written.value) <= set(FORMS)
     ):
-        ((kind, content),) = written.value.items()
-        return _generated(problems, where, kind, content, reading)
+        ((kind, given),) = written.value.items()
+        return _generated(problems, where, kind, given, reading)
     spaced = (
         f", {{label: a, other label: b}}, or {{linspace: {FORMS['linspace']}}}, or geomspace or logspace in its place"
     )
@@ -61,15 +61,15 @@ def half_bare(problems: Problems, where: str, items: Iterable[WrittenValue], uni
     `[200 rpm, 500]` would mean 500 rad/s, which is hardly ever intended.
     """
     items = list(items)
-    measured = next((item for item in items if _reads(item.value, unit)), None) if unit not in ("", "1") else None
-    without_unit = [item for item in items if quantity.is_bare(item.value)] if measured else []
-    for item in without_unit:
+    named = next((item for item in items if _reads(item.value, unit)), None) if unit not in ("", "1") else None
+    bare = [item for item in items if quantity.is_bare(item.value)] if named else []
+    for item in bare:
         sentence = (
-            f"found {item.value} without a unit next to {shown(measured.value if measured else '')}; "
-            f"alone it would mean {item.value} {unit}: write the unit of each, or of none"
+            f"found {item.value} without a unit next to {shown(named.value if named else '')}; alone it would mean "
+            f"{item.value} {unit}: write the unit of each, or of none"
         )
         problems.add(item, where, sentence)
-    return bool(without_unit)
+    return bool(bare)
 
 
 def _reads(value: Any, unit: str) -> bool:
@@ -96,28 +96,28 @@ def _distinct(problems: Problems, where: str, written: WrittenValue, reading: Re
             "use {linspace: [first, last, count]} or {geomspace: [first, last, count]}",
         )
         return None
-    start: dict[Any, WrittenValue] = {}
+    first: dict[Any, WrittenValue] = {}
     for item in written.value:
         value = reading.value(item)
-        if value is not None and value in start:
-            line_text = f" (line {start[value].line})" if start[value].line else ""
+        if value is not None and value in first:
+            there = f" (line {first[value].line})" if first[value].line else ""
             problems.add(
                 item,
                 where,
-                f"duplicate value {shown(item.value)}, the same as {shown(start[value].value)}{line_text}; "
-                "every value may be there once",
+                f"duplicate value {shown(item.value)}, the same as {shown(first[value].value)}{there}; "
+                "each value may occur only once",
             )
         elif value is not None:
-            start[value] = item
-    return list(start) if len(start) == len(written.value) else None
+            first[value] = item
+    return list(first) if len(first) == len(written.value) else None
 
 
-def _generated(problems: Problems, where: str, kind: str, content: WrittenValue, reading: Reading) -> list[Any] | None:
+def _generated(problems: Problems, where: str, kind: str, given: WrittenValue, reading: Reading) -> list[Any] | None:
     """Return evenly spaced values."""
-    items = content.value if isinstance(content.value, list) else []
+    items = given.value if isinstance(given.value, list) else []
     try:
         if len(items) != 3 and not (kind == "logspace" and len(items) == 4):
-            raise InputError(f"found {shown(content.value)} of {len(items)}; expected {FORMS[kind]}")
+            raise InputError(f"found {shown(given.value)} of {len(items)}; expected {FORMS[kind]}")
         count = quantity.read(items[2].value, "1")
         if count != int(count) or not 2 <= count <= _MOST_VALUES:
             raise InputError(f"found the count {count:.15g}; expected a whole number from 2 to {_MOST_VALUES}")
@@ -130,9 +130,9 @@ def _generated(problems: Problems, where: str, kind: str, content: WrittenValue,
         if len(set(values)) < len(values):
             raise InputError(f"{len(values)} values from {values[0]!r} to {values[-1]!r} (SI) are not all different")
     except InputError as error:
-        problems.add(content, where, f"{kind}: {error}")
+        problems.add(given, where, f"{kind}: {error}")
         return None
-    checked = [reading.value(WrittenValue(value, content.origin, content.line, content.column)) for value in values]
+    checked = [reading.value(WrittenValue(value, given.origin, given.line, given.column)) for value in values]
     return None if None in checked else checked
 
 
@@ -144,9 +144,9 @@ def _between(kind: str, items: list[WrittenValue], count: int, unit: str) -> lis
     steps = count - 1
     first, last = quantity.exact(items[0].value, unit), quantity.exact(items[1].value, unit)
     if kind == "linspace":
-        denominator = first.denominator * last.denominator * steps
+        below = first.denominator * last.denominator * steps
         start, stop = first.numerator * last.denominator, last.numerator * first.denominator
-        return [(start * (steps - k) + stop * k) / denominator for k in range(count)]
+        return [(start * (steps - k) + stop * k) / below for k in range(count)]
     if first * last <= 0:
         raise InputError("first and last have to be both above 0 or both below; use linspace")
     low, high = float(first), float(last)
@@ -155,12 +155,12 @@ def _between(kind: str, items: list[WrittenValue], count: int, unit: str) -> lis
 
 def _powers(items: list[WrittenValue], count: int, unit: str) -> list[float]:
     """Return powers of ten from one exponent to another, in the unit of the fourth item or in SI."""
-    start, last = (quantity.read(item.value, "1") for item in items[:2])
-    measured = items[3].value if len(items) == 4 else ""
-    if not isinstance(measured, str):
-        raise InputError(f"found {shown(measured)} as the unit; expected one such as {unit if unit != '1' else '%'}")
-    scale = quantity.read(f"1 {measured}", unit) if measured else 1.0
+    first, last = (quantity.read(item.value, "1") for item in items[:2])
+    named = items[3].value if len(items) == 4 else ""
+    if not isinstance(named, str):
+        raise InputError(f"found {shown(named)} as the unit; expected one such as {unit if unit != '1' else '%'}")
+    scale = quantity.read(f"1 {named}", unit) if named else 1.0
     try:
-        return [scale * 10.0 ** (start + (last - start) * (k / (count - 1))) for k in range(count)]
+        return [scale * 10.0 ** (first + (last - first) * (k / (count - 1))) for k in range(count)]
     except OverflowError:
-        raise InputError(f"the exponents {start:.15g} and {last:.15g} lead beyond every float") from None
+        raise InputError(f"the exponents {first:.15g} and {last:.15g} lead beyond every float") from None

@@ -41,64 +41,60 @@ class Definitions(NamedTuple):
         """Return path -> value of the dependent numbers at a point, `define.NAME` -> value."""
         if not self.follow:
             return {}
-        known_values = self._known(point)
-        return {path: float(expression.exact_value(text, known_values)) + 0.0 for path, text in self.follow.items()}
+        known = self._known(point)
+        return {path: float(expression.exact_value(text, known)) + 0.0 for path, text in self.follow.items()}
 
     def _known(self, point: Mapping[str, Any]) -> dict[str, Fraction]:
-        known_values = dict(self.values)
-        known_values |= {
-            name: Fraction(repr(float(point[START + name]))) for name in self.varied if START + name in point
-        }
+        known = dict(self.values)
+        known |= {name: Fraction(repr(float(point[START + name]))) for name in self.varied if START + name in point}
         for name, text in self.texts.items():
             if text and self.varied_in(text):
-                known_values[name] = expression.exact_value(text, known_values)
-        return known_values
+                known[name] = expression.exact_value(text, known)
+        return known
 
     def varied_in(self, text: str) -> frozenset[str]:
         """Return the varied names in an expression."""
-        axes_paths: set[str] = set()
+        varied: set[str] = set()
         for name in expression.names_in(text, expression.DEFINED):
-            axes_paths |= {name} if name in self.varied else set()
-            axes_paths |= self.varied_in(self.texts[name]) if self.texts.get(name) else set()
-        return frozenset(axes_paths)
+            varied |= {name} if name in self.varied else set()
+            varied |= self.varied_in(self.texts[name]) if self.texts.get(name) else set()
+        return frozenset(varied)
 
     def needed(self) -> dict[str, str]:
         """Return `define.NAME` -> text of the names that `follow` needs and that do not vary themselves."""
-        used_names: set[str] = set()
+        used: set[str] = set()
         for text in self.follow.values():
-            used_names |= used_by(text, self.texts)
-        names = [name for name in self.texts if name in used_names - self.varied]
+            used |= used_by(text, self.texts)
+        names = [name for name in self.texts if name in used - self.varied]
         return {START + name: self._text(name) for name in names}
 
     def _text(self, name: str) -> str:
-        expression = self.texts[name]
-        return f"= {expression}" if expression and self.varied_in(expression) else self.said(name)
+        own = self.texts[name]
+        return f"= {own}" if own and self.varied_in(own) else self.said(name)
 
     def said(self, name: str) -> str:
         """Return the value of a name as grid text: in SI, with its unit."""
         return _quantity_text(self.values[name], self.units[name])
 
-    def reached(
-        self, path: str, axes: Mapping[str, tuple[Any, ...]], variation: Mapping[str, str]
-    ) -> tuple[float, ...]:
+    def reached(self, path: str, axes: Mapping[str, tuple[Any, ...]], way: Mapping[str, str]) -> tuple[float, ...]:
         """Return every value of a number whose names vary on these axes."""
         names = sorted(self.varied_in(self.follow[path]))
         groups: dict[str, list[str]] = {}
         for name in names:
             if START + name not in axes:
                 return ()
-            section = variation.get(START + name, "")
+            section = way.get(START + name, "")
             groups.setdefault(section if section not in ("sweep", "") else name, []).append(START + name)
         rows = [list(zip(*(axes[path] for path in paths), strict=False)) for paths in groups.values()]
         count = 1
-        for row in rows:
-            count *= len(row)
+        for part in rows:
+            count *= len(part)
         if count > MOST_VALUES:
-            rows = [[min(row), max(row)] for row in rows]
-        values_by_path = [path for paths in groups.values() for path in paths]
-        expression = self._replace(follow={path: self.follow[path]})
-        points = (dict(zip(values_by_path, sum(choice, ()), strict=True)) for choice in product(*rows))
-        return tuple(expression.at(point)[path] for point in points)
+            rows = [[min(part), max(part)] for part in rows]
+        flat = [path for paths in groups.values() for path in paths]
+        own = self._replace(follow={path: self.follow[path]})
+        points = (dict(zip(flat, sum(chosen, ()), strict=True)) for chosen in product(*rows))
+        return tuple(own.at(point)[path] for point in points)
 
 
 NOTHING = Definitions({}, {}, {})
@@ -106,10 +102,10 @@ NOTHING = Definitions({}, {}, {})
 
 def used_by(text: str, texts: Mapping[str, str]) -> set[str]:
     """Return all names in an expression, directly or through other names."""
-    used_names: set[str] = set()
+    used: set[str] = set()
     for name in expression.names_in(text, expression.DEFINED):
-        used_names |= {name} | (used_by(texts[name], texts) if texts.get(name) else set())
-    return used_names
+        used |= {name} | (used_by(texts[name], texts) if texts.get(name) else set())
+    return used
 
 
 def resolve(
@@ -122,51 +118,43 @@ def resolve(
     top = root.value
     section = top.get(DEFINE)
     if section is not None and (not isinstance(section.value, dict) or not section.value):
-        problems.add(section, DEFINE, "defines nothing; for example: `play: 50 um`, or leave the key out")
+        problems.add(section, DEFINE, "is empty; for example: `play: 50 um`, or remove the key")
         section = None
-    axes_paths = {path: location for path, location in varied_paths(top) if path not in fixed}
+    varied = {path: place for path, place in varied_paths(top) if path not in fixed}
     written: dict[str, WrittenValue] = section.value if section is not None else {}
-    valid = {name: item for name, item in written.items() if _named(section, name, problems)}
-    known_values = _values(valid, problems)
-    known_values = known_values._replace(wrong=frozenset(written) - known_values.values.keys())
-    names = frozenset(
-        path.removeprefix(START) for path in axes_paths if path.removeprefix(START) in known_values.values
-    )
-    known_values = known_values._replace(varied=names & known_values.texts.keys())
-    reader = _Reader(problems, known_values, axes_paths)
-    reader.used |= {
-        dependency for name in known_values.wrong & valid.keys() for dependency in (name, *_read_of(valid[name]))
-    }
-    content = {key: reader.read(item, key) for key, item in top.items() if key not in (DEFINE, *_NO_NUMBERS)}
+    good = {name: each for name, each in written.items() if _named(section, name, problems)}
+    known = _values(good, problems)
+    known = known._replace(wrong=frozenset(written) - known.values.keys())
+    names = frozenset(path.removeprefix(START) for path in varied if path.removeprefix(START) in known.values)
+    known = known._replace(varied=names & known.texts.keys())
+    reader = _Reader(problems, known, varied)
+    reader.used |= {other for name in known.wrong & good.keys() for other in (name, *_read_of(good[name]))}
+    content = {key: reader.read(each, key) for key, each in top.items() if key not in (DEFINE, *_NO_NUMBERS)}
     content |= {key: top[key] for key in _NO_NUMBERS if key in top}
-    for name, item in valid.items():
-        if known_values.texts.get(name) and START + name in axes_paths:
-            reader.refuse_axis(START + name, item)
+    for name, each in good.items():
+        if known.texts.get(name) and START + name in varied:
+            reader.refuse_axis(START + name, each)
         elif name not in reader.used:
             sentence = "is not used; use it, for example: `clearance: = " + name + "`, or leave it out"
-            problems.add(section.key_place(name) if section else item, START + name, sentence)
-    if known_values.varied and section is not None:
-        inside = {
-            name: reader.worked(valid[name], known_values.said(name)) for name in valid if name in known_values.varied
-        }
+            problems.add(section.key_place(name) if section else each, START + name, sentence)
+    if known.varied and section is not None:
+        inside = {name: reader.worked(good[name], known.said(name)) for name in good if name in known.varied}
         content[DEFINE] = WrittenValue(inside, section.origin, section.line, section.column, section.keys)
     ordered = {key: content[key] for key in top if key in content}
-    return WrittenValue(ordered, root.origin, root.line, root.column, root.keys), known_values._replace(
-        follow=reader.follow
-    )
+    return WrittenValue(ordered, root.origin, root.line, root.column, root.keys), known._replace(follow=reader.follow)
 
 
 def of_resolved(resolved: Mapping[str, Any]) -> Definitions:
     """Return the definitions of a grid from `Grid.resolved`, or from a run.json that contains it."""
-    known_values = {key: resolved[key] for key in (*_OF_CASES, *_WAYS, *_OVER, "seek") if resolved.get(key)}
-    return resolve(written_of(known_values, ""), Problems())[1] if DEFINE in known_values else NOTHING
+    known = {key: resolved[key] for key in (*_OF_CASES, *_WAYS, *_OVER, "seek") if resolved.get(key)}
+    return resolve(written_of(known, ""), Problems())[1] if DEFINE in known else NOTHING
 
 
 class _Reader:
     """Replaces expressions by quantities."""
 
-    def __init__(self, problems: Problems, known_values: Definitions, axes_paths: Mapping[str, WrittenValue]):
-        self.problems, self.known, self.varied = problems, known_values, axes_paths
+    def __init__(self, problems: Problems, known: Definitions, varied: Mapping[str, WrittenValue]):
+        self.problems, self.known, self.varied = problems, known, varied
         self.follow: dict[str, str] = {}
         self.used: set[str] = set()
         self.has: dict[int, bool] = {}  # id of a value -> whether it contains an expression; aliases are visited once
@@ -177,9 +165,9 @@ class _Reader:
         if not self._has_expression(written):
             return written
         if isinstance(value, dict):
-            value = {key: self.read(item, f"{path}.{key}") for key, item in value.items()}
+            value = {key: self.read(each, f"{path}.{key}") for key, each in value.items()}
         elif isinstance(value, list):
-            value = [self.read(item, f"{path}.{location}") for location, item in enumerate(value)]
+            value = [self.read(each, f"{path}.{place}") for place, each in enumerate(value)]
         else:
             return self._worked_out(written, path)
         return WrittenValue(value, written.origin, written.line, written.column, written.keys)
@@ -210,7 +198,7 @@ class _Reader:
             if path.split(".", 1)[0] in _OF_CASES:
                 self.follow[path] = text
             else:
-                sentence = f"is made of {START}{min(names)}, which varies; only the numbers of a case may be"
+                sentence = f"depends on {START}{min(names)}, which varies; only the numbers of a case may be"
                 self.problems.add(written, path, sentence)
         return self.worked(written, _quantity_text(value, unit))
 
@@ -259,28 +247,28 @@ def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definiti
     units: dict[str, str] = {}
     definitions = Definitions(texts, values, units)
     open_names: list[str] = []
-    invalid: set[str] = set()
+    wrong: set[str] = set()
 
     def visit(name: str) -> None:
-        if name in definitions.values or name in invalid:
+        if name in definitions.values or name in wrong:
             return
-        item = written[name]
+        each = written[name]
         if name in open_names:
             circle = " -> ".join([*open_names[open_names.index(name) :], name])
-            problems.add(item, START + name, f"is made of itself: {circle}; break the circle")
-            invalid.update(open_names[open_names.index(name) :])
+            problems.add(each, START + name, f"depends on itself: {circle}; break the circle")
+            wrong.update(open_names[open_names.index(name) :])
             return
         open_names.append(name)
         try:
-            text = text_of(item.value) if is_expression(item.value) else ""
-            for dependency in sorted(expression.names_in(text, expression.DEFINED) & written.keys()) if text else ():
-                visit(dependency)
-            values[name], units[name] = _value(text, definitions) if text else _quantity(item.value)
+            text = text_of(each.value) if is_expression(each.value) else ""
+            for other in sorted(expression.names_in(text, expression.DEFINED) & written.keys()) if text else ():
+                visit(other)
+            values[name], units[name] = _value(text, definitions) if text else _quantity(each.value)
             texts[name] = text
         except InputError as error:
-            if name not in invalid and not _already_reported(item, written, invalid):
-                problems.add(item, START + name, str(error))
-            invalid.add(name)
+            if name not in wrong and not _already_reported(each, written, wrong):
+                problems.add(each, START + name, str(error))
+            wrong.add(name)
         open_names.pop()
 
     for name in written:
@@ -288,14 +276,14 @@ def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definiti
     return definitions
 
 
-def _already_reported(item: WrittenValue, written: Mapping[str, WrittenValue], invalid: set[str]) -> bool:
+def _already_reported(each: WrittenValue, written: Mapping[str, WrittenValue], wrong: set[str]) -> bool:
     """Return whether an expression contains a name that was already reported."""
-    return bool(_read_of(item) & invalid & written.keys())
+    return bool(_read_of(each) & wrong & written.keys())
 
 
-def _read_of(item: WrittenValue) -> set[str]:
+def _read_of(each: WrittenValue) -> set[str]:
     """Return the names in a written value, empty if it is no valid expression."""
-    return _names(text_of(item.value)) if is_expression(item.value) else set()
+    return _names(text_of(each.value)) if is_expression(each.value) else set()
 
 
 def _names(text: str) -> set[str]:
@@ -306,10 +294,10 @@ def _names(text: str) -> set[str]:
         return set()
 
 
-def _value(text: str, known_values: Definitions) -> tuple[Fraction, str]:
+def _value(text: str, known: Definitions) -> tuple[Fraction, str]:
     """Return value (SI) and unit of an expression of known names."""
-    unit = expression.unit_of_defined(text, known_values.units)
-    return expression.exact_value(text, known_values.values), unit
+    unit = expression.unit_of_defined(text, known.units)
+    return expression.exact_value(text, known.values), unit
 
 
 def _quantity(value: Any) -> tuple[Fraction, str]:
@@ -328,20 +316,18 @@ def _quantity_text(value: Fraction, unit: str) -> str:
 
 def varied_paths(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
     """Yield the dotted paths that a document varies, each with its place in the document."""
-    for variation in _WAYS:
-        section = top.get(variation)
-        if section is not None and variation == "cases" and isinstance(section.value, str):
+    for way in _WAYS:
+        section = top.get(way)
+        if section is not None and way == "cases" and isinstance(section.value, str):
             section = case_table.read(Problems(), section)
         if section is not None and isinstance(section.value, dict):
             yield from ((path, section.key_place(path)) for path in section.value)
-    for variation in _OVER:
-        over_section = (
-            top[variation].value.get("over") if variation in top and isinstance(top[variation].value, dict) else None
-        )
-        if over_section is not None and isinstance(over_section.value, dict):
-            yield from ((path, over_section.key_place(path)) for path in over_section.value)
+    for way in _OVER:
+        over = top[way].value.get("over") if way in top and isinstance(top[way].value, dict) else None
+        if over is not None and isinstance(over.value, dict):
+            yield from ((path, over.key_place(path)) for path in over.value)
     seek = top["seek"].value if "seek" in top else None
-    for sense in ("largest", "smallest"):
-        if isinstance(seek, dict) and sense in seek:
-            paths = seek[sense].value if isinstance(seek[sense].value, list) else [seek[sense]]
+    for end in ("largest", "smallest"):
+        if isinstance(seek, dict) and end in seek:
+            paths = seek[end].value if isinstance(seek[end].value, list) else [seek[end]]
             yield from ((path.value, path) for path in paths if isinstance(path.value, str))

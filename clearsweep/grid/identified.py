@@ -130,7 +130,7 @@ def _signals(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
     """Return the signals as they are written."""
     written, example = section.value.get("from"), "{rig.csv: {slider/a: acceleration}}"
     if written is None or not isinstance(written.value, dict) or not written.value:
-        sentence = f"says no measured signal; write a file, a channel and the column of the file: {example}"
+        sentence = f"is empty; give a file, a channel and the column of the file: {example}"
         reader.problems.add(written or section, f"{IDENTIFY}.from", sentence)
         return ()
     signals = []
@@ -174,7 +174,7 @@ def put_saved(reader: Reader) -> None:
     for file in {signal.file for signal in reader.identify.signals}:
         columns = {signal.column: None for signal in reader.identify.signals if signal.file == file}
         try:
-            signals = measured.read(file, columns, other_columns=True)
+            signals = measured.read(file, columns, others=True)
         except InputError:
             continue  # `check` says what is wrong
         angle = signals.places if signals.over == "crank_angle" else signals.places * (rate or 1.0)
@@ -241,7 +241,7 @@ def turns_of(file: str, signals: list[Signal], rate: float | None) -> list[Turne
     rate : rad/s of the crank, or None if it is not one number
     """
     known_units: Mapping[str, str | None] = {signal.column: signal.unit for signal in signals}
-    content = measured.read(file, known_units, other_columns=True)
+    content = measured.read(file, known_units, others=True)
     revolutions = []
     for signal in signals:
         values, angle, speed = content.signals[signal.column], content.places, None

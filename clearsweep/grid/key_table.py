@@ -139,7 +139,7 @@ _UNTIL = (
         default=500.0,
     ),
 )
-_NO_INTERVAL = "maxima, minima and totals have no interval that narrows as a run goes on, so they cannot be judged"
+_NO_INTERVAL = "maxima, minima and totals have no interval that narrows as a run continues"
 _HORIZON = Flag("find the Lyapunov exponent and the horizon of prediction, by a second run")
 _ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store the difference of every figure")
 _IMPACTS = Field(
@@ -158,11 +158,11 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     tree: Shape = {"mechanism": Section("the bodies"), "mechanism.type": Word(kinds, "which mechanism")}
     for keys in mechanism.keys:
         _keys(tree, keys, catalogue)
-    line_sites = [site for site in mechanism.joints if site.kind == "line"]
-    if line_sites:
+    always = [site for site in mechanism.joints if site.kind == "line"]
+    if always:
         tree["joints"] = Section("the joint")
     else:
-        tree["joints"] = Section("the joints that have clearance; one that is not named is ideal", "implied")
+        tree["joints"] = Section("the joints with clearance; all others are ideal", "implied")
     for site in mechanism.joints:
         _SITES[site.kind](tree, f"joints.{site.name}", site, catalogue)
     if mechanism.turns:
@@ -199,18 +199,18 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
         tree[f"{keys.path}.{columns.name}"] = Table(columns)
 
 
-def _revolutions(tree: Shape, figures: tuple[str, ...], other_texts: tuple[str, ...]) -> None:
-    """Add the keys of `simulate` and `save` for mechanisms that turn; `until` takes `figures`, not `other_texts`."""
-    tree["simulate"] = Section("how long, how exactly and from where", "implied")
+def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...]) -> None:
+    """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts `figures`, but no `others`."""
+    tree["simulate"] = Section("duration, tolerance and start of the motion", "implied")
     add_numbers(tree, "simulate", _SIMULATE)
-    tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
+    tree["simulate.start"] = Word(("centred", "seated"), "positions of the journals at t = 0", "centred")
     tree["simulate.method"] = _METHOD
     add_numbers(tree, "simulate", _BUDGETS)
     add_numbers(tree, "simulate", (life_keys.TIME_BUDGET,), sweep=False)
     tree["simulate.error_check"], tree["simulate.horizon"] = _ERROR_CHECK, _HORIZON
     tree["simulate.until"] = Section("end a case when a figure has settled or the motion is periodic", "optional")
     text = "the column of the summary with the 95 % interval in question"
-    tree["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(other_texts, _NO_INTERVAL))
+    tree["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(others, _NO_INTERVAL))
     add_numbers(tree, "simulate.until", _UNTIL, sweep=False)
     enter_save(tree, has_turns=True)
 
@@ -308,8 +308,8 @@ def _guide(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> Non
     tree[path] = Section("a prismatic joint with clearance, a block between two walls", "optional")
     add_numbers(tree, path, _GUIDE)
     add_contact(tree, path, catalogue._replace(laws=point_laws(catalogue)))
-    for inner_path in [inner_path for inner_path in tree if inner_path.startswith(f"{path}.contact.material")]:
-        del tree[inner_path]
+    for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
+        del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
     add_friction(tree, path, catalogue)
     add_preload(tree, path, catalogue, ALONG)
@@ -320,8 +320,8 @@ def _slot(tree: Shape, path: str, site: JointSite, catalogue: Catalogue) -> None
     tree[path] = Section("a pin in a straight slot with rounded ends")
     add_numbers(tree, path, _SLOT)
     add_contact(tree, path, catalogue._replace(laws=point_laws(catalogue)))
-    for inner_path in [inner_path for inner_path in tree if inner_path.startswith(f"{path}.contact.material")]:
-        del tree[inner_path]
+    for inner in [inner for inner in tree if inner.startswith(f"{path}.contact.material")]:
+        del tree[inner]
     tree[f"{path}.contact.onset"] = first_onset(tree, f"{path}.contact")
     add_friction(tree, path, catalogue)
     laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _ON_FLAT)

@@ -18,17 +18,17 @@ def read_into(reader: Reader, root: WrittenValue) -> None:
     """Read both sections into the reader; its columns must be known."""
     units = dict(reader.figures)
     for name, written in _entries(reader, root, "figures", _FIGURE).items():
-        reason = _taken(reader, name)
-        if problem := reason or _unreadable(written.value, units):
-            location = root.value["figures"].key_place(name) if reason else written
-            reader.problems.add(location, f"figures.{name}", problem)
+        taken = _taken(reader, name)
+        if problem := taken or _unreadable(written.value, units):
+            place = root.value["figures"].key_place(name) if taken else written
+            reader.problems.add(place, f"figures.{name}", problem)
             continue
         units[name] = expression.unit_of(written.value, units)
         reader.own_figures[name] = written.value
     for column, written in _entries(reader, root, "limits", _LIMIT).items():
         if column not in units:
-            location = root.value["limits"].key_place(column)
-            reader.problems.add(location, f"limits.{column}", _unknown(column, units))
+            place = root.value["limits"].key_place(column)
+            reader.problems.add(place, f"limits.{column}", _unknown(column, units))
         elif isinstance(written.value, dict):
             _bounds(reader, column, written, units)
         else:
@@ -51,8 +51,8 @@ def _entries(reader: Reader, root: WrittenValue, name: str, example: str) -> dic
 
 
 def _unknown(name: str, units: dict[str, str]) -> str:
-    allowed = f" (known: {', '.join(units)})"  # a long list, shown only if no name is near
-    return f"is no figure of this grid{nearest(name, units) or allowed}"
+    known = f" (known: {', '.join(units)})"  # a long list, shown only if no name is near
+    return f"is not a column of this grid{nearest(name, units) or known}"
 
 
 def _taken(reader: Reader, name: str) -> str:
@@ -60,7 +60,7 @@ def _taken(reader: Reader, name: str) -> str:
     if name in reader.figures:
         return "is a column already; give the figure another name"
     if name in (EXCEEDED, MARGIN, "case_id", "status", "message", *expression.FUNCTIONS):
-        return "is a name with a meaning of its own; give the figure another one"
+        return "is a reserved name; rename the figure"
     return "" if name.isidentifier() else "found a name that is none; expected letters, digits and _, no digit first"
 
 
@@ -78,13 +78,13 @@ def _unreadable(text: Any, units: dict[str, str]) -> str:
 def _bounds(reader: Reader, column: str, written: WrittenValue, units: dict[str, str]) -> None:
     """Read a limit written as a section: at_most, at_least, times."""
     path, entries = f"limits.{column}", written.value
-    allowed = (*KINDS, _TIMES)
+    known = (*KINDS, _TIMES)
     for key in entries:
-        if key not in allowed:
-            sentence = f"unknown key{nearest(key, allowed)} (known: {', '.join(allowed)})"
+        if key not in known:
+            sentence = f"unknown key{nearest(key, known)} (known: {', '.join(known)})"
             reader.problems.add(written.key_place(key), f"{path}.{key}", sentence)
-    if not any(kind in entries for kind in KINDS) and all(key in allowed for key in entries):
-        reader.problems.add(written, path, f"contains no limit; write {' or '.join(KINDS)}, such as {{at_most: 5 kN}}")
+    if not any(kind in entries for kind in KINDS) and all(key in known for key in entries):
+        reader.problems.add(written, path, f"contains no limit; add {' or '.join(KINDS)}, such as {{at_most: 5 kN}}")
         return
     unit, bounds = units[column], dict[str, Any]()
     if _TIMES in entries:

@@ -5,7 +5,7 @@ from ..contracts.outline import GROUND, JointOutline
 from .keys import Section
 from .reader import Reader
 
-_REACHES = "no chain of joints leads from the ground to it; join it to a body that does hang, or leave it out"
+_REACHES = "no chain of joints connects it with the ground; connect it with a joint, or remove it"
 
 
 def check(reader: Reader, catalogue: Catalogue) -> None:
@@ -35,15 +35,15 @@ def check(reader: Reader, catalogue: Catalogue) -> None:
 
 def _bodies_of_joint(reader: Reader, joint: JointOutline) -> tuple[str, str] | None:
     """Return the bodies that a joint connects, or None if they were unreadable and are already reported."""
-    bodies = {body.name for body in reader.outline.bodies}
-    return joint.bodies if bodies.issuperset(joint.bodies) else None
+    known = {body.name for body in reader.outline.bodies}
+    return joint.bodies if known.issuperset(joint.bodies) else None
 
 
 def _bodies(reader: Reader) -> None:
     """Check that there is a ground, that no joint connects a body with itself, and that every body is connected."""
     outline, section = reader.outline, "mechanism.bodies"
     if GROUND not in {body.name for body in outline.bodies}:
-        sentence = "is missing; write the body that does not move, such as ground: {points: {main: [0 mm, 0 mm]}}"
+        sentence = "is missing; add the body that does not move, such as ground: {points: {main: [0 mm, 0 mm]}}"
         reader.problems.add(reader.place(section), f"{section}.{GROUND}", sentence)
         return
     links = []
@@ -54,21 +54,19 @@ def _bodies(reader: Reader) -> None:
                 reader.place(path), f"{path}.type", "a slot is not known in space; write a planar mechanism"
             )
     for joint in outline.joints:
-        bodies = _bodies_of_joint(reader, joint)
+        ends = _bodies_of_joint(reader, joint)
         path = f"mechanism.joints.{joint.name}"
-        if bodies is None:
+        if ends is None:
             return
-        if bodies[0] == bodies[1]:
-            reader.problems.add(
-                reader.place(path), f"{path}.between", f"joins {bodies[0]} with itself; name two bodies"
-            )
-        links.append(set(bodies))
-    connected, previous_count = {GROUND}, 0
-    while len(connected) > previous_count:
-        previous_count = len(connected)
-        connected |= {body for link in links if link & connected for body in link}
+        if ends[0] == ends[1]:
+            reader.problems.add(reader.place(path), f"{path}.between", f"joins {ends[0]} with itself; name two bodies")
+        links.append(set(ends))
+    reached, before = {GROUND}, 0
+    while len(reached) > before:
+        before = len(reached)
+        reached |= {body for link in links if link & reached for body in link}
     for body in outline.bodies:
-        if body.name not in connected:
+        if body.name not in reached:
             path = f"{section}.{body.name}"
             reader.problems.add(reader.place(path), path, f"hangs nowhere: {_REACHES}")
 
@@ -77,13 +75,11 @@ def _driven(reader: Reader) -> None:
     """Check that the driven body is on the ground, in a joint without clearance."""
     path = "mechanism.driven"
     joint = next((joint for joint in reader.outline.joints if joint.name == reader.values.get(path)), None)
-    bodies = _bodies_of_joint(reader, joint) if joint else None
-    if joint is None or bodies is None:
+    ends = _bodies_of_joint(reader, joint) if joint else None
+    if joint is None or ends is None:
         return
-    if bodies[0] != GROUND:
-        sentence = (
-            f"{joint.name} joins {bodies[0]} and {bodies[1]}; a drive turns a joint whose first body is the ground"
-        )
+    if ends[0] != GROUND:
+        sentence = f"{joint.name} joins {ends[0]} and {ends[1]}; a drive turns a joint whose first body is the ground"
         reader.problems.add(reader.place(path), path, sentence)
     if joint.name in reader.outline.clearances:
         sentence = f"{joint.name} is the driven joint, which has no clearance; leave joints.{joint.name} out"
@@ -99,7 +95,7 @@ def _initial(reader: Reader) -> None:
         for joint in reader.outline.joints:
             if body.name in joint.bodies and joint.name not in reader.outline.clearances:
                 sentence = (
-                    f"{joint.name} is ideal and holds {body.name}, so that it determines how {body.name} starts; leave "
+                    f"{joint.name} is ideal and holds {body.name}, which determines how {body.name} starts; leave "
                     f"initial out, or give {joint.name} clearance"
                 )
                 reader.problems.add(reader.place(path), path, sentence)
@@ -108,24 +104,24 @@ def _initial(reader: Reader) -> None:
             reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)
 
 
-def _rubbing(reader: Reader, path: str, joint: str, has_size: str) -> None:
+def _rubbing(reader: Reader, path: str, joint: str, given: str) -> None:
     """Check that friction acts in a joint without clearance and, in a pin, has a radius or a couple."""
     site = next((site for site in reader.mechanism.joints if site.name == joint), None)
     if site is None:
         return
     if joint in reader.outline.clearances:
-        remedy = f"write the friction as joints.{joint}.friction"
-        if has_size and site.kind in ("revolute", "guide"):
-            remedy += ": {law, coefficient, ...}, and give it `preload`"
-        sentence = f"{joint} has clearance; {remedy}"
+        rest = f"write the friction as joints.{joint}.friction"
+        if given and site.kind in ("revolute", "guide"):
+            rest += ": {law, coefficient, ...}, and give it `preload`"
+        sentence = f"{joint} has clearance; {rest}"
         reader.problems.add(reader.place(f"{path}.on"), f"{path}.on", sentence)
     radius = f"{path}.friction.radius"
-    size_name = "force" if site.kind == "guide" else "torque"
-    if has_size and has_size != size_name:
+    wanted = "force" if site.kind == "guide" else "torque"
+    if given and given != wanted:
         kind = "guide, in which friction is a force" if site.kind == "guide" else "pin, in which friction is a couple"
-        sentence = f"{joint} is a {kind}; write {size_name}"
-        reader.problems.add(reader.place(f"{path}.friction"), f"{path}.friction.{has_size}", sentence)
-    if has_size:
+        sentence = f"{joint} is a {kind}; write {wanted}"
+        reader.problems.add(reader.place(f"{path}.friction"), f"{path}.friction.{given}", sentence)
+    if given:
         return
     if site.kind == "revolute" and not reader.there(radius):
         sentence = "is missing; friction in a pin is a torque, coefficient x reaction x radius; for example: 10 mm"
@@ -145,51 +141,43 @@ def _elastic(reader: Reader, body: str) -> None:
     if 0.0 in reader.reached(f"{section}.mass"):
         sentence = "found 0; an elastic link is a bar of this mass: write one above 0, or leave `elastic` out"
         reader.problems.add(reader.place(f"{section}.mass"), f"{section}.mass", sentence)
-    bodies = [f"{body}.{reader.values.get(f'{path}.between.{k}')}" for k in range(2)]
-    if bodies[0] == bodies[1] and reader.outline.bodies:
-        sentence = f"lies between {bodies[0]} and itself; name the points of its two pins"
+    ends = [f"{body}.{reader.values.get(f'{path}.between.{k}')}" for k in range(2)]
+    if ends[0] == ends[1] and reader.outline.bodies:
+        sentence = f"lies between {ends[0]} and itself; name the points of its two pins"
         reader.problems.add(reader.place(path), f"{path}.between", sentence)
     for joint in reader.outline.joints:
-        joint_end = next(
-            (joint_end for joint_end in (joint.proximal, joint.distal) if joint_end.partition(".")[0] == body), None
-        )
-        if joint_end is not None and (joint.type != "revolute" or joint_end not in bodies):
-            kind_text = {"prismatic": "a guide", "slot": "a slot"}.get(joint.type, f"at {joint_end}")
-            sentence = (
-                f"{joint.name}, {kind_text}, is on it, which is not known: a link gives between its two pins alone"
-            )
+        at = next((end for end in (joint.proximal, joint.distal) if end.partition(".")[0] == body), None)
+        if at is not None and (joint.type != "revolute" or at not in ends):
+            what = {"prismatic": "a guide", "slot": "a slot"}.get(joint.type, f"at {at}")
+            sentence = f"{joint.name}, {what}, is on it, which is not available: elastic links deform between two pins"
             reader.problems.add(reader.place(path), path, sentence)
     for load in reader.outline.loads:
         values = (reader.values.get(f"loads.{load.name}.{key}") for key in ("point", "between.0"))
         point, anchored = (f"{body}.{value}" for value in values)
-        at_pin = point in bodies and reader.outline.bodies
+        at_pin = point in ends and reader.outline.bodies
         if anchored == f"{body}.{body}" or (load.form != "friction" and load.on == body and not at_pin):
-            sentence = f"acts on {body}, an elastic link, off its pins, which is not known; name the point of a pin"
+            sentence = (
+                f"acts on {body}, an elastic link, away from its pins, which is not available; use the point of a pin"
+            )
             reader.problems.add(reader.place(f"loads.{load.name}"), f"loads.{load.name}", sentence)
 
 
 def _sticking(reader: Reader, path: str, sticking: set[str]) -> None:
     """Check that no clearance joint uses sticking friction together with sticking friction of a load."""
-    other_joints = (
-        other_joint
-        for other_joint in reader.names
-        if other_joint.startswith("joints.") and other_joint.endswith(".friction.law")
-    )
-    if reader.names.get(path, frozenset()) & sticking and any(
-        reader.names[other_joint] & sticking for other_joint in other_joints
-    ):
+    others = (other for other in reader.names if other.startswith("joints.") and other.endswith(".friction.law"))
+    if reader.names.get(path, frozenset()) & sticking and any(reader.names[other] & sticking for other in others):
         sentence = "sticks, which is not available with a joint with clearance that also sticks; choose another law"
         reader.problems.add(reader.place(path), path, sentence)
 
 
 def _flanges(reader: Reader, joint: str) -> None:
     """Check that a journal fits between its flanges."""
-    journals, lengths = reader.reached(f"{joint}.journal_length"), reader.reached(f"{joint}.length")
+    longest, lengths = reader.reached(f"{joint}.journal_length"), reader.reached(f"{joint}.length")
     play = reader.reached(f"{joint}.axial_clearance")
-    if not (journals and lengths and play) or max(journals) < min(lengths) + 2.0 * min(play):
+    if not (longest and lengths and play) or max(longest) < min(lengths) + 2.0 * min(play):
         return
     sentence = (
-        f"found {max(journals):.15g}; allowed: below {min(lengths) + 2.0 * min(play):.15g}, the length of the bearing "
+        f"found {max(longest):.15g}; allowed: below {min(lengths) + 2.0 * min(play):.15g}, the length of the bearing "
         "and its axial clearance on both sides, between its flanges; shorten the journal, or write flange: false"
     )
     reader.problems.add(reader.place(f"{joint}.journal_length"), f"{joint}.journal_length", sentence)
@@ -205,14 +193,10 @@ def _guides(reader: Reader) -> None:
         if site.kind == "guide" and inertia in reader.shape and not reader.there(inertia):
             sentence = f"is missing; with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
             reader.problems.add(reader.place("mechanism.slider"), inertia, sentence)
-        worn = (
-            other_joint
-            for other_joint in reader.shape
-            if other_joint.endswith(".wear") and other_joint.startswith("joints.")
-        )
-        for other_joint in worn if site.kind == "guide" else ():
+        worn = (other for other in reader.shape if other.endswith(".wear") and other.startswith("joints."))
+        for other in worn if site.kind == "guide" else ():
             sentence = f"is not computed with clearance in {site.name}, a {site.kind}; leave it out"
-            reader.problems.add(reader.place(other_joint), other_joint, sentence)
+            reader.problems.add(reader.place(other), other, sentence)
         if "seated" in reader.reached("simulate.start"):
             sentence = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"
             reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)

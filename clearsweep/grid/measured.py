@@ -29,10 +29,10 @@ class Measured(NamedTuple):
     signals: "dict[str, np.ndarray]"  # name in the header -> (n,) values
 
 
-def read(file: str | PathLike, units: Mapping[str, str | None], *, other_columns: bool = False) -> Measured:
+def read(file: str | PathLike, units: Mapping[str, str | None], *, others: bool = False) -> Measured:
     """Return the signals in a file whose SI units are `units`, by name.  Raises InputError with row and column.
 
-    units : None for an arbitrary unit; other_columns : whether other columns are allowed, which are not read
+    units : None for an arbitrary unit; others : whether other columns are allowed, which are not read
     """
     import numpy as np
 
@@ -50,59 +50,59 @@ def read(file: str | PathLike, units: Mapping[str, str | None], *, other_columns
     if len(rows) < LEAST_ROWS:
         raise InputError(f"{path}: has {len(rows)} rows; at least {LEAST_ROWS} are needed")
     columns: dict[str, np.ndarray] = {}
-    for index, heading in enumerate(heads):
-        name, unit = head_of(heading)
-        if other_columns and name not in (*OVER, *units):
+    for place, head in enumerate(heads):
+        name, unit = head_of(head)
+        if others and name not in (*OVER, *units):
             continue
         if name not in (*OVER, *units):
-            allowed = [*OVER, *units]
+            known = [*OVER, *units]
             raise InputError(
-                f"{path}:1:{index + 1}: '{heading.strip()}' is no signal of this run{nearest(name, allowed)} "
-                f"(known: {', '.join(allowed)}); write its unit behind it, such as acceleration [m/s^2]"
+                f"{path}:1:{place + 1}: '{head.strip()}' is no signal of this run{nearest(name, known)} "
+                f"(known: {', '.join(known)}); write its unit behind it, such as acceleration [m/s^2]"
             )
         if name in columns:
-            raise InputError(f"{path}:1:{index + 1}: '{name}' is there twice; keep one of them")
-        unit_wanted = OVER.get(name) or units[name]
-        columns[name] = np.array(_values(str(path), rows, index, unit if unit_wanted else "", unit_wanted or "1"))
-    if other_columns and (missing := [name for name in units if name not in columns]):
-        found_heads = ", ".join(heading.strip() for heading in heads)
-        raise InputError(f"{path}:1: has no column '{missing[0]}'{nearest(missing[0], heads)} (found: {found_heads})")
-    abscissae = [name for name in OVER if name in columns]
-    if len(abscissae) != 1 or len(columns) < 2:
+            raise InputError(f"{path}:1:{place + 1}: '{name}' occurs twice; keep one of them")
+        wanted = OVER.get(name) or units[name]
+        columns[name] = np.array(_values(str(path), rows, place, unit if wanted else "", wanted or "1"))
+    if others and (missing := [name for name in units if name not in columns]):
+        there = ", ".join(head.strip() for head in heads)
+        raise InputError(f"{path}:1: has no column '{missing[0]}'{nearest(missing[0], heads)} (found: {there})")
+    over = [name for name in OVER if name in columns]
+    if len(over) != 1 or len(columns) < 2:
         raise InputError(f"{path}:1: found {', '.join(columns)}; expected crank_angle [deg] or time [s], and a signal")
-    places = columns.pop(abscissae[0])
-    _check_steps(str(path), abscissae[0], places, [line for line, _ in rows])
-    return Measured(str(path), abscissae[0], places, columns)
+    places = columns.pop(over[0])
+    _check_steps(str(path), over[0], places, [line for line, _ in rows])
+    return Measured(str(path), over[0], places, columns)
 
 
-def _values(file: str, rows: list[TableRow], index: int, unit: str, unit_wanted: str) -> list[float]:
-    """Return the numbers of a column in the unit `unit_wanted`.  Raises InputError for anything but a number."""
+def _values(file: str, rows: list[TableRow], place: int, unit: str, wanted: str) -> list[float]:
+    """Return the numbers of a column in the unit `wanted`.  Raises InputError for anything but a number."""
     try:
-        scale = quantity.read(f"1 {unit}", unit_wanted) if unit else 1.0
+        scale = quantity.read(f"1 {unit}", wanted) if unit else 1.0
     except InputError as error:
-        raise InputError(f"{file}:1:{index + 1}: {error}") from None
+        raise InputError(f"{file}:1:{place + 1}: {error}") from None
     numbers = []
     for line, cells in rows:
         try:
-            value = float(cells[index])
+            value = float(cells[place])
         except ValueError:
             value = float("nan")
         if value - value != 0.0:
-            sentence = f"found {shown(cells[index])}; expected a finite number: leave out what was not measured"
-            raise InputError(f"{file}:{line}:{index + 1}: {sentence}")
+            sentence = f"found {shown(cells[place])}; expected a finite number: leave out what was not measured"
+            raise InputError(f"{file}:{line}:{place + 1}: {sentence}")
         numbers.append(scale * value)
     return numbers
 
 
-def _check_steps(file: str, abscissae: str, places: "np.ndarray", lines: list[int]) -> None:
+def _check_steps(file: str, over: str, places: "np.ndarray", lines: list[int]) -> None:
     """Raise InputError if the angle or the time does not increase, or if samples are missing."""
     import numpy as np
 
     steps = np.diff(places)
     if (steps <= 0.0).any():
         line = lines[int(np.argmax(steps <= 0.0)) + 1]
-        raise InputError(f"{file}:{line}: {abscissae} does not ascend; sort the rows, and write an unwrapped angle")
+        raise InputError(f"{file}:{line}: {over} does not ascend; sort the rows, and write an unwrapped angle")
     if steps.max() > GAP * np.median(steps):
         line = lines[int(np.argmax(steps)) + 1]
-        sentence = f"a step of {abscissae} is {steps.max() / np.median(steps):.3g} times the usual one"
-        raise InputError(f"{file}:{line}: {sentence}; cut the file there, samples are missing")
+        sentence = f"a step of {over} is {steps.max() / np.median(steps):.3g} times the usual one"
+        raise InputError(f"{file}:{line}: {sentence}; samples are missing; cut the file there")

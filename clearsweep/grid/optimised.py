@@ -35,14 +35,14 @@ class Choice(NamedTuple):
         low, high = self.values[0], self.values[-1]
         return self.kind in RATIOS and low > 0.0 and high >= RATIOS[self.kind] * low
 
-    def at(self, share: float) -> Any:
+    def at(self, part: float) -> Any:
         """Return the value at a part, from 0 to 1, of the way through the choice."""
         if self.kind == AMONG:
-            return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
+            return self.values[min(int(part * len(self.values)), len(self.values) - 1)]
         low, high = self.values
         if self.kind == WHOLE:
-            return min(low + int(share * (high - low + 1)), high)
-        return low * (high / low) ** share if self.logarithmic else low + (high - low) * share
+            return min(low + int(part * (high - low + 1)), high)
+        return low * (high / low) ** part if self.logarithmic else low + (high - low) * part
 
     def part(self, value: Any) -> float:
         """Return which part of the way through the choice a value is, of one of several the middle of its share."""
@@ -73,29 +73,22 @@ class Optimise(NamedTuple):
 
         count = min(ROUND, self.cases)
         parts = qmc.Sobol(len(self.over), seed=self.seed).random(ROUND).tolist()
-        points = [
-            tuple(choice.at(share) for choice, share in zip(self.over.values(), row, strict=True)) for row in parts
-        ]
-        start_point = [tuple(self.start.values())] if self.start else []
-        return list(dict.fromkeys([*start_point, *points]))[:count]
+        points = [tuple(choice.at(part) for choice, part in zip(self.over.values(), row, strict=True)) for row in parts]
+        own = [tuple(self.start.values())] if self.start else []
+        return list(dict.fromkeys([*own, *points]))[:count]
 
-    def columns(self, columns_there: Collection[str]) -> list[str]:
-        """Return the columns by which cases are compared: objectives, and ends of intervals in `columns_there`."""
+    def columns(self, there: Collection[str]) -> list[str]:
+        """Return the columns that cases are compared by: objectives, and the ends of their intervals, if `there`."""
         names = [name for name, _ in self.objectives]
-        return [
-            *names,
-            *(interval_end for name in names for interval_end in ends(name) if interval_end in columns_there),
-        ]
+        return [*names, *(end for name in names for end in ends(name) if end in there)]
 
     def written(self) -> dict[str, Any]:
         """Return the section as a grid may have it, in SI."""
         senses = {
             sense: [column for column, large in self.objectives if large is (sense == SENSES[1])] for sense in SENSES
         }
-        heading = {"over": {path: choice.written() for path, choice in self.over.items()}}
-        return (
-            heading | {key: names for key, names in senses.items() if names} | {"cases": self.cases, "seed": self.seed}
-        )
+        head = {"over": {path: choice.written() for path, choice in self.over.items()}}
+        return head | {key: names for key, names in senses.items() if names} | {"cases": self.cases, "seed": self.seed}
 
 
 def ends(column: str) -> tuple[str, str]:
@@ -106,23 +99,23 @@ def ends(column: str) -> tuple[str, str]:
 def find(reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
     """Return path -> its place and its values, as an axis has them, for all keys to vary; note the kinds of choices."""
     section = section_of(reader, root, OPTIMISE, KEYS, _EXAMPLE)
-    conflicts = ("sweep", "zip", "cases", "sample", "seek", "refine")
-    over_section = over_of(reader, root, section, OPTIMISE, conflicts, _EXAMPLE) if section else None
-    if over_section is None:
+    others = ("sweep", "zip", "cases", "sample", "seek", "refine")
+    over = over_of(reader, root, section, OPTIMISE, others, _EXAMPLE) if section else None
+    if over is None:
         return {}
     variables = {}
-    for key, written in over_section.value.items():
+    for key, written in over.value.items():
         path = varied_materials.path_of(key, reader.shape)
         values = _values(reader, path, written)
         if values is not None:
-            variables[path] = (over_section.key_place(key), values)
+            variables[path] = (over.key_place(key), values)
     return variables
 
 
 def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | None:
     """Return the values of one path as an axis has them."""
     where, node = f"{OPTIMISE}.over.{path}", reader.shape.get(path)
-    complete = isinstance(node, Number) and any(key_use.field.whole for key_use in node.uses)
+    whole = isinstance(node, Number) and any(use.field.whole for use in node.uses)
     content, kind = written.value, "range"
     if isinstance(content, dict) and len(content) == 1 and {*content} <= {AMONG, WHOLE}:
         ((kind, written),) = content.items()
@@ -135,9 +128,9 @@ def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | 
         sentence = f"found {shown(content)}; expected [low, high], {{among: [...]}} or {{whole: [low, high]}}"
         reader.problems.add(written, where, sentence)
         return None
-    if kind != AMONG and (isinstance(node, Word) or complete != (kind == WHOLE)):
-        allowed = "{among: [...]}" if isinstance(node, Word) else "{whole: [low, high]}" if complete else "[low, high]"
-        reader.problems.add(written, where, f"found {shown(content)}; this key takes {allowed}")
+    if kind != AMONG and (isinstance(node, Word) or whole != (kind == WHOLE)):
+        expected = "{among: [...]}" if isinstance(node, Word) else "{whole: [low, high]}" if whole else "[low, high]"
+        reader.problems.add(written, where, f"found {shown(content)}; this key takes {expected}")
         return None
     reader.choices[path] = kind
     return written
@@ -146,7 +139,7 @@ def _values(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | 
 def read(reader: Reader, root: WrittenValue) -> Optimise | None:
     """Return the section `optimise`, the axes being read already, or None if it is missing or wrong."""
     section = section_in(root, OPTIMISE)
-    paths = [path for path, variation in reader.way.items() if variation == OPTIMISE]
+    paths = [path for path, way in reader.way.items() if way == OPTIMISE]
     if section is None or not isinstance(section.value, dict):
         return None
     noted = len(reader.problems)
@@ -160,8 +153,8 @@ def read(reader: Reader, root: WrittenValue) -> Optimise | None:
         return None
     if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
         return None
-    over_section = {path: Choice(reader.choices[path], reader.axes[path]) for path in paths}
-    return Optimise(over_section, objectives, cases, seed, start_of(reader, over_section))
+    over = {path: Choice(reader.choices[path], reader.axes[path]) for path in paths}
+    return Optimise(over, objectives, cases, seed, start_of(reader, over))
 
 
 def check_range(reader: Reader, path: str, section: str) -> None:
@@ -178,30 +171,30 @@ def check_range(reader: Reader, path: str, section: str) -> None:
 def _objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool], ...]:
     """Return the columns that are to be small or large."""
     objectives: list[tuple[str, bool]] = []
-    figures = {**reader.figures, **dict.fromkeys(reader.own_figures, "")}
+    known = {**reader.figures, **dict.fromkeys(reader.own_figures, "")}
     for sense in SENSES:
         written = section.value.get(sense)
         items = [] if written is None else written.value if isinstance(written.value, list) else [written]
         for item in items:
-            if not isinstance(item.value, str) or item.value not in figures:
-                suggestion = nearest(str(item.value), figures) or f" (known: {', '.join(figures)})"
+            if not isinstance(item.value, str) or item.value not in known:
+                near = nearest(str(item.value), known) or f" (known: {', '.join(known)})"
                 reader.problems.add(
-                    item, f"{OPTIMISE}.{sense}", f"{shown(item.value)} is no figure of this grid{suggestion}"
+                    item, f"{OPTIMISE}.{sense}", f"{shown(item.value)} is not a column of this grid{near}"
                 )
             elif item.value in dict(objectives):
-                reader.problems.add(item, f"{OPTIMISE}.{sense}", f"{item.value} is there twice; write it once")
+                reader.problems.add(item, f"{OPTIMISE}.{sense}", f"{item.value} occurs twice; remove one of them")
             else:
                 objectives.append((item.value, sense == SENSES[1]))
     if not any(sense in section.value for sense in SENSES):
-        sentence = "is missing; write the column to make small, or maximise: the one to make large"
+        sentence = "is missing; give the column to minimise, or maximise: the column to maximise"
         reader.problems.add(section, f"{OPTIMISE}.{SENSES[0]}", sentence)
     return tuple(objectives)
 
 
-def start_of(reader: Reader, over_section: Mapping[str, Choice]) -> dict[str, Any]:
+def start_of(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:
     """Return the values that the grid has written, {} unless all are there and can be chosen."""
     start: dict[str, Any] = {}
-    for path, choice in over_section.items():
+    for path, choice in over.items():
         written, node = reader.written.get(path), reader.shape[path]
         if written is None:
             return {}

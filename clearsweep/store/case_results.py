@@ -100,7 +100,7 @@ def write_best(run: RunDirectory, form: ResultSchema, objectives: Sequence[str],
         columns += [Column(name, units[name], "objective") for name in objectives]
         columns += [
             Column("margin", "1", "smallest margin of its limits; null without limits"),
-            Column("limiting", "", "the columns whose limits it exceeds, or the one that is nearest", "text"),
+            Column("limiting", "", "the columns whose limits are exceeded, or the one nearest to its limit", "text"),
         ]
         values = [[each.case_id for each in best]]
         values += [[each.point[axis.path] for each in best] for axis in form.axes]
@@ -140,13 +140,16 @@ def _answers_bytes(form: ResultSchema, paths: Sequence[str], answers: Sequence[A
     columns += [
         *(Column(f"seek.{path}", unit, _VALUE) for path in paths),
         *([Column("seek_fit", "", "the fit that is sought, judged at its largest clearance", "text")] if fits else []),
+        *([Column("seek_beyond", "", "fits beyond the border that keep to the limits", "text")] if fits else []),
         Column("seek_low", unit, "lower end of the interval that contains the border"),
         Column("seek_high", unit, "upper end of the interval that contains the border"),
         Column("limiting", "", _LIMITING, "text"),
         Column("probes", "1", "cases that were looked at", "int"),
     ]
-    names = ("value",) * len(paths) + ("fit",) * fits
-    values += [[getattr(answer, name) for answer in answers] for name in (*names, "low", "high", "limiting", "probes")]
+    values += [[answer.value for answer in answers]] * len(paths)
+    if fits:
+        values += [[answer.fit for answer in answers], [", ".join(answer.beyond) or None for answer in answers]]
+    values += [[getattr(answer, name) for answer in answers] for name in ("low", "high", "limiting", "probes")]
     return _table_bytes(columns, values)
 
 
@@ -159,7 +162,7 @@ def _table_bytes(columns: Sequence[Column], values: Sequence[Sequence[Any]]) -> 
     return content.getvalue()
 
 
-_VALUE = "the value sought: limits are kept with it and with what was tried on its safe side; null: with none"
+_VALUE = "the answer: it and all values tried on its safe side meet the limits; null: none does"
 _LIMITING = (
     "the column whose limit is exceeded first beyond it, or the status of a case that fails there; null: none is"
 )
