@@ -7,6 +7,7 @@ from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..recipe import register
 from .contract import film_force
+from .corners import bends
 
 
 class Finite(NamedTuple):
@@ -63,6 +64,9 @@ def squeeze_number(law, ratio):
     arc = 0.25 * math.pi + 0.5 * math.atan(ratio / root)  # pi / 2 - arccos(ratio) / 2
     size = 4.0 * b * b / (slow * slow * root) * (arc * (1.0 + 2.0 * ratio * ratio) + 1.5 * ratio * root)
     return size * law.a8 * (1.0 - ratio) / (-law.a9 - ratio)
+
+
+bends.member(Finite)(None)
 
 
 @film_force.member(Finite)
