@@ -154,10 +154,12 @@ def page(lines: list[dict]) -> str:
             )
         if each["name"] == "nodes":
             text.append(
-                f"{each['nodes']} simulated nodes of {each['cores']} cores, cases of 0.7 ms: the parent takes "
-                f"{1e3 * each['parent'] / (each['blocks'] - 1):.1f} ms of the processor a block. {each['blocks']} "
-                f"blocks took {each['wall']:.1f} s; without any wait they take {each['ideal']:.1f} s (load "
-                f"{each['load']:.0f})."
+                f"{each['nodes']} simulated nodes of {each['cores']} cores, cases of 0.7 ms: {each['blocks']} blocks "
+                f"took {each['wall']:.1f} s, so that {each['busy']:,.0f} cores were busy on average (load "
+                f"{each['load']:.0f}). The parent took {1e3 * each['parent'] / (each['blocks'] - 1):.1f} ms of the "
+                f"processor a block, {100 * each['parent'] / each['wall']:.1f} % of one core. A simulated node waits "
+                "as long as its cores would work, and links finished files; distributing the blocks, reading "
+                "their marks and the scheduler are real."
             )
         if each["name"] == "extend":
             text.append(
