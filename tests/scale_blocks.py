@@ -118,26 +118,26 @@ def page(lines: list[dict]) -> str:
     """Return the part of the page that some lines make."""
     runs = [
         [
-            f"{each['count']:,}",
-            f"{1e6 * each['workers'] / each['count']:.1f}",
-            f"{1e6 * each['parent'] / each['count']:.1f}",
-            f"{1e-6 * each['memory']:.0f}",
-            f"{each['wall']:.0f}",
-            f"{each['load']:.0f}",
+            f"{line['count']:,}",
+            f"{1e6 * line['workers'] / line['count']:.1f}",
+            f"{1e6 * line['parent'] / line['count']:.1f}",
+            f"{1e-6 * line['memory']:.0f}",
+            f"{line['wall']:.0f}",
+            f"{line['load']:.0f}",
         ]
-        for each in lines
-        if each["name"] == "run"
+        for line in lines
+        if line["name"] == "run"
     ]
     read = [
         [
-            WHAT[each["name"]],
-            f"{each['parent']:.2f}",
-            f"{each['wall']:.1f}",
-            f"{1e-6 * each['memory']:.0f}",
-            f"{each['load']:.0f}",
+            WHAT[line["name"]],
+            f"{line['parent']:.2f}",
+            f"{line['wall']:.1f}",
+            f"{1e-6 * line['memory']:.0f}",
+            f"{line['load']:.0f}",
         ]
-        for each in lines
-        if each["name"] in WHAT
+        for line in lines
+        if line["name"] in WHAT
     ]
     text = [
         f"## Runs in blocks\n\n`python tests/scale_blocks.py`, {lines[0]['date']}, {platform.system()} "
@@ -145,32 +145,32 @@ def page(lines: list[dict]) -> str:
         f"{scale.JOBS} workers. Processor times; memory is above that after the imports.",
         scale.table(HEAD, runs),
     ]
-    for each in lines:
-        if each["name"] == "merge":
+    for line in lines:
+        if line["name"] == "merge":
             text.append(
-                f"Merging a block of the {each['count']:,} cases, 26 columns in {each['batches']:.0f} batches, takes "
-                f"{each['median']:.2f} us a row (median of the blocks; least {each['least']:.2f}; load "
-                f"{each['load']:.0f}). The first block of a worker takes {each['first']:.2f} us, with what is loaded."
+                f"Merging a block of the {line['count']:,} cases, 26 columns in {line['batches']:.0f} batches, takes "
+                f"{line['median']:.2f} us a row (median of the blocks; least {line['least']:.2f}; load "
+                f"{line['load']:.0f}). The first block of a worker takes {line['first']:.2f} us, with what is loaded."
             )
-        if each["name"] == "nodes":
+        if line["name"] == "nodes":
             text.append(
-                f"{each['nodes']} simulated nodes of {each['cores']} cores, cases of 0.7 ms: {each['blocks']} blocks "
-                f"took {each['wall']:.1f} s, so that {each['busy']:,.0f} cores were busy on average (load "
-                f"{each['load']:.0f}). The parent took {1e3 * each['parent'] / (each['blocks'] - 1):.1f} ms of the "
-                f"processor a block, {100 * each['parent'] / each['wall']:.1f} % of one core. A simulated node waits "
+                f"{line['nodes']} simulated nodes of {line['cores']} cores, cases of 0.7 ms: {line['blocks']} blocks "
+                f"took {line['wall']:.1f} s, so that {line['busy']:,.0f} cores were busy on average (load "
+                f"{line['load']:.0f}). The parent took {1e3 * line['parent'] / (each['blocks'] - 1):.1f} ms of the "
+                f"processor a block, {100 * line['parent'] / each['wall']:.1f} % of one core. A simulated node waits "
                 "as long as its cores would work, and links finished files; distributing the blocks, reading "
                 "their marks and the scheduler are real."
             )
-        if each["name"] == "extend":
+        if line["name"] == "extend":
             text.append(
-                f"A grid of {each['count']:,} cases has {each['blocks']:,} blocks. One in {EACH} really ran, "
-                f"{each['ran']:,} cases with {1e6 * each['parent'] / each['ran']:.1f} us of the parent each; the files "
+                f"A grid of {line['count']:,} cases has {line['blocks']:,} blocks. One in {EACH} really ran, "
+                f"{line['ran']:,} cases with {1e6 * line['parent'] / line['ran']:.1f} us of the parent each; the files "
                 "of the others are theirs, with identities of their own."
             )
     text.append(scale.table(READ, read))
-    if first := [each["name"] for each in lines if each.get("nice", 0) < 0]:
+    if first := [line["name"] for line in lines if line.get("nice", 0) < 0]:
         text.append(f"Run before other programs (nice -20): {', '.join(first)}.")
-    if earlier := [f"{each['name']} of {each['count']:,}" for each in lines if each.get("earlier")]:
+    if earlier := [f"{line['name']} of {line['count']:,}" for line in lines if line.get("earlier")]:
         text.append(f"Measured before batches had up to 4,096 cases, and not repeated: {', '.join(earlier)}.")
     return "\n\n".join(text) + "\n"
 

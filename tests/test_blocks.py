@@ -280,11 +280,14 @@ def test_the_page_of_a_run_in_blocks_says_that_it_shows_a_sample(pair, tmp_path)
 
 def said(sections, *keys):
     """Return the sentences and the numbers of cases in the tables of some sections of a page."""
-    found = {}
+    matches = {}
     for each in (section for section in sections if section.key in keys):
         texts = [text for block in each.blocks if isinstance(block, (Points, Sentences)) for text in block.texts]
-        found[each.key] = texts, [row[2:5] for table in each.tables if table.key == "limits_kept" for row in table.rows]
-    return found
+        matches[each.key] = (
+            texts,
+            [row[2:5] for table in each.tables if table.key == "limits_kept" for row in table.rows],
+        )
+    return matches
 
 
 def test_counts_on_the_page_of_a_sample_are_of_all_cases_or_say_of_which(pair, tmp_path, monkeypatch):

@@ -37,18 +37,18 @@ def further(monkeypatch):
 
 
 def test_a_case_gives_the_same_bits_whatever_ran_before_in_its_process():
-    held = grid.load(
+    contents = grid.load(
         slider_crank("rod-slider", changes={"simulate.revolutions": 0.5, "simulate.discard": 0}), simulation.catalogue()
     ).case(0)
-    other = held._replace(joints=(held.joints[0]._replace(clearance=2e-4),))
+    other = contents._replace(joints=(contents.joints[0]._replace(clearance=2e-4),))
 
     def figures_of(case):
         result = simulation.solve(case)
         return {name: value for name, value in result.summary.items() if name not in TIMINGS}, result.events.tobytes()
 
-    first = figures_of(held)
+    first = figures_of(contents)
     assert figures_of(other) != first
-    assert figures_of(held) == first
+    assert figures_of(contents) == first
 
 
 def test_layouts_that_are_kept_follow_the_figures_there_are(further):

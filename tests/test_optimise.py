@@ -234,7 +234,7 @@ def test_laws_fits_and_whole_numbers_are_chosen(at):
 )
 def test_a_mistake_is_told(problems_in, old, new, message):
     problems = problems_in(OPTIMISED.replace(old, new))
-    assert any(message in each for each in problems), problems
+    assert any(message in problem for problem in problems), problems
 
 
 def test_all_mistakes_of_the_section_are_told_at_once(problems_in):

@@ -14,6 +14,7 @@ from clearsweep.judging.verdict import Limit
 from clearsweep.language.errors import InputError
 from clearsweep.report.blocks.table import Quantity, Table
 from clearsweep.report.data import study
+from clearsweep.report.sections import seek as page
 from clearsweep.report.sections.seek import sections
 from clearsweep.sweeping import run_summary
 from clearsweep.sweeping.nearest import needed
@@ -356,3 +357,8 @@ def test_the_border_among_fits(good, border):
 )
 def test_a_mistake_among_fits_is_told(problems_in, old, new, message):
     assert any(message in problem for problem in problems_in(FITTED.replace(old, new)))
+
+
+def test_fits_that_pass_beyond_the_border_are_told_on_the_page():
+    answers = page._Answers(None, (), True, False, [{"seek_beyond": "H8/e8"}, {"seek_beyond": None}, {}])
+    assert page._not_monotone(answers) == ["Not monotone: H8/e8 beyond the border also keep to the limits."]

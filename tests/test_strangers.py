@@ -322,16 +322,16 @@ def test_final_files_are_made_anew_where_the_same_batch_gives_other_rows(tmp_pat
     held_grid = loaded(grid(1))
     case_id, point = held_grid.case_id(0), held_grid.point(0)
     tries = [results.Trajectory("crashed", "", {}), Fake.solve(held_grid.case(0))]
-    with store.RunDirectory(tmp_path / "run").open_for(held_grid) as held:
+    with store.RunDirectory(tmp_path / "run").open_for(held_grid) as contents:
         form = store.ResultSchema.of(held_grid)
-        store.commit(held.path, form, "0" * 16, [store.Row(case_id, point, each) for each in tries])
-        held.recover()
-        (good,) = rows = held.rows()
+        store.commit(contents.path, form, "0" * 16, [store.Row(case_id, point, each) for each in tries])
+        contents.recover()
+        (good,) = rows = contents.rows()
         assert good["row"] == 1
         for place, status in ((1, "ok"), (0, "crashed")):
             rows["row"] = place
-            held.write_record(held_grid, merged=store.merge(held, form, rows))
-            assert store.open(held.path).summary["status"].tolist() == [status]
+            contents.write_record(held_grid, merged=store.merge(contents, form, rows))
+            assert store.open(contents.path).summary["status"].tolist() == [status]
 
 
 def test_a_report_is_written_over_no_device_link_or_directory_and_leaves_nothing_beside(tmp_path, run, command):
@@ -359,9 +359,9 @@ def test_a_report_is_written_over_no_device_link_or_directory_and_leaves_nothing
 
 def test_status_says_how_far_a_run_is_and_who_works_there(tmp_path, command, monkeypatch):
     place, held_grid = tmp_path / "run", loaded(GRID)
-    with store.RunDirectory(place).open_for(held_grid, counts={"cases": 6}) as held:
+    with store.RunDirectory(place).open_for(held_grid, counts={"cases": 6}) as contents:
         row = store.Row(held_grid.case_id(0), held_grid.point(0), Fake.solve(held_grid.case(0)))
-        store.commit(held.path, store.ResultSchema.of(held_grid), "0" * 16, [row])
+        store.commit(contents.path, store.ResultSchema.of(held_grid), "0" * 16, [row])
         working = json.loads(command("status", place, "--json")[1])
         assert (working["state"], working["cases"], working["ok"], working["missing"]) == ("under way", 6, 1, 5)
         assert f"process {os.getpid()} on" in working["holder"]

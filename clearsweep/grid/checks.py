@@ -153,7 +153,7 @@ def _elastic(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     if not known or not value_key(reader.shape, elastic).used(reader.names):
         return
     families = {law: catalogue.of("law"), elastic: catalogue.of("elastic")}
-    tried = [each for path, laws in families.items() for each in laws if each.name in reader.names[path]]
+    tried = [law for path, laws in families.items() for law in laws if law.name in reader.names[path]]
     for chosen in sorted(tried, key=lambda law: law.name):
         for path in _needed(reader, joint, chosen):
             if not reader.there(f"{joint}.{path}"):

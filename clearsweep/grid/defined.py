@@ -85,7 +85,7 @@ class Definitions(NamedTuple):
                 return ()
             section = way.get(START + name, "")
             groups.setdefault(section if section not in ("sweep", "") else name, []).append(START + name)
-        rows = [list(zip(*(axes[each] for each in paths), strict=False)) for paths in groups.values()]
+        rows = [list(zip(*(axes[path] for path in paths), strict=False)) for paths in groups.values()]
         count = 1
         for part in rows:
             count *= len(part)
@@ -330,4 +330,4 @@ def varied_paths(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, Written
     for end in ("largest", "smallest"):
         if isinstance(seek, dict) and end in seek:
             paths = seek[end].value if isinstance(seek[end].value, list) else [seek[end]]
-            yield from ((each.value, each) for each in paths if isinstance(each.value, str))
+            yield from ((path.value, path) for path in paths if isinstance(path.value, str))

@@ -32,7 +32,7 @@ def check(reader: Reader) -> None:
             sentence = f"{whose}; a whole number cannot: use names that are not varied"
             reader.problems.add(reader.place(path), path, sentence)
             continue
-        wrong = [(each, value) for value in reader.reached(path) for each in fields if not each.contains(value)]
+        wrong = [(field, value) for value in reader.reached(path) for field in fields if not field.contains(value)]
         for field, value in wrong[:1]:
             sentence = f"= {text} comes to {value:.6g}, out of range; allowed: {field.allowed(value)}"
             reader.problems.add(reader.swept[f"{START}{name}"], path, sentence)

@@ -23,7 +23,7 @@ def check(reader: Reader, catalogue: Catalogue) -> None:
             reader.problems.add(reader.place(path), path, sentence)
         if load.form == "friction":
             _rubbing(reader, path, load.on, load.given)
-        if load.given:
+        if load.form == "friction":
             _sticking(reader, f"{path}.friction.law", {law.name for law in catalogue.of("friction") if law.sticks})
     for site in reader.mechanism.joints:
         if site.kind == "spatial" and f"joints.{site.name}" in reader.shape:
@@ -74,7 +74,7 @@ def _bodies(reader: Reader) -> None:
 def _driven(reader: Reader) -> None:
     """Check that the driven body is on the ground, in a joint without clearance."""
     path = "mechanism.driven"
-    joint = next((each for each in reader.outline.joints if each.name == reader.values.get(path)), None)
+    joint = next((joint for joint in reader.outline.joints if joint.name == reader.values.get(path)), None)
     ends = _bodies_of_joint(reader, joint) if joint else None
     if joint is None or ends is None:
         return
@@ -161,7 +161,7 @@ def _elastic(reader: Reader, body: str) -> None:
 
 
 def _sticking(reader: Reader, path: str, sticking: set[str]) -> None:
-    """Check that no clearance joint uses sticking friction together with sticking friction of given size."""
+    """Check that no clearance joint uses sticking friction together with sticking friction of a load."""
     others = (other for other in reader.names if other.startswith("joints.") and other.endswith(".friction.law"))
     if reader.names.get(path, frozenset()) & sticking and any(reader.names[other] & sticking for other in others):
         sentence = "sticks, which is not available with a joint with clearance that also sticks; choose another law"

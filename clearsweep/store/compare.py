@@ -55,6 +55,6 @@ def _in_orbits(
                     for orbits, rows, (begin, count) in zip((here, there), (mine, theirs), places, strict=True)
                 ]
                 if values[0] != values[1]:
-                    here_size, there_size = (f"{len(each):,} bytes" for each in values)
+                    here_size, there_size = (f"{len(value):,} bytes" for value in values)
                     return id_text(case_id), dataset.path, here_size, there_size
     return None

@@ -321,7 +321,7 @@ class RunDirectory:
         order = np.argsort(ids)
         again = np.concatenate([[False], np.diff(ids[order]) == 0])[: len(ids)]
         if again.any():
-            newest_first = np.argsort([-each.written for each in self.batches], kind="stable")
+            newest_first = np.argsort([-batch.written for batch in self.batches], kind="stable")
             age = np.empty(len(newest_first), "i4")
             age[newest_first] = np.arange(len(age))
             order = np.lexsort((age[batch], failed, ids))[~again]

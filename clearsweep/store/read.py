@@ -91,7 +91,9 @@ class StoredRun:
             own = seek.get("largest") or seek.get("smallest") or []
             own = own if isinstance(own, list) else [own]
             wanted[SEEK_FILE] = {*paths, "seek_low", "seek_high", "limiting", "probes"} - {*own}
-            wanted[SEEK_FILE] |= {f"seek.{path}" for path in own} | ({"seek_fit"} if "among" in seek else set())
+            wanted[SEEK_FILE] |= {f"seek.{path}" for path in own} | (
+                {"seek_fit", "seek_beyond"} if "among" in seek else set()
+            )
         if OPTIMISE_FILE in self.grid.get("answers", {}):
             asked = self.grid.get("optimise") or {}
             own = {name for sense in ("minimise", "maximise") for name in asked.get(sense, [])}
@@ -105,7 +107,7 @@ class StoredRun:
             if (
                 not described
                 or not {field.type for field in fields} <= TYPES
-                or {each.name for each in fields} != names
+                or {field.name for field in fields} != names
             ):
                 raise damaged(self.place / name, "its columns are not those that run.json asks for")
 

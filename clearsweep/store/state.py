@@ -132,7 +132,7 @@ def status_text(facts: dict[str, Any]) -> str:
             f"{facts['directory']}: {said[facts['state']]}",
             f"{facts['ok'] + facts['failed']:,}{of} cases are there: "
             f"{facts['ok']:,} ok, {facts['failed']:,} failed{left}",
-            *(each["text"] for each in facts["at_work"]),
+            *(fact["text"] for fact in facts["at_work"]),
             f"Files: {', '.join(facts['files'])}",
             f"Disk: {disk.use_text(facts['disk'])}",
             *([] if facts["damage"] else [f"Checksums: {checked}"]),

@@ -121,7 +121,7 @@ class CaseRunner:
         if not self.run(grid, ids, np.sort(ids)):
             return None
         rows = self.directory.rows()
-        names = grid.optimise.columns([each.name for each in grid.layout.columns]) if grid.optimise else []
+        names = grid.optimise.columns([column.name for column in grid.layout.columns]) if grid.optimise else []
         names = [*order.lead_of(grid.layout, grid.verdict.limits).columns] if grid.checked_laws else names
         places = np.searchsorted(rows["id"], ids[first:])
         new_results = store.read_results(self.directory, store.ResultSchema.of(grid), rows[places], names)
@@ -135,7 +135,7 @@ class CaseRunner:
         """Return the peak revolutions of finished cases, or None for one that is not found again."""
         cases = [grid.case_at(each.point) for each in worst]
         workers = self.workers or self.hire(len(cases))
-        found: list[Peak | None] = []
+        results: list[Peak | None] = []
         tasks = [
             _submitted(workers, self.simulator, case, each.joint, each.revolutions or case.simulate.revolutions)
             for case, each in zip(cases, worst, strict=True)
@@ -153,8 +153,8 @@ class CaseRunner:
                 reason, peak = "its motion is another one here", peak if same else None
             if peak is None:
                 progress.say(f"case {each.case_id}: the revolution of its largest peak is left out ({reason})")
-            found.append(peak)
-        return found
+            results.append(peak)
+        return results
 
     def _hired(self, kinds_of_scenes: list[Case], pending: int) -> executors.Executor:
         """Return started workers with compiled code."""
@@ -255,7 +255,7 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
     kept = [store.Working(directory, secrets.token_hex(8)) for _ in parts]
 
     def look() -> list[phases.Progress]:
-        return [found for working in kept if (found := working.read())]
+        return [results for working in kept if (results := working.read())]
 
     try:
         compiling = progress.Compiling(len(parts), look)

@@ -26,9 +26,10 @@ PILOT_SHARE = 0.5  # of PILOT_TIME for one case; a longer one is extrapolated
 COMPILED = 0.5  # s of compiling above which an unfinished case is timed again
 PILOT_PATIENCE = 60.0  # s to wait for one case, without compiling
 LONG_START = 3.0  # s, from which the start of the workers is measured a second time, without compiling
-LONGEST_IMPORT = 2.0  # s of this process before the estimate, at most, that a run takes, too
-FINISH = 0.5  # s of a run after its last case: merging, closing lines
+LONGEST_IMPORT = 2.0  # s of processor time before the estimate, at most, that a run takes, too
+FINISH = 0.5  # s of processor time of a run after its last case: merging, closing lines
 EACH = 1e-3  # s per case besides its motion: creating, committing and merging it
+OPTIMISED, IDENTIFIED = 6e-3, 0.045  # s per further case for choosing it; one process chooses
 EVENT_BYTES = 26  # bytes of one event in orbits.h5
 
 
@@ -37,6 +38,7 @@ class Estimate(NamedTuple):
 
     cases: int  # of the grid, or of its shard
     pending: int  # cases missing in the directory
+    further: int  # cases that a search is expected to add; `seconds` and `bytes` contain them
     derived: dict[str, dict[str, Any]]  # name -> {"unit", "min", "max"}
     warnings: list[str]
     timed: int  # cases timed
@@ -61,30 +63,23 @@ def estimate(
     simulator: Simulator = SIMULATION,
 ) -> Estimate:
     """Return the cost of running the pending cases of a grid; nothing is written, `out` is only read."""
-    begin, imported = time.monotonic(), min(time.process_time(), LONGEST_IMPORT)
+    begin, imported = time.monotonic(), time.process_time()
     part = None if shard is None else Shard.read(shard)
     with phases.phase("reading the grid"):
         grid = sweep.load(source, simulator)
         check_memory(recorded_history(grid))
         derived, warnings = sweep.facts(grid, simulator)
-    if grid.seek and not grid.seek.fits:
-        times_more = usual_probes(grid.seek.last) / len(grid.seek.first())
-        sentence = f"these are the first cases of `seek`; about {times_more:.2g} times as many follow from one another"
-        warnings.append(f"{sentence}, and their time and storage")
-    if grid.optimise:
-        more = grid.optimise.cases - len(grid)
-        warnings.append(f"{more:,} cases that `optimise` adds follow from these, and come on top")
-    if grid.identify:
-        more = grid.identify.cases - len(grid)
-        warnings.append(f"{more:,} cases that `identify` adds follow from these, and come on top")
     if grid.refine:
         warnings.append(f"up to {grid.refine.cases:,} cases that `refine` adds follow from these, and come on top")
     directory = sweep.directory_of(grid, out, part)
     with phases.phase("reading what the directory contains"):
         directory.check(grid)
         left = _left(grid, directory, part, simulator)
-    jobs = jobs or executors.cores()
+    further = _Further.of(grid, left) if left.pending else _Further(0, 0.0)
+    warnings += further.sentences()
     looked = time.monotonic() - begin
+    slower = max((looked + FINISH) / (time.process_time() - imported + FINISH), 1.0)  # 1: nothing else runs here
+    jobs = jobs or executors.cores()
     jobs = min(jobs, max(left.pending, 1))
     timed, start_up = _pilot(grid, left, jobs, simulator)
     times, events = [each.seconds for each in timed if each.seconds is not None], [each.events for each in timed]
@@ -94,12 +89,15 @@ def estimate(
             f"{beyond:,} of {count(len(timed), 'timed case')} would take longer than simulate.time_budget allows and "
             "end with the status time-budget; allow more, or ask for fewer revolutions"
         )
-    around = imported + looked + start_up + FINISH
-    seconds = 0.0 if not left.pending else None if mean is None else around + (mean + EACH) * left.pending / jobs
+    around = slower * (min(imported, LONGEST_IMPORT) + FINISH) + looked + start_up
+    run = left.pending + further.cases
+    chosen = slower * further.choosing * further.cases
+    seconds = 0.0 if not run else None if mean is None else around + chosen + (mean + slower * EACH) * run / jobs
     units = key_units(grid.resolved(), simulator.catalogue())
     return Estimate(
         left.wanted,
         left.pending,
+        further.cases,
         derived,
         warnings,
         len(times),
@@ -107,8 +105,8 @@ def estimate(
         mean,
         max(times, default=None),
         seconds,
-        _standard_error(times, left.pending) / jobs if seconds else None,
-        int(left.pending * _case_bytes(grid, float(np.mean(events)) if events else 0.0)),
+        _standard_error(times, run) / jobs if seconds else None,
+        int(run * _case_bytes(grid, float(np.mean(events)) if events else 0.0)),
         {
             path: {"unit": units[path], "values": ends}
             for path in grid.assumed_units
@@ -121,6 +119,36 @@ def estimate(
         _first(grid, units | {path: grid.unit(path) for path in grid.axes}),
         simulator.recommended(grid.case(0)),
     )
+
+
+class _Further(NamedTuple):
+    """The cases that a search is expected to add to the first ones of a grid."""
+
+    cases: int
+    choosing: float  # s per case for choosing it
+    by: str = ""  # key of the grid
+
+    @classmethod
+    def of(cls, grid: Grid, left: "_Left") -> "_Further":
+        """Return them for `seek`, `optimise` or `identify`; none where a directory has the first cases already."""
+        if left.pending < left.wanted:  # how many were added is not known
+            return cls(0, 0.0)
+        if grid.seek and not grid.seek.fits:
+            return cls(
+                round(len(grid) * max(usual_probes(grid.seek.last) / len(grid.seek.first()) - 1.0, 0.0)), 0.0, "seek"
+            )
+        if grid.optimise:
+            return cls(max(grid.optimise.cases - len(grid), 0), OPTIMISED, "optimise")
+        if grid.identify:
+            return cls(max(grid.identify.cases - len(grid), 0), IDENTIFIED, "identify")
+        return cls(0, 0.0)
+
+    def sentences(self) -> list[str]:
+        """Return a sentence on them; [] for none."""
+        if not self.cases:
+            return []
+        about = "about " if self.by == "seek" else ""
+        return [f"time and storage include {about}{self.cases:,} cases that `{self.by}` adds to these"]
 
 
 class _Left(NamedTuple):
@@ -206,7 +234,7 @@ def _pilot(grid: Grid, left: _Left, jobs: int, simulator: Simulator) -> _Pilot:
     with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         directory = Path(folder)
         (directory / store.SCRATCH).mkdir()
-        workers, start_up = _started(1, left.kinds, simulator, directory)
+        workers, start_up = _started(jobs, left.kinds, simulator, directory)
         try:
             working = store.Working(directory, "0" * 16)
             timed = _timed(workers, simulator, [grid.case(k) for k in left.timed.tolist()], working)
@@ -234,7 +262,7 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
         at_work = working.read()
         return f"timing {count(len(cases), 'case')}" + (f": {at_work.what}" if at_work and at_work.what else "")
 
-    def one(case: Case) -> Timed:
+    def single(case: Case) -> Timed:
         task, begin = workers.submit(time_case, simulator, case, PILOT_SHARE * PILOT_TIME, working), time.monotonic()
         while True:
             try:
@@ -249,13 +277,13 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
     with phases.phase(words) as timing:
         for case in cases:
             try:
-                timed = one(case)
+                timed = single(case)
                 if timed.extrapolated and (timed.seconds is None or timed.once > COMPILED):
-                    timed = _joined(timed, one(case))  # the compiled code is in the cache now
+                    timed = _joined(timed, single(case))  # the compiled code is in the cache now
             except Late:
                 break
             results.append(timed)
-            spent = sum(each.spent for each in results)
+            spent = sum(result.spent for result in results)
             timing.note(share=min(max(len(results) / len(cases), spent / PILOT_TIME), 1.0))
             if spent > PILOT_TIME:
                 break

@@ -110,7 +110,7 @@ def _merge_blocks(places: list[Path], target: store.RunDirectory, what: _Joined,
         ids = np.sort(job.cases(number)[1])
         if not partial:
             _complete(ids, rows, shards)
-        missing += len(np.setdiff1d(ids, np.concatenate([np.empty(0, "u8"), *(each["id"] for each in rows)])))
+        missing += len(np.setdiff1d(ids, np.concatenate([np.empty(0, "u8"), *(row["id"] for row in rows)])))
         _agree(form, sources, rows)
     derived, warnings = facts(grid, what.simulator)
     wanted = blockwise.count_wanted(job)
@@ -190,7 +190,7 @@ def _decisive(record: dict[str, Any]) -> dict[str, Any]:
 
 def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None]) -> None:
     """Raise DirectoryError if a case is in no directory."""
-    present = np.concatenate([each["id"] for each in rows])
+    present = np.concatenate([row["id"] for row in rows])
     missing = np.setdiff1d(ids, present)
     if not len(missing):
         return
@@ -211,9 +211,9 @@ def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None])
 
 def _agree(form: store.ResultSchema, sources: list[store.RunDirectory], rows: list[np.ndarray]) -> None:
     """Raise DirectoryError if a case in two directories differs in more than timing."""
-    ids = np.concatenate([each["id"] for each in rows])
-    place = np.concatenate([np.arange(len(each)) for each in rows])
-    number = np.repeat(np.arange(len(rows)), [len(each) for each in rows])
+    ids = np.concatenate([row["id"] for row in rows])
+    place = np.concatenate([np.arange(len(row)) for row in rows])
+    number = np.repeat(np.arange(len(rows)), [len(row) for row in rows])
     order = np.argsort(ids, kind="stable")
     twice = np.flatnonzero(ids[order][1:] == ids[order][:-1])
     first, second = order[twice], order[twice + 1]

@@ -116,12 +116,12 @@ class Tree:
         return tuple(json.loads(answer))
 
 
-def table(other: Path, rounds: int, *, first: bool) -> str:
+def table(other: Path, repetitions: int, *, first: bool) -> str:
     """Return what each grid takes with both checkouts; `first`: this one with the onset that old ones have."""
     trees = [Tree(ROOT), Tree(other)]
     lines = [
         f"{trees[0].name} against {trees[1].name}, load {os.getloadavg()[0]:.1f} before; ms of processor time per",
-        f"case, start-up of a sweep taken off, in one process, least of {rounds} interleaved rounds.",
+        f"case, start-up of a sweep taken off, in one process, least of {repetitions} interleaved rounds.",
         *(["This one with `contact.onset: first`, the motion of commits that do not know that key."] if first else []),
         "",
         "| sweep | cases | failed, of either | this | other | this / other | with start-up | asked |",
@@ -133,7 +133,8 @@ def table(other: Path, rounds: int, *, first: bool) -> str:
         for tree, grid in zip(trees, pairs[1], strict=True):
             tree.sweep(grid)  # compiles
         runs = [
-            [tree.sweep(grid) for pair in pairs for tree, grid in zip(trees, pair, strict=True)] for _ in range(rounds)
+            [tree.sweep(grid) for pair in pairs for tree, grid in zip(trees, pair, strict=True)]
+            for _ in range(repetitions)
         ]
         (cases, failed, _), (_, others, _), (less, *_), _ = runs[0]
         whole, start = np.min([[took for *_, took in run] for run in runs], axis=0).reshape(2, 2)
@@ -148,12 +149,12 @@ def table(other: Path, rounds: int, *, first: bool) -> str:
     return "\n".join(lines)
 
 
-def table_of_files(other: Path, rounds: int) -> str:
+def table_of_files(other: Path, repetitions: int) -> str:
     """Return what some cases of every file of configs/ take with both checkouts."""
     trees = [Tree(ROOT), Tree(other)]
     lines = [
         f"{trees[0].name} against {trees[1].name}, load {os.getloadavg()[0]:.1f} before; ms of processor time per",
-        f"case, {SAME} cases of a file at most, in one process, least of {rounds} interleaved rounds.",
+        f"case, {SAME} cases of a file at most, in one process, least of {repetitions} interleaved rounds.",
         "",
         "| file | cases | failed, of either | this | other | this / other |",
         "| --- | --- | --- | --- | --- | --- |",
@@ -163,7 +164,7 @@ def table_of_files(other: Path, rounds: int) -> str:
         if min(compiled) > LONG:
             lines.append(f"| {path.stem} | left out: beyond {LONG:.0f} s | | | | |")
             continue
-        runs = [[tree.sweep(str(path)) for tree in trees] for _ in range(rounds)]
+        runs = [[tree.sweep(str(path)) for tree in trees] for _ in range(repetitions)]
         cases, failed, others = runs[0][0][0], runs[0][0][1], runs[0][1][1]
         this, that = 1e3 * np.min([[took for *_, took in run] for run in runs], axis=0) / cases
         lines.append(f"| {path.stem} | {cases} | {failed}, {others} | {this:.2f} | {that:.2f} | {this / that:.2f} |")

@@ -37,15 +37,15 @@ def columns(contacts):
 
 
 @inlined
-def column_of(contact, which):
+def column_of(contact, quantity):
     """Return the column of an observable of a contact: NORMAL to RATE."""
-    return CONTACTS + CONTACT_WIDTH * contact + which
+    return CONTACTS + CONTACT_WIDTH * contact + quantity
 
 
 @inlined
-def film_column(contacts, contact, which):
+def film_column(contacts, contact, quantity):
     """Return the column of a film observable, DRY to PUMPED, of one of `contacts` contacts."""
-    return CONTACTS + CONTACT_WIDTH * contacts + FILM_WIDTH * contact + which
+    return CONTACTS + CONTACT_WIDTH * contacts + FILM_WIDTH * contact + quantity
 
 
 @inlined
