@@ -156,8 +156,8 @@ def page(lines: list[dict]) -> str:
             text.append(
                 f"{line['nodes']} simulated nodes of {line['cores']} cores, cases of 0.7 ms: {line['blocks']} blocks "
                 f"took {line['wall']:.1f} s, so that {line['busy']:,.0f} cores were busy on average (load "
-                f"{line['load']:.0f}). The parent took {1e3 * line['parent'] / (each['blocks'] - 1):.1f} ms of the "
-                f"processor a block, {100 * line['parent'] / each['wall']:.1f} % of one core. A simulated node waits "
+                f"{line['load']:.0f}). The parent took {1e3 * line['parent'] / (line['blocks'] - 1):.1f} ms of the "
+                f"processor a block, {100 * line['parent'] / line['wall']:.1f} % of one core. A simulated node waits "
                 "as long as its cores would work, and links finished files; distributing the blocks, reading "
                 "their marks and the scheduler are real."
             )
