@@ -216,12 +216,12 @@ def test_a_guard_that_its_polynomial_alone_passes_is_not_passed(monkeypatch):
     assert passage(monkeypatch, step)[0] == NOWHERE
 
 
-@pytest.mark.parametrize(("begin", "found"), [(0.1, 0.0), (1e-12, NOWHERE)])
+@pytest.mark.parametrize(("begin", "crossing_of"), [(0.1, 0.0), (1e-12, NOWHERE)])
 def test_a_guard_above_zero_at_the_start_is_passed_at_once_unless_it_is_just_leaving(monkeypatch, begin, crossing_of):
     assert passage(monkeypatch, lambda x: begin - 0.2 * x)[0] == crossing_of
 
 
-@pytest.mark.parametrize(("peak", "found"), [(1e2, 0.3), (1e4, NOWHERE)])
+@pytest.mark.parametrize(("peak", "crossing_of"), [(1e2, 0.3), (1e4, NOWHERE)])
 def test_a_force_is_not_clipped_for_what_is_rounding_of_the_largest_force(monkeypatch, peak, crossing_of):
     x, _ = passage(monkeypatch, lambda x: 1e-10 * (x - 0.3), column=0, peak=peak)
     assert x == pytest.approx(crossing_of, abs=1e-9)

@@ -83,7 +83,7 @@ class Contact(NamedTuple):
 
     normal: float  # N, not below the least force of its law: 0 unless the law pulls
     tangential: float  # N, on the journal
-    slip: float  # m/s, sliding speed of the journal surface on the bearing; in free flight the relative speed
+    slip: float  # m/s, sliding speed of the journal on the bearing; in free flight a bound of the rate of the depth
     rate: float  # m/s, rate of the eccentricity
     depth: float  # m, eccentricity minus clearance; negative for a gap
     elastic: float  # N, the elastic part of the normal force

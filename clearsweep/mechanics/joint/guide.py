@@ -12,7 +12,6 @@ behind on the right, in front on the right.
 
 from typing import NamedTuple
 
-from ..compiled import calculus as math
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined, kernel, map_joints
 from .contract import (
@@ -136,7 +135,7 @@ def _corner(signs, _, number, context):
     mode, c = state.mode[offsets.contact + number], offsets.contact + number
     if mode == FREE:
         zero = as_type_of(0.0, depth)
-        speed = math.sqrt(slip * slip + rate * rate)  # bounds how fast the depth can change
+        speed = abs(rate)  # of the gap: sliding along the wall does not change it
         apart = Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
         return Corner(zero, zero, x, y, apart)
     friction_offsets = after_law(

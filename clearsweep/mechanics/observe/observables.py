@@ -24,7 +24,7 @@ class Observed(NamedTuple):
     stored: float  # W, stored in elastic deformation
     lost: float  # W, dissipated by the normal force
     tangential: float  # N, friction force
-    slip: float  # m/s, sliding speed; in free flight the relative speed
+    slip: float  # m/s, sliding speed; in free flight a bound of the rate of the depth
     raw: float  # N, normal force before clipping, minus the least force of its law
     depth: float  # m, eccentricity minus clearance
     rate: float  # m/s, of the eccentricity

@@ -118,6 +118,8 @@ def solve_stages(at):
         return False
     for count in range(1, MOST_SWEEPS):
         largest_change = sweep(at)
+        if not largest_change < math.inf:
+            return False
         contraction = largest_change / previous if previous > 0.0 else 0.0
         rate = max(contraction, SLOWEST)
         if largest_change * rate <= CLOSE * (1.0 - rate):
