@@ -105,7 +105,7 @@ def test_an_override_of_a_name_holds(at):
 
 
 WRONG = {
-    "circle": ("r: = d / 2", "r: = d + e, e: = r", "define.r: is made of itself: r -> e -> r; break the circle"),
+    "circle": ("r: = d / 2", "r: = d + e, e: = r", "define.r: depends on itself: r -> e -> r; break the circle"),
     "unit": ("clearance: = play", "clearance: = play * d", "found '1e-05 m^2', whose unit m^2 has another dimension"),
     "expression shown": ("clearance: = play", "clearance: = play * d", "(found is the value of '= play * d')"),
     "sum": ("clearance: = play", "clearance: = play + 1", "'play' in m and '1' in 1 cannot be added"),
@@ -145,12 +145,12 @@ def test_what_cannot_vary_with_a_name_is_refused(problems_in):
     )
     problems = problems_in(text + "limits: {rod_slider_force_peak: = n * '1 kN'}\n")
     assert any(
-        "is made of define.n, which varies; only the numbers of a case may be" in problem for problem in problems
+        "depends on define.n, which varies; only the numbers of a case may be" in problem for problem in problems
     )
     text = text.replace("restitution: 0.9", "restitution: 0.9, exponent: = n / 4")
     problems = problems_in(text.replace("      restitution: 0.9, ", "      restitution: 0.9\n      "))
     assert any(
-        f"{CONTACT}.exponent: is made of define.n, which varies; this value cannot" in problem for problem in problems
+        f"{CONTACT}.exponent: depends on define.n, which varies; this value cannot" in problem for problem in problems
     )
 
 
@@ -174,7 +174,7 @@ def test_a_grid_without_expressions_has_the_bits_it_had(at):
 
 
 def test_no_name_is_an_error():
-    with pytest.raises(InputError, match="defines nothing"):
+    with pytest.raises(InputError, match="is empty"):
         load({"define": {}, "mechanism": {"type": "slider-crank"}})
 
 

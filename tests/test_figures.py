@@ -99,8 +99,8 @@ def test_a_further_figure_can_be_judged_and_limited(further):
 def test_a_figure_that_is_not_there_can_be_neither_judged_nor_limited():
     until = {"figure": COLUMN, "relative_ci": 0.2, "max_revolutions": 4}
     assert f"unknown word '{COLUMN}'" in problems(simulate__until=until)
-    assert f"limits.{COLUMN}: is no figure of this grid" in problems(limits={COLUMN: 1.0})
-    assert "limits.rod_slider_wear_volume: is no figure" in problems(limits={"rod_slider_wear_volume": 1.0})
+    assert f"limits.{COLUMN}: is not a column of this grid" in problems(limits={COLUMN: 1.0})
+    assert "limits.rod_slider_wear_volume: is not a column" in problems(limits={"rod_slider_wear_volume": 1.0})
 
 
 def test_a_further_figure_is_a_word_of_the_schema_and_a_row_of_the_table_of_columns(further):

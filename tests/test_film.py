@@ -236,14 +236,14 @@ def film_grid(**changes):
         ({"simulate.start": "seated"}, "cannot be seated in the film of joints.rod-slider"),
         (
             {"joints.rod-slider.contact": None, "joints.rod-slider.film": FILM | {"transition": {"width": "1 um"}}},
-            "belongs to the dry contact behind a film",
+            "applies to the dry contact under a film",
         ),
         (
             {
                 "joints.rod-slider.contact": None,
                 "joints.rod-slider.friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3},
             },
-            "belongs to the dry contact behind a film",
+            "applies to the dry contact under a film",
         ),
         ({"joints.rod-slider.contact": None, "joints.rod-slider.film": None}, "write the section 'contact'"),
         ({"joints.rod-slider.film": {"law": "finite"}}, "viscosity: is missing"),
@@ -286,7 +286,7 @@ def test_a_viscosity_at_a_temperature_is_walthers():
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"temperature": "60 degC", "viscosity": 0.1}, "is of no use to a viscosity that does not depend on it"),
+        ({"temperature": "60 degC", "viscosity": 0.1}, "has no effect, because the viscosity is constant"),
         ({"temperature": "60 degC", "viscosity": OIL | {"at_100C": "50 mm^2/s"}}, "oil thins as it warms up"),
         ({"viscosity": OIL}, "temperature: is missing"),
         (

@@ -89,7 +89,7 @@ TIMES = {"time": [0.0, 1.0], "fx": [0.0, 10.0]}
 MISTAKES = {
     "joint without clearance": ({}, {"joint": "crank-rod"}, "life.joint: crank-rod has no clearance here; name one"),
     "no joint of the mechanism": ({}, {"joint": "rod-slide"}, "did you mean 'rod-slider'"),
-    "no wear": ({"joints.rod-slider.wear": None}, {}, "rod-slider.wear: is missing; a life needs the wear"),
+    "no wear": ({"joints.rod-slider.wear": None}, {}, "rod-slider.wear: is missing; life needs the wear"),
     "deep": (
         {},
         {"limit": "1.1 mm"},
@@ -98,7 +98,7 @@ MISTAKES = {
     "no limit": ({}, {"limit": None}, "life.limit: found nothing; expected a quantity in m"),
     "of what": ({}, {"of": "depth"}, "life.of: unknown word 'depth' (known: wear_depth_max, clearance_growth)"),
     "one block": ({}, {"blocks": 1}, "life.blocks: found 1, out of range; allowed: a whole number at least 2"),
-    "half a block": ({"simulate.revolutions": 3.5}, {}, "found 2.5 revolutions after simulate.discard; with life they"),
+    "half a block": ({"simulate.revolutions": 3.5}, {}, "found 2.5 revolutions after simulate.discard; with life the"),
     "short": (
         {},
         {"max_revolutions": 2},
@@ -106,7 +106,7 @@ MISTAKES = {
     ),
     "until": ({"simulate.until": {"figure": "rod_slider_force_rms"}}, {}, "simulate.until: has no effect with `life`"),
     "checked": ({"simulate.error_check": True}, {}, "simulate.error_check: has no effect with `life`"),
-    "worst": ({"save.worst": 3}, {}, "save.worst: has no effect with `life`: the largest peak of a life"),
+    "worst": ({"save.worst": 3}, {}, "save.worst: has no effect with `life`: a life has many blocks"),
     "run-up": ({"drive.speed": {"table": {"time": [0, 1], "speed": [1, 2]}}}, {}, "depends on time, but `life`"),
     "load": ({"loads": {"push": {"on": "slider", "table": TIMES}}}, {}, "loads.push.table: depends on time"),
     "swept": ({"sweep": {"life.blocks": [10, 20]}}, {}, "life.blocks"),

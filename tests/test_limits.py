@@ -148,14 +148,13 @@ def test_all_else_is_refused_and_nothing_is_run(text):
 MISTAKES = {
     "limits: {rod_slider_force_peak: {at_mots: 5 kN}}\n": "21:34: limits.rod_slider_force_peak.at_mots: unknown "
     "key; did you mean 'at_most'?",
-    "limits: {rod_slider_force_peak: {times: steps}}\n": "21:33: limits.rod_slider_force_peak: contains "
-    "no limit; write",
+    "limits: {rod_slider_force_peak: {times: steps}}\n": "21:33: limits.rod_slider_force_peak: contains no limit; add",
     "limits: {rod_slider_force_peak: {at_most: 2, times: rod_slider_force_peak_idael}}\n": "21:53: limits."
-    "rod_slider_force_peak.times: 'rod_slider_force_peak_idael' is no figure of this grid; did you mean 'rod_slider",
+    "rod_slider_force_peak.times: 'rod_slider_force_peak_idael' is not a column of this grid; did you mean 'rod_slider",
     "limits: {rod_slider_force_peak: {at_most: 2 kN, times: rod_slider_force_peak_ideal}}\n": "21:43: limits."
     "rod_slider_force_peak.at_most: found '2 kN', whose unit kN has another dimension",
     'figures: {steps: "2 * rhs_evaluations"}\n': "21:11: figures.steps: is a column already",
-    'figures: {margin: "2 * steps"}\n': "21:11: figures.margin: is a name with a meaning of its own",
+    'figures: {margin: "2 * steps"}\n': "21:11: figures.margin: is a reserved name",
     'figures: {ratio: "2 * stebs"}\n': "21:18: figures.ratio: 'stebs' is no column of this grid; did you mean 'steps'?",
     'figures: {sum: "steps + run_time"}\n': "21:16: figures.sum: 'steps' in 1 and 'run_time' in s cannot be added",
     "figures: {double: 2}\n": "21:19: figures.double: found '2', which has no column in it",
@@ -179,7 +178,7 @@ def test_a_name_that_is_nearly_right_is_told_in_a_line():
             grid.load(fake_physics.grid(limits=limit), fake_physics.CATALOGUE)
         (problem,) = caught.value.problems
         assert len(problem) < 130
-    with pytest.raises(InputError, match=r"is no figure of this grid .known: rod_slider_force_peak, "):
+    with pytest.raises(InputError, match=r"is not a column of this grid .known: rod_slider_force_peak, "):
         grid.load(fake_physics.grid(limits={"zzz": 1.0}), fake_physics.CATALOGUE)
 
 

@@ -170,7 +170,7 @@ MISTAKES = {
     "driven hangs on a rod": (changed(PLANAR, mechanism__driven="small-end"), "mechanism.driven: small-end joins rod"),
     "no ground": (
         changed(PLANAR, mechanism__bodies__ground=None),
-        "mechanism.bodies.ground: is missing; write the body that does not move",
+        "mechanism.bodies.ground: is missing; add the body that does not move",
     ),
     "a name": (changed(PLANAR, mechanism__bodies={"a.b": {}}), "mechanism.bodies.a.b: 'a.b' is no name"),
     "a joint twice": (

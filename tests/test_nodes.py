@@ -171,7 +171,7 @@ def test_clocks_that_differ_change_nothing(tmp_path, machines):
 
 def test_nodes_are_for_grids_that_are_cut(tmp_path, machines):
     machines.add(1)
-    with pytest.raises(InputError, match=r"executor: nodes gives whole blocks .* write --executor dask"):
+    with pytest.raises(InputError, match=r"executor: nodes assigns whole blocks .* write --executor dask"):
         on_nodes(grid(4), tmp_path / "run", machines)
     with pytest.raises(InputError, match=r"nodes needs the address of a scheduler"):
         quiet(MIXED, tmp_path / "run", executor="nodes")

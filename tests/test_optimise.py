@@ -243,7 +243,7 @@ def test_all_mistakes_of_the_section_are_told_at_once(problems_in):
     for said in (
         "'plai' is not defined",
         "swap them",
-        "is no figure of this grid",
+        "is not a column of this grid",
         "found 1.5; allowed: a whole number",
     ):
         assert said in problems

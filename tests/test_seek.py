@@ -234,7 +234,7 @@ def test_paths_in_step_have_one_value(tmp_path):
 def test_paths_in_step_of_other_units_are_refused(tmp_path):
     with pytest.raises(InputError, match="whose unit kg has another dimension"):
         loaded(searching(largest=[MASS, PLAY]))
-    with pytest.raises(InputError, match="is there twice"):
+    with pytest.raises(InputError, match="occurs twice"):
         loaded(searching(largest=[MASS, MASS]))
 
 
@@ -247,7 +247,7 @@ def test_none_in_the_range_says_how_near_each_case_comes_and_what_would_pass(tmp
         assert best["value"] == 0.1
         assert best["margin"] == pytest.approx(-1.0)
         assert best["needed"] == {"rod_slider_force_peak": "at most 0.1\u00a0N"}
-    assert "it would pass with rod_slider_force_peak at most 0.1 N" in run_summary.run_text(facts)
+    assert "it would meet the limits with rod_slider_force_peak at most 0.1 N" in run_summary.run_text(facts)
 
 
 def test_none_in_the_range_says_which_other_keys_move_the_margin(tmp_path):

@@ -147,7 +147,7 @@ def test_a_folder_that_is_a_link_is_refused_and_what_it_leads_to_stays(run, fold
 
 def test_a_lock_that_is_a_file_of_the_user_is_refused(run):
     (run / "lock").write_text("precious")
-    with pytest.raises(DirectoryError, match="lock: is no lock"):
+    with pytest.raises(DirectoryError, match="lock: is not a lock"):
         again(run)
     assert (run / "lock").read_text() == "precious"
 
@@ -285,7 +285,7 @@ def test_a_damaged_final_file_is_exit_code_2_with_what_restores_it(run, command,
 def test_orbits_of_another_run_of_the_grid_are_not_taken_for_those_of_this_one(run, tmp_path):
     quiet(GRID | {"sweep": GRID["sweep"] | {"mechanism.gravity": [GOOD]}}, tmp_path / "other", executor="serial")
     shutil.copy(tmp_path / "other" / "orbits.h5", run / "orbits.h5")
-    with pytest.raises(DamagedError, match=r"orbits\.h5: damaged .it is of another run than summary\.parquet"):
+    with pytest.raises(DamagedError, match=r"orbits\.h5: damaged .it belongs to another run than summary\.parquet"):
         clearsweep.open(run)
 
 
@@ -374,7 +374,7 @@ def test_status_says_how_far_a_run_is_and_who_works_there(tmp_path, command, mon
     assert (code, err) == (0, "")
     assert "finished" in out
     assert "6 of 6 cases are there: 3 ok, 3 failed" in out
-    assert "every file is as it was written" in out
+    assert "all checksums agree" in out
     facts = json.loads(command("status", place, "--json")[1])
     assert list(facts["files"]) == ["summary.parquet", "orbits.h5", "run.json"]
     assert command("status", tmp_path / "nowhere")[0] == 2

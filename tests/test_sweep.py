@@ -296,7 +296,7 @@ def test_storage_that_fails_stops_the_run_and_harms_nothing(tmp_path, limit, fai
         resource.setrlimit(resource.RLIMIT_FSIZE, allowed)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 4, err
-    assert re.search(f"StorageError: .*({fails}).*unharmed: make room and run the same command again", err)
+    assert re.search(f"StorageError: .*({fails}).*safe: make room and run the same command again", err)
     after = {path.name: path.read_bytes() for path in (tmp_path / "run" / "parts").iterdir()}
     assert before.items() <= after.items()
     resumed = quiet(source, tmp_path / "run")

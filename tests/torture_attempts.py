@@ -156,7 +156,7 @@ ATTEMPTS = (
     TrialStep(
         "a list for the column of a limit",
         edited(SWEEP, SWEEP + "limits: {rod_slider_force_peak: {at_most: 1, times: [a]}}\n"),
-        said="is no figure of this grid",
+        said="is not a column of this grid",
     ),
     TrialStep(
         "a list for a unit",

@@ -105,7 +105,7 @@ def _distinct(problems: Problems, where: str, written: WrittenValue, reading: Re
                 item,
                 where,
                 f"duplicate value {shown(item.value)}, the same as {shown(first[value].value)}{there}; "
-                "every value may be there once",
+                "each value may occur only once",
             )
         elif value is not None:
             first[value] = item

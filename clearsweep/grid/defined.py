@@ -118,7 +118,7 @@ def resolve(
     top = root.value
     section = top.get(DEFINE)
     if section is not None and (not isinstance(section.value, dict) or not section.value):
-        problems.add(section, DEFINE, "defines nothing; for example: `play: 50 um`, or leave the key out")
+        problems.add(section, DEFINE, "is empty; for example: `play: 50 um`, or remove the key")
         section = None
     varied = {path: place for path, place in varied_paths(top) if path not in fixed}
     written: dict[str, WrittenValue] = section.value if section is not None else {}
@@ -198,7 +198,7 @@ class _Reader:
             if path.split(".", 1)[0] in _OF_CASES:
                 self.follow[path] = text
             else:
-                sentence = f"is made of {START}{min(names)}, which varies; only the numbers of a case may be"
+                sentence = f"depends on {START}{min(names)}, which varies; only the numbers of a case may be"
                 self.problems.add(written, path, sentence)
         return self.worked(written, _quantity_text(value, unit))
 
@@ -255,7 +255,7 @@ def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definiti
         each = written[name]
         if name in open_names:
             circle = " -> ".join([*open_names[open_names.index(name) :], name])
-            problems.add(each, START + name, f"is made of itself: {circle}; break the circle")
+            problems.add(each, START + name, f"depends on itself: {circle}; break the circle")
             wrong.update(open_names[open_names.index(name) :])
             return
         open_names.append(name)

@@ -23,7 +23,7 @@ def check(reader: Reader) -> None:
     """Report numbers that cannot depend on a varied name, and dependent values out of range."""
     for path, text in reader.defined.follow.items():
         node, name = reader.shape.get(path), min(reader.defined.varied_in(text))
-        whose = f"is made of {START}{name}, which varies"
+        whose = f"depends on {START}{name}, which varies"
         fields = node.fields(reader.names) if isinstance(node, Number) else ()
         if not isinstance(node, Number) or not node.sweep or path.endswith(".exponent"):
             reader.problems.add(reader.place(path), path, f"{whose}; this value cannot: write it without that name")

@@ -139,7 +139,7 @@ _UNTIL = (
         default=500.0,
     ),
 )
-_NO_INTERVAL = "maxima, minima and totals have no interval that narrows as a run goes on, so they cannot be judged"
+_NO_INTERVAL = "maxima, minima and totals have no interval that narrows as a run continues"
 _HORIZON = Flag("find the Lyapunov exponent and the horizon of prediction, by a second run")
 _ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store the difference of every figure")
 _IMPACTS = Field(
@@ -162,7 +162,7 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     if always:
         tree["joints"] = Section("the joint")
     else:
-        tree["joints"] = Section("the joints that have clearance; one that is not named is ideal", "implied")
+        tree["joints"] = Section("the joints with clearance; all others are ideal", "implied")
     for site in mechanism.joints:
         _SITES[site.kind](tree, f"joints.{site.name}", site, catalogue)
     if mechanism.turns:
@@ -201,9 +201,9 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
 
 def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...]) -> None:
     """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts `figures`, but no `others`."""
-    tree["simulate"] = Section("how long, how exactly and from where", "implied")
+    tree["simulate"] = Section("duration, tolerance and start of the motion", "implied")
     add_numbers(tree, "simulate", _SIMULATE)
-    tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
+    tree["simulate.start"] = Word(("centred", "seated"), "positions of the journals at t = 0", "centred")
     tree["simulate.method"] = _METHOD
     add_numbers(tree, "simulate", _BUDGETS)
     add_numbers(tree, "simulate", (life_keys.TIME_BUDGET,), sweep=False)

@@ -117,7 +117,7 @@ def _paths(reader: Reader, written: WrittenValue, where: str) -> list[WrittenVal
     names = [path.value for path in paths]
     twice = [path for k, path in enumerate(paths) if path.value in names[:k]]
     for path in twice:
-        reader.problems.add(path, where, f"{path.value} is there twice; write it once")
+        reader.problems.add(path, where, f"{path.value} occurs twice; remove one of them")
     return None if twice else list(paths)
 
 

@@ -17,9 +17,7 @@ from .scene import catalogue
 FAMILIES = ("elastic", "law")  # of which one law each is recommended
 MOST_CASES = 25  # of a grid that are looked at
 DEPTH = 1e-6  # m, at which the forces of laws are compared
-_CAVEAT = (
-    "The load is the largest reaction without clearance; impacts are harder. clearsweep list NAME says what a law is."
-)
+_CAVEAT = "The load is the largest reaction without clearance; impacts are harder. clearsweep list NAME explains a law."
 
 
 class Recommendation(NamedTuple):
@@ -102,7 +100,7 @@ def _text(joint: Joint, looked: Sequence[Advice], name: str | None) -> str:
         chosen = [each for each in worst if each.law == name]
         if not chosen:
             known = dict.fromkeys(each.law for each in worst)
-            raise InputError(f"list: nothing is known of '{name}' there{nearest(name, known)}")
+            raise InputError(f"list: no entry '{name}' there{nearest(name, known)}")
         return "\n".join([" ... ".join(settings), *(line for each in chosen for line in ("", *_rows([each])))])
     lines = [" ... ".join(settings), "", *(each.sentence() for each in _of(joint, worst))]
     if factor := _factor(joint, [each.law for each in worst if each.family == "elastic" and each.word == HOLDS]):
@@ -120,7 +118,7 @@ def _rows(verdicts: list[Verdict]) -> list[str]:
     lines = [KEYS[verdicts[0].family], *(f"  {each.law:{wide}}  {each.word:8}  {each.reason}" for each in shown)]
     for word in () if alone else (DOUBTFUL, OUT):
         if names := [verdict.law for verdict in verdicts if verdict.word == word]:
-            lines.append(f"  {word}: {', '.join(names)} (clearsweep list NAME --for GRID says why)")
+            lines.append(f"  {word}: {', '.join(names)} (clearsweep list NAME --for GRID gives the reason)")
     return lines
 
 

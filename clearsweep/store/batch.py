@@ -79,7 +79,7 @@ def summary_schema(form: ResultSchema) -> pa.Schema:
     columns += [Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float") for axis in form.axes]
     columns += [
         Column("status", "", "'ok', or the word for how the case failed", "text"),
-        Column("message", "", "the failure in a sentence; of an ok case, what to know of it", "text"),
+        Column("message", "", "description of the failure; for an ok case, remarks", "text"),
     ]
     fields = [field_of(column) for column in (*columns, *form.layout.columns)]
     labels = {axis.path: axis.labels for axis in form.axes if axis.labels}

@@ -100,7 +100,7 @@ def write_best(run: RunDirectory, form: ResultSchema, objectives: Sequence[str],
         columns += [Column(name, units[name], "objective") for name in objectives]
         columns += [
             Column("margin", "1", "smallest margin of its limits; null without limits"),
-            Column("limiting", "", "the columns whose limits it exceeds, or the one that is nearest", "text"),
+            Column("limiting", "", "the columns whose limits are exceeded, or the one nearest to its limit", "text"),
         ]
         values = [[each.case_id for each in best]]
         values += [[each.point[axis.path] for each in best] for axis in form.axes]
@@ -162,7 +162,7 @@ def _table_bytes(columns: Sequence[Column], values: Sequence[Sequence[Any]]) -> 
     return content.getvalue()
 
 
-_VALUE = "the value sought: limits are kept with it and with what was tried on its safe side; null: with none"
+_VALUE = "the answer: it and all values tried on its safe side meet the limits; null: none does"
 _LIMITING = (
     "the column whose limit is exceeded first beyond it, or the status of a case that fails there; null: none is"
 )

@@ -132,7 +132,7 @@ def clean_text(facts: dict[str, Any]) -> str:
     if facts["finished"] and facts["left"]["batches"] and whole:
         lines.append("--batches also removes the batches; a changed grid then computes all its cases again")
     if not facts["finished"]:
-        lines.append("The run is not finished, so its batches remain; run the same command again to go on")
+        lines.append("The run is not finished, so its batches are kept; run the same command again to continue")
     return "\n".join(lines)
 
 

@@ -75,7 +75,7 @@ class StoredRun:
         with self._orbits() as file:
             matching = file.attrs["clearsweep"] == self.grid["merged"]["mark"]
         if not matching:
-            raise damaged(self.place / ORBITS_FILE, "it is of another run than summary.parquet")
+            raise damaged(self.place / ORBITS_FILE, "it belongs to another run than summary.parquet")
 
     def _check_columns(self) -> None:
         """Raise DamagedError if the columns of a table disagree with run.json."""
@@ -109,7 +109,7 @@ class StoredRun:
                 or not {field.type for field in fields} <= TYPES
                 or {field.name for field in fields} != names
             ):
-                raise damaged(self.place / name, "its columns are not those that run.json asks for")
+                raise damaged(self.place / name, "its columns differ from those in run.json")
 
     @contextlib.contextmanager
     def _orbits(self) -> Iterator[h5py.File]:
@@ -385,7 +385,7 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
 def _unfinished(path: Path) -> DirectoryError:
     return DirectoryError(
         f"{path.parent}: its run is not finished, or {path.name} was moved away; run the grid again with "
-        f"--out {path.parent}, which computes only what is missing, or read what there is: report --partial, "
+        f"--out {path.parent}, which computes only missing cases, or read the finished ones: report --partial, "
         "clearsweep.open(..., partial=True)"
     )
 
@@ -395,6 +395,6 @@ def newest(results: Path) -> Path:
     records = list(results.glob("*/run.json"))
     if not records:
         raise DirectoryError(
-            f"{results}: contains no run yet; `clearsweep run GRID.yaml` makes one, or name its directory"
+            f"{results}: contains no run yet; `clearsweep run GRID.yaml` creates one; or name the directory of a run"
         )
     return max(records, key=lambda path: path.stat().st_mtime).parent

@@ -270,7 +270,9 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
     if any(isinstance(failure, BrokenExecutor) for failure in failures):
         workers.restart()
     elif compile_failure := next(filter(None, failures), None):
-        progress.say(f"compiling in advance failed ({brief(compile_failure)}); the cases themselves will show it")
+        progress.say(
+            f"compiling in advance failed ({brief(compile_failure)}); cases that need this code will report it"
+        )
 
 
 def _failure(future: Future) -> Exception | None:

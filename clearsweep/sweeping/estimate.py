@@ -70,7 +70,9 @@ def estimate(
         check_memory(recorded_history(grid))
         derived, warnings = sweep.facts(grid, simulator)
     if grid.refine:
-        warnings.append(f"up to {grid.refine.cases:,} cases that `refine` adds follow from these, and come on top")
+        warnings.append(
+            f"up to {grid.refine.cases:,} cases that `refine` adds are not included; they depend on these results"
+        )
     directory = sweep.directory_of(grid, out, part)
     with phases.phase("reading what the directory contains"):
         directory.check(grid)

@@ -163,7 +163,9 @@ def _same_grid(places: list[Path]) -> list[dict[str, Any]]:
     records = [store.read_record(place) for place in places]
     for place, record in zip(places, records, strict=True):
         if not {"frame", "keys", "start"} <= record.keys():
-            raise DirectoryError(f"{place / 'run.json'}: is not what `clearsweep run` writes; leave this directory out")
+            raise DirectoryError(
+                f"{place / 'run.json'}: was not written by `clearsweep run`; remove this directory from the command"
+            )
         if "merged" in record and "blocks" not in record:
             store.verify(place, record)
     first = _decisive(records[0])
@@ -176,7 +178,7 @@ def _same_grid(places: list[Path]) -> list[dict[str, Any]]:
             )
             raise DirectoryError(
                 f"{place}: contains results of another grid than {places[0]}; "
-                f"only shards of one grid can be joined; what differs:{lines}"
+                f"only shards of one grid can be merged; differences:{lines}"
             )
     return records
 
@@ -199,7 +201,7 @@ def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None])
     if len(divisions) == 1 and all(shards):  # all of one division: list the missing shards
         of = divisions.pop()
         left = [str(shard) for shard in (Shard(k + 1, of) for k in range(of)) if np.isin(shard.ids(ids), missing).any()]
-        where = [f"run what is left of shard {_listed(left)}, or"]
+        where = [f"run the rest of shard {_listed(left)}, or"]
     raise DirectoryError(
         f"{len(missing):,} of {len(ids):,} cases are in none of these directories "
         f"({_listed([store.id_text(value) for value in missing[: NAMED + 1].tolist()])}); "
@@ -226,7 +228,7 @@ def _agree(form: store.ResultSchema, sources: list[store.RunDirectory], rows: li
             case_id, name, here, there = difference
             raise DirectoryError(
                 f"case {case_id}: {name} is {_short(here)} in {sources[a].path} and "
-                f"{_short(there)} in {sources[b].path}; leave out the one that is wrong "
+                f"{_short(there)} in {sources[b].path}; remove the wrong one "
                 "(machines that round differently give different chaotic motion)"
             )
 

@@ -120,7 +120,7 @@ def run_text(facts: dict[str, Any]) -> str:
     if facts["others"]:
         lines.append(
             f"{cases(facts['others'])} with other values on the axes stay stored and are not in summary.parquet; "
-            f"a grid with these values has them again; `clearsweep report {facts['directory']} --all` shows all"
+            f"a grid with these values reuses them; `clearsweep report {facts['directory']} --all` shows all"
         )
     lines += derived_lines(facts["derived"], DERIVED)
     lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
@@ -193,7 +193,7 @@ def estimate_text(facts: dict[str, Any]) -> str:
         *facts["recommended"],
     ]
     if facts["seconds"] is None:
-        lines.append("time: unknown; the start of the first case does not show it")
+        lines.append("time: unknown; the first case gave no estimate")
     elif facts["pending"]:
         spread = facts["give_or_take"] > 0.1 * facts["seconds"]
         beginning = (

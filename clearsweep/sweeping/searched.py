@@ -49,12 +49,12 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
         answered = f"{value}, its largest clearance" if answer["fit"] else answered
         answered += f" (border between {low} and {high})" if answer["low"] != answer["high"] else ""
         limiting = answer["limiting"]
-        answered += f", limited by {limiting}" if limiting else ", the end of the range: nothing limits it there"
+        answered += f", limited by {limiting}" if limiting else ", the end of the range: no limit is reached"
         setting = setting_text(answer["point"], facts)
         lines.append(f"  {setting}: {answered}" if setting else f"  {answered}")
         if answer["beyond"]:
             names = wording.sentence_list(list(answer["beyond"]))
-            lines.append(f"    not monotone: {names} beyond it also keep to the limits")
+            lines.append(f"    not monotone: {names} beyond it also meet the limits")
         lines += [f"    {_nearest(path, best, facts)}" for best in answer["best"][:LISTED_ANSWERS]]
         if len(answer["best"]) > LISTED_ANSWERS:
             lines.append(f"    and {len(answer['best']) - LISTED_ANSWERS:,} more")
@@ -100,7 +100,7 @@ def _nearest(path: str, best: dict[str, Any], facts: dict[str, Any]) -> str:
         return f"{text}, within the limits there"
     text += f", limited by {best['limiting']}"
     needed = [f"{name} {words}" for name, words in best["needed"].items()]
-    return f"{text}; it would pass with {wording.sentence_list(needed)}" if needed else text
+    return f"{text}; it would meet the limits with {wording.sentence_list(needed)}" if needed else text
 
 
 def refine_lines(facts: dict[str, Any]) -> list[str]:
@@ -110,7 +110,7 @@ def refine_lines(facts: dict[str, Any]) -> list[str]:
         return []
     count, asked = refinement["added"], refinement["asked"]
     if not refinement["crossed"]:
-        return ["", "Refined: no cases added, as nowhere one keeps to the limits and its neighbour does not"]
+        return ["", "Refined: no cases added, because no two neighbours differ in meeting the limits"]
     known = (
         "its place is known to a thousandth of the steps of the grid" if refinement["whole"] else "more would narrow it"
     )

@@ -148,7 +148,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         return _run_cut(grid, out, options, simulator, (cut, shard, begin))
     if options.executor == executors.NODES:
         raise InputError(
-            f"executor: nodes gives whole blocks of {store.block_size():,} cases to nodes, and this grid has "
+            f"executor: nodes assigns whole blocks of {store.block_size():,} cases to nodes, and this grid has "
             f"{len(grid):,} or is searched; write --executor dask"
         )
     with phases.phase("looking at the cases"):
@@ -208,16 +208,16 @@ def _refuse_shard(grid: grids.Grid) -> None:
     if grid.seek:
         raise InputError("shard: the probes of `seek` follow from one another; divide the values of the other axes")
     if grid.optimise:
-        raise InputError("shard: the cases of `optimise` follow from one another; run it without shards")
+        raise InputError("shard: the cases of `optimise` depend on one another; run it without shards")
     if grid.identify:
-        raise InputError("shard: the cases of `identify` follow from one another; run it without shards")
+        raise InputError("shard: the cases of `identify` depend on one another; run it without shards")
     if grid.refine:
         raise InputError(
             "shard: the cases that `refine` adds follow from all others; run the shards of the grid without it, merge "
-            "them, and run the grid with it where they were merged to"
+            "them, and run the grid with it in the merged directory"
         )
     if grid.checked_laws:
-        raise InputError("shard: check_laws follows from the worst of all cases; run the shards of the grid without it")
+        raise InputError("shard: check_laws needs the worst of all cases; run the shards without it")
 
 
 def _run_cut(
