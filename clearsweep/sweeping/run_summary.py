@@ -168,8 +168,8 @@ def derived_lines(derived: dict[str, dict[str, Any]], most: int | None = None) -
             both = f"{_range(value)} radial, {_range(derived[across])} diametral"
             lines.append(f"derived: {name.removesuffix(RADIAL)}) = {both}")
         else:
-            beside = f" ({_range(derived[scatter])})" if scatter in derived else ""
-            lines.append(f"derived: {name} = {_range(value)}{beside}")
+            spread = f" ({_range(derived[scatter])})" if scatter in derived else ""
+            lines.append(f"derived: {name} = {_range(value)}{spread}")
     if most is not None and len(lines) > most:
         lines[most - 1 :] = [f"derived: {len(lines) - most + 1} more values, which run --dry-run lists"]
     return lines
