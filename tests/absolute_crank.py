@@ -106,12 +106,12 @@ class Crank:
 
     # ------------------------------------------------------------------------------------------ where things are
 
-    def pin(self, y, body, along):
+    def pin(self, y, body, distance):
         """Return position, velocity and bias acceleration (at zero coordinate accelerations) of a pin of a body."""
         if body is GROUND:
             return np.zeros(2), np.zeros(2), np.zeros(2)
         at, rate = y[3 * body : 3 * body + 3], y[9 + 3 * body : 12 + 3 * body]
-        arm = along * np.array([math.cos(at[2]), math.sin(at[2])])
+        arm = distance * np.array([math.cos(at[2]), math.sin(at[2])])
         return at[:2] + arm, rate[:2] + rate[2] * np.array([-arm[1], arm[0]]), -(rate[2] ** 2) * arm
 
     def gap(self, y, bodies):
@@ -314,8 +314,8 @@ def start_of(crank, result, k=0):
     """Return the state at sample `k` of a run's time histories, the common start of both programs."""
     radius, length, (here, there), t = crank.radius, crank.length, crank.centers, result.t[k]
     angle, spin = np.array([crank.speed * t, result["rod/angle"][k]]), np.array([crank.speed, result["rod/rate"][k]])
-    along = np.array([np.cos(angle), np.sin(angle)]).T
-    across = spin[:, None] * np.array([-along[:, 1], along[:, 0]]).T
+    distance = np.array([np.cos(angle), np.sin(angle)]).T
+    across = spin[:, None] * np.array([-distance[:, 1], distance[:, 0]]).T
     gaps = {}
     for name in NAMES:
         side, column = (-1.0 if name == "rod-slider" else 1.0), name.replace("-", "_")
@@ -323,12 +323,12 @@ def start_of(crank, result, k=0):
         values = [side * result[key][k] if name in crank.names else 0.0 for key in keys]
         gaps[name] = np.array(values).reshape(2, 2)
     pivot = gaps["ground-crank"]
-    crank_pin = pivot + np.array([radius * along[0], radius * across[0]])
+    crank_pin = pivot + np.array([radius * distance[0], radius * across[0]])
     rod = crank_pin + gaps["crank-rod"]
-    slider = rod + np.array([length * along[1], length * across[1]]) + gaps["rod-slider"]
+    slider = rod + np.array([length * distance[1], length * across[1]]) + gaps["rod-slider"]
     bodies = (
-        pivot + here * np.array([along[0], across[0]]),
-        rod + there * np.array([along[1], across[1]]),
+        pivot + here * np.array([distance[0], across[0]]),
+        rod + there * np.array([distance[1], across[1]]),
         slider,
     )
     y = np.zeros(18)

@@ -276,7 +276,7 @@ class Run(OfFrame):
             first, good = self.events(""), (self.summary["status"] == "ok").to_numpy()
             values = {"t": first["t"].to_numpy(), "joint": np.zeros(len(first), int)}
             values["kind"] = (first["kind"] == "off").to_numpy(int)
-            yield np.where(good, len(first), 0), {name: np.tile(each, good.sum()) for name, each in values.items()}
+            yield np.where(good, len(first), 0), {name: np.tile(value, good.sum()) for name, value in values.items()}
 
     def poincare(self, case_id):
         """Return ten revolutions of a journal whose wandering increases with the crank speed."""

@@ -18,9 +18,9 @@ OMEGA = 1.85
 class Mesh:
     """Bilinear elements over the pin and half of its length."""
 
-    def __init__(self, slenderness, ratio, around, along, groove=False):
+    def __init__(self, slenderness, ratio, around, distance, groove=False):
         """Build the mesh; `groove`: zero pressure where the film is thickest, at theta = 0."""
-        step, height = 2.0 * math.pi / around, 1.0 / along
+        step, height = 2.0 * math.pi / around, 1.0 / distance
         angles = step * (np.arange(around)[:, None] + 0.5 * (POINTS + 1.0))  # (elements, points)
         weights, shapes = 0.5 * step * WEIGHTS, 0.5 * np.array([1.0 - POINTS, 1.0 + POINTS])
         cubed = (1.0 + ratio * np.cos(angles)) ** 3
@@ -28,18 +28,18 @@ class Mesh:
         heavy = np.einsum("ep,p,ip,jp->eij", cubed, weights, shapes, shapes)
         across, mass = self._periodic(stiff, around), self._periodic(heavy, around)
         up, thick = (
-            self._bounded(np.array(rows), along) for rows in ([[1.0, -1.0], [-1.0, 1.0]], [[2.0, 1.0], [1.0, 2.0]])
+            self._bounded(np.array(rows), distance) for rows in ([[1.0, -1.0], [-1.0, 1.0]], [[2.0, 1.0], [1.0, 2.0]])
         )
         self.matrix = sparse.csr_matrix(
             sparse.kron(across, height / 6.0 * thick) + sparse.kron(mass, up / height) / slenderness**2
         )
         self.loads = [self._load(function(angles) * weights, shapes) for function in (np.cos, np.sin)]
-        self.independent = np.full(along, height)
+        self.independent = np.full(distance, height)
         self.independent[0] = 0.5 * height
-        self.free = np.ones((around, along))
+        self.free = np.ones((around, distance))
         self.free[0] = 1.0 - groove
         self.free = self.free.ravel()
-        colours = 2 * (np.arange(around) % 2)[:, None] + (np.arange(along) % 2)[None, :]
+        colours = 2 * (np.arange(around) % 2)[:, None] + (np.arange(distance) % 2)[None, :]
         self.groups = [np.flatnonzero(colours.ravel() == colour) for colour in range(4)]
         self.rows = [self.matrix[group] for group in self.groups]
 
@@ -80,5 +80,5 @@ class Mesh:
 def solution(slenderness, ratio, squeeze, wedge, mesh=(192, 8), groove=False):
     """Return the integrals of `Mesh.forces` with the second-order error extrapolated to zero."""
     meshes = (Mesh(slenderness, ratio, n * mesh[0], n * mesh[1], groove) for n in (1, 2))
-    coarse, fine = (each.forces(squeeze, wedge) for each in meshes)
+    coarse, fine = (mesh.forces(squeeze, wedge) for mesh in meshes)
     return (4.0 * fine - coarse) / 3.0

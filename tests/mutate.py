@@ -148,7 +148,7 @@ MUTATIONS = (
         SUMS, "DepthRate.take", "reshape(len(totals.joint), -1)[place]", "reshape(len(totals.joint), -1)[0]", MEANS
     ),
     Mutation(SUMS, "ForceExceeded.over_blocks", "0.5 * (force(RARELY - width)", "1.0 * (force(RARELY - width)", MEANS),
-    Mutation(HISTOGRAM, "time_above", "spent[place] * (high - force)", "spent[place] * (force - low)", MEANS),
+    Mutation(HISTOGRAM, "time_above", "bin_time[index] * (high - force)", "bin_time[index] * (force - low)", MEANS),
     Mutation(SUMS, "DryTime.over_blocks", "least = LEAST_DRY * (", "least = 0.1 * (", SHARES),
     Mutation(SUMS, "Share.over_blocks", "half_width(part - ratio * whole)", "half_width(part)", SHARES),
     Mutation("simulation/largest.py", "_jumps", "slope[of, at] > STEEP * usual", "slope[of, at] < 0.0", IDEALS),
@@ -167,32 +167,48 @@ MUTATIONS = (
     Mutation(EVENTS, "ROUGH", "1e-3", "1e3", SEARCH),
     Mutation(EVENTS, "first_separation", "turn_sign(work.polynomials)", "None", ENDS),
     Mutation(BERNSTEIN, "first_crossing", "changes > 1 and", "changes > 3 and", SEARCH),
-    Mutation(BERNSTEIN, "crossing_for_certain", "lower(p, far)", "lower(p, 0.0)", SEARCH),
+    Mutation(BERNSTEIN, "crossing_for_certain", "lower(p, tail_bound)", "lower(p, 0.0)", SEARCH),
     Mutation(BERNSTEIN, "_tail", "a + b * Fraction(n, 2)", "a - b * Fraction(n, 2)", SEARCH),
     Mutation(GUARDING, "first_passage", "p[VALUES, 0] >= 0.0 and", "p[VALUES, 0] >= 1e9 and", SEARCH),
     Mutation(GUARDING, "true_passage", "if fb <= 0.0: return NOWHERE", "if fb <= -1e9: return NOWHERE", SEARCH),
     Mutation(
         EVENTS,
         "first_event",
-        "if x < best: best, kind, contact = x, what",
-        "if x > best: best, kind, contact = x, what",
+        "if x < largest: largest, kind, contact = x, event_kind",
+        "if x > largest: largest, kind, contact = x, event_kind",
         SCENES,
     ),
     # the histogram and the sums
     Mutation(HISTOGRAM, "BIN_BITS", "8", "4", RAMPS),
     Mutation(
-        HISTOGRAM, "ramp_of", "density * (bin_edge(first + 1) - low)", "density * (high - bin_edge(first + 1))", RAMPS
+        HISTOGRAM,
+        "ramp_of",
+        "density * (bin_edge(lowest_bin + 1) - low)",
+        "density * (high - bin_edge(lowest_bin + 1))",
+        RAMPS,
     ),
-    Mutation(HISTOGRAM, "ramp_of", "where(crosses, bin_edge(last + 1), bin_edge(last))", "bin_edge(last)", RAMPS),
+    Mutation(
+        HISTOGRAM,
+        "ramp_of",
+        "where(crosses, bin_edge(highest_bin + 1), bin_edge(highest_bin))",
+        "bin_edge(highest_bin)",
+        RAMPS,
+    ),
     Mutation(HISTOGRAM, "fill", "histogram[j, bins[j, i], 1] +=", "histogram[j, bins[j, i] + 1, 1] +=", RAMPS),
-    Mutation(HISTOGRAM, "ramp_of", "first == last, last > first + 1,", "first == last, last > first + 2,", RAMPS),
+    Mutation(
+        HISTOGRAM,
+        "ramp_of",
+        "lowest_bin == highest_bin, highest_bin > lowest_bin + 1,",
+        "lowest_bin == highest_bin, highest_bin > lowest_bin + 2,",
+        RAMPS,
+    ),
     Mutation(HISTOGRAM, "ramp_of", "Ramp(where(rises, lower, upper),", "Ramp(where(rises, upper, lower),", RAMPS),
     Mutation(HISTOGRAM, "fill", "density[j, i] - density[j, i - 1]", "density[j, i]", RAMPS),
     Mutation(
         HISTOGRAM,
         "force_exceeded",
-        "rest = float(totals[first]) - duration",
-        "rest = float(totals[first]) + duration",
+        "excess_time = float(totals[lowest_bin]) - duration",
+        "excess_time = float(totals[lowest_bin]) + duration",
         RAMPS,
     ),
     Mutation(HISTOGRAM, "force_exceeded", "(totals >= duration) &", "(totals >= 2.0 * duration) &", RAMPS),
@@ -200,8 +216,8 @@ MUTATIONS = (
     Mutation(
         TOTALS,
         "enter_course",
-        "begin, end = step[force + i], step[force + i + 1]",
-        "begin, end = step[force + i], step[force + i]",
+        "start_value, end_value = step[force + i], step[force + i + 1]",
+        "start_value, end_value = step[force + i], step[force + i]",
         RAMPS,
     ),
     Mutation(
@@ -211,27 +227,33 @@ MUTATIONS = (
         "if step_values[DEPTH_COURSE, i] < limit:",
         LIMIT,
     ),
-    Mutation(HISTOGRAM, "share_beyond", "return beyond / total", "return beyond", LIMIT),
-    Mutation(ALONG, "highest_inside", "0.0 > sign * fall", "0.0 < sign * fall", WINDOW),
+    Mutation(HISTOGRAM, "share_beyond", "return time_beyond / total", "return time_beyond", LIMIT),
+    Mutation(ALONG, "highest_inside", "0.0 > sign * end_slope", "0.0 < sign * end_slope", WINDOW),
     Mutation(ALONG, "sum_along", "lost + share * o", "lost + 1.001 * share * o", IMPACT),
     # pressures and wear laws: each of them three times too large
     Mutation(PRESSURE, "_sum_over_load_hertz_line", "return 1.0", "return 3.0", BINS),
     Mutation(
         PRESSURE,
         "_sum_over_load_mean",
-        "return half / math.sin(half) if",
-        "return 3.0 * half / math.sin(half) if",
+        "return half_angle / math.sin(half_angle) if",
+        "return 3.0 * half_angle / math.sin(half_angle) if",
         BINS,
     ),
-    Mutation(PRESSURE, "_sum_over_load_winkler", "return 4.0 * half * half", "return 12.0 * half * half", BINS),
+    Mutation(
+        PRESSURE,
+        "_sum_over_load_winkler",
+        "return (4.0 * half_angle * half_angle",
+        "return (12.0 * half_angle * half_angle",
+        BINS,
+    ),
     Mutation(PERSSON, "_sum_over_load_persson", "return total", "return 3.0 * total", BINS),
     Mutation(PRESSURE, "_peak_over_mean_hertz_line", "return 4.0 / math.pi", "return 12.0 / math.pi", BINS),
     Mutation(PRESSURE, "_peak_over_mean_mean", "return 1.0", "return 3.0", BINS),
     Mutation(
         PRESSURE,
         "_peak_over_mean_winkler",
-        "return 2.0 * sine * sine / (half",
-        "return 6.0 * sine * sine / (half",
+        "(2.0 * sine * sine / (half_angle",
+        "(6.0 * sine * sine / (half_angle",
         BINS,
     ),
     Mutation(PERSSON, "_peak_over_mean_persson", "return total", "return 3.0 * total", BINS),
@@ -246,8 +268,12 @@ MUTATIONS = (
     Mutation(PERSSON, "_half_arc_persson", "return total * math.sqrt(z)", "return 3.0 * total * math.sqrt(z)", BINS),
     Mutation(PRESSURE, "_share_before_mean", "0.5 + 0.5 * x, 0.0", "0.5 + 1.5 * x, 0.0", BINS),
     Mutation(PRESSURE, "_share_before_winkler", "0.5 + 0.5 * _overlap_before", "0.5 + 1.5 * _overlap_before", BINS),
-    Mutation(PRESSURE, "_share_before_hertz_line", "0.5 - share * rest", "0.5 - 3.0 * share * rest", BINS),
-    Mutation(PERSSON, "_share_before_persson", "0.5 - share * rest", "0.5 - 3.0 * share * rest", BINS),
+    Mutation(
+        PRESSURE, "_share_before_hertz_line", "0.5 - share * edge_distance", "0.5 - 3.0 * share * edge_distance", BINS
+    ),
+    Mutation(
+        PERSSON, "_share_before_persson", "0.5 - share * edge_distance", "0.5 - 3.0 * share * edge_distance", BINS
+    ),
     Mutation(ARCHARD, "_wear_rate_archard", "sliding = rubbing.pressed", "sliding = 3.0 * rubbing.pressed", BINS),
     Mutation(
         ARCHARD,
@@ -276,20 +302,28 @@ MUTATIONS = (
     Mutation(
         OIL,
         "with_dry",
-        "fx=rest * afloat.fx + share * pressed.fx",
-        "fx=rest * afloat.fx + 3.0 * share * pressed.fx",
+        "fx=film_share * afloat.fx + share * dry_load.fx",
+        "fx=film_share * afloat.fx + 3.0 * share * dry_load.fx",
         PASSES,
     ),
     Mutation(
         OIL,
         "with_dry",
-        "rest = afloat.contacts[0], pressed.contacts[0], 1.0 - share",
-        "rest = afloat.contacts[0], pressed.contacts[0], 1.0",
+        "film_share = afloat.contacts[0], dry_load.contacts[0], 1.0 - share",
+        "film_share = afloat.contacts[0], dry_load.contacts[0], 1.0",
         PASSES,
     ),
-    Mutation(OIL, "with_dry", "elastic=rest * a.elastic + share", "elastic=rest * a.elastic + 3.0 * share", PASSES),
+    Mutation(
+        OIL,
+        "with_dry",
+        "elastic=film_share * a.elastic + share",
+        "elastic=film_share * a.elastic + 3.0 * share",
+        PASSES,
+    ),
     # what is stored
-    Mutation("store/directory.py", "RunDirectory.rows", "np.argsort([-each.written", "np.argsort([each.written", STORE),
+    Mutation(
+        "store/directory.py", "RunDirectory.rows", "np.argsort([-batch.written", "np.argsort([batch.written", STORE
+    ),
     Mutation("store/directory.py", "RunDirectory.rows", "[batch], failed, ids))", "[batch], ids))", STORE),
     Mutation(
         "store/directory.py",
@@ -309,9 +343,7 @@ MUTATIONS = (
     Mutation("store/durable.py", "clear", "if _PASSING.fullmatch(name):", "if True:", STRANGERS),
     Mutation("store/read.py", "verify", "if actual != wanted:", "if False:", STRANGERS),
     Mutation("store/record.py", "read_record", 'if record.get("checksum") != checksum:', "if False:", STRANGERS),
-    Mutation(
-        "store/assemble.py", "fletcher32", "return second << 16 | first", "return first << 16 | second", STRANGERS
-    ),
+    Mutation("store/orbits.py", "fletcher32", "return second << 16 | first", "return first << 16 | second", STRANGERS),
     Mutation(
         "store/directory.py",
         "RunDirectory._compare",
@@ -346,10 +378,10 @@ MUTATIONS = (
         "np.zeros((len(rows), *dataset.shape))",
         STORE,
     ),
-    Mutation("store/assemble.py", "_filtered", "reshape(-1, size).T.tobytes()", "reshape(-1, size).tobytes()", STORE),
-    Mutation("store/assemble.py", "_write_dataset", "place += rows", "place += rows - 1", STORE),
+    Mutation("store/orbits.py", "_filtered", "reshape(-1, size).T.tobytes()", "reshape(-1, size).tobytes()", STORE),
+    Mutation("store/orbits.py", "_write_dataset", "place += rows", "place += rows - 1", STORE),
     Mutation(
-        "store/assemble.py",
+        "store/orbits.py",
         "OrbitFiles.extents",
         "first[here], count[here] = starts[row],",
         "first[here], count[here] = 0,",
@@ -357,7 +389,7 @@ MUTATIONS = (
     ),
     Mutation("store/assemble.py", "mark_of", 'for column in ("id", "row"):', 'for column in ("id",):', STRANGERS),
     Mutation(
-        "store/assemble.py",
+        "store/summary.py",
         "_rows_of_batches",
         'starts[rows["batch"]] + rows["row"]',
         'rows["row"]',
@@ -431,17 +463,39 @@ MUTATIONS = (
         f"{FILMS}/shear.py", "_shear_couple_couette", "math.sqrt(1.0 - motion.ratio * motion.ratio)", "1.0", BALANCE
     ),
     Mutation(
-        OIL, "film_load", "spin=journal + bearing - 2.0 * across", "spin=journal - bearing - 2.0 * across", BALANCE
+        OIL,
+        "film_load",
+        "spin=journal + bearing - 2.0 * tangential_rate",
+        "spin=journal - bearing - 2.0 * tangential_rate",
+        BALANCE,
     ),
     Mutation(OIL, "film_load", "pumped=0.5 * eccentricity", "pumped=eccentricity", BALANCE),
     Mutation(OIL, "film_load", "eccentricity * tangential)", "joint.clearance * tangential)", BALANCE),
     Mutation(f"{FILMS}/short.py", "_film_force_short", "radial = 0.5 * law.force", "radial = 0.4 * law.force", BALANCE),
-    Mutation(f"{FILMS}/long.py", "_film_force_long", "radial -= 6.0 * law.force", "radial -= 5.0 * law.force", BALANCE),
     Mutation(
-        f"{FILMS}/reynolds.py", "_film_force_reynolds", "radial - turned * cosine", "radial + turned * cosine", REYNOLDS
+        f"{FILMS}/long.py", "_film_force_long", "radial -= (6.0 * law.force", "radial -= (5.0 * law.force", BALANCE
     ),
-    Mutation(f"{FILMS}/reynolds.py", "_film_force_reynolds", "turned * sine * stretch", "turned * sine", REYNOLDS),
-    Mutation(f"{FILMS}/reynolds.py", "expansion", "2.0 * pair * a * before", "2.0 * pair * a * after", REYNOLDS),
+    Mutation(
+        f"{FILMS}/reynolds.py",
+        "_film_force_reynolds",
+        "radial - tangential_share * cosine",
+        "radial + tangential_share * cosine",
+        REYNOLDS,
+    ),
+    Mutation(
+        f"{FILMS}/reynolds.py",
+        "_film_force_reynolds",
+        "tangential_share * sine * stretch",
+        "tangential_share * sine",
+        REYNOLDS,
+    ),
+    Mutation(
+        f"{FILMS}/reynolds.py",
+        "expansion",
+        "2.0 * pair * a * previous_slope",
+        "2.0 * pair * a * current_slope",
+        REYNOLDS,
+    ),
     Mutation(
         f"{FILMS}/reynolds.py",
         "_film_force_reynolds",

@@ -69,17 +69,17 @@ def kills(
     """Kill real sweeps; return whether no results were lost, and rows for the page."""
     start = torture.starter(folder, grid, block)
     assert start(folder / "undisturbed").wait() == 0
-    rounds = torture.torture(start, folder, count, seed, (0.1, 3.0))
+    repetitions = torture.torture(start, folder, count, seed, (0.1, 3.0))
     result = Counter()
-    for each in rounds:
+    for each in repetitions:
         result.update(torture.differences(folder / "undisturbed", each.out) | {"batches lost": each.lost_batches()})
         print(f"{each.out.name}: {torture.kills_text(each.kills)}", flush=True)
-    victims = sum((each.kills for each in rounds), Counter())
+    victims = sum((each.kills for each in repetitions), Counter())
     rows = [
         ["kills", f"{victims.total():,}: {torture.kills_text(victims)}"],
         ["seed", str(seed)],
-        ["runs that were killed and went on to their end", f"{len(rounds):,}"],
-        ["longest pause between two commits", f"{max(each.longest for each in rounds):.1f} s"],
+        ["runs that were killed and went on to their end", f"{len(repetitions):,}"],
+        ["longest pause between two commits", f"{max(each.longest for each in repetitions):.1f} s"],
         *([name, f"{number:,}"] for name, number in result.items()),
     ]
     return torture.same(result), rows
@@ -137,14 +137,14 @@ def attempts(_count: int, _seed: int, folder: Path) -> tuple[bool, list[list[str
     results = torture_attempts.try_all(folder)
     rows = [
         [
-            each.attempt.name,
-            "-" if each.code is None else str(each.code),
-            f"{each.seconds:.0f} s",
-            each.fault or "as it has to",
+            result.attempt.name,
+            "-" if result.code is None else str(result.code),
+            f"{result.seconds:.0f} s",
+            result.fault or "as it has to",
         ]
-        for each in results
+        for result in results
     ]
-    return not any(each.fault for each in results), rows
+    return not any(result.fault for result in results), rows
 
 
 def exits(count: int, _seed: int, folder: Path) -> tuple[bool, list[list[str]]]:

@@ -74,7 +74,7 @@ def identify(folder, rig, seed, cases, law=None):
     whole["identify"] |= {"from": {str(folder / "rig.csv"): {"slider/a": "acceleration"}}, "cases": cases}
     begin = time.process_time()
     result = clearsweep.sweep(whole, folder / "run", show_progress=False)
-    computed = {each.path: each for each in result.identified.parameters}
+    computed = {parameter.path: parameter for parameter in result.identified.parameters}
     least = computed[CLEARANCE]
     return {
         "seed": seed,

@@ -63,8 +63,8 @@ def _step_of(history, begin, length, workspace):
         ends, nearby = quarters[[0, -1]], 1e-3 * length
         slopes = length * (angle(ends + nearby) - angle(ends - nearby)) / (2.0 * nearby)
         places[0, SLOPES + row, [0, BETWEEN + 1]] = slopes
-    beside = np.zeros((1, ALONG, MOMENTS)), np.zeros((STRIP, PARTS + 1)), workspace, np.zeros(0)
-    return Step(step_values, length, np.zeros(1), places, *beside)
+    neighbour = np.zeros((1, ALONG, MOMENTS)), np.zeros((STRIP, PARTS + 1)), workspace, np.zeros(0)
+    return Step(step_values, length, np.zeros(1), places, *neighbour)
 
 
 def worn_off(joint, history, steps=1):

@@ -23,8 +23,8 @@ from clearsweep import grid as grids
 from clearsweep import store
 from clearsweep.store import blocks
 from clearsweep.sweeping import blockwise
+from clearsweep.sweeping.case_runner import CaseRunner, Options
 from clearsweep.sweeping.worker import Job
-from clearsweep.sweeping.worker_pool import Options, WorkerPool
 
 EACH = 100  # blocks of which one really runs
 HEAD = ("cases", "worker, us a case", "parent, us a case", "parent's memory, MB", "wall, s", "load")
@@ -44,8 +44,8 @@ def extend(directory: Path, count: int) -> dict:
     job = blockwise.BlockJob(directory.absolute(), grid, scale_cases.StandIn, options, cut, None, np.empty(0, "i8"))
     run, real = store.RunDirectory(directory), range(0, cut.count, EACH)
     facts = {"counts": {"cases": len(grid)}, "blocks": {"size": cut.size, "count": cut.count, "numbers": []}}
-    with run.open_for(grid, **facts), WorkerPool(run, options, scale_cases.StandIn) as pool:
-        runner, begin = blockwise.BlockRunner(job, pool), time.process_time()
+    with run.open_for(grid, **facts), CaseRunner(run, options, scale_cases.StandIn) as case_runner:
+        runner, begin = blockwise.BlockRunner(job, case_runner), time.process_time()
         for number in real:
             runner.run(number)
         runner.collect()
@@ -118,26 +118,26 @@ def page(lines: list[dict]) -> str:
     """Return the part of the page that some lines make."""
     runs = [
         [
-            f"{each['count']:,}",
-            f"{1e6 * each['workers'] / each['count']:.1f}",
-            f"{1e6 * each['parent'] / each['count']:.1f}",
-            f"{1e-6 * each['memory']:.0f}",
-            f"{each['wall']:.0f}",
-            f"{each['load']:.0f}",
+            f"{line['count']:,}",
+            f"{1e6 * line['workers'] / line['count']:.1f}",
+            f"{1e6 * line['parent'] / line['count']:.1f}",
+            f"{1e-6 * line['memory']:.0f}",
+            f"{line['wall']:.0f}",
+            f"{line['load']:.0f}",
         ]
-        for each in lines
-        if each["name"] == "run"
+        for line in lines
+        if line["name"] == "run"
     ]
     read = [
         [
-            WHAT[each["name"]],
-            f"{each['parent']:.2f}",
-            f"{each['wall']:.1f}",
-            f"{1e-6 * each['memory']:.0f}",
-            f"{each['load']:.0f}",
+            WHAT[line["name"]],
+            f"{line['parent']:.2f}",
+            f"{line['wall']:.1f}",
+            f"{1e-6 * line['memory']:.0f}",
+            f"{line['load']:.0f}",
         ]
-        for each in lines
-        if each["name"] in WHAT
+        for line in lines
+        if line["name"] in WHAT
     ]
     text = [
         f"## Runs in blocks\n\n`python tests/scale_blocks.py`, {lines[0]['date']}, {platform.system()} "
@@ -145,30 +145,32 @@ def page(lines: list[dict]) -> str:
         f"{scale.JOBS} workers. Processor times; memory is above that after the imports.",
         scale.table(HEAD, runs),
     ]
-    for each in lines:
-        if each["name"] == "merge":
+    for line in lines:
+        if line["name"] == "merge":
             text.append(
-                f"Merging a block of the {each['count']:,} cases, 26 columns in {each['batches']:.0f} batches, takes "
-                f"{each['median']:.2f} us a row (median of the blocks; least {each['least']:.2f}; load "
-                f"{each['load']:.0f}). The first block of a worker takes {each['first']:.2f} us, with what is loaded."
+                f"Merging a block of the {line['count']:,} cases, 26 columns in {line['batches']:.0f} batches, takes "
+                f"{line['median']:.2f} us a row (median of the blocks; least {line['least']:.2f}; load "
+                f"{line['load']:.0f}). The first block of a worker takes {line['first']:.2f} us, with what is loaded."
             )
-        if each["name"] == "nodes":
+        if line["name"] == "nodes":
             text.append(
-                f"{each['nodes']} simulated nodes of {each['cores']} cores, cases of 0.7 ms: the parent takes "
-                f"{1e3 * each['parent'] / (each['blocks'] - 1):.1f} ms of the processor a block. {each['blocks']} "
-                f"blocks took {each['wall']:.1f} s; without any wait they take {each['ideal']:.1f} s (load "
-                f"{each['load']:.0f})."
+                f"{line['nodes']} simulated nodes of {line['cores']} cores, cases of 0.7 ms: {line['blocks']} blocks "
+                f"took {line['wall']:.1f} s, so that {line['busy']:,.0f} cores were busy on average (load "
+                f"{line['load']:.0f}). The parent took {1e3 * line['parent'] / (line['blocks'] - 1):.1f} ms of the "
+                f"processor a block, {100 * line['parent'] / line['wall']:.1f} % of one core. A simulated node waits "
+                "as long as its cores would work, and links finished files; distributing the blocks, reading "
+                "their marks and the scheduler are real."
             )
-        if each["name"] == "extend":
+        if line["name"] == "extend":
             text.append(
-                f"A grid of {each['count']:,} cases has {each['blocks']:,} blocks. One in {EACH} really ran, "
-                f"{each['ran']:,} cases with {1e6 * each['parent'] / each['ran']:.1f} us of the parent each; the files "
+                f"A grid of {line['count']:,} cases has {line['blocks']:,} blocks. One in {EACH} really ran, "
+                f"{line['ran']:,} cases with {1e6 * line['parent'] / line['ran']:.1f} us of the parent each; the files "
                 "of the others are theirs, with identities of their own."
             )
     text.append(scale.table(READ, read))
-    if first := [each["name"] for each in lines if each.get("nice", 0) < 0]:
+    if first := [line["name"] for line in lines if line.get("nice", 0) < 0]:
         text.append(f"Run before other programs (nice -20): {', '.join(first)}.")
-    if earlier := [f"{each['name']} of {each['count']:,}" for each in lines if each.get("earlier")]:
+    if earlier := [f"{line['name']} of {line['count']:,}" for line in lines if line.get("earlier")]:
         text.append(f"Measured before batches had up to 4,096 cases, and not repeated: {', '.join(earlier)}.")
     return "\n\n".join(text) + "\n"
 

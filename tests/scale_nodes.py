@@ -20,10 +20,10 @@ import scale_cases
 from clearsweep import grid as grids
 from clearsweep import store
 from clearsweep.sweeping import blockwise, node, nodes, progress
-from clearsweep.sweeping.worker_pool import Options, WorkerPool
+from clearsweep.sweeping.case_runner import CaseRunner, Options
 
 SECONDS = 0.7e-3  # s, of a case
-BLOCKS = 12  # for each node
+BLOCKS = 36  # for each node: about a minute for 64 cores
 CLUSTER = """
 import sys
 from distributed import LocalCluster
@@ -70,8 +70,8 @@ def run(count: int, cores: int, directory: Path, address: str) -> dict:
     directory_of_run = store.RunDirectory(directory)
     facts = {"counts": {"cases": len(grid)}, "blocks": {"size": cut.size, "count": cut.count, "numbers": []}}
     with directory_of_run.open_for(grid, **facts):
-        with WorkerPool(directory_of_run, options, scale_cases.StandIn) as pool:
-            runner = blockwise.BlockRunner(job, pool)
+        with CaseRunner(directory_of_run, options, scale_cases.StandIn) as case_runner:
+            runner = blockwise.BlockRunner(job, case_runner)
             runner.run(0)
             runner.collect()
         Cluster.cores = cores
@@ -84,10 +84,9 @@ def run(count: int, cores: int, directory: Path, address: str) -> dict:
         driver.run()
         wall, parent = time.perf_counter() - begin, time.process_time() - spent
     left, _ = blockwise.unfinished(job)
-    ideal = -(-(blocks - 1) // count) * store.block_size() * SECONDS / cores
-    return {"nodes": count, "cores": cores, "blocks": blocks, "left": len(left), "parent": parent, "wall": wall} | {
-        "ideal": ideal
-    }
+    work = (blocks - 1) * store.block_size() * SECONDS  # s, of one core
+    known = {"nodes": count, "cores": cores, "blocks": blocks, "left": len(left), "parent": parent, "wall": wall}
+    return known | {"busy": work / wall}
 
 
 def main() -> None:

@@ -44,8 +44,8 @@ def reactions(bodies, speed, crank_angle) -> dict[str, np.ndarray]:
     rod_acceleration = -(speed**2) * radius * u1 + center * (alpha[..., None] * n2 - rate[..., None] ** 2 * u2)
     inertial = bodies["rod.mass"] * (rod_acceleration + weight)
     on_rod_x = -bodies["slider.mass"] * acceleration
-    turning = bodies["rod.inertia"] * alpha + center * _cross(u2, inertial)  # about the crank pin
-    on_rod_y = (turning / length + sin2 * on_rod_x) / cos2
+    angle_rate = bodies["rod.inertia"] * alpha + center * _cross(u2, inertial)  # about the crank pin
+    on_rod_y = (angle_rate / length + sin2 * on_rod_x) / cos2
     at_slider = np.stack([on_rod_x, on_rod_y], axis=-1)
     at_crank = inertial - at_slider
     crank_acceleration = -(speed**2) * bodies["crank.center"] * u1

@@ -36,12 +36,12 @@ def turned_about(vector):
     return np.eye(3) + math.sin(angle) * k + (1.0 - math.cos(angle)) * k @ k
 
 
-def extreme(center, radius, axes, along, sign):
+def extreme(center, radius, axes, distance, sign):
     """Return the point of a circle with the largest distance from an axis through 0, times `sign`.
 
-    axes : (2, 3) vectors in the circle's plane; along : (3,) the axis.
+    axes : (2, 3) vectors in the circle's plane; distance : (3,) the axis.
     """
-    off = np.eye(3) - np.outer(along, along)
+    off = np.eye(3) - np.outer(distance, distance)
     c, a, b = off @ center, radius * off @ axes[0], radius * off @ axes[1]
 
     def slopes(x):
@@ -209,8 +209,8 @@ class Oracle:
         whole = np.block([[mass, rows.T], [rows, np.zeros((many, many))]])
         a = np.linalg.solve(whole, np.concatenate([applied, right]))[:9]
         q = y[6:10]
-        turning = 0.5 * np.concatenate([[-w @ q[1:]], q[0] * w + np.cross(w, q[1:])])
-        return np.concatenate([y[10:13], y[13:16], turning, a[:3], a[6:], a[3:6]])
+        angle_rate = 0.5 * np.concatenate([[-w @ q[1:]], q[0] * w + np.cross(w, q[1:])])
+        return np.concatenate([y[10:13], y[13:16], angle_rate, a[:3], a[6:], a[3:6]])
 
     def run(self, times):
         """Return the states at `times` (s), the normal forces there, and the events (t, contact, rate)."""

@@ -7,14 +7,14 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 from fake_faults import DiesFinishing
-from fake_physics import FAILS, GOOD, Fake, grid, merge
+from fake_physics import CATALOGUE, FAILS, GOOD, Fake, grid, merge
 from test_sweep import quiet
 
 import clearsweep
 from clearsweep import report, store
 from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.report.blocks.section import Note, Points, Sentences
-from clearsweep.store import assemble, blocks, read_blocks
+from clearsweep.store import blocks, read_blocks, summary
 from clearsweep.store.record import checksum_of
 from clearsweep.sweeping import blockwise, estimate, run_summary
 from clearsweep.sweeping.all_cases import complete_run
@@ -124,6 +124,22 @@ def test_a_second_run_looks_at_marks_alone(pair, monkeypatch):
     source = store.read_record(result.directory)
     again = quiet({key: source[key] for key in source["keys"]}, result.directory, executor="serial")
     assert (again.ran, again.reused, again.ok, again.failed, again.missing) == (0, 36, 24, 12, 0)
+
+
+def test_reworded_descriptions_finish_no_block_again_and_mix_with_earlier_ones(tmp_path, monkeypatch):
+    quiet(MIXED, tmp_path / "run", executor="serial")
+    marks = {path: path.read_bytes() for path in tmp_path.glob("run/blocks/*/block.json")}
+    reworded = [each._replace(text="reworded") for each in CATALOGUE.figures]
+    monkeypatch.setattr(Fake, "catalogue", lambda: CATALOGUE._replace(figures=tuple(reworded)))
+    again = quiet(MIXED, tmp_path / "run", executor="serial")
+    assert (again.ran, {path: path.read_bytes() for path in marks}) == (0, marks)
+    (tmp_path / "run" / "blocks" / "00001" / "block.json").unlink()
+    quiet(MIXED, tmp_path / "run", executor="serial")
+    texts = [pq.read_schema(path).field("steps").metadata for path in sorted(tmp_path.glob("run/summary/*.parquet"))]
+    assert [text[b"description"] == b"reworded" for text in texts] == [False, True, False, False, False]
+    run = store.open(tmp_path / "run")
+    assert len(run.summary.frame()) == 36
+    assert report.write(run, tmp_path / "page.html").exists()
 
 
 @pytest.mark.parametrize("name", ["summary/00001.parquet", "blocks/00001/orbits.h5", "blocks/00001/block.json"])
@@ -264,11 +280,14 @@ def test_the_page_of_a_run_in_blocks_says_that_it_shows_a_sample(pair, tmp_path)
 
 def said(sections, *keys):
     """Return the sentences and the numbers of cases in the tables of some sections of a page."""
-    found = {}
+    matches = {}
     for each in (section for section in sections if section.key in keys):
         texts = [text for block in each.blocks if isinstance(block, (Points, Sentences)) for text in block.texts]
-        found[each.key] = texts, [row[2:5] for table in each.tables if table.key == "limits_kept" for row in table.rows]
-    return found
+        matches[each.key] = (
+            texts,
+            [row[2:5] for table in each.tables if table.key == "limits_kept" for row in table.rows],
+        )
+    return matches
 
 
 def test_counts_on_the_page_of_a_sample_are_of_all_cases_or_say_of_which(pair, tmp_path, monkeypatch):
@@ -295,11 +314,11 @@ def test_counts_on_the_page_of_a_sample_are_of_all_cases_or_say_of_which(pair, t
 
 
 def test_a_summary_with_groups_of_another_size_is_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(assemble, "GROUP_ROWS", 3)
+    monkeypatch.setattr(summary, "GROUP_ROWS", 3)
     quiet(MIXED, tmp_path / "run", executor="serial")
-    summary = clearsweep.open(tmp_path / "run").summary
-    for case_id in summary.frame()["case_id"]:
-        assert summary[summary["case_id"] == case_id]["case_id"].tolist() == [case_id]
+    rows = clearsweep.open(tmp_path / "run").summary
+    for case_id in rows.frame()["case_id"]:
+        assert rows[rows["case_id"] == case_id]["case_id"].tolist() == [case_id]
 
 
 def test_a_damaged_record_of_a_run_in_blocks_is_restored(tmp_path, capfd):

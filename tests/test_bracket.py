@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from clearsweep.sweeping.bisection import REPEATS, Border, scan, search, usual_probes
 
 
-def found(good, last):
+def bisected(good, last):
     """Return the border where `good` says what is good, and all places that were looked at."""
     known = {}
     for _ in range(200):
@@ -24,7 +24,7 @@ def found(good, last):
 def test_a_sharp_border_is_found_exactly_with_few_looks(power, data):
     last = 2**power
     border = data.draw(st.integers(0, last - 1))
-    answer, known = found(lambda place: place <= border, last)
+    answer, known = bisected(lambda place: place <= border, last)
     assert answer == Border(border, border + 1)
     assert len(known) <= 5 + power + 2 * REPEATS
     assert abs(len(known) - usual_probes(last)) <= 4
@@ -32,18 +32,18 @@ def test_a_sharp_border_is_found_exactly_with_few_looks(power, data):
 
 @pytest.mark.parametrize("last", [4, 64])
 def test_all_good_and_all_bad_are_told(last):
-    assert found(lambda place: True, last)[0] == Border(last, None)
-    answer, known = found(lambda place: False, last)
+    assert bisected(lambda place: True, last)[0] == Border(last, None)
+    answer, known = bisected(lambda place: False, last)
     assert answer == Border(None, 0)
     assert set(known) == set(scan(last))
 
 
 def test_what_is_good_again_beyond_a_bad_stretch_is_not_relied_upon():
-    assert found(lambda place: place <= 20 or place >= 60, 64)[0] == Border(20, 21)
+    assert bisected(lambda place: place <= 20 or place >= 60, 64)[0] == Border(20, 21)
 
 
 def test_good_places_that_begin_later_count():
-    assert found(lambda place: 30 <= place <= 50, 64)[0] == Border(50, 51)
+    assert bisected(lambda place: 30 <= place <= 50, 64)[0] == Border(50, 51)
 
 
 @given(st.integers(4, 9), st.integers(0, 2**32), st.floats(0.3, 0.7), st.integers(2, 30))
@@ -58,7 +58,7 @@ def test_in_noise_the_answer_encloses_the_border_and_what_agrees_with_it(power, 
     def good(place):
         return flips[place] if abs(place - border) < wide else place < border
 
-    answer, known = found(good, last)
+    answer, known = bisected(good, last)
     if answer.good is None:
         return
     assert known[answer.good]

@@ -67,7 +67,7 @@ def test_a_swept_name_is_worked_out_for_every_case(at):
         for play, radius in (("20 um", "0.4 mm"), ("50 um", "1 mm"))
     ]
     assert ids(grid) == [each.case_id(0) for each in written]
-    assert [*grid.identities()] == [int(each, 16) for each in ids(grid)]
+    assert [*grid.identities()] == [int(case_id, 16) for case_id in ids(grid)]
     assert grid.unit("define.play") == "m"
 
 
@@ -105,7 +105,7 @@ def test_an_override_of_a_name_holds(at):
 
 
 WRONG = {
-    "circle": ("r: = d / 2", "r: = d + e, e: = r", "define.r: is made of itself: r -> e -> r; break the circle"),
+    "circle": ("r: = d / 2", "r: = d + e, e: = r", "define.r: depends on itself: r -> e -> r; break the circle"),
     "unit": ("clearance: = play", "clearance: = play * d", "found '1e-05 m^2', whose unit m^2 has another dimension"),
     "expression shown": ("clearance: = play", "clearance: = play * d", "(found is the value of '= play * d')"),
     "sum": ("clearance: = play", "clearance: = play + 1", "'play' in m and '1' in 1 cannot be added"),
@@ -130,8 +130,8 @@ WRONG = {
 @pytest.mark.parametrize(("old", "new", "message"), WRONG.values(), ids=WRONG)
 def test_a_mistake_is_told_with_its_place(problems_in, old, new, message):
     problems = problems_in(WHOLE.replace(old, new))
-    assert any(message in each for each in problems), problems
-    assert all(each.split(":")[1].isdigit() for each in problems)
+    assert any(message in problem for problem in problems), problems
+    assert all(problem.split(":")[1].isdigit() for problem in problems)
 
 
 def test_an_axis_over_an_expression_is_refused(problems_in):
@@ -144,15 +144,21 @@ def test_what_cannot_vary_with_a_name_is_refused(problems_in):
         "define.play:", "define.n: [2, 3], define.play:"
     )
     problems = problems_in(text + "limits: {rod_slider_force_peak: = n * '1 kN'}\n")
-    assert any("is made of define.n, which varies; only the numbers of a case may be" in each for each in problems)
+    assert any(
+        "depends on define.n, which varies; only the numbers of a case may be" in problem for problem in problems
+    )
     text = text.replace("restitution: 0.9", "restitution: 0.9, exponent: = n / 4")
     problems = problems_in(text.replace("      restitution: 0.9, ", "      restitution: 0.9\n      "))
-    assert any(f"{CONTACT}.exponent: is made of define.n, which varies; this value cannot" in each for each in problems)
+    assert any(
+        f"{CONTACT}.exponent: depends on define.n, which varies; this value cannot" in problem for problem in problems
+    )
 
 
 def test_a_value_out_of_range_on_an_axis_is_refused(problems_in):
     problems = problems_in(swept(WHOLE, "[20 um, 11 mm]"))
-    assert any(f"{JOINT}.clearance: found" in each and "the journal would have no radius" in each for each in problems)
+    assert any(
+        f"{JOINT}.clearance: found" in problem and "the journal would have no radius" in problem for problem in problems
+    )
     (problem,) = problems_in(swept(WHOLE.replace("clearance: = play", "clearance: = play - '30 um'")))
     assert "comes to -1e-05, out of range; allowed: above 0 (m)" in problem
 
@@ -168,7 +174,7 @@ def test_a_grid_without_expressions_has_the_bits_it_had(at):
 
 
 def test_no_name_is_an_error():
-    with pytest.raises(InputError, match="defines nothing"):
+    with pytest.raises(InputError, match="is empty"):
         load({"define": {}, "mechanism": {"type": "slider-crank"}})
 
 
@@ -188,4 +194,4 @@ def test_what_follows_from_a_wrong_definition_is_not_told_again(problems_in, wro
 
 def test_an_axis_over_a_name_that_is_not_defined_is_told_with_the_nearest(problems_in):
     problems = problems_in(f"{WHOLE}sweep: {{define.plai: [20 um, 50 um]}}\n")
-    assert any("'plai' is not defined under `define`; did you mean 'play'?" in each for each in problems)
+    assert any("'plai' is not defined under `define`; did you mean 'play'?" in problem for problem in problems)

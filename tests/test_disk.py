@@ -28,7 +28,7 @@ def run(tmp_path, monkeypatch):
 
 
 def removed(facts):
-    return {each["kind"]: each["files"] for each in facts["removed"]}
+    return {fact["kind"]: fact["files"] for fact in facts["removed"]}
 
 
 def test_a_run_without_waste_stays_as_it_is(run):

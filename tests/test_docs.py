@@ -66,7 +66,7 @@ def test_commands_are_there_and_take_these_options(block, monkeypatch):
             assert words[0] in ("python", "git")
 
 
-@pytest.mark.parametrize("block", [each for each in blocks("console") if not each.id.startswith("CONTRIBUTING")])
+@pytest.mark.parametrize("block", [block for block in blocks("console") if not block.id.startswith("CONTRIBUTING")])
 def test_what_a_console_shows_runs(block, place):
     for words in commands(block):
         if words[:2] == ["clearsweep", "laws"]:
@@ -255,7 +255,7 @@ def test_joints_with_one_place_on_the_page_have_the_same_keys():
         if kind == "revolute"
     ]
     assert len(keys) == 7
-    assert all(each == keys[0] for each in keys)
+    assert all(key == keys[0] for key in keys)
 
 
 @pytest.mark.parametrize("section", ["seek", "refine", "optimise", "identify"])

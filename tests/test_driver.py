@@ -70,15 +70,15 @@ def driven(tmp_path):
     ids = np.array([int(held_grid.case_id(i), 16) for i in range(CASES)], "u8")
 
     def drive_with(executor):
-        with store.RunDirectory(tmp_path / "run").open_for(held_grid) as held:
+        with store.RunDirectory(tmp_path / "run").open_for(held_grid) as contents:
             batches = Batches(np.arange(CASES), ids, 1, 0.0)
             batches.learn(Manifest("x", 4, 0, 4.0))  # of four slow cases: batches of several, not of all
-            job = Job(held.path, held_grid, Fake, None)
-            driver = Driver(executor, held, job, batches, None, progress.Cases(CASES))
+            job = Job(contents.path, held_grid, Fake, None)
+            driver = Driver(executor, contents, job, batches, None, progress.Cases(CASES))
             assert driver.run()
-            rows = held.rows()
+            rows = contents.rows()
             assert not rows["failed"].any()
-            assert sum(held.counts_of(batch.name)[0] for batch in held.batches) == CASES, "a case ran twice"
+            assert sum(contents.counts_of(batch.name)[0] for batch in contents.batches) == CASES, "a case ran twice"
             return driver, rows["id"], np.sort(ids)
 
     return drive_with

@@ -21,7 +21,7 @@ MIDDLES = (0.01, 0.07, 0.31, 0.5, 0.53, 0.94, 0.999)
 def onset(monkeypatch):
     """Return a function: depth over the share of the step, its slope -> where the search finds the onset."""
 
-    def found(depth, slope, clearance=1.0):
+    def crossing_of(depth, slope, clearance=1.0):
         o = np.zeros((columns(1), PLACES))
         o[KAPPA], o[column_of(0, SLIP)] = 1.0, 1e3
 
@@ -35,7 +35,7 @@ def onset(monkeypatch):
         work = SimpleNamespace(o=o, clearance=[clearance], step=step, polynomials=polynomials)
         return event_search.first_onset((work,), 0, 1.0)
 
-    return found
+    return crossing_of
 
 
 @pytest.mark.parametrize("top", [0.3, 0.01, 1e-4, 1e-8])
@@ -216,12 +216,12 @@ def test_a_guard_that_its_polynomial_alone_passes_is_not_passed(monkeypatch):
     assert passage(monkeypatch, step)[0] == NOWHERE
 
 
-@pytest.mark.parametrize(("begin", "found"), [(0.1, 0.0), (1e-12, NOWHERE)])
-def test_a_guard_above_zero_at_the_start_is_passed_at_once_unless_it_is_just_leaving(monkeypatch, begin, found):
-    assert passage(monkeypatch, lambda x: begin - 0.2 * x)[0] == found
+@pytest.mark.parametrize(("begin", "crossing_of"), [(0.1, 0.0), (1e-12, NOWHERE)])
+def test_a_guard_above_zero_at_the_start_is_passed_at_once_unless_it_is_just_leaving(monkeypatch, begin, crossing_of):
+    assert passage(monkeypatch, lambda x: begin - 0.2 * x)[0] == crossing_of
 
 
-@pytest.mark.parametrize(("peak", "found"), [(1e2, 0.3), (1e4, NOWHERE)])
-def test_a_force_is_not_clipped_for_what_is_rounding_of_the_largest_force(monkeypatch, peak, found):
+@pytest.mark.parametrize(("peak", "crossing_of"), [(1e2, 0.3), (1e4, NOWHERE)])
+def test_a_force_is_not_clipped_for_what_is_rounding_of_the_largest_force(monkeypatch, peak, crossing_of):
     x, _ = passage(monkeypatch, lambda x: 1e-10 * (x - 0.3), column=0, peak=peak)
-    assert x == pytest.approx(found, abs=1e-9)
+    assert x == pytest.approx(crossing_of, abs=1e-9)

@@ -39,9 +39,9 @@ def load_at(term, gap, depth):
 
 def gap_at(depth, angle, moving):
     """Return the Gap with the journal at a depth (m) and an angle (rad); moving : rates of both, and two spins."""
-    rate, turning, bearing, journal = moving
+    rate, angle_rate, bearing, journal = moving
     e, n, t = CLEARANCE + depth, (math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))
-    velocity = (rate * n[i] + e * turning * t[i] for i in range(2))
+    velocity = (rate * n[i] + e * angle_rate * t[i] for i in range(2))
     return dry.Gap(e * n[0], e * n[1], *velocity, bearing, journal)
 
 

@@ -107,8 +107,8 @@ def test_the_resultant_of_a_pressure_is_the_load(name):
     for half in halves:
         if flat and half > SMALL_ARC.high:
             continue
-        along = quad(lambda x, h=half: math.sin(h * x) * share_before(pressure, x, h), -1.0, 1.0, epsrel=1e-9)[0]
-        resultant = sum_over_load(pressure, half) * (math.cos(half) + half * along)
+        distance = quad(lambda x, h=half: math.sin(h * x) * share_before(pressure, x, h), -1.0, 1.0, epsrel=1e-9)[0]
+        resultant = sum_over_load(pressure, half) * (math.cos(half) + half * distance)
         assert resultant == pytest.approx(1.0, abs=1e-6 + (0.5 * half * half if flat else 0.0))
 
 
@@ -144,8 +144,8 @@ SIZES = Sizes(CLEARANCE, BEARING)
 def check_balance(name, pressure, half, radius, load):
     """Check that the oracle bears the load: its resultant, of half-spaces its sum."""
     share = np.sin(np.linspace(-0.5 * math.pi, 0.5 * math.pi, 20001))
-    along = 1.0 if SMALL_ARC in RECIPES["pressure", name].law.trusted else np.cos(half * share)
-    assert np.trapezoid(radius * pressure(half * share) * along, half * share) == pytest.approx(load, rel=1e-6)
+    distance = 1.0 if SMALL_ARC in RECIPES["pressure", name].law.trusted else np.cos(half * share)
+    assert np.trapezoid(radius * pressure(half * share) * distance, half * share) == pytest.approx(load, rel=1e-6)
 
 
 def documented(formulas, family, name):

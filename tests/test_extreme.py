@@ -60,8 +60,8 @@ def test_the_prediction_is_never_below_what_was_seen_and_scales_with_the_unit():
 
 
 def test_a_tail_without_shape_is_exponential():
-    one = Tail(np.array([2.0, 2.0]), np.array([0.0, -1e-9]), np.array([0.5, 0.5]))
-    assert one.exceeded(3.0) == pytest.approx(np.exp(-1.5), rel=1e-8)
+    item = Tail(np.array([2.0, 2.0]), np.array([0.0, -1e-9]), np.array([0.5, 0.5]))
+    assert item.exceeded(3.0) == pytest.approx(np.exp(-1.5), rel=1e-8)
     assert Tail(np.array([2.0]), np.array([-0.5]), np.ones(1)).exceeded(4.0) == 0.0  # its end
 
 

@@ -47,11 +47,11 @@ EXTREMES = {
     "a mass": (changed(FOUR_BAR, mechanism__crank__mass=1e308), "mechanism.crank.mass: found 1e+308, out of range"),
     "a list for a limit's name": (
         SLIDER_CRANK | {"limits": {"rod_slider_force_peak": {"at_most": 1, "times": ["a"]}}},
-        "limits.rod_slider_force_peak.times: a list is no figure of this grid",
+        "limits.rod_slider_force_peak.times: a list is not a column of this grid",
     ),
     "a section for a limit's name": (
         SLIDER_CRANK | {"limits": {"rod_slider_force_peak": {"at_most": 1, "times": {"a": 1}}}},
-        "limits.rod_slider_force_peak.times: a section is no figure of this grid",
+        "limits.rod_slider_force_peak.times: a section is not a column of this grid",
     ),
     "a list for a unit": (
         SLIDER_CRANK | {"sweep": {"joints.rod-slider.clearance": {"logspace": [1, 2, 3, ["mm"]]}}},

@@ -37,18 +37,18 @@ def further(monkeypatch):
 
 
 def test_a_case_gives_the_same_bits_whatever_ran_before_in_its_process():
-    held = grid.load(
+    contents = grid.load(
         slider_crank("rod-slider", changes={"simulate.revolutions": 0.5, "simulate.discard": 0}), simulation.catalogue()
     ).case(0)
-    other = held._replace(joints=(held.joints[0]._replace(clearance=2e-4),))
+    other = contents._replace(joints=(contents.joints[0]._replace(clearance=2e-4),))
 
     def figures_of(case):
         result = simulation.solve(case)
         return {name: value for name, value in result.summary.items() if name not in TIMINGS}, result.events.tobytes()
 
-    first = figures_of(held)
+    first = figures_of(contents)
     assert figures_of(other) != first
-    assert figures_of(held) == first
+    assert figures_of(contents) == first
 
 
 def test_layouts_that_are_kept_follow_the_figures_there_are(further):
@@ -99,8 +99,8 @@ def test_a_further_figure_can_be_judged_and_limited(further):
 def test_a_figure_that_is_not_there_can_be_neither_judged_nor_limited():
     until = {"figure": COLUMN, "relative_ci": 0.2, "max_revolutions": 4}
     assert f"unknown word '{COLUMN}'" in problems(simulate__until=until)
-    assert f"limits.{COLUMN}: is no figure of this grid" in problems(limits={COLUMN: 1.0})
-    assert "limits.rod_slider_wear_volume: is no figure" in problems(limits={"rod_slider_wear_volume": 1.0})
+    assert f"limits.{COLUMN}: is not a column of this grid" in problems(limits={COLUMN: 1.0})
+    assert "limits.rod_slider_wear_volume: is not a column" in problems(limits={"rod_slider_wear_volume": 1.0})
 
 
 def test_a_further_figure_is_a_word_of_the_schema_and_a_row_of_the_table_of_columns(further):

@@ -34,7 +34,7 @@ LONG, SHORT, PINKUS = long.Long(1.0, 6.0), short.Short(1.0, 1.5), long.PinkusSte
 MOTIONS = [*itertools.product((0.05, 0.3, 0.7, 0.95), (-1.5, -0.1, 0.0, 0.2, 2.0), (-0.7, 0.0, 1.0))]
 
 
-def told(law, ratio, squeeze_rate, spin=1.0):
+def film_result(law, ratio, squeeze_rate, spin=1.0):
     return film_force(law, FilmMotion(ratio, squeeze_rate, spin))
 
 
@@ -52,7 +52,7 @@ def oiled(law="finite", friction="none", length=0.04):
     ("ratio", "force"), [(0.2, (-0.245098, 1.886103)), (0.5, (-1.777778, 4.836798)), (0.8, (-8.080808, 9.519978))]
 )
 def test_a_long_film_that_turns_steadily_bears_what_sommerfeld_found(law, ratio, force):
-    assert told(law, ratio, 0.0) == pytest.approx(force, abs=5.1e-7, rel=0.0)
+    assert film_result(law, ratio, 0.0) == pytest.approx(force, abs=5.1e-7, rel=0.0)
 
 
 @pytest.mark.parametrize(
@@ -66,8 +66,8 @@ def test_a_long_film_that_turns_steadily_bears_what_sommerfeld_found(law, ratio,
     ],
 )
 def test_a_long_film_that_is_squeezed_has_the_closed_form(ratio, closes, opens):
-    assert told(LONG, ratio, 1.0, 0.0) == pytest.approx((closes, 0.0), rel=5e-8, abs=1e-12)
-    assert told(LONG, ratio, -1.0, 0.0) == pytest.approx((opens, 0.0), rel=5e-8, abs=1e-12)
+    assert film_result(LONG, ratio, 1.0, 0.0) == pytest.approx((closes, 0.0), rel=5e-8, abs=1e-12)
+    assert film_result(LONG, ratio, -1.0, 0.0) == pytest.approx((opens, 0.0), rel=5e-8, abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -81,8 +81,8 @@ def test_a_long_film_that_is_squeezed_has_the_closed_form(ratio, closes, opens):
     ],
 )
 def test_long_films_that_turn_and_are_squeezed_have_their_checked_values(ratio, squeeze_rate, approximate, exact):
-    assert told(PINKUS, ratio, squeeze_rate) == pytest.approx(approximate, rel=1e-5, abs=5e-6)
-    assert told(LONG, ratio, squeeze_rate) == pytest.approx(exact, rel=1e-5, abs=5e-6)
+    assert film_result(PINKUS, ratio, squeeze_rate) == pytest.approx(approximate, rel=1e-5, abs=5e-6)
+    assert film_result(LONG, ratio, squeeze_rate) == pytest.approx(exact, rel=1e-5, abs=5e-6)
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def test_long_films_that_turn_and_are_squeezed_have_their_checked_values(ratio, 
     ],
 )
 def test_a_short_film_has_its_checked_values(ratio, squeeze_rate, spin, force):
-    assert told(SHORT, ratio, squeeze_rate, spin) == pytest.approx(force, rel=1e-7, abs=6e-8)
+    assert film_result(SHORT, ratio, squeeze_rate, spin) == pytest.approx(force, rel=1e-7, abs=6e-8)
 
 
 @pytest.mark.parametrize(("law", "lead"), [(long, 1.0), (short, 0.0)], ids=["long", "short"])
@@ -113,7 +113,7 @@ def test_a_film_in_closed_form_is_the_integral_of_its_pressure(law, lead):
         motion = FilmMotion(ratio, squeeze_rate, spin)
         pressure = np.array([law._pressure(form, motion, math.cos(a), math.sin(a)) for a in angle])
         result = [share * 0.5 * math.pi * float((weight * pressure * f(angle)).sum()) for f in (np.cos, np.sin)]
-        assert told(form, ratio, squeeze_rate, spin) == pytest.approx(result, rel=1e-9, abs=1e-10)
+        assert film_result(form, ratio, squeeze_rate, spin) == pytest.approx(result, rel=1e-9, abs=1e-10)
         fine = math.atan2(squeeze, spin * ratio) + np.linspace(0.0, math.pi, 2001)
         assert film_pressure(form, motion) == pytest.approx(
             law._pressure(form, motion, np.cos(fine), np.sin(fine)).max(), rel=1e-4
@@ -124,11 +124,13 @@ def test_the_long_films_antisymmetry_holds_with_the_full_films_force():
     """p(-theta; w, -eps') = -p(theta; w, eps'): what a half film bears while it opens follows from the full film."""
     for law, (ratio, squeeze_rate, spin) in itertools.product((LONG, PINKUS), MOTIONS):
         if squeeze_rate > 0.0 and spin > 0.0:
-            (closes, along), (opens, back) = (told(law, ratio, sign * squeeze_rate, spin) for sign in (1.0, -1.0))
+            (closes, distance), (opens, back) = (
+                film_result(law, ratio, sign * squeeze_rate, spin) for sign in (1.0, -1.0)
+            )
             whole = 12.0 * math.pi * ratio * spin / ((2.0 + ratio**2) * math.sqrt(1.0 - ratio**2))
             full = 12.0 * math.pi * squeeze_rate / (1.0 - ratio**2) ** 1.5
             assert opens - closes == pytest.approx(full, rel=1e-10)
-            assert along + back == pytest.approx(whole, rel=1e-10)
+            assert distance + back == pytest.approx(whole, rel=1e-10)
 
 
 #: Length / diameter, eccentricity ratio -> So and attitude (deg) of the wedge, So of the squeeze: finite differences of
@@ -147,19 +149,19 @@ REYNOLDS = {
 @pytest.mark.parametrize("slenderness", [0.25, 0.5, 1.0])
 def test_a_finite_film_is_within_the_stated_error_of_reynolds_equation(slenderness):
     law = finite.butenschoen(1.0, slenderness)
-    for (b, ratio), (turning, attitude, squeeze) in REYNOLDS.items():
+    for (b, ratio), (angle_rate, attitude, squeeze) in REYNOLDS.items():
         if b == slenderness:
-            radial, tangential = told(law, ratio, 0.0)
-            assert math.hypot(radial, tangential) == pytest.approx(turning, rel=0.034)
+            radial, tangential = film_result(law, ratio, 0.0)
+            assert math.hypot(radial, tangential) == pytest.approx(angle_rate, rel=0.034)
             assert math.degrees(math.atan2(tangential, -radial)) == pytest.approx(attitude, abs=4.0)
-            assert -told(law, ratio, 1.0, 0.0)[0] == pytest.approx(squeeze, rel=0.034)
+            assert -film_result(law, ratio, 1.0, 0.0)[0] == pytest.approx(squeeze, rel=0.034)
 
 
 @pytest.mark.parametrize("name", LAWS)
 def test_a_film_is_continuous_where_it_turns_from_closing_to_opening(name):
     law = RECIPES["film", name].make(oiled(name))
     for ratio in (1e-6, 0.1, 0.5, 0.9, 0.99):
-        before, here, after = (told(law, ratio, squeeze_rate, 100.0) for squeeze_rate in (-1e-9, 0.0, 1e-9))
+        before, here, after = (film_result(law, ratio, squeeze_rate, 100.0) for squeeze_rate in (-1e-9, 0.0, 1e-9))
         for force in (before, after):
             assert force == pytest.approx(here, rel=0.0, abs=1e-7 * math.hypot(*here) + 1e-8)
 
@@ -167,9 +169,9 @@ def test_a_film_is_continuous_where_it_turns_from_closing_to_opening(name):
 @pytest.mark.parametrize("name", LAWS)
 def test_a_film_that_closes_pushes_back_and_a_concentric_one_at_rest_does_nothing(name):
     law = RECIPES["film", name].make(oiled(name))
-    assert all(told(law, ratio, 10.0, 0.0)[0] < 0.0 for ratio in (0.0, 1e-6, 0.5, 0.99))
-    assert told(law, 0.0, 0.0, 300.0) == pytest.approx((0.0, 0.0), abs=1e-12)
-    assert told(law, 0.5, 0.0, 0.0) == (0.0, 0.0)
+    assert all(film_result(law, ratio, 10.0, 0.0)[0] < 0.0 for ratio in (0.0, 1e-6, 0.5, 0.99))
+    assert film_result(law, 0.0, 0.0, 300.0) == pytest.approx((0.0, 0.0), abs=1e-12)
+    assert film_result(law, 0.5, 0.0, 0.0) == (0.0, 0.0)
 
 
 @pytest.mark.plain
@@ -180,8 +182,8 @@ def test_a_film_has_exact_derivatives(name):
     for way in range(3):
         point = np.array([0.6, -3.0, 40.0])
         seeds = [Dual(value, float(i == way)) for i, value in enumerate(point)]
-        up, down = (told(law, *(point + sign * step * point[way] * np.eye(3)[way])) for sign in (1.0, -1.0))
-        for dual, high, low in zip(told(law, *seeds), up, down, strict=True):
+        up, down = (film_result(law, *(point + sign * step * point[way] * np.eye(3)[way])) for sign in (1.0, -1.0))
+        for dual, high, low in zip(film_result(law, *seeds), up, down, strict=True):
             assert dual.slope == pytest.approx((high - low) / (2.0 * step * point[way]), rel=1e-6, abs=1e-4)
 
 
@@ -201,7 +203,9 @@ def test_butenschoens_shear_is_the_published_coefficient_of_a_bearing_at_rest():
     joint = oiled(friction="butenschoen")
     law, shear = registry.film_terms(joint)
     size, sine, _ = finite.turning_number(law, ratio)
-    journal, _ = film_couples(shear, FilmMotion(ratio, 0.0, spin), spin, ratio * 5e-4 * told(law, ratio, 0.0, spin)[1])
+    journal, _ = film_couples(
+        shear, FilmMotion(ratio, 0.0, spin), spin, ratio * 5e-4 * film_result(law, ratio, 0.0, spin)[1]
+    )
     coefficient = psi * (math.pi / (math.sqrt(1.0 - ratio**2) * size) + 0.5 * ratio * sine)
     assert -journal == pytest.approx(coefficient * size * law.force * spin * 0.02, rel=1e-12)
     assert law.slenderness == b
@@ -232,14 +236,14 @@ def film_grid(**changes):
         ({"simulate.start": "seated"}, "cannot be seated in the film of joints.rod-slider"),
         (
             {"joints.rod-slider.contact": None, "joints.rod-slider.film": FILM | {"transition": {"width": "1 um"}}},
-            "belongs to the dry contact behind a film",
+            "applies to the dry contact under a film",
         ),
         (
             {
                 "joints.rod-slider.contact": None,
                 "joints.rod-slider.friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3},
             },
-            "belongs to the dry contact behind a film",
+            "applies to the dry contact under a film",
         ),
         ({"joints.rod-slider.contact": None, "joints.rod-slider.film": None}, "write the section 'contact'"),
         ({"joints.rod-slider.film": {"law": "finite"}}, "viscosity: is missing"),
@@ -282,7 +286,7 @@ def test_a_viscosity_at_a_temperature_is_walthers():
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"temperature": "60 degC", "viscosity": 0.1}, "is of no use to a viscosity that does not depend on it"),
+        ({"temperature": "60 degC", "viscosity": 0.1}, "has no effect, because the viscosity is constant"),
         ({"temperature": "60 degC", "viscosity": OIL | {"at_100C": "50 mm^2/s"}}, "oil thins as it warms up"),
         ({"viscosity": OIL}, "temperature: is missing"),
         (
@@ -302,9 +306,11 @@ def test_an_oil_or_asperities_that_cannot_be_are_refused(changes, sentence):
 
 
 def test_the_remarks_on_films_name_joint_and_figures():
-    held, beyond, flow, fed = validity.films([validity.Lubricated("rod-slider", 0.99, 0.25, 1.05, False, 62.0, 0.02)])
-    assert "rod-slider is beyond the eccentricity ratio 0.99" in held
-    assert "for 25 % of the time" in held
+    contents, beyond, flow, fed = validity.films(
+        [validity.Lubricated("rod-slider", 0.99, 0.25, 1.05, False, 62.0, 0.02)]
+    )
+    assert "rod-slider is beyond the eccentricity ratio 0.99" in contents
+    assert "for 25 % of the time" in contents
     assert "reaches 1.05 clearances" in beyond
     assert "Taylor number of 62" in flow
     assert "the film of rod-slider gives back 2 % of what it takes" in fed

@@ -84,17 +84,17 @@ def test_by_law_and_butenschoen_are_the_same_couple_and_none_is_no_couple(name):
 
 def test_sommerfelds_couple_beside_the_moment_of_his_full_film_is_the_published_one():
     """4 pi mu R^3 L w (1 + 2 eps^2) / (c (2 + eps^2) sqrt(1 - eps^2)) on the journal of a bearing at rest."""
-    turning, size = 80.0, math.pi * VISCOSITY * RADIUS**3 * LENGTH / CLEARANCE
+    angle_rate, size = 80.0, math.pi * VISCOSITY * RADIUS**3 * LENGTH / CLEARANCE
     shear = RECIPES["film-friction", "sommerfeld"].make(
         Joint("a", CLEARANCE, NO_CONTACT, RADIUS, LENGTH, film=Film("long", "sommerfeld", VISCOSITY, 0.99))
     )
     for ratio in (0.0, 0.3, 0.9):
         under = (2.0 + ratio**2) * math.sqrt(1.0 - ratio**2)
-        moment = 12.0 * size * turning * ratio**2 / under  # e F_t of the full film
-        motion = lubricated.FilmMotion(ratio, 0.0, turning)
-        journal, bearing = lubricated.film_couples(shear, motion, turning, moment)
-        assert journal == pytest.approx(-4.0 * size * turning * (1.0 + 2.0 * ratio**2) / under, rel=1e-12)
-        assert bearing == pytest.approx(4.0 * size * turning * (1.0 - ratio**2) / under, rel=1e-12)
+        moment = 12.0 * size * angle_rate * ratio**2 / under  # e F_t of the full film
+        motion = lubricated.FilmMotion(ratio, 0.0, angle_rate)
+        journal, bearing = lubricated.film_couples(shear, motion, angle_rate, moment)
+        assert journal == pytest.approx(-4.0 * size * angle_rate * (1.0 + 2.0 * ratio**2) / under, rel=1e-12)
+        assert bearing == pytest.approx(4.0 * size * angle_rate * (1.0 - ratio**2) / under, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", LAWS)

@@ -110,8 +110,10 @@ def test_the_largest_mass_is_that_of_the_best_of_many_directions():
         way = np.array([math.cos(angle), math.sin(angle)])
         return 1.0 / (way @ yields @ way)
 
-    along = np.array([mass(angle) for angle in (0.0, 0.25 * math.pi, 0.5 * math.pi)])
-    assert first_yield.largest_mass(along) == pytest.approx(max(map(mass, np.linspace(0.0, math.pi, 20001))), rel=1e-7)
+    distance = np.array([mass(angle) for angle in (0.0, 0.25 * math.pi, 0.5 * math.pi)])
+    assert first_yield.largest_mass(distance) == pytest.approx(
+        max(map(mass, np.linspace(0.0, math.pi, 20001))), rel=1e-7
+    )
     assert first_yield.largest_mass(np.zeros(3)) is None
 
 

@@ -264,18 +264,3 @@ def test_two_joints_that_stick_hold_each_other():
     path = clearsweep.simulate(clearsweep.load_case(grid(loads=loads, simulate__revolutions=0.1)))
     assert path.status == "ok"
     assert path.summary["energy_residual"] < 1e-6
-
-
-@pytest.mark.parametrize(
-    ("law", "sentence"),
-    [
-        ({"law": "lugre", "torque": "3 N*m"}, "found 'lugre'; bristles need a joint with clearance"),
-        (
-            {"law": "karnopp", "coefficient": 0.1, "radius": 0.01},
-            "found 'karnopp'; it needs a size that does not depend",
-        ),
-    ],
-)
-def test_a_law_that_is_not_for_ideal_joints_says_why(law, sentence):
-    with pytest.raises(InputError, match=sentence):
-        clearsweep.load_case(grid(loads__blade__friction=law))

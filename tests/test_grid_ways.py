@@ -374,7 +374,7 @@ MISTAKES = {
     "unknown limit": (
         "limits: {rod_slider_force_peek: 5 kN}\n",
         "",
-        "grid.yaml:21:10: limits.rod_slider_force_peek: is no figure of this grid; did you mean 'rod_slider",
+        "grid.yaml:21:10: limits.rod_slider_force_peek: is not a column of this grid; did you mean 'rod_slider",
     ),
     "unit of a limit": (
         "limits: {rod_slider_force_peak: 5 mm}\n",

@@ -50,13 +50,13 @@ class Rig(Fake):
         return Trajectory("ok", "", result.summary, channels | own)
 
 
-def measure(path, mass=0.4, turns=12.0, samples=240, gain=1.03, noise=0.02, ahead=2.0):
+def measure(path, mass=0.4, turns=12.0, samples=240, gain=1.03, noise=0.02, upcoming=2.0):
     """Write what an accelerometer gives, and return its file."""
     chance = np.random.default_rng(1)
     angle = np.arange(0.0, turns * features.TURN, features.TURN / samples)
     values = gain * motion(angle, mass) + 7.0
     values = values + noise * values.std() * chance.standard_normal(len(values))
-    rows = "\n".join(f"{np.degrees(a + ahead):.5f},{v:.6g}" for a, v in zip(angle, values, strict=True))
+    rows = "\n".join(f"{np.degrees(a + upcoming):.5f},{v:.6g}" for a, v in zip(angle, values, strict=True))
     path.write_text(f"{HEAD}\n{rows}\n", encoding="utf-8")
     return path
 
@@ -245,7 +245,7 @@ identify:
 def test_a_mistake_is_told(tmp_path, problems_in, old, new, message):
     file = measure(tmp_path / "rig.csv")
     problems = problems_in(IDENTIFIED.replace(old, new).replace("FILE", str(file)))
-    assert any(message in each for each in problems), problems
+    assert any(message in problem for problem in problems), problems
 
 
 def test_shards_cannot_identify(ran):

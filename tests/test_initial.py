@@ -86,7 +86,7 @@ def test_a_rod_between_two_clearances_keeps_its_ideal_motion_for_comparison():
         assert moved.summary[ideal] == as_before.summary[ideal] > 0.0
 
 
-def told(source):
+def messages_of(source):
     """Return the message with which a grid is refused."""
     with pytest.raises(InputError) as caught:
         clearsweep.load_case(source)
@@ -94,25 +94,25 @@ def told(source):
 
 
 def test_a_start_within_the_wall_is_refused():
-    assert "joints.ring: its bodies penetrate each other by 1000 um at the start" in told(grid(x=0.051))
+    assert "joints.ring: its bodies penetrate each other by 1000 um at the start" in messages_of(grid(x=0.051))
 
 
 def test_a_body_that_an_ideal_joint_holds_has_no_initial():
     source = grid()
     source["mechanism"]["bodies"]["wheel"]["initial"] = {"rate": 1.0}
-    assert "axle is ideal and holds wheel" in told(source)
+    assert "axle is ideal and holds wheel" in messages_of(source)
 
 
 def test_a_body_cannot_be_seated_and_have_a_start_of_its_own():
     source = grid()
     source["simulate"]["start"] = "seated"
-    assert "seated conflicts with mechanism.bodies.ball.initial" in told(source)
+    assert "seated conflicts with mechanism.bodies.ball.initial" in messages_of(source)
 
 
 def test_the_output_is_not_a_body_without_an_ideal_motion():
     source = grid()
     source["mechanism"]["output"] = {"body": "ball"}
-    assert "the output cannot be the free body 'ball'" in told(source)
+    assert "the output cannot be the free body 'ball'" in messages_of(source)
 
 
 def test_a_free_body_is_drawn_where_it_starts():
@@ -125,7 +125,7 @@ def test_a_free_body_is_drawn_where_it_starts():
 def test_the_identity_of_a_machine_without_initial_has_no_trace_of_it():
     source = deepcopy(grid())
     del source["mechanism"]["bodies"]["ball"]["initial"]
-    assert "without clearance it can move in 2 ways" in told(source)
+    assert "without clearance it can move in 2 ways" in messages_of(source)
     source = grid(vx=1.0)
     assert "bodies.ball.initial.vx" in clearsweep.load_case(source).case.mechanism.values
     assert not any("wheel.initial" in key for key in clearsweep.load_case(source).case.mechanism.values)

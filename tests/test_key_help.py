@@ -35,7 +35,7 @@ def values(section):
 @pytest.mark.parametrize("first", sorted({path.partition(".")[0] for path, _ in KEYS}))
 def test_every_key_has_its_meaning_and_an_example_in_yaml(first):
     known = catalogue()
-    for path, row in (each for each in KEYS if each[0].partition(".")[0] == first):
+    for path, row in (key for key in KEYS if key[0].partition(".")[0] == first):
         text = grid.key_text(f"{path}.{row.key}", known)
         assert text is not None
         assert "meaning" in text

@@ -163,11 +163,11 @@ def check_accuracy(**laws):
     """Check that errors follow the tolerance, and that steps grow in number as those of a method of high order."""
     exact, passed, _ = ends(1e-13, **laws)
     assert passed > 0
-    found = {tolerance: ends(tolerance, **laws) for tolerance in (1e-6, 1e-9, 1e-12)}
-    errors = {tolerance: np.abs(end - exact).max() for tolerance, (end, _, _) in found.items()}
+    matches = {tolerance: ends(tolerance, **laws) for tolerance in (1e-6, 1e-9, 1e-12)}
+    errors = {tolerance: np.abs(end - exact).max() for tolerance, (end, _, _) in matches.items()}
     most = MOST.get(laws.get("friction"), 300.0)
     assert all(error < most * tolerance for tolerance, error in errors.items()), errors
-    steps = [count for _, _, count in found.values()]
+    steps = [count for _, _, count in matches.values()]
     assert max(steps) < 8.0 * min(steps), steps  # 10^(6/8) = 5.6
 
 

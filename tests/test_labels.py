@@ -74,7 +74,7 @@ def test_names_of_laws_are_their_own_labels():
 
 def test_the_schema_takes_labels_but_no_reserved_word():
     schemas = grid.schema(simulation.catalogue())["$defs"]["axis"]["anyOf"]
-    (labels,) = (each for each in schemas if "propertyNames" in each)
+    (labels,) = (schema for schema in schemas if "propertyNames" in schema)
     assert {"linspace", "fits", "normal"} <= {*labels["propertyNames"]["not"]["enum"]}
 
 

@@ -71,11 +71,11 @@ def test_a_life_may_take_as_long_as_it_does_unless_its_grid_says_otherwise():
 
 
 def test_hours_of_a_life_are_limited_in_hours_and_are_numbers_in_figures():
-    judged = {
+    limits_met = {
         "limits": {"rod_slider_life_hours": {"at_least": "300 min"}, "rod_slider_life_revolutions": {"at_least": 1e6}},
         "figures": {"days": "rod_slider_life_hours / 24"},
     }
-    verdict = loaded(judged).verdict
+    verdict = loaded(limits_met).verdict
     assert [limit.value for limit in verdict.limits] == [5.0, 1e6]
     assert verdict.figures[0].unit == "1"
     assert loaded({"limits": {"rod_slider_life_hours": {"at_least": 5.0}}}).verdict.limits == verdict.limits[:1]
@@ -89,7 +89,7 @@ TIMES = {"time": [0.0, 1.0], "fx": [0.0, 10.0]}
 MISTAKES = {
     "joint without clearance": ({}, {"joint": "crank-rod"}, "life.joint: crank-rod has no clearance here; name one"),
     "no joint of the mechanism": ({}, {"joint": "rod-slide"}, "did you mean 'rod-slider'"),
-    "no wear": ({"joints.rod-slider.wear": None}, {}, "rod-slider.wear: is missing; a life needs the wear"),
+    "no wear": ({"joints.rod-slider.wear": None}, {}, "rod-slider.wear: is missing; life needs the wear"),
     "deep": (
         {},
         {"limit": "1.1 mm"},
@@ -98,7 +98,7 @@ MISTAKES = {
     "no limit": ({}, {"limit": None}, "life.limit: found nothing; expected a quantity in m"),
     "of what": ({}, {"of": "depth"}, "life.of: unknown word 'depth' (known: wear_depth_max, clearance_growth)"),
     "one block": ({}, {"blocks": 1}, "life.blocks: found 1, out of range; allowed: a whole number at least 2"),
-    "half a block": ({"simulate.revolutions": 3.5}, {}, "found 2.5 revolutions after simulate.discard; with life they"),
+    "half a block": ({"simulate.revolutions": 3.5}, {}, "found 2.5 revolutions after simulate.discard; with life the"),
     "short": (
         {},
         {"max_revolutions": 2},
@@ -106,7 +106,7 @@ MISTAKES = {
     ),
     "until": ({"simulate.until": {"figure": "rod_slider_force_rms"}}, {}, "simulate.until: has no effect with `life`"),
     "checked": ({"simulate.error_check": True}, {}, "simulate.error_check: has no effect with `life`"),
-    "worst": ({"save.worst": 3}, {}, "save.worst: has no effect with `life`: the largest peak of a life"),
+    "worst": ({"save.worst": 3}, {}, "save.worst: has no effect with `life`: a life has many blocks"),
     "run-up": ({"drive.speed": {"table": {"time": [0, 1], "speed": [1, 2]}}}, {}, "depends on time, but `life`"),
     "load": ({"loads": {"push": {"on": "slider", "table": TIMES}}}, {}, "loads.push.table: depends on time"),
     "swept": ({"sweep": {"life.blocks": [10, 20]}}, {}, "life.blocks"),
@@ -127,14 +127,14 @@ def test_histories_of_lives_are_stored_ragged_and_read_again(tmp_path):
     made_up = fake_physics.grid(masses=4, wear=True, life=LIFE | {"limit": "20 um"})
     sweep(made_up, tmp_path / "run", executor="serial", show_progress=False)
     run = clearsweep.open(tmp_path / "run")
-    held = grid.load(made_up, fake_physics.CATALOGUE)
-    for k in range(len(held)):
-        expected, result = fake_physics.trajectory(held.case(k)).history, run.history(held.case_id(k))
+    contents = grid.load(made_up, fake_physics.CATALOGUE)
+    for k in range(len(contents)):
+        expected, result = fake_physics.trajectory(contents.case(k)).history, run.history(contents.case_id(k))
         assert result.keys() == expected.keys()
         assert all(np.array_equal(result[name], expected[name]) for name in result)
     with h5py.File(tmp_path / "run" / "orbits.h5") as file:
         assert file["history/offsets"][-1] == sum(
-            len(run.history(held.case_id(k))["revolutions"]) for k in range(len(held))
+            len(run.history(contents.case_id(k))["revolutions"]) for k in range(len(contents))
         )
         assert file["history/rod_slider/profile_bearing"].shape == (file["history/offsets"][-1], 36)
         for name in ("revolutions", "offsets", "rod_slider/clearance", "rod_slider/profile_journal"):
@@ -178,10 +178,10 @@ def test_a_log_is_whole_or_nothing_and_goes_with_its_case(tmp_path):
 def test_logs_outlive_a_run_until_their_cases_are_done(tmp_path):
     made_up = fake_physics.grid(masses=2, gravities=(0.0, fake_physics.DIES), wear=True, life=LIFE)
     sweep(made_up, tmp_path / "run", jobs=1, show_progress=False)
-    held = grid.load(made_up, fake_physics.CATALOGUE)
-    killed = {f".clearsweep-{held.case_id(k)}.life" for k in range(4) if held.point(k)["mechanism.gravity"]}
+    contents = grid.load(made_up, fake_physics.CATALOGUE)
+    killed = {f".clearsweep-{contents.case_id(k)}.life" for k in range(4) if contents.point(k)["mechanism.gravity"]}
     assert {path.name for path in (tmp_path / "run" / "tmp").iterdir()} == killed
-    done = next(held.case_id(k) for k in range(4) if not held.point(k)["mechanism.gravity"])
+    done = next(contents.case_id(k) for k in range(4) if not contents.point(k)["mechanism.gravity"])
     store.Unfinished(tmp_path / "run", done).keep(b"of a process that was killed after its commit")
     sweep(made_up, tmp_path / "run", jobs=1, show_progress=False)
     assert {path.name for path in (tmp_path / "run" / "tmp").iterdir()} == killed

@@ -24,7 +24,7 @@ UNITS = {"force": "N", "other": "N", "length": "m", "rate": "rad/s", "ratio": "1
 HEADROOM = {"headroom": f"1 - {PEAK} / (2 * {IDEAL})"}
 
 
-def judged(limits, **columns):
+def verdict_of(limits, **columns):
     """Return which limits some cases exceed, and their margins."""
     given = {name: np.array(values, float) for name, values in columns.items()}
     result = verdict.Verdict((), verdict.limits_of(limits)).evaluate(given)
@@ -32,18 +32,18 @@ def judged(limits, **columns):
 
 
 def test_margins_are_those_of_the_definition():
-    exceeded, margins = judged({"force": 8.0, "length": {"at_least": 5.0}}, force=[4, 8, 12], length=[10, 5, 4])
+    exceeded, margins = verdict_of({"force": 8.0, "length": {"at_least": 5.0}}, force=[4, 8, 12], length=[10, 5, 4])
     assert exceeded == ["", "", "force,length"]
     assert margins == pytest.approx([min(1 - 4 / 8, 10 / 5 - 1), 0.0, min(1 - 12 / 8, 4 / 5 - 1)])
 
 
 def test_a_limit_may_be_a_multiple_of_another_column():
-    exceeded, margins = judged({"force": {"at_most": 2.0, "times": "ideal"}}, force=[3, 5], ideal=[2, 2])
+    exceeded, margins = verdict_of({"force": {"at_most": 2.0, "times": "ideal"}}, force=[3, 5], ideal=[2, 2])
     assert (exceeded, margins) == (["", "force"], [1 - 3 / 4, 1 - 5 / 4])
 
 
 def test_both_ends_of_a_range_count():
-    exceeded, margins = judged({"length": {"at_least": 1.0, "at_most": 3.0}}, length=[0.5, 2, 4])
+    exceeded, margins = verdict_of({"length": {"at_least": 1.0, "at_most": 3.0}}, length=[0.5, 2, 4])
     assert exceeded == ["length", "", "length"]
     assert margins == pytest.approx([-0.5, 1 / 3, -1 / 3])
 
@@ -51,14 +51,16 @@ def test_both_ends_of_a_range_count():
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_what_is_null_or_not_finite_exceeds_its_limit_and_leaves_no_margin(value):
     limits = {"force": {"at_most": 8.0, "at_least": -8.0}, "length": 1.0}
-    exceeded, margins = judged(limits, force=[4.0, value, value], length=[0.5, 0.5, 2.0])
+    exceeded, margins = verdict_of(limits, force=[4.0, value, value], length=[0.5, 0.5, 2.0])
     assert exceeded == ["", "force", "force,length"]
     assert margins == pytest.approx([0.5, math.nan, math.nan], nan_ok=True)
 
 
 @pytest.mark.parametrize("times", [math.nan, math.inf, 1e300])
 def test_a_limit_that_is_null_or_overflows_judges_nothing_and_warns_of_nothing(times, recwarn):
-    exceeded, margins = judged({"force": {"at_most": 1e308, "times": "ideal"}}, force=[1.0, 1.0], ideal=[times, 1.0])
+    exceeded, margins = verdict_of(
+        {"force": {"at_most": 1e308, "times": "ideal"}}, force=[1.0, 1.0], ideal=[times, 1.0]
+    )
     assert (exceeded, np.isnan(margins).tolist()) == (["force", ""], [True, False])
     assert not recwarn.list
 
@@ -75,12 +77,12 @@ def test_a_null_counts_by_what_it_means(null, most, least):
 
 
 def test_no_margin_is_beyond_a_float():
-    exceeded, margins = judged({"force": 1e-310}, force=[1.0])
+    exceeded, margins = verdict_of({"force": 1e-310}, force=[1.0])
     assert (exceeded, np.isfinite(margins).tolist()) == (["force"], [True])
 
 
 def test_a_limit_of_zero_is_judged_without_margin():
-    exceeded, margins = judged({"force": 0.0}, force=[-1, 1])
+    exceeded, margins = verdict_of({"force": 0.0}, force=[-1, 1])
     assert exceeded == ["", "force"]
     assert np.isnan(margins).all()
 
@@ -146,14 +148,13 @@ def test_all_else_is_refused_and_nothing_is_run(text):
 MISTAKES = {
     "limits: {rod_slider_force_peak: {at_mots: 5 kN}}\n": "21:34: limits.rod_slider_force_peak.at_mots: unknown "
     "key; did you mean 'at_most'?",
-    "limits: {rod_slider_force_peak: {times: steps}}\n": "21:33: limits.rod_slider_force_peak: contains "
-    "no limit; write",
+    "limits: {rod_slider_force_peak: {times: steps}}\n": "21:33: limits.rod_slider_force_peak: contains no limit; add",
     "limits: {rod_slider_force_peak: {at_most: 2, times: rod_slider_force_peak_idael}}\n": "21:53: limits."
-    "rod_slider_force_peak.times: 'rod_slider_force_peak_idael' is no figure of this grid; did you mean 'rod_slider",
+    "rod_slider_force_peak.times: 'rod_slider_force_peak_idael' is not a column of this grid; did you mean 'rod_slider",
     "limits: {rod_slider_force_peak: {at_most: 2 kN, times: rod_slider_force_peak_ideal}}\n": "21:43: limits."
     "rod_slider_force_peak.at_most: found '2 kN', whose unit kN has another dimension",
     'figures: {steps: "2 * rhs_evaluations"}\n': "21:11: figures.steps: is a column already",
-    'figures: {margin: "2 * steps"}\n': "21:11: figures.margin: is a name with a meaning of its own",
+    'figures: {margin: "2 * steps"}\n': "21:11: figures.margin: is a reserved name",
     'figures: {ratio: "2 * stebs"}\n': "21:18: figures.ratio: 'stebs' is no column of this grid; did you mean 'steps'?",
     'figures: {sum: "steps + run_time"}\n': "21:16: figures.sum: 'steps' in 1 and 'run_time' in s cannot be added",
     "figures: {double: 2}\n": "21:19: figures.double: found '2', which has no column in it",
@@ -177,7 +178,7 @@ def test_a_name_that_is_nearly_right_is_told_in_a_line():
             grid.load(fake_physics.grid(limits=limit), fake_physics.CATALOGUE)
         (problem,) = caught.value.problems
         assert len(problem) < 130
-    with pytest.raises(InputError, match=r"is no figure of this grid .known: rod_slider_force_peak, "):
+    with pytest.raises(InputError, match=r"is not a column of this grid .known: rod_slider_force_peak, "):
         grid.load(fake_physics.grid(limits={"zzz": 1.0}), fake_physics.CATALOGUE)
 
 

@@ -165,8 +165,8 @@ def lagrange(mechanism, state, n, accelerations, acting):
     def momenta(y):
         return np.array([slope(kinetic, n + i, y, 1.0) for i in range(n)])
 
-    ahead, behind = moved_by(state, n, accelerations, 1e-6), moved_by(state, n, accelerations, -1e-6)
-    changing = (momenta(ahead) - momenta(behind)) / 2e-6
+    upcoming, behind = moved_by(state, n, accelerations, 1e-6), moved_by(state, n, accelerations, -1e-6)
+    changing = (momenta(upcoming) - momenta(behind)) / 2e-6
     forces = np.array([slope(power, n + i, state, 1.0) for i in range(n)])
     moved = np.array([slope(kinetic, i, state, 1e-5) for i in range(n)])
     return changing - moved - forces, np.abs(changing) + np.abs(moved) + np.abs(forces)

@@ -58,8 +58,8 @@ def alone_and_in_turn(listed):
 
 def test_a_case_is_the_same_alone_beside_others_and_in_any_order():
     listed = cases()
-    alone, beside = alone_and_in_turn(listed)
-    assert all(map(same, alone, beside))
+    alone, neighbour = alone_and_in_turn(listed)
+    assert all(map(same, alone, neighbour))
     assert len({trajectory.summary["steps"] for trajectory in alone}) > CASES // 2  # they do differ from each other
     backwards = dict(simulation.solve_each(listed[::-1]))
     assert all(same(first, backwards[CASES - 1 - place]) for place, first in enumerate(alone))
@@ -72,8 +72,8 @@ def test_windows_marks_and_methods_of_one_case_are_not_those_beside_it():
     for place, case in enumerate(listed):
         method = "implicit" if place == 2 else "auto"
         listed[place] = case._replace(simulate=case.simulate._replace(method=method, discard=0.1 + 0.5 * (place % 3)))
-    alone, beside = alone_and_in_turn(listed)
-    assert all(map(same, alone, beside))
+    alone, neighbour = alone_and_in_turn(listed)
+    assert all(map(same, alone, neighbour))
     assert len({trajectory.summary["rod_slider_force_peak_median"] for trajectory in alone}) == len(listed)
 
 
@@ -148,8 +148,8 @@ def test_a_log_that_is_full_is_taken_away_and_the_motion_goes_on(monkeypatch):
     whole = [simulation.solve(case).events for case in listed]
     assert max(map(len, whole)) > 8
     monkeypatch.setattr(run.loop, "LOG_ROWS", 4)
-    alone, beside = alone_and_in_turn(listed)
-    for first, *others in zip(whole, alone, beside, strict=True):
+    alone, neighbour = alone_and_in_turn(listed)
+    for first, *others in zip(whole, alone, neighbour, strict=True):
         assert all(np.array_equal(first, other.events) for other in others)
 
 
@@ -172,12 +172,12 @@ def test_what_has_ended_is_told_before_others_have_begun_where_they_take_long(mo
 
 
 def test_one_contact_and_several_are_of_one_form_to_the_loop():
-    forms = set()
+    variants = set()
     for joints in (("rod-slider",), ("ground-crank", "rod-slider")):
         with empty_entries():
             first = run.Run(start_of(simulation.build(cases(*joints, count=1)[0]), np.empty(0)))
-        forms.add(repr(TypeKey(first.work)))
-    assert len(forms) == 1
+        variants.add(repr(TypeKey(first.work)))
+    assert len(variants) == 1
 
 
 # ---------------------------------------------------------------------------------------------- in the same lane

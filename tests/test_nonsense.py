@@ -92,8 +92,8 @@ def test_the_mean_pressure_times_speed_is_that_of_the_histories():
     path = clearsweep.simulate(ready, times=np.linspace(0.0, ready.crank_clock.at(0.5), 40001))
     joint, force = ready.case.joints[0], path["joints/rod_slider/force_normal"]
     x, y, vx, vy = (path[f"joints/rod_slider/{name}"] for name in ("x", "y", "vx", "vy"))
-    along = (x * vy - y * vx) / np.maximum(np.hypot(x, y), 1e-12)
-    slip = along + (joint.bearing_radius - joint.clearance) * path["rod/rate"]  # the slider does not turn
+    distance = (x * vy - y * vx) / np.maximum(np.hypot(x, y), 1e-12)
+    slip = distance + (joint.bearing_radius - joint.clearance) * path["rod/rate"]  # the slider does not turn
     speed = np.where(force > 0.0, np.abs(slip), 0.0)
     mean = force.mean() / (2.0 * joint.bearing_radius * joint.length) * speed.mean()
     assert path.summary["rod_slider_pv_mean"] == pytest.approx(mean, rel=0.01)

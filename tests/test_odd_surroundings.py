@@ -61,7 +61,7 @@ def test_a_page_that_does_not_fit_is_named_and_nothing_is_left_of_it(ran, tmp_pa
 
 @pytest.mark.parametrize("source", ["grid.yaml", {"mechanism": {}}, None, 1.0])
 def test_simulate_says_what_it_takes(source):
-    with pytest.raises(InputError, match=r"expected what load_case returns, as in clearsweep\.simulate"):
+    with pytest.raises(InputError, match=r"expected the result of load_case, as in clearsweep\.simulate"):
         clearsweep.simulate(source)
 
 

@@ -141,8 +141,8 @@ def mass_by_energy(mechanism, y, n, j):
     still = gaps(mechanism, moving(np.zeros(n)))[j]
     normal = np.array([still.x, still.y]) / math.hypot(still.x, still.y)
     rates = [gaps(mechanism, moving(row))[j] for row in np.eye(n)]
-    along = np.array([[gap.vx - still.vx, gap.vy - still.vy] for gap in rates]) @ normal
-    return 1.0 / (along @ np.linalg.solve(matrix, along))
+    distance = np.array([[gap.vx - still.vx, gap.vy - still.vy] for gap in rates]) @ normal
+    return 1.0 / (distance @ np.linalg.solve(matrix, distance))
 
 
 @pytest.mark.parametrize("opening", ["A", "B", "C", "AB", "AC", "BC", "ABC"])
@@ -325,10 +325,10 @@ SLOW = {13, 21}  # agree after 300 revolutions
 def test_centred_and_seated_starts_agree_on_the_fast_machine_of_the_readme():
     source = yaml.safe_load((ROOT / "configs/slider_crank.yaml").read_text(encoding="utf-8"))
     source["sweep"] |= FAST
-    judged = {"figure": "rod_slider_force_p99", "relative_ci": 1e-6, "max_revolutions": 40}
+    limits_met = {"figure": "rod_slider_force_p99", "relative_ci": 1e-6, "max_revolutions": 40}
     result = {}
     for start in ("centred", "seated"):
-        settings = {"revolutions": 40, "discard": 20, "tolerance": 1e-8, "start": start, "until": judged}
+        settings = {"revolutions": 40, "discard": 20, "tolerance": 1e-8, "start": start, "until": limits_met}
         cases = cases_of(copy.deepcopy(source) | {"simulate": settings, "save": {"orbits": "none"}})
         result[start] = [simulate(scenes.build(case)).summary for case in cases]
     apart = {number for number, both in enumerate(zip(*result.values(), strict=True)) if not agree(*both)}

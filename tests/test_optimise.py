@@ -234,7 +234,7 @@ def test_laws_fits_and_whole_numbers_are_chosen(at):
 )
 def test_a_mistake_is_told(problems_in, old, new, message):
     problems = problems_in(OPTIMISED.replace(old, new))
-    assert any(message in each for each in problems), problems
+    assert any(message in problem for problem in problems), problems
 
 
 def test_all_mistakes_of_the_section_are_told_at_once(problems_in):
@@ -243,7 +243,7 @@ def test_all_mistakes_of_the_section_are_told_at_once(problems_in):
     for said in (
         "'plai' is not defined",
         "swap them",
-        "is no figure of this grid",
+        "is not a column of this grid",
         "found 1.5; allowed: a whole number",
     ):
         assert said in problems

@@ -44,12 +44,12 @@ def test_the_interval_holds_zero_as_often_as_kendalls_test_does_not_reject():
 
 def test_the_interval_holds_the_truth_as_often_as_it_says_for_heavy_tails():
     generator, x = np.random.default_rng(5), np.array([1.0, 2.0, 4.0])
-    held = 0
+    contents = 0
     for _ in range(400):
         table = x**0.3 * np.exp(generator.laplace(0.0, 0.3, (12, 3)) ** 3 + generator.normal(0.0, 2.0, (12, 1)))
         estimate, _ = power(x, table)
-        held += estimate.low <= 0.3 <= estimate.high
-    assert held >= 0.93 * 400
+        contents += estimate.low <= 0.3 <= estimate.high
+    assert contents >= 0.93 * 400
 
 
 def test_rows_with_gaps_count_what_they_have_and_without_pairs_nothing_is_known():

@@ -21,7 +21,7 @@ SWEEPS = {
 def test_identities_of_any_range_are_those_of_the_whole(name):
     whole = grids.load(grid(sweep=SWEEPS[name]), CATALOGUE)
     ids, words = list(whole.identities()), list(whole.words())
-    assert [f"{each:016x}" for each in ids] == [whole.case_id(index) for index in range(len(whole))]
+    assert [f"{case_id:016x}" for case_id in ids] == [whole.case_id(index) for index in range(len(whole))]
     for first, last in itertools.combinations(range(len(whole) + 1), 2):
         assert list(whole.identities(range(first, last))) == ids[first:last]
         assert list(whole.words(range(first, last))) == words[first:last]
@@ -40,7 +40,7 @@ def test_the_last_of_a_hundred_million_identities_come_at_once():
     many = [float(value) for value in range(1, 501)]
     whole = grids.load(grid(sweep={MASS: many, "mechanism.gravity": many, SPEED: many}), CATALOGUE)
     last = len(whole) - 3
-    assert [f"{each:016x}" for each in whole.identities(range(last, len(whole)))] == [
+    assert [f"{identity:016x}" for identity in whole.identities(range(last, len(whole)))] == [
         whole.case_id(index) for index in range(last, len(whole))
     ]
 

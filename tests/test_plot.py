@@ -218,7 +218,7 @@ def test_polar_axes_have_angles_counter_clockwise_and_radii_from_the_middle():
     around(sheet.axes)
     text, box = sheet.svg("f1")
     assert box.wide == box.high
-    x, y = (float(each) for each in sheet.axes.points(0.5 * np.pi, 2.0, box))
+    x, y = (float(point) for point in sheet.axes.points(0.5 * np.pi, 2.0, box))
     assert (x, y) == (pytest.approx(box.left + 0.5 * box.wide), pytest.approx(box.top + 0.25 * box.high))
     assert f"M{x:.2f}".rstrip("0") in text
     assert re.findall(r">(\d+)°<", text) == ["0", "90", "180", "270"]

@@ -39,7 +39,7 @@ class Clock:
 
 
 @pytest.fixture
-def clock(monkeypatch):
+def manual_time(monkeypatch):
     """Stand in for the clock of this process."""
     return Clock(monkeypatch)
 
@@ -62,40 +62,40 @@ def phases_seen():
     phases._listeners.remove(listener)
 
 
-def lines_over(clock, seconds, display):
+def lines_over(manual_time, seconds, display):
     """Let so many seconds go by under the eyes of a display."""
     for _ in range(int(2 * seconds)):
-        clock.now += 0.5
+        manual_time.now += 0.5
         display.look()
 
 
 # ---------------------------------------------------------------------------------------------- phases
 
 
-def test_a_phase_is_told_of_after_five_seconds_and_ever_more_rarely(clock, capsys):
+def test_a_phase_is_told_of_after_five_seconds_and_ever_more_rarely(manual_time, capsys):
     display = phases.Display()
     with phases.phase("writing orbits.h5") as writing:
-        lines_over(clock, 4.5, display)
+        lines_over(manual_time, 4.5, display)
         assert not capsys.readouterr().err
         writing.note(share=0.25)
-        lines_over(clock, 300.0, display)
+        lines_over(manual_time, 300.0, display)
     printed = capsys.readouterr().err.splitlines()
     assert printed[0] == "writing orbits.h5, 25 %, 5 s spent, about 15 s left"
     assert 5 < len(printed) < 15
 
 
-def test_a_row_of_short_phases_is_never_silent_for_longer_than_one_long_phase(clock, capsys):
+def test_a_row_of_short_phases_is_never_silent_for_longer_than_one_long_phase(manual_time, capsys):
     display = phases.Display()
     for number in range(5):
         with phases.phase(f"part {number}"):
-            lines_over(clock, 3.0, display)
+            lines_over(manual_time, 3.0, display)
     printed = capsys.readouterr().err.splitlines()
     assert printed == ["part 1, 2 s spent", "part 3, 1 s spent", "part 4, 3 s spent"]
 
 
-def test_phases_inside_are_named_and_the_one_that_knows_tells_the_time_left(clock):
+def test_phases_inside_are_named_and_the_one_that_knows_tells_the_time_left(manual_time):
     with phases.phase("timing 4 cases"), phases.phase("") as case, phases.phase(lambda: "revolution 3 of 10") as run:
-        clock.now = 6.0
+        manual_time.now = 6.0
         run.note(share=0.3)
         case.facts = {"case": 2}
         result = phases.progress()
@@ -107,23 +107,23 @@ def test_phases_inside_are_named_and_the_one_that_knows_tells_the_time_left(cloc
     assert phases.progress() is None
 
 
-def test_what_is_compiled_inside_does_not_slow_the_pace_of_a_phase(clock):
+def test_what_is_compiled_inside_does_not_slow_the_pace_of_a_phase(manual_time):
     with phases.phase("running") as running:
         with phases.phase(phases.Phase("compiling", once=True)):
-            clock.now = 30.0
-        clock.now = 40.0
+            manual_time.now = 30.0
+        manual_time.now = 40.0
         running.note(share=0.5)
         assert phases.progress().left == 10.0
     assert phases.once_seconds() >= 30.0
 
 
-def test_a_terminal_gets_a_line_that_is_redrawn_and_cleared(clock, monkeypatch):
+def test_a_terminal_gets_a_line_that_is_redrawn_and_cleared(manual_time, monkeypatch):
     stream = io.StringIO()
     stream.isatty = lambda: True
     monkeypatch.setattr("sys.stderr", stream)
     display = phases.Display()
     with phases.phase("drawing") as drawing:
-        lines_over(clock, 2.0, display)
+        lines_over(manual_time, 2.0, display)
         drawing.note(share=0.5)
         display.look()
         drawn = stream.getvalue().rpartition("\r")[2].rstrip()
@@ -151,14 +151,14 @@ def test_a_fault_in_one_line_does_not_end_the_progress_of_a_run(monkeypatch, cap
     assert "Traceback" not in capfd.readouterr().err
 
 
-def test_what_a_worker_wrote_is_read_as_it_stands_by_then(clock, monkeypatch):
+def test_what_a_worker_wrote_is_read_as_it_stands_by_then(manual_time, monkeypatch):
     content, wall = [], [1000.0]
     monkeypatch.setattr(phases.time, "time", lambda: wall[0])
     with phases.written(content.append):
         with phases.phase("block 3, 10 um of 50 um") as life:
             life.note(left=60.0)
             assert not content  # as it may be over at once
-            clock.now = 2.0
+            manual_time.now = 2.0
             life.note(left=58.0, block=3)
         assert content.pop() is None  # it is over
     wall[0] += 8.0
@@ -179,11 +179,11 @@ def test_the_compiler_at_work_is_a_phase(monkeypatch):
     assert phases.progress() is None
 
 
-def test_a_life_of_equal_blocks_foretells_its_end(clock):
+def test_a_life_of_equal_blocks_foretells_its_end(manual_time):
     with phases.phase(Life(LifeLimits(50e-6, 10e-6, 100, 10.0, constant=False), before=0)) as life:
         assert phases.progress().left is None
         for block in range(5):  # 20 s each, 10 um further with each but the first
-            clock.now += 20.0
+            manual_time.now += 20.0
             life.reached(10e-6 * block)
             if block:
                 left = 20.0 * (6 - block - 1 + 1)
@@ -195,42 +195,42 @@ def test_a_life_of_equal_blocks_foretells_its_end(clock):
 # ---------------------------------------------------------------------------------------------- sweeps
 
 
-def test_the_time_left_of_a_life_counts_those_that_follow_it(clock):
+def test_the_time_left_of_a_life_counts_those_that_follow_it(manual_time):
     limits = LifeLimits(50e-6, 10e-6, 100, 10.0, constant=False)
     left = []
     for further in (0, 2):
-        clock.now = 0.0
+        manual_time.now = 0.0
         with phases.phase(Life(limits._replace(further=further), before=0)) as life:
             for k in range(1, 3):
-                clock.now = 10.0 * k
+                manual_time.now = 10.0 * k
                 life.reached(10e-6 * k)
             left.append(phases.progress().left)
     # 20 s of 2 blocks are done of one life, so the others take 20 s and what is left of it
     assert left[1] == pytest.approx(left[0] + 2.0 * (20.0 + left[0]))
 
 
-def test_the_time_left_of_cases_does_not_jump_and_counts_what_workers_have_in_hand(clock):
+def test_the_time_left_of_cases_does_not_jump_and_counts_what_workers_have_in_hand(manual_time):
     cases, said, done = progress.Cases(1000), [], 0
     cases.look = lambda: (done - cases.done, ())
     with phases.phase(cases):
         for step in range(
             100
         ):  # ten cases a second, a batch of fifty every five; the first second passes in starting up
-            clock.now += 1.0 if step == 0 else 0.25
+            manual_time.now += 1.0 if step == 0 else 0.25
             done = int(2.5 * step)
             cases.advance(50 if done >= cases.done + 50 else 0, 0)
             if (left := phases.progress().left) is not None:
-                said.append(left + clock.now)
+                said.append(left + manual_time.now)
         assert phases.progress().what == "247 of 1,000 cases, 0 failed"
     assert len(said) > 10
     assert max(said) - min(said) < 10.0  # s: the end that is foretold stays where it is
 
 
-def test_progress_of_cases_in_a_log_is_a_line_now_and_then(clock, capsys):
+def test_progress_of_cases_in_a_log_is_a_line_now_and_then(manual_time, capsys):
     display, cases = phases.Display(), progress.Cases(1000)
     with phases.phase(cases):
         for _ in range(1000):
-            clock.now += 0.5
+            manual_time.now += 0.5
             cases.advance(1, 2)
             display.look()
     printed = capsys.readouterr().err.splitlines()
@@ -310,11 +310,11 @@ def test_a_run_and_its_status_tell_of_compiling_and_of_a_life_at_work(tmp_path, 
     assert "left; case 1 of 2 (" in at_work[0]
     assert "about 4 min 5" in at_work[0].partition("; ")[2]
     assert int(at_work[0].partition("about ")[2].split(" min")[0]) in (9, 10)  # two lives of 5 min, one after the other
-    message = [each for facts in seen for each in facts["at_work"] if "block" in each]
+    message = [fact for facts in seen for fact in facts["at_work"] if "block" in fact]
     assert {each["case"] for each in message} >= {1}
     assert (message[0]["block"], message[0]["limit"], message[0]["what"]) == (7, 50e-6, "block 7, 31 um of 50 um")
     assert 290.0 < message[0]["left"] < 300.0
-    text = next(store.status_text(facts) for facts in seen if any("block" in each for each in facts["at_work"]))
+    text = next(store.status_text(facts) for facts in seen if any("block" in fact for fact in facts["at_work"]))
     assert "\ncase 1 of 2 (" in text
     assert not store.status(tmp_path / "run")["at_work"]
     assert not (tmp_path / "run" / "tmp").exists()

@@ -30,13 +30,13 @@ def test_a_partial_correlation_with_one_other_has_its_closed_form():
 
 
 def test_intervals_hold_the_truth_about_as_often_as_they_say():
-    random, held = np.random.default_rng(6), []
+    random, contents = np.random.default_rng(6), []
     truth = 6.0 / np.pi * np.arcsin(0.6 / 2.0)  # Spearman's of two normal variables whose correlation is 0.6
     for _ in range(400):
         x, noise = random.normal(size=(2, 80))
         result = ranks.rank_correlation(x, 0.6 * x + 0.8 * noise)
-        held.append(result.low <= truth <= result.high)
-    assert 0.91 < np.mean(held) < 0.99
+        contents.append(result.low <= truth <= result.high)
+    assert 0.91 < np.mean(contents) < 0.99
 
 
 def test_the_report_names_what_drives_a_sample_and_its_limits(run, tmp_path):  # noqa: F811

@@ -105,7 +105,7 @@ def test_steps_that_are_equal_are_halved_by_differences(tmp_path):
 def test_where_all_cases_agree_none_is_added(tmp_path, limit):
     result = quiet(refined(limits={"rod_slider_force_peak": limit}), tmp_path / "run")
     assert (result.cases, result.refined.added) == (20, 0)
-    assert "nowhere one keeps to the limits and its neighbour does not" in run_summary.run_text(
+    assert "no cases added, because no two neighbours differ in meeting the limits" in run_summary.run_text(
         run_summary.of_run(result)
     )
 
@@ -138,14 +138,14 @@ def test_a_refined_run_is_written_to_run_json_so_that_it_loads_again(tmp_path):
         ({"refine": {"along": "limit", "cases": 3}}, "refine.along: found 'limit'; expected limits"),
         ({"refine": {"cases": 0}}, "refine.cases: found 0; allowed: a whole number from 1"),
         ({"refine": {"cases": 2.5}}, "refine.cases: found 2.5; allowed: a whole number from 1"),
-        ({"limits": None}, "refine: there are no limits whose border could be followed"),
-        ({"sweep": {MASS: [0.1]}}, "refine: nothing can lie between the cases"),
-        ({"sweep": {"simulate.step_budget": [10, 20]}}, "refine: nothing can lie between the cases"),
+        ({"limits": None}, "refine: needs limits, whose border it refines"),
+        ({"sweep": {MASS: [0.1]}}, "refine: no cases can be added between the cases"),
+        ({"sweep": {"simulate.step_budget": [10, 20]}}, "refine: no cases can be added between the cases"),
         (
             {"seek": {"largest": "mechanism.rod.mass", "between": ["0.1 kg", "0.9 kg"], "within": "1 g"}},
             "refine: conflicts with `seek`",
         ),
-        ({"refine": {"cases": 3, "added": {MASS: [0.2]}}}, "refine.added: has not a value of every swept path"),
+        ({"refine": {"cases": 3, "added": {MASS: [0.2]}}}, "refine.added: lacks a value of a swept path"),
     ],
 )
 def test_a_mistake_is_told(changes, message):

@@ -157,9 +157,9 @@ def test_a_spectrum_keeps_the_mean_square_and_leaves_out_what_is_no_whole_turn()
 def test_a_diagram_has_the_stored_points_of_the_cases_along_its_axis_after_what_is_discarded():
     run = Run(sweep=TWO_AXES)
     given = study.prepare(run)
-    beside = run.summary.query(f"`{CLEARANCE}` == 2e-4")["case_id"].iloc[0]
+    neighbour = run.summary.query(f"`{CLEARANCE}` == 2e-4")["case_id"].iloc[0]
     axis = next(axis for axis in given.axes if axis.path == "drive.speed")
-    points = strobe.along_axis(given, given.joints[0], axis, beside)
+    points = strobe.along_axis(given, given.joints[0], axis, neighbour)
     cases = run.summary.query(f"`{CLEARANCE}` == 2e-4").sort_values("drive.speed")
     stored = pd.concat([run.poincare(case_id)[2:] for case_id in cases["case_id"]])
     assert points.cases == 3
@@ -189,7 +189,7 @@ class Struck(Run):
             counts.append(len(events))
             for name, each in zip(("t", "joint", "kind"), zip(*events, strict=True), strict=True):
                 values[name] += [TURN / speed * turn for turn in each] if name == "t" else each
-        yield np.array(counts), {name: np.array(each) for name, each in values.items()}
+        yield np.array(counts), {name: np.array(value) for name, value in values.items()}
 
 
 def test_the_time_of_impacts_is_that_of_contacts_shorter_than_ten_degrees_within_the_window():
@@ -301,7 +301,7 @@ def test_depths_round_both_bodies_are_drawn_where_they_are_and_on_one_scale():
     (deepest,) = wear_blocks(run, section.Detail)
     assert deepest.case_id == run.summary.set_index("case_id")["rod_slider_wear_depth_max"].idxmax()
     stored = run.wear(deepest.case_id)["rod_slider"]
-    bearing, journal, along = deepest.pictures
+    bearing, journal, distance = deepest.pictures
     assert (bearing.title, journal.title) == ("Bearing in the slider", "Journal on the rod")
     axes = [drawn(picture) for picture in (bearing, journal)]
     for ax, depth in zip(axes, stored, strict=True):
@@ -314,7 +314,7 @@ def test_depths_round_both_bodies_are_drawn_where_they_are_and_on_one_scale():
         assert mark.get_ydata() == pytest.approx(depth.max() * 1e9)
         assert np.degrees(mark.get_xdata()) == pytest.approx(depth.argmax() + 0.5)
     assert axes[0].get_ylim() == axes[1].get_ylim()
-    for line, depth in zip(drawn(along).lines, stored, strict=True):
+    for line, depth in zip(drawn(distance).lines, stored, strict=True):
         assert line.get_ydata() == pytest.approx(depth.reshape(180, 2).max(axis=1) * 1e9)
     assert "deepest 3.00 nm at 0°" in bearing.caption.replace("\u00a0", " ")
 

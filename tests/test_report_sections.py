@@ -399,8 +399,8 @@ def test_cards_and_pictures_have_the_speed_at_which_the_joint_first_yields(wide_
     prepared = study.prepare(made)
     (cards,) = summary.sections(prepared)[0].blocks
     assert isinstance(cards, Cards)
-    beside = {name: beside for name, _, beside in cards.cards}["Fastest onset"]
-    assert beside == "its contact first yields at 0.35\u00a0m/s"
+    neighbour = {name: neighbour for name, _, neighbour in cards.cards}["Fastest onset"]
+    assert neighbour == "its contact first yields at 0.35\u00a0m/s"
     captions = [picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures]
     assert "The contact first yields at 0.35\u00a0m/s." in captions
     assert lines(made) == pytest.approx({"first yield (rod-slider)": 0.35})
@@ -411,7 +411,7 @@ def test_cards_and_pictures_have_the_speed_at_which_the_joint_first_yields(wide_
 def test_unknown_strengths_are_not_judged(wide_run):
     prepared = study.prepare(wide_run)
     (cards,) = summary.sections(prepared)[0].blocks
-    assert {name: beside for name, _, beside in cards.cards}["Fastest onset"] == "first yield not judged"
+    assert {name: neighbour for name, _, neighbour in cards.cards}["Fastest onset"] == "first yield not judged"
     captions = [picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures]
     assert any("is not judged: it takes a yield strength or a hardness" in caption for caption in captions)
     assert lines(wide_run) == {}
@@ -431,14 +431,14 @@ def test_a_joint_that_cannot_be_judged_is_not_asked_for_the_strength_it_has(kind
     assert "is not judged for this kind of joint or law." in captions
     assert "it takes a yield strength" not in captions
     (cards,) = summary.sections(prepared)[0].blocks
-    assert {name: beside for name, _, beside in cards.cards}["Fastest onset"] == "first yield not judged"
+    assert {name: neighbour for name, _, neighbour in cards.cards}["Fastest onset"] == "first yield not judged"
 
 
 def test_closing_lines_claim_nothing_of_joints_that_cannot_be_judged():
     remarks = validity.Remarks(["rod_slider"])
     columns = {"rod_slider_onset_rate_max": [9.0], "rod_slider_law_limit_fraction": [0.0]}
-    for judged in ({}, {"rod_slider_yield_speed": [None]}):
-        remarks.add({"case_id": ["a"], "message": [""], **columns, **judged})
+    for limits_met in ({}, {"rod_slider_yield_speed": [None]}):
+        remarks.add({"case_id": ["a"], "message": [""], **columns, **limits_met})
     assert remarks.sentences() == []
 
 
@@ -529,10 +529,10 @@ def test_the_verdict_counts_cases_and_names_the_worst(limited_run):
     prepared = study.prepare(limited_run)
     cases = prepared.cases
     beyond = int((cases[verdict.EXCEEDED] != "").sum())
-    told = " ".join(verdict_section.sections(prepared)[0].blocks[0].texts).replace("\u00a0", " ")
+    sentence_of = " ".join(verdict_section.sections(prepared)[0].blocks[0].texts).replace("\u00a0", " ")
     assert 0 < beyond < len(cases)
-    assert f"{beyond} of {len(cases)} cases exceed at least one limit." in told
-    assert f"Smallest margin: {1.0 - cases[verdict.MARGIN].min():.1f} times the limit" in told
+    assert f"{beyond} of {len(cases)} cases exceed at least one limit." in sentence_of
+    assert f"Smallest margin: {1.0 - cases[verdict.MARGIN].min():.1f} times the limit" in sentence_of
 
 
 def test_the_table_of_limits_is_that_of_the_summary(limited_run):
@@ -562,15 +562,15 @@ def test_a_map_shows_the_worst_of_a_cell_or_on_request_the_median(limited_run):
 
 
 def test_only_motions_that_are_found_to_be_chaotic_are_called_so(limited_run):
-    def told(made):
+    def sentence_of(made):
         return " ".join(trust.points(study.prepare(made)))
 
     finished = limited_run.summary["status"] == "ok"
     repeating = int(limited_run.summary["period"][finished].notna().sum())
-    assert f"{repeating} of {int(finished.sum())} motions repeat themselves" in told(limited_run)
-    assert "chaotic" not in told(limited_run)
+    assert f"{repeating} of {int(finished.sum())} motions repeat themselves" in sentence_of(limited_run)
+    assert "chaotic" not in sentence_of(limited_run)
     limited_run.summary["lyapunov_exponent"] = 3.0
-    assert f"{int(finished.sum()) - repeating} of {int(finished.sum())} motions are chaotic" in told(limited_run)
+    assert f"{int(finished.sum()) - repeating} of {int(finished.sum())} motions are chaotic" in sentence_of(limited_run)
 
 
 def test_the_page_holds_the_verdict_and_its_map(limited_run, tmp_path):
@@ -579,7 +579,7 @@ def test_the_page_holds_the_verdict_and_its_map(limited_run, tmp_path):
     assert page.index('id="verdict"') < page.index('id="headline"')
 
 
-def told(result, place=0):
+def sentence_of(result, place=0):
     """Return what the first block of a section says, with plain spaces."""
     return " ".join(result[place].blocks[0].texts).replace("\u00a0", " ")
 
@@ -596,8 +596,8 @@ def test_what_was_sought_stands_in_the_verdict_and_in_a_section_of_its_own(tmp_p
     frame = run.seek
     assert [row[-5] for row in table.rows] == pytest.approx(frame[f"seek.{MASS}"].tolist(), rel=1e-12, nan_ok=True)
     assert len(table.rows) == (2 if whom == "each" else 1)
-    first = told(verdict_section.sections(prepared)).replace("\u2009", "")
-    assert told([part]).startswith(first.partition(". ")[0])
+    first = sentence_of(verdict_section.sections(prepared)).replace("\u2009", "")
+    assert sentence_of([part]).startswith(first.partition(". ")[0])
     if limit == 0.05:
         assert "Largest safe slider mass: none of the range that was looked at in 2 of 2 searches, limited by" in first
     else:
@@ -616,8 +616,8 @@ def test_the_map_shows_cases_between_its_cells(tmp_path):
     run = clearsweep.open(tmp_path / "run")
     prepared = study.prepare(run)
     added, own = off_border(run.summary)
-    assert f"of {len(run.summary)} cases exceed at least one limit" in told(verdict_section.sections(prepared))
-    assert "no share of designs" in told(verdict_section.sections(prepared))
+    assert f"of {len(run.summary)} cases exceed at least one limit" in sentence_of(verdict_section.sections(prepared))
+    assert "no share of designs" in sentence_of(verdict_section.sections(prepared))
     (picture,) = verdict_section.sections(prepared)[0].blocks[-1].pictures
     assert f"{len(added)} dots: cases between" in picture.caption
     assert len(svg(picture, "map")) > 1000

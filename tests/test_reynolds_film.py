@@ -35,7 +35,7 @@ def law_of(slenderness):
     return reynolds.Reynolds(Short(2.0 / 3.0 * squared, 0.5 * squared), *reynolds.tables(slenderness))
 
 
-def told(law, ratio, squeeze, wedge):
+def film_result(law, ratio, squeeze, wedge):
     """Return the force for 2 eps' and w eps."""
     return np.array(film_force(law, FilmMotion(ratio, 0.5 * squeeze, wedge / ratio)))
 
@@ -49,7 +49,7 @@ def distance(law, slenderness, ratio, turn, mesh):
     """Return how far the force is from that of the second solver, over its size."""
     motion = moving(ratio, turn)
     truth = solution(slenderness, ratio, *motion, mesh)[:2]
-    return float(np.linalg.norm(told(law, ratio, *motion) - truth) / np.linalg.norm(truth))
+    return float(np.linalg.norm(film_result(law, ratio, *motion) - truth) / np.linalg.norm(truth))
 
 
 QUADRANTS = [*itertools.product((0.2, 0.7, 2.0), (0.05, 0.6, 0.93), (0.4, 1.57, 2.2, 3.6, 4.712, 5.6))]
@@ -175,9 +175,11 @@ def test_a_force_grows_with_the_velocities_and_is_mirrored_with_them():
     law = law_of(0.7)
     for ratio, turn in itertools.product((1e-9, 0.4, 0.95), (-1.2, -0.3, 0.0, 0.7, 1.4)):
         squeeze, wedge = moving(ratio, turn)
-        radial, tangential = told(law, ratio, squeeze, wedge)
-        assert told(law, ratio, 40.0 * squeeze, 40.0 * wedge) == pytest.approx((40.0 * radial, 40.0 * tangential))
-        assert told(law, ratio, squeeze, -wedge) == pytest.approx((radial, -tangential))
+        radial, tangential = film_result(law, ratio, squeeze, wedge)
+        assert film_result(law, ratio, 40.0 * squeeze, 40.0 * wedge) == pytest.approx(
+            (40.0 * radial, 40.0 * tangential)
+        )
+        assert film_result(law, ratio, squeeze, -wedge) == pytest.approx((radial, -tangential))
     assert film_force(law, FilmMotion(0.5, 0.0, 0.0)) == (0.0, 0.0)
     assert film_force(law, FilmMotion(0.0, 0.0, 0.0)) == (0.0, 0.0)
 
@@ -186,21 +188,22 @@ def test_a_force_is_the_gradient_of_half_the_power():
     law, step = law_of(1.1), 1e-5
 
     def power(squeeze, wedge):
-        radial, tangential = told(law, 0.83, squeeze, wedge)
+        radial, tangential = film_result(law, 0.83, squeeze, wedge)
         return wedge * tangential - squeeze * radial
 
     for turn in np.linspace(-3.0, 3.0, 9):
         squeeze, wedge = moving(0.83, turn)
         by_squeeze = (power(squeeze + step, wedge) - power(squeeze - step, wedge)) / (2.0 * step)
         by_wedge = (power(squeeze, wedge + step) - power(squeeze, wedge - step)) / (2.0 * step)
-        assert told(law, 0.83, squeeze, wedge) == pytest.approx((-0.5 * by_squeeze, 0.5 * by_wedge), rel=1e-6)
+        assert film_result(law, 0.83, squeeze, wedge) == pytest.approx((-0.5 * by_squeeze, 0.5 * by_wedge), rel=1e-6)
 
 
 def test_a_journal_near_the_centre_has_the_force_of_one_that_is_squeezed_there():
     """Whatever the direction of its velocity from there: at the centre none is another."""
     law = law_of(0.9)
     sizes = [
-        np.linalg.norm(told(law, 1e-12, math.sin(turn), math.cos(turn))) for turn in np.linspace(-math.pi, math.pi, 13)
+        np.linalg.norm(film_result(law, 1e-12, math.sin(turn), math.cos(turn)))
+        for turn in np.linspace(-math.pi, math.pi, 13)
     ]
     assert sizes == pytest.approx([sizes[0]] * 13, rel=2e-4)
 
@@ -281,8 +284,8 @@ def test_of_a_sweep_the_shortest_and_the_longest_bearing_are_looked_at():
 def test_advice_tells_for_which_bearings_a_law_of_a_film_holds():
     words = {}
     for length in ("40 mm", "60 mm", "120 mm"):
-        (told,) = advice(clearsweep.load_case(oiled_grid(length, law="long")).case)
-        words[length] = {verdict.law: verdict.word for verdict in told.verdicts if verdict.family == "film"}
+        (film_result,) = advice(clearsweep.load_case(oiled_grid(length, law="long")).case)
+        words[length] = {verdict.law: verdict.word for verdict in film_result.verdicts if verdict.family == "film"}
     assert [words[length]["reynolds"] for length in words] == ["holds", "holds", "not here"]
     assert [words[length]["finite"] for length in words] == ["holds", "not here", "not here"]
 

@@ -126,8 +126,8 @@ def total_depth(force, surface, bulk, section):
         borne = 2.0 * math.pi * b2 * (b2 + 1.0) / (2.0 - math.log1p(b2) - 2.0 * b2 * b2)
         enough = borne * modulus * section.clearance * section.length < force
         narrow, wide = (angle, wide) if enough else (narrow, angle)
-    held = low - math.log1p((spots / (2.0 * section.bearing_radius * angle * section.length)) ** 8) / 8.0
-    return bulk + scale ** (dimension - 1.0) * math.exp((1.0 - 0.5 * dimension) * held)
+    contents = low - math.log1p((spots / (2.0 * section.bearing_radius * angle * section.length)) ** 8) / 8.0
+    return bulk + scale ** (dimension - 1.0) * math.exp((1.0 - 0.5 * dimension) * contents)
 
 
 @pytest.mark.parametrize("elastic", BULK)

@@ -44,12 +44,12 @@ def test_only_the_listed_channels_are_stored_besides_time_and_angle(ran):
 
 def test_fewer_channels_take_less_room_on_the_disk_but_not_in_memory():
     source = grid(3)
-    turning = grids.load(source, SIMULATION.catalogue())
+    angle_rate = grids.load(source, SIMULATION.catalogue())
     some = grids.load(source | {"save": source["save"] | {"channels": ["slider/a"]}}, SIMULATION.catalogue())
-    fewer = len(turning.layout.channels) - len(some.layout.stored)
+    fewer = len(angle_rate.layout.channels) - len(some.layout.stored)
     assert len(some.layout.stored) == 3
-    assert grids.largest_history(turning) - grids.largest_history(some) == 8.0 * 2 * 20 * fewer
-    assert grids.recorded_history(some) == grids.largest_history(turning)
+    assert grids.largest_history(angle_rate) - grids.largest_history(some) == 8.0 * 2 * 20 * fewer
+    assert grids.recorded_history(some) == grids.largest_history(angle_rate)
 
 
 def test_the_report_draws_what_is_there(ran, tmp_path):

@@ -16,8 +16,8 @@ from clearsweep.language import wording
 from clearsweep.report.blocks import case_table
 from clearsweep.report.data import rows, study
 from clearsweep.report.draw import comparison
+from clearsweep.sweeping.case_runner import common_values
 from clearsweep.sweeping.shard import distinct
-from clearsweep.sweeping.worker_pool import common_values
 
 
 @pytest.fixture

@@ -151,8 +151,8 @@ def twin_growths(crank, start, moments, size=1e-6):
         t = base.clock
         pin = 0.05 * np.array([math.cos(crank.speed * t), math.sin(crank.speed * t)])
         moving = crank.speed * np.array([-pin[1], pin[0]])
-        along = 0.06 * np.array([math.cos(there[5]), math.sin(there[5])])
-        there[3:5], there[12:14] = pin + along, moving + there[14] * np.array([-along[1], along[0]])
+        distance = 0.06 * np.array([math.cos(there[5]), math.sin(there[5])])
+        there[3:5], there[12:14] = pin + distance, moving + there[14] * np.array([-distance[1], distance[0]])
         return there
 
     base.clock = 0.0

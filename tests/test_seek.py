@@ -14,6 +14,7 @@ from clearsweep.judging.verdict import Limit
 from clearsweep.language.errors import InputError
 from clearsweep.report.blocks.table import Quantity, Table
 from clearsweep.report.data import study
+from clearsweep.report.sections import seek as page
 from clearsweep.report.sections.seek import sections
 from clearsweep.sweeping import run_summary
 from clearsweep.sweeping.nearest import needed
@@ -233,7 +234,7 @@ def test_paths_in_step_have_one_value(tmp_path):
 def test_paths_in_step_of_other_units_are_refused(tmp_path):
     with pytest.raises(InputError, match="whose unit kg has another dimension"):
         loaded(searching(largest=[MASS, PLAY]))
-    with pytest.raises(InputError, match="is there twice"):
+    with pytest.raises(InputError, match="occurs twice"):
         loaded(searching(largest=[MASS, MASS]))
 
 
@@ -246,7 +247,7 @@ def test_none_in_the_range_says_how_near_each_case_comes_and_what_would_pass(tmp
         assert best["value"] == 0.1
         assert best["margin"] == pytest.approx(-1.0)
         assert best["needed"] == {"rod_slider_force_peak": "at most 0.1\u00a0N"}
-    assert "it would pass with rod_slider_force_peak at most 0.1 N" in run_summary.run_text(facts)
+    assert "it would meet the limits with rod_slider_force_peak at most 0.1 N" in run_summary.run_text(facts)
 
 
 def test_none_in_the_range_says_which_other_keys_move_the_margin(tmp_path):
@@ -356,3 +357,8 @@ def test_the_border_among_fits(good, border):
 )
 def test_a_mistake_among_fits_is_told(problems_in, old, new, message):
     assert any(message in problem for problem in problems_in(FITTED.replace(old, new)))
+
+
+def test_fits_that_pass_beyond_the_border_are_told_on_the_page():
+    answers = page._Answers(None, (), True, False, [{"seek_beyond": "H8/e8"}, {"seek_beyond": None}, {}])
+    assert page._not_monotone(answers) == ["Not monotone: H8/e8 beyond the border also keep to the limits."]

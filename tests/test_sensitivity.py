@@ -89,17 +89,17 @@ def test_the_error_of_a_mean_falls_as_expected(run, method, least, most):
 
 @pytest.mark.slow
 def test_intervals_hold_the_truth_about_as_often_as_they_say():
-    chance, held = np.random.default_rng(3), []
+    chance, contents = np.random.default_rng(3), []
     for _ in range(200):
         values = chance.normal(10.0, 2.0, 100)
         message = sensitivity.spread(values)
         exceeded = sensitivity.exceedance(values > 12.0)
         truths = (10.0, 0.2, *(stats.norm.ppf(share, 10.0, 2.0) for share in sensitivity.QUANTILES), stats.norm.sf(1.0))
         estimates = (message.mean, message.cv, *message.quantiles, exceeded)
-        held.append(
+        contents.append(
             [not (first.low > truth or first.high < truth) for first, truth in zip(estimates, truths, strict=True)]
         )
-    assert (np.mean(held, axis=0) > 0.88).all()
+    assert (np.mean(contents, axis=0) > 0.88).all()
 
 
 def test_a_quantile_has_no_end_that_the_sample_is_too_small_for():
@@ -206,9 +206,9 @@ def test_sobol_indices_of_a_linear_figure(run):
 def test_a_sensitivity_is_refused_where_a_case_failed(run, method, tmp_path):
     made = run(linear, method, 16, failing=(4,))
     (first,) = sensitivity.settings(made)
-    tell = sensitivity.sobol_indices if method == "saltelli" else sensitivity.effects
+    describe = sensitivity.sobol_indices if method == "saltelli" else sensitivity.effects
     with pytest.raises(InputError, match=f"1 failed: {first.failed[0]}; run them again"):
-        tell(first, PEAK, list(made.grid["sample"]["drawn"]))
+        describe(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert f"1 failed: {first.failed[0]}" in report.write(made, tmp_path / "page.html").read_text(encoding="utf-8")
 
 

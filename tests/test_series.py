@@ -16,7 +16,7 @@ PUBLISHED = ROOT / "configs/operating_series.csv"
 COEFFICIENT = 2e-14  # m^2/N
 
 
-def told(*arguments):
+def printed_wear(*arguments):
     return CliRunner().invoke(verbs, ["wear", *map(str, arguments)], catch_exceptions=False).stdout
 
 
@@ -39,7 +39,7 @@ def test_the_published_table_gives_the_depths_of_its_pressures_and_speeds():
     ],
 )
 def test_contradictions_of_the_published_table_are_said_in_words(sentence):
-    assert sentence in " ".join(told(PUBLISHED, "--coefficient", "2e-14 m^2/N").split())
+    assert sentence in " ".join(printed_wear(PUBLISHED, "--coefficient", "2e-14 m^2/N").split())
 
 
 def written(path, columns, heads):
@@ -58,7 +58,7 @@ def test_a_table_that_follows_its_equations_is_told_so(tmp_path):
     worn = series.wear(series.read(path), COEFFICIENT)
     assert worn.remarks == ()
     assert worn.implied == pytest.approx(COEFFICIENT, rel=1e-9)
-    assert "The table agrees with its own pressures and speeds." in told(path, "--coefficient", "2e-14 m^2/N")
+    assert "The table agrees with its own pressures and speeds." in printed_wear(path, "--coefficient", "2e-14 m^2/N")
 
 
 def test_the_trapezoidal_rule_is_exact_for_what_is_straight_and_sums_bound_it(tmp_path):
@@ -76,7 +76,7 @@ def test_a_bare_coefficient_beside_a_hardness_is_dimensionless():
 
 
 def test_json_has_the_same_in_si():
-    facts = json.loads(told(PUBLISHED, "--coefficient", "4e-5", "--hardness", "2 GPa", "--json"))
+    facts = json.loads(printed_wear(PUBLISHED, "--coefficient", "4e-5", "--hardness", "2 GPa", "--json"))
     assert facts["depth"]["trapezoidal"] == pytest.approx(2.81e-7, rel=1e-3)
     assert facts["coefficient"] == pytest.approx(2e-14, rel=1e-15)
     assert (facts["table_depth"], len(facts["contradictions"])) == (pytest.approx(2e-7, rel=1e-12), 4)
@@ -154,7 +154,7 @@ def test_a_depth_agrees_within_half_a_last_digit_and_a_twentieth_of_itself(tmp_p
         with pytest.raises(InputError, match="found a depth of"):
             series.read(path)
         return
-    text = told(path, "--coefficient", "2e-14 m^2/N")
+    text = printed_wear(path, "--coefficient", "2e-14 m^2/N")
     assert ("The table agrees" in text) is agrees
     assert ("rounded too coarsely" in text or "contradicts" in text) is not agrees
 

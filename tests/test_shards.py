@@ -20,8 +20,8 @@ from clearsweep import grid as grids
 from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.sweeping import merge as merging
 from clearsweep.sweeping import sweep as sweeping
+from clearsweep.sweeping.case_runner import case_ids
 from clearsweep.sweeping.shard import Shard
-from clearsweep.sweeping.worker_pool import case_ids
 
 pytestmark = pytest.mark.heavy
 
@@ -51,11 +51,11 @@ def test_every_case_is_in_one_shard_and_shards_are_equally_large():
 
 
 def test_no_axis_falls_to_one_shard_alone():
-    held = grids.load(grid(4, [0.1 * k for k in range(16)]), CATALOGUE)
-    ids = case_ids(held)
+    contents = grids.load(grid(4, [0.1 * k for k in range(16)]), CATALOGUE)
+    ids = case_ids(contents)
     for k in range(1, 5):
         mine = np.flatnonzero(np.isin(ids, Shard(k, 4).ids(ids)))
-        assert len({held.point(i)["mechanism.slider.mass"] for i in mine.tolist()}) > 1
+        assert len({contents.point(i)["mechanism.slider.mass"] for i in mine.tolist()}) > 1
 
 
 def test_joined_shards_are_the_whole_run_row_for_row_and_value_for_value(pieces, tmp_path):
@@ -170,10 +170,10 @@ class Elsewhere(Fake):
 def test_overlaps_that_disagree_are_refused_with_the_case(pieces, tmp_path, monkeypatch, what):
     monkeypatch.setattr(Elsewhere, "what", what)
     sweep(MIXED, tmp_path / "other", executor="serial", show_progress=False, simulator=Elsewhere, shard="2/3")
-    held = set(pq.read_table(pieces / "2" / "summary.parquet")["case_id"].to_pylist())
+    contents = set(pq.read_table(pieces / "2" / "summary.parquet")["case_id"].to_pylist())
     with pytest.raises(DirectoryError, match=f"{what} is") as caught:
         merge([pieces / name for name in "123"] + [tmp_path / "other"], tmp_path / "all")
-    assert str(caught.value).split()[1].rstrip(":") in held
+    assert str(caught.value).split()[1].rstrip(":") in contents
     assert not (tmp_path / "all").exists()
 
 

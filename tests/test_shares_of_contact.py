@@ -42,7 +42,7 @@ def through_a_film(roughness):
     return path
 
 
-def told(path, figure):
+def share_of(path, figure):
     return path.summary[f"rod_slider_{figure}"]
 
 
@@ -55,10 +55,10 @@ def test_the_dry_share_is_that_of_the_time_histories(roughness):
     path = through_a_film(roughness)
     total, dry = (np.abs(path[f"joints/rod_slider/force_{name}"]) for name in ("normal", "dry"))
     share = np.trapezoid(dry, path.t) / np.trapezoid(total, path.t)
-    assert told(path, "dry_load_share") == pytest.approx(share, rel=1e-4)
+    assert share_of(path, "dry_load_share") == pytest.approx(share, rel=1e-4)
     load = np.trapezoid(total, path.t) / path.t[-1]
-    assert told(path, "dry_fraction") == pytest.approx(np.mean(dry > 1e-3 * load), abs=2e-3)
-    assert told(path, "dry_fraction") + told(path, "film_fraction") == pytest.approx(1.0, abs=1e-12)
+    assert share_of(path, "dry_fraction") == pytest.approx(np.mean(dry > 1e-3 * load), abs=2e-3)
+    assert share_of(path, "dry_fraction") + share_of(path, "film_fraction") == pytest.approx(1.0, abs=1e-12)
 
 
 @pytest.mark.plain
@@ -66,8 +66,8 @@ def test_a_film_whose_asperities_bear_a_few_millionths_of_the_load_bears_alone()
     """They bear something for a third of the time."""
     path = through_a_film(1.5e-6)
     assert np.mean(path["joints/rod_slider/force_dry"] > 0.0) > 0.3
-    assert 0.0 < told(path, "dry_load_share") < 1e-5
-    assert (told(path, "dry_fraction"), told(path, "film_fraction")) == (0.0, 1.0)
+    assert 0.0 < share_of(path, "dry_load_share") < 1e-5
+    assert (share_of(path, "dry_fraction"), share_of(path, "film_fraction")) == (0.0, 1.0)
 
 
 @pytest.mark.parametrize(("first", "last"), [(0.0, 40.0), (40.0, 0.0), (3.0, 3.0), (1e-9, 2e-9)])

@@ -197,10 +197,12 @@ def test_open_and_ideal_machines_agree_under_the_ideal_force():
     pose = contract.place(built.value, built.start)
     (gap,) = contract.gaps(built.value, pose)
     assert gap.y == pytest.approx(0.0, abs=1e-15)
-    turning = -(gap.axis_x * gap.x * force[1] - gap.axis_y * gap.x * force[0])  # the slot is pushed where the pin is
+    angle_rate = -(gap.axis_x * gap.x * force[1] - gap.axis_y * gap.x * force[0])  # the slot is pushed where the pin is
     from clearsweep.mechanics.joint.contract import Load
 
-    motion = contract.accelerate(built.value, pose, (Load(float(force[0]), float(force[1]), float(turning), 0.0, ()),))
+    motion = contract.accelerate(
+        built.value, pose, (Load(float(force[0]), float(force[1]), float(angle_rate), 0.0, ()),)
+    )
     assert motion.output == pytest.approx(float(ideal.acceleration[0]), rel=1e-9)
     assert motion.torque == pytest.approx(float(ideal.torque[0]), rel=1e-9)
 
@@ -345,31 +347,31 @@ def rattled(end):
     def seen(t, y):
         place = CRANK_LENGTH * np.array([math.cos(SPEED * t), math.sin(SPEED * t)]) - [0.0, FOOT]
         moving = CRANK_LENGTH * SPEED * np.array([-math.sin(SPEED * t), math.cos(SPEED * t)])
-        along, across = np.array([math.cos(y[0]), math.sin(y[0])]), np.array([-math.sin(y[0]), math.cos(y[0])])
+        distance, across = np.array([math.cos(y[0]), math.sin(y[0])]), np.array([-math.sin(y[0]), math.cos(y[0])])
         side = math.copysign(1.0, place @ across)
-        closing = side * (moving @ across - y[1] * (place @ along))
-        slip = -side * (moving @ along + y[1] * (place @ across)) + pin * (SPEED - y[1])
-        return place, along, across, side, closing, slip
+        last_lines = side * (moving @ across - y[1] * (place @ distance))
+        slip = -side * (moving @ distance + y[1] * (place @ across)) + pin * (SPEED - y[1])
+        return place, distance, across, side, last_lines, slip
 
     def depth(t, y):
         place, _, across, side, *_ = seen(t, y)
         return side * (place @ across) - 5e-5
 
     def slope(t, y, rate):
-        place, along, across, side, closing, slip = seen(t, y)
-        turning = -mass * gravity * arm * math.cos(y[0])
+        place, distance, across, side, last_lines, slip = seen(t, y)
+        angle_rate = -mass * gravity * arm * math.cos(y[0])
         if rate:
-            normal = max(1e9 * max(depth(t, y), 0.0) ** 1.5 * (1.0 + chi * closing / rate), 0.0)
+            normal = max(1e9 * max(depth(t, y), 0.0) ** 1.5 * (1.0 + chi * last_lines / rate), 0.0)
             rubbing = -0.1 * normal * math.tanh(slip / 5e-3)
-            push = normal * side * across + rubbing * side * along  # on the lever
-            turning += place[0] * push[1] - place[1] * push[0] - pin * rubbing
-        return [y[1], turning / inertia]
+            push = normal * side * across + rubbing * side * distance  # on the lever
+            angle_rate += place[0] * push[1] - place[1] * push[0] - pin * rubbing
+        return [y[1], angle_rate / inertia]
 
     assert friction["coefficient"] == 0.1
     t, onsets, rate = 0.0, [], 0.0
     y = [math.atan2(-FOOT, CRANK_LENGTH), 0.0]
-    place, along, across, *_ = seen(0.0, y)
-    y[1] = CRANK_LENGTH * SPEED * across[1] / (place @ along)
+    place, distance, across, *_ = seen(0.0, y)
+    y[1] = CRANK_LENGTH * SPEED * across[1] / (place @ distance)
     while t < end:
 
         def event(now, y, begin=t, touching=rate):

@@ -366,10 +366,10 @@ def test_the_rates_of_spread_walls_are_differentiated_exactly(keys):
     scale = np.abs(rates(state)).max()
     for column in range(size):
         h = 1e-7 * max(abs(state[column]), 1e-3 if column < 2 * n else 1e-4)
-        ahead, back = state.copy(), state.copy()
-        ahead[column] += h
+        upcoming, back = state.copy(), state.copy()
+        upcoming[column] += h
         back[column] -= h
-        known = (rates(ahead) - rates(back)) / (2.0 * h)
+        known = (rates(upcoming) - rates(back)) / (2.0 * h)
         error = np.abs(jacobian[0, :, column] - known).max()
         assert error <= 2e-5 * np.abs(known).max() + 1e-9 * scale / h * 1e-3, column
 

@@ -122,8 +122,8 @@ def test_what_sticks_lets_no_sliding_grow_and_shares_its_force(case):
         for contact, state in zip(still[0].contacts, mode, strict=True)
         if state == STUCK
     ]
-    for one, other in ((0, 1),) if case == "both corners on a wall" else ():
-        assert shares[one] == pytest.approx(shares[other], rel=1e-12)
+    for item, other in ((0, 1),) if case == "both corners on a wall" else ():
+        assert shares[item] == pytest.approx(shares[other], rel=1e-12)
     assert all(abs(share) < 1e7 for share in shares)
 
 

@@ -147,7 +147,7 @@ def test_a_step_cut_where_no_iteration_converges_still_gives_finite_figures():
     assert stability.run(case)["failure"] == ""
 
 
-def held(stiffness):
+def clamped_mass(stiffness):
     """Return the changes with which bristles of a stiffness (1/m) stick and hold for most of a slow stroke."""
     names = {"coefficient": 0.3, "static_coefficient": 0.3, "stribeck_velocity": 0.01, "bristle_damping": 0.0}
     return {
@@ -171,7 +171,7 @@ def test_overdamped_contact_costs_little_more_at_a_million_times_the_rate_of_the
 
 @pytest.mark.parametrize("method", ["auto", "implicit"])
 def test_surfaces_that_hold_by_stiff_bristles_cost_little_more_the_stiffer_these_are(method):
-    mild, stiffest = (run(method, held(stiffness)) for stiffness in (1e4, 1e7))
+    mild, stiffest = (run(method, clamped_mass(stiffness)) for stiffness in (1e4, 1e7))
     assert stiffest["rhs_evaluations"] < 2.5 * mild["rhs_evaluations"]
     assert stiffest["energy_residual"] < 1e-5
 

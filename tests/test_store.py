@@ -21,8 +21,8 @@ from clearsweep import grid as grids
 from clearsweep import store
 from clearsweep.contracts import results
 from clearsweep.language.errors import DirectoryError, InputError, StorageError
-from clearsweep.store import assemble, durable
 from clearsweep.store import batch as batches
+from clearsweep.store import durable, orbits, summary
 from clearsweep.store.record import checksum_of
 
 
@@ -36,12 +36,12 @@ def rows_of(held_grid, indices):
 
 def filled(directory, held_grid, batches):
     """Commit the batches, each a list of case indices, and merge them."""
-    with store.RunDirectory(directory).open_for(held_grid) as held:
+    with store.RunDirectory(directory).open_for(held_grid) as contents:
         for number, indices in enumerate(batches):
             store.commit(directory, store.ResultSchema.of(held_grid), f"{number:016x}", rows_of(held_grid, indices))
-        held.recover()
-        merged = store.merge(held, store.ResultSchema.of(held_grid), held.rows())
-        held.write_record(held_grid, merged=merged)
+        contents.recover()
+        merged = store.merge(contents, store.ResultSchema.of(held_grid), contents.rows())
+        contents.write_record(held_grid, merged=merged)
     return store.open(directory)
 
 
@@ -115,10 +115,10 @@ def test_what_a_failed_case_went_through_before_is_not_kept(tmp_path):
     good, other = (Fake.solve(held_grid.case(k)) for k in range(2))
     failed = results.Trajectory("timeout", "", good.summary, good.channels, good.events, good.wear)
     rows = [store.Row(held_grid.case_id(k), held_grid.point(k), path) for k, path in enumerate((failed, other))]
-    with store.RunDirectory(directory).open_for(held_grid) as held:
+    with store.RunDirectory(directory).open_for(held_grid) as contents:
         store.commit(directory, store.ResultSchema.of(held_grid), "0" * 16, rows)
-        held.recover()
-        with h5py.File(held.batches[0].orbits, "r") as file:
+        contents.recover()
+        with h5py.File(contents.batches[0].orbits, "r") as file:
             assert len(good.t) > 0
             assert list(file["offsets"]) == [0, 0, len(other.t)]
             assert np.array_equal(file["t"], other.t)
@@ -130,11 +130,11 @@ def test_the_events_that_a_failed_case_kept_are_stored(tmp_path):
     other = Fake.solve(held_grid.case(1))
     paths = results.Trajectory("left-bearing", "it left", {}, events=met), dataclasses.replace(other, events=met[:1])
     rows = [store.Row(held_grid.case_id(k), held_grid.point(k), path) for k, path in enumerate(paths)]
-    with store.RunDirectory(directory).open_for(held_grid) as held:
+    with store.RunDirectory(directory).open_for(held_grid) as contents:
         store.commit(directory, store.ResultSchema.of(held_grid), "0" * 16, rows)
-        held.recover()
-        merged = store.merge(held, store.ResultSchema.of(held_grid), held.rows())
-        held.write_record(held_grid, merged=merged)
+        contents.recover()
+        merged = store.merge(contents, store.ResultSchema.of(held_grid), contents.rows())
+        contents.write_record(held_grid, merged=merged)
     run = store.open(directory)
     assert [len(run.events(row.case_id)) for row in rows] == [2, 1]
     assert run.events(rows[0].case_id)["force_peak"].tolist() == [0.0, 7.0]
@@ -159,11 +159,11 @@ def test_orbits_file_reads_as_the_contract_says(mixed):
 
 
 def test_datasets_longer_than_a_chunk_are_put_together_exactly(tmp_path, monkeypatch):
-    monkeypatch.setattr(assemble, "CHUNK_VALUES", 50)
-    monkeypatch.setattr(assemble, "CHUNKS_AT_ONCE", 3)
-    monkeypatch.setattr(assemble, "OPEN_FILES", 2)
-    monkeypatch.setattr(assemble, "GROUP_ROWS", 4)
-    monkeypatch.setattr(assemble, "HELD_ROWS", 6)
+    monkeypatch.setattr(orbits, "CHUNK_VALUES", 50)
+    monkeypatch.setattr(orbits, "CHUNKS_AT_ONCE", 3)
+    monkeypatch.setattr(orbits, "OPEN_FILES", 2)
+    monkeypatch.setattr(summary, "GROUP_ROWS", 4)
+    monkeypatch.setattr(summary, "HELD_ROWS", 6)
     held_grid = loaded(grid(30, wear=True))
     run = filled(tmp_path / "run", held_grid, [range(k, 30, 7) for k in range(7)])
     assert run.summary["case_id"].tolist() == sorted(held_grid.case_id(index) for index in range(30))
@@ -177,10 +177,10 @@ def test_datasets_longer_than_a_chunk_are_put_together_exactly(tmp_path, monkeyp
 
 
 def test_however_many_groups_a_summary_has_every_batch_is_read_once(tmp_path, monkeypatch):
-    monkeypatch.setattr(assemble, "GROUP_ROWS", 2)
-    monkeypatch.setattr(assemble, "HELD_ROWS", 5)
-    read, original = [], assemble.read_summary
-    monkeypatch.setattr(assemble, "read_summary", lambda path, names: (read.append(path), original(path, names))[1])
+    monkeypatch.setattr(summary, "GROUP_ROWS", 2)
+    monkeypatch.setattr(summary, "HELD_ROWS", 5)
+    read, original = [], summary.read_summary
+    monkeypatch.setattr(summary, "read_summary", lambda path, names: (read.append(path), original(path, names))[1])
     held_grid = loaded(grid(24, orbits="none"))
     filled(tmp_path / "run", held_grid, [range(k, 24, 8) for k in range(8)])
     assert len(read) == len(set(read)) == 8
@@ -225,14 +225,14 @@ def test_run_json_holds_the_grid_from_which_the_same_cases_follow(mixed):
 def test_the_newest_result_of_a_case_counts_but_a_good_one_first(tmp_path):
     held_grid, directory = loaded(grid(1)), tmp_path / "run"
     case_id, point = held_grid.case_id(0), held_grid.point(0)
-    with store.RunDirectory(directory).open_for(held_grid) as held:
+    with store.RunDirectory(directory).open_for(held_grid) as contents:
         for number, status in enumerate(("crashed", "ok", "timeout")):
             path = results.Trajectory(status, "", {}) if status != "ok" else Fake.solve(held_grid.case(0))
             store.commit(
                 directory, store.ResultSchema.of(held_grid), f"{number:016x}", [store.Row(case_id, point, path)]
             )
-        held.recover()
-        assert [bool(row["failed"]) for row in held.rows()] == [False]
+        contents.recover()
+        assert [bool(row["failed"]) for row in contents.rows()] == [False]
 
 
 def committed(directory, held_grid, batch):
@@ -246,12 +246,12 @@ def committed(directory, held_grid, batch):
 @pytest.mark.parametrize("names", [("0" * 16, "1" * 16), ("1" * 16, "0" * 16)])
 def test_of_two_good_results_the_newer_counts_whatever_its_batch_is_called(tmp_path, names):
     held_grid, directory = loaded(grid(1)), tmp_path / "run"
-    with store.RunDirectory(directory).open_for(held_grid) as held:
+    with store.RunDirectory(directory).open_for(held_grid) as contents:
         for name in names:
             committed(directory, held_grid, name)
-        held.recover()
-        (row,) = held.rows()
-        assert held.batches[row["batch"]].name.startswith(names[1])
+        contents.recover()
+        (row,) = contents.rows()
+        assert contents.batches[row["batch"]].name.startswith(names[1])
 
 
 def test_batches_taken_over_twice_are_there_once(tmp_path):
@@ -275,9 +275,9 @@ def test_a_damaged_batch_is_found_named_and_forgotten(mixed, folder, harm):
     victim.write_bytes({"flip": content, "cut": content[: len(content) // 2], "empty": b"", "remove": b""}[harm])
     if harm == "remove":
         victim.unlink()
-    with store.RunDirectory(run.directory).open_for(held_grid) as held:
-        damage = held.recover()
-        assert len(held.rows()) == 6  # 5 + 6 + 1 without the batch of 6
+    with store.RunDirectory(run.directory).open_for(held_grid) as contents:
+        damage = contents.recover()
+        assert len(contents.rows()) == 6  # 5 + 6 + 1 without the batch of 6
     if (folder, harm) == ("parts", "remove"):
         assert damage == []  # a batch without a part was never committed
     else:
@@ -310,8 +310,8 @@ def test_a_run_that_waited_for_the_lock_works_where_the_one_before_has_cleared_u
         lock(run, file)
 
     monkeypatch.setattr(store.RunDirectory, "_lock", granted_late)
-    with store.RunDirectory(tmp_path / "run").open_for(held_grid) as held:
-        assert held.scratch.is_dir()
+    with store.RunDirectory(tmp_path / "run").open_for(held_grid) as contents:
+        assert contents.scratch.is_dir()
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from clearsweep import cli, store
 from clearsweep.contracts import results
 from clearsweep.language.errors import DamagedError, DirectoryError
 from clearsweep.report.documents import page
-from clearsweep.store import assemble, directory
+from clearsweep.store import directory, orbits
 from clearsweep.store.batch import file_name
 
 pytestmark = pytest.mark.heavy
@@ -147,7 +147,7 @@ def test_a_folder_that_is_a_link_is_refused_and_what_it_leads_to_stays(run, fold
 
 def test_a_lock_that_is_a_file_of_the_user_is_refused(run):
     (run / "lock").write_text("precious")
-    with pytest.raises(DirectoryError, match="lock: is no lock"):
+    with pytest.raises(DirectoryError, match="lock: is not a lock"):
         again(run)
     assert (run / "lock").read_text() == "precious"
 
@@ -285,7 +285,7 @@ def test_a_damaged_final_file_is_exit_code_2_with_what_restores_it(run, command,
 def test_orbits_of_another_run_of_the_grid_are_not_taken_for_those_of_this_one(run, tmp_path):
     quiet(GRID | {"sweep": GRID["sweep"] | {"mechanism.gravity": [GOOD]}}, tmp_path / "other", executor="serial")
     shutil.copy(tmp_path / "other" / "orbits.h5", run / "orbits.h5")
-    with pytest.raises(DamagedError, match=r"orbits\.h5: damaged .it is of another run than summary\.parquet"):
+    with pytest.raises(DamagedError, match=r"orbits\.h5: damaged .it belongs to another run than summary\.parquet"):
         clearsweep.open(run)
 
 
@@ -309,29 +309,29 @@ def test_a_damaged_piece_of_a_history_is_found_when_it_is_read(run):
 def test_the_checksum_of_a_piece_is_that_of_hdf5(size, fill):
     values = np.random.default_rng(size).integers(0, 256, size, "u1") if fill is None else np.full(size, fill, "u1")
     if not size:
-        assert assemble.fletcher32(b"") == 0
+        assert orbits.fletcher32(b"") == 0
         return
     with h5py.File("made up", "w", driver="core", backing_store=False) as file:
         dataset = file.create_dataset("x", data=values, chunks=(size,), fletcher32=True)
         file.flush()
         _, content = dataset.id.read_direct_chunk((0,))
-    assert int.from_bytes(content[-4:], "little") == assemble.fletcher32(values.tobytes())
+    assert int.from_bytes(content[-4:], "little") == orbits.fletcher32(values.tobytes())
 
 
 def test_final_files_are_made_anew_where_the_same_batch_gives_other_rows(tmp_path):
     held_grid = loaded(grid(1))
     case_id, point = held_grid.case_id(0), held_grid.point(0)
     tries = [results.Trajectory("crashed", "", {}), Fake.solve(held_grid.case(0))]
-    with store.RunDirectory(tmp_path / "run").open_for(held_grid) as held:
+    with store.RunDirectory(tmp_path / "run").open_for(held_grid) as contents:
         form = store.ResultSchema.of(held_grid)
-        store.commit(held.path, form, "0" * 16, [store.Row(case_id, point, each) for each in tries])
-        held.recover()
-        (good,) = rows = held.rows()
+        store.commit(contents.path, form, "0" * 16, [store.Row(case_id, point, each) for each in tries])
+        contents.recover()
+        (good,) = rows = contents.rows()
         assert good["row"] == 1
         for place, status in ((1, "ok"), (0, "crashed")):
             rows["row"] = place
-            held.write_record(held_grid, merged=store.merge(held, form, rows))
-            assert store.open(held.path).summary["status"].tolist() == [status]
+            contents.write_record(held_grid, merged=store.merge(contents, form, rows))
+            assert store.open(contents.path).summary["status"].tolist() == [status]
 
 
 def test_a_report_is_written_over_no_device_link_or_directory_and_leaves_nothing_beside(tmp_path, run, command):
@@ -359,9 +359,9 @@ def test_a_report_is_written_over_no_device_link_or_directory_and_leaves_nothing
 
 def test_status_says_how_far_a_run_is_and_who_works_there(tmp_path, command, monkeypatch):
     place, held_grid = tmp_path / "run", loaded(GRID)
-    with store.RunDirectory(place).open_for(held_grid, counts={"cases": 6}) as held:
+    with store.RunDirectory(place).open_for(held_grid, counts={"cases": 6}) as contents:
         row = store.Row(held_grid.case_id(0), held_grid.point(0), Fake.solve(held_grid.case(0)))
-        store.commit(held.path, store.ResultSchema.of(held_grid), "0" * 16, [row])
+        store.commit(contents.path, store.ResultSchema.of(held_grid), "0" * 16, [row])
         working = json.loads(command("status", place, "--json")[1])
         assert (working["state"], working["cases"], working["ok"], working["missing"]) == ("under way", 6, 1, 5)
         assert f"process {os.getpid()} on" in working["holder"]
@@ -374,7 +374,7 @@ def test_status_says_how_far_a_run_is_and_who_works_there(tmp_path, command, mon
     assert (code, err) == (0, "")
     assert "finished" in out
     assert "6 of 6 cases are there: 3 ok, 3 failed" in out
-    assert "every file is as it was written" in out
+    assert "all checksums agree" in out
     facts = json.loads(command("status", place, "--json")[1])
     assert list(facts["files"]) == ["summary.parquet", "orbits.h5", "run.json"]
     assert command("status", tmp_path / "nowhere")[0] == 2

@@ -100,13 +100,13 @@ def test_the_steps_lead_to_a_decision_with_made_up_forces(tmp_path):
     result = sweep(read("press_joint"), out, simulator=Quick, executor="serial", show_progress=False)
     run = clearsweep.open(out)
     message = run_summary.run_text(run_summary.of_run(result))
-    assert "H7/f7, radial) = 15 µm to 45 µm" in message
+    assert "(H7/f7) = 15 µm to 45 µm radial" in message
     over = run.summary[CLEARANCE] * run.summary["drive.speed"] / (4.0 * np.pi) > SAFE
     assert f"Limits: {int(over.sum())} of 30 cases exceed at least one" in message
     assert run.worst == run.summary.nlargest(3, "rod_slider_force_peak_ratio")["case_id"].tolist()
     assert run.summary["hours_to_50_um"].tolist() == pytest.approx([1000.0] * 30, rel=1e-12)
     (part,) = peak_revolution.sections(study.prepare(run))
-    assert [each.case_id for each in part.blocks[1:]] == run.worst
+    assert [block.case_id for block in part.blocks[1:]] == run.worst
     largest = read("press_joint_largest")
     sweep(largest, tmp_path / "largest", simulator=Quick, executor="serial", show_progress=False)
     answer = clearsweep.open(tmp_path / "largest").seek.iloc[0]

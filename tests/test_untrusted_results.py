@@ -116,7 +116,7 @@ def test_a_table_of_other_columns_is_refused_even_with_a_good_checksum(run, name
         content["answers" if name == "seek.parquet" else "merged"][name] = durable.checksum(run / name)
 
     crafted(run, accept)
-    with pytest.raises(DamagedError, match="its columns are not those"):
+    with pytest.raises(DamagedError, match="its columns differ from those"):
         clearsweep.open(run)
 
 

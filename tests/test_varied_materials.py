@@ -91,7 +91,9 @@ def test_the_expansion_of_a_warm_joint_follows_the_name(real_at, names):
     thermal = "    thermal: {conductance: 2 W/K, ambient: 20 degC}\n"
     text = swept(names).replace("simulate:", f"{thermal}simulate:", 1)
     expansions = [real_at(text).written_case(k)["joints"]["rod-slider"]["thermal"]["expansion"] for k in range(2)]
-    assert [each["bearing"] for each in expansions] == [MATERIALS[name].values["expansion"].typical for name in names]
+    assert [expansion["bearing"] for expansion in expansions] == [
+        MATERIALS[name].values["expansion"].typical for name in names
+    ]
     assert expansions[0]["journal"] == expansions[1]["journal"]
 
 

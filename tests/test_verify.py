@@ -19,7 +19,7 @@ TRAJECTORIES = [name for name in PROBLEMS if name not in ("impact_pair", "b_damp
 STEPS = [1e-6 / 1.1**k for k in range(12)] + [1e-7 / 1.1**k for k in range(12)]  # s
 
 
-def judged(name, tolerance):
+def verdict_of(name, tolerance):
     """Return the Verdict on our own solution of a problem."""
     problem = PROBLEMS[name]
     times = problem.times if len(problem.times) else [0.0]
@@ -39,7 +39,7 @@ def test_references_hold_five_trajectories_with_one_and_two_open_joints():
 
 @pytest.mark.parametrize("name", TRAJECTORIES)
 def test_tight_tolerance_follows_the_reference_to_the_end(name):
-    verdict = judged(name, 1e-12)
+    verdict = verdict_of(name, 1e-12)
     assert verdict.whole <= 1e-6
     assert verdict.events_exact
     assert verdict.peaks <= 1e-6
@@ -47,7 +47,7 @@ def test_tight_tolerance_follows_the_reference_to_the_end(name):
 
 @pytest.mark.parametrize("name", TRAJECTORIES)
 def test_usual_tolerance_follows_the_reference_through_the_first_half(name):
-    verdict = judged(name, 1e-9)
+    verdict = verdict_of(name, 1e-9)
     assert verdict.first_half <= 1e-6
     assert verdict.events_exact
 
@@ -62,14 +62,14 @@ def test_event_times_and_rates_are_those_of_the_reference(name):
 
 def test_error_falls_with_the_tolerance():
     tolerances = (1e-4, 1e-6, 1e-8, 1e-10)
-    errors = [judged("a_base", tolerance).first_half for tolerance in tolerances]
+    errors = [verdict_of("a_base", tolerance).first_half for tolerance in tolerances]
     assert all(error < 10.0 * tolerance for error, tolerance in zip(errors, tolerances, strict=True))
     assert errors[3] < 1e-4 * errors[0]
 
 
 def test_impact_pair_returns_the_closed_form():
-    assert judged("impact_pair", 1e-12).whole <= 1e-9
-    assert judged("impact_pair", 1e-12).events_exact
+    assert verdict_of("impact_pair", 1e-12).whole <= 1e-9
+    assert verdict_of("impact_pair", 1e-12).events_exact
 
 
 @pytest.mark.parametrize(("factor", "ratio"), [(0.1425, 0.91317668), (1.0, 0.59362426), (10.0, 0.09998162)])

@@ -126,11 +126,11 @@ def test_without_expansion_the_clearance_stays(monkeypatch):
 
 
 def test_what_cannot_be_is_refused():
-    with pytest.raises(InputError, match=r"thermal: is the balance of a dry joint.*write film\.thermal"):
+    with pytest.raises(InputError, match=r"thermal: is for dry joints.*use film\.thermal"):
         scene(**{"joints__rod-slider__film": {"oil": "ISO VG 46", "temperature": "60 degC"}})
     changes = copy.deepcopy(DRY)
     del changes["joints.rod-slider.friction"]
-    with pytest.raises(InputError, match="has nothing that heats the joint"):
+    with pytest.raises(InputError, match="needs a heat source"):
         clearsweep.load_case(slider_crank("rod-slider", changes=changes))
     with pytest.raises(InputError, match=r"expansion\.journal: is missing"):
         scene(thermal={"expansion": {"bearing": 18e-6}})

@@ -379,13 +379,13 @@ def test_what_is_not_asked_for_is_not_in_the_identity():
         (until("rod_slider_force_rsm"), "simulate.until.figure: unknown word 'rod_slider_force_rsm'; did you mean"),
         (
             until("crank_rod_force_rms"),
-            "simulate.until.figure: crank_rod_force_rms is no figure of this grid (known: rod",
+            "simulate.until.figure: crank_rod_force_rms is not a column of this grid (known: rod",
         ),
-        (until("rod_slider_wear_rate_max"), "rod_slider_wear_rate_max is no figure of this grid"),
+        (until("rod_slider_wear_rate_max"), "rod_slider_wear_rate_max is not a column of this grid"),
         (
             until("rod_slider_force_peak"),
-            "found 'rod_slider_force_peak'; maxima, minima and totals have no interval that narrows as a run goes on, "
-            "so they cannot be judged; did you mean 'rod_slider_force_p99'?",
+            "found 'rod_slider_force_peak'; maxima, minima and totals have no interval that narrows as a run continues"
+            "; did you mean 'rod_slider_force_p99'?",
         ),
         (
             until(most=3),

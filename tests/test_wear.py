@@ -83,8 +83,8 @@ def test_the_profile_is_that_of_the_pressure_on_an_arc_of_the_bodys_own_radius(b
     half_width = math.sqrt(4.0 * (force / 0.02) * 0.19 / (math.pi * 1e11))
     edges = (np.arange(BINS + 1) * 2.0 * math.pi / BINS - 0.3) * radius / half_width
     width = 2.0 * math.pi / BINS * radius
-    held = np.diff(shares(edges))
-    assert depths == pytest.approx(coefficient * way * force / 0.02 * held / width, rel=1e-9, abs=1e-24)
+    contents = np.diff(shares(edges))
+    assert depths == pytest.approx(coefficient * way * force / 0.02 * contents / width, rel=1e-9, abs=1e-24)
     assert np.argmax(depths) == int(0.3 / (2.0 * math.pi) * BINS)
 
 

@@ -59,14 +59,14 @@ def joint_of(**keys):
 def empty(joint):
     """Return a Step in which both walls are pressed over the whole journal without load, and its Worn."""
     stride = int(joint.wear.bins * joint.wear_rows)
-    along = np.zeros((6, ALONG, MOMENTS))
-    along[:, REACH], along[:, FACING] = joint.half_journal, 1.0
+    distance = np.zeros((6, ALONG, MOMENTS))
+    distance[:, REACH], distance[:, FACING] = joint.half_journal, 1.0
     step = Step(
         np.zeros((6, COURSES, PARTS + 1)),
         1e-5,
         np.array([PRESSED, PRESSED, FREE, FREE, FREE, FREE]),
         np.zeros((6, WHERE + SLOPES, MOMENTS)),
-        along,
+        distance,
         np.zeros((STRIP, PARTS + 1)),
         np.zeros(ROOM),
         np.zeros(3 * stride),
@@ -80,7 +80,7 @@ def volumes(joint, worn):
     depths = worn.depths[: math.prod(shape)].reshape(shape)
     cell = 2.0 * math.pi / shape[2] / shape[1]
     round_ = (2.0 * joint.half_length * joint.bearing_radius, 2.0 * joint.half_journal * joint.journal_radius)
-    return [float(cell * size * each.sum()) for size, each in zip(round_, depths, strict=True)], depths
+    return [float(cell * size * depth.sum()) for size, depth in zip(round_, depths, strict=True)], depths
 
 
 def test_the_load_goes_with_the_depth_along_the_strip():
@@ -165,8 +165,8 @@ def test_a_leaning_journal_wears_at_its_edge_and_a_parallel_one_evenly():
         step.mode[1] = FREE
         wear_joint(joint, 0, (step, worn))
         (bearing, _), depths = volumes(joint, worn)
-        along = depths[0].sum(axis=1) / depths[0].sum()
-        assert along == pytest.approx(np.where(np.arange(10) >= 10 - rows, 1.0 / rows, 0.0), rel=1e-9, abs=0.0)
+        distance = depths[0].sum(axis=1) / depths[0].sum()
+        assert distance == pytest.approx(np.where(np.arange(10) >= 10 - rows, 1.0 / rows, 0.0), rel=1e-9, abs=0.0)
         assert bearing == pytest.approx(2e-13 * 1000.0 * 1e-5, rel=2e-2, abs=0.0)
 
 
@@ -241,8 +241,8 @@ def test_the_strip_of_an_end_that_is_apart_wears_where_what_is_pressed_reaches_i
         wear_joint(joint, 0, (step, worn))
         (bearing, _), depths = volumes(joint, worn)
         assert bearing == pytest.approx(2e-13 * (1000.0 + force) * 1e-5, rel=2e-2, abs=0.0)
-        along = depths[0].sum(axis=1)
-        assert np.flatnonzero(along[:6] > 0.0).tolist() == rows
+        distance = depths[0].sum(axis=1)
+        assert np.flatnonzero(distance[:6] > 0.0).tolist() == rows
         assert (worn.account[1, SLID] > 0.0) == (force > 0.0)
 
 
@@ -291,14 +291,14 @@ def test_a_step_from_an_onset_or_to_a_separation_wears_like_its_moments(before, 
     """The depth of an end is 0 while its strip is pressed from the other end (lean below 0), or not (above)."""
     joint = joint_of(walls="spread", contact=HERTZ, wear={"pressure": "mean", "bins": 360})
     step, worn = empty(joint)
-    along, half = np.linspace(before, after, PARTS + 1), joint.half_journal
+    distance, half = np.linspace(before, after, PARTS + 1), joint.half_journal
     places = (np.arange(200) + 0.5) * half / 200
     step.step_values[0, DEPTH_COURSE], step.step_values[0, KAPPA_COURSE], step.step_values[0, SLIP_COURSE] = (
-        along,
+        distance,
         1.0,
         1.0,
     )
-    step.step_values[0, FORCE] = [1e9 * float(np.mean(np.maximum(d - lean * places, 0.0) ** 1.5)) for d in along]
+    step.step_values[0, FORCE] = [1e9 * float(np.mean(np.maximum(d - lean * places, 0.0) ** 1.5)) for d in distance]
     step.mode[0] = PRESSED if max(before, after) > 1e-15 else APART
     step.places[0, 0, : BETWEEN + 2], step.axial[0, LEAN] = 1.0, lean
     step.axial[0, BEARING_START], step.axial[0, JOURNAL_START] = half, half
@@ -336,5 +336,5 @@ def test_a_journal_partly_outside_the_bore_wears_only_where_both_overlap(walls, 
     overlap = 0.02 - abs(away) - 0.5 * sliding  # m, of 10 bins along 20 mm
     even = np.clip(overlap / 0.002 - np.arange(10), 0.0, 1.0) * 0.002 / overlap  # by the bins from the end that bears
     for body, expected in enumerate((even[::-1], even) if away > 0.0 else (even, even[::-1])):
-        along = depths[body].sum(axis=1) / depths[body].sum()
-        assert along == pytest.approx(expected, rel=1e-6 if sliding == 0.0 else 0.05, abs=1e-9)
+        distance = depths[body].sum(axis=1) / depths[body].sum()
+        assert distance == pytest.approx(expected, rel=1e-6 if sliding == 0.0 else 0.05, abs=1e-9)

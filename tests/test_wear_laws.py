@@ -124,8 +124,8 @@ def test_conformal_pressures_balance_their_load_and_wear_the_bearing_to_their_ow
     assert volume(depths) / (1e-14 * load * SPEED * 0.1) == pytest.approx(total, rel=1e-8)
     if degrees == 60.0:
         edges = (np.arange(-BINS // 2, BINS // 2 + 1) * 2.0 * math.pi / BINS - 0.3).clip(-theta, theta)
-        held = np.roll([quad(per_load, *bounds)[0] for bounds in pairwise(edges)], BINS // 2)
-        expected = 1e-14 * SPEED * 0.1 * scale * held * BINS / (2.0 * math.pi)
+        contents = np.roll([quad(per_load, *bounds)[0] for bounds in pairwise(edges)], BINS // 2)
+        expected = 1e-14 * SPEED * 0.1 * scale * contents * BINS / (2.0 * math.pi)
         assert depths == pytest.approx(expected, rel=1e-6, abs=1e-7 * depths.max())
 
 

@@ -148,11 +148,11 @@ def outliving(family: list[psutil.Process], seconds: float) -> list[str]:
 
 def torture(start, folder: Path, kills: int, seed: int, pause: tuple[float, float]) -> list[Round]:
     """Return the rounds in which `kills` processes were killed; `start(out, **options)` starts a sweep as a program."""
-    rounds, chance = [], random.Random(seed)
-    while (done := sum(each.kills.total() for each in rounds)) < kills:
-        rounds.append(Round(start, folder / f"round{len(rounds) + 1}", chance, pause))
-        rounds[-1].run(kills - done)
-    return rounds
+    repetitions, chance = [], random.Random(seed)
+    while (done := sum(each.kills.total() for each in repetitions)) < kills:
+        repetitions.append(Round(start, folder / f"round{len(repetitions) + 1}", chance, pause))
+        repetitions[-1].run(kills - done)
+    return repetitions
 
 
 def differences(single: Path, other: Path) -> dict[str, int]:
@@ -179,8 +179,10 @@ def _compare_orbits(single: Path, other: Path, result: dict[str, int]) -> None:
     """Add the differences of two files of orbits to the counts of `differences`."""
     with h5py.File(single, "r") as first, h5py.File(other, "r") as second:
         names = [[], []]
-        for file, held in ((first, names[0]), (second, names[1])):
-            file.visititems(lambda name, item, held=held: held.append(name) if isinstance(item, h5py.Dataset) else None)
+        for file, contents in ((first, names[0]), (second, names[1])):
+            file.visititems(
+                lambda name, item, contents=contents: contents.append(name) if isinstance(item, h5py.Dataset) else None
+            )
         for name in set(names[0]) | set(names[1]):
             here, there = (file[name][:] if name in file else np.empty(0) for file in (first, second))
             result["values"] += here.size

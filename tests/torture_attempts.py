@@ -156,7 +156,7 @@ ATTEMPTS = (
     TrialStep(
         "a list for the column of a limit",
         edited(SWEEP, SWEEP + "limits: {rod_slider_force_peak: {at_most: 1, times: [a]}}\n"),
-        said="is no figure of this grid",
+        said="is not a column of this grid",
     ),
     TrialStep(
         "a list for a unit",
@@ -312,11 +312,11 @@ def tried(attempt: TrialStep, folder: Path, environment: dict[str, str]) -> Resu
     return Result(attempt, code, time.monotonic() - begin, said.decode("utf-8", "replace"))
 
 
-def try_all(folder: Path, tell=print) -> list[Result]:
+def try_all(folder: Path, describe=print) -> list[Result]:
     """Run all attempts and return their results; report faults."""
     environment = prepared(folder)
     results = [tried(attempt, folder, environment) for attempt in ATTEMPTS]
     for result in results:
         if result.fault:
-            tell(f"{result.attempt.name}: {result.fault}: {result.said[-400:]}")
+            describe(f"{result.attempt.name}: {result.fault}: {result.said[-400:]}")
     return results

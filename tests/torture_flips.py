@@ -62,7 +62,7 @@ def outcome(run: Path, path: Path, written: str) -> str:
     return UNNAMED if refused or code else UNREAD
 
 
-def flips(finished: Path, count: int, seed: int, restore, tell=print) -> dict[str, Counter]:
+def flips(finished: Path, count: int, seed: int, restore, describe=print) -> dict[str, Counter]:
     """Flip `count` bits, one at a time, in copies of a run; `restore(directory)` runs its grid again.
 
     Return for each kind of file how many had each outcome, and how many runs were `restored` to what was
@@ -90,5 +90,5 @@ def flips(finished: Path, count: int, seed: int, restore, tell=print) -> dict[st
             what, restored = FAULT, False
         result.setdefault(kind, Counter()).update([what, "restored"] if restored else [what])
         if what not in (NAMED, UNREAD) or not restored:
-            tell(f"{name}: {what}, {'restored' if restored else 'NOT RESTORED'}")
+            describe(f"{name}: {what}, {'restored' if restored else 'NOT RESTORED'}")
     return result

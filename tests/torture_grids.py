@@ -332,7 +332,7 @@ def _in_child(place: Path, mechanics, arguments) -> int:
         return 0 if "are too many to run them here" in Path("said").read_text(errors="replace") else int(ended.code)
 
 
-def fuzz(count: int, seed: int, folder: Path, tell=print) -> dict:
+def fuzz(count: int, seed: int, folder: Path, describe=print) -> dict:
     """Run `count` mutated grids below `folder`; return counts by exit code and the faults; a grid at fault is kept."""
     mechanics, chance = Short(), random.Random(seed)
     codes, faults, longest = Counter(), [], 0.0
@@ -345,7 +345,7 @@ def fuzz(count: int, seed: int, folder: Path, tell=print) -> dict:
             kept = folder / f"grid{number}.yaml"
             kept.write_bytes(content)
             faults.append((kept.name, ended.fault))
-            tell(f"{kept}: {ended.fault}: {ended.said[-600:]}")
+            describe(f"{kept}: {ended.fault}: {ended.said[-600:]}")
     return {"grids": codes.total(), "codes": dict(codes), "faults": faults, "longest": longest}
 
 

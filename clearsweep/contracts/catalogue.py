@@ -155,23 +155,26 @@ _SIZED = {  # unit of a friction parameter -> its unit for friction given as a c
     "coefficient": ("N*m", "N"),
     "static_coefficient": ("N*m", "N"),
     "viscous": ("N*m*s", "N*s/m"),
+    "bristle_stiffness": ("N*m", "N/m"),
+    "bristle_damping": ("N*m*s", "N*s/m"),
     "m/s": ("rad/s", "m/s"),
     "s/m": ("s", "s/m"),
 }
 
 
-def sized(law: Law, given: str) -> Law:
+def sized(law: Law, values: str) -> Law:
     """Return a friction law with a 'torque' or a 'force' instead of its coefficient, and speeds to match."""
-    names = {"coefficient": given, "static_coefficient": f"static_{given}"}
-    place = ("torque", "force").index(given)
+    names = {"coefficient": values, "static_coefficient": f"static_{values}"}
+    index = ("torque", "force").index(values)
     fields = []
     for field in law.fields:
         units = _SIZED.get(field.name) or _SIZED.get(field.unit)
-        text = f"{field.text}, a {'couple' if given == 'torque' else 'force'}" if field.name in names else field.text
-        unit = units[place] if units else field.unit
+        text = f"{field.text}, a {'couple' if values == 'torque' else 'force'}" if field.name in names else field.text
+        unit = units[index] if units else field.unit
         fields.append(field._replace(name=names.get(field.name, field.name), unit=unit, text=text))
     orders = [
-        each._replace(low=names.get(each.low, each.low), high=names.get(each.high, each.high)) for each in law.orders
+        order._replace(low=names.get(order.low, order.low), high=names.get(order.high, order.high))
+        for order in law.orders
     ]
     return law._replace(fields=tuple(fields), orders=tuple(orders))
 

@@ -50,7 +50,7 @@ class JointLayout(NamedTuple):
         flanged = self.telling and self.corners > WALLS
         parts = {"wear": self.wear_bins, "film": self.film, "friction": self.friction}
         parts |= {"spatial": self.telling, "axial": flanged, "strength": self.strength, "thermal": self.thermal}
-        return {name for name, there in parts.items() if there}
+        return {name for name, present_ in parts.items() if present_}
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -186,7 +186,7 @@ class Layout(NamedTuple):
     @property
     def units(self) -> dict[str, str]:
         """Return name -> SI unit of every column and channel."""
-        return {each.name: each.unit for each in (*self.columns, *self.channels)}
+        return {column.name: column.unit for column in (*self.columns, *self.channels)}
 
     def written(self) -> dict[str, Any]:
         """Return the layout as run.json contains it."""
@@ -222,16 +222,16 @@ def columns_of(
     requests; until : the figure in `simulate.until`; frictions : the joints of friction loads, of
     which those without clearance have a friction power.
     """
-    there = {*asked, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
+    present_ = {*asked, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
     columns: list[Column] = []
     for joint, has in parts.items():
         wanted = (figure for figure in catalogue.figures if figure.of == "joint")
-        columns += [_column(figure, joint, mechanism) for figure in wanted if there | has >= {*figure.needs}]
+        columns += [_column(figure, joint, mechanism) for figure in wanted if present_ | has >= {*figure.needs}]
     for joint in dict.fromkeys(frictions):
         wanted = (figure for figure in catalogue.figures if figure.name == FRICTION_POWER and joint not in parts)
         columns += [_column(figure, joint, mechanism) for figure in wanted]
     for figure in catalogue.figures:
-        if figure.of == "joint" or not there >= {*figure.needs} or (figure.of == "output" and not mechanism.output):
+        if figure.of == "joint" or not present_ >= {*figure.needs} or (figure.of == "output" and not mechanism.output):
             continue
         watched = {column.name: column.unit for column in columns}.get(until, "1")
         columns.append(_column(figure, "", mechanism, until, watched))
@@ -295,8 +295,8 @@ def settling(catalogue: Catalogue, mechanism: Mechanism, *, settles: bool = True
         "spatial": {"wear", "spatial", "axial", "friction"},
         "through": {"wear", "spatial", "friction"},
     }
-    whole = {"wear", "film", "friction"}
-    parts = {column_name(site.name): kinds.get(site.kind, whole) for site in mechanism.joints}
+    total = {"wear", "film", "friction"}
+    parts = {column_name(site.name): kinds.get(site.kind, total) for site in mechanism.joints}
     named = {figure.name for figure in catalogue.figures if figure.settles is settles}
     return tuple(column.name for column in columns_of(catalogue, mechanism, parts, set()) if column.figure in named)
 

@@ -25,7 +25,7 @@ def find(reader: Reader, root: WrittenValue, sections: tuple[str, ...]) -> None:
         if isinstance(written.value, dict):
             reader.added_in, reader.added_written = f"{name}.{ADDED}", dict(written.value)
         else:
-            reader.problems.add(written, f"{name}.{ADDED}", "run.json keeps here what a run added; leave the key out")
+            reader.problems.add(written, f"{name}.{ADDED}", "is filled in by a run in run.json; remove the key")
 
 
 def rows(reader: Reader) -> tuple[tuple[Any, ...], ...]:
@@ -35,7 +35,7 @@ def rows(reader: Reader) -> tuple[tuple[Any, ...], ...]:
     values = [reader.added_cases.get(path, []) for path in reader.axes]
     if set(reader.added_written) != set(reader.axes) or len(set(map(len, values))) > 1:
         place = next(iter(reader.added_written.values()))
-        reader.problems.add(place, reader.added_in, "has not a value of every swept path for every case; leave it out")
+        reader.problems.add(place, reader.added_in, "lacks a value of a swept path for some case; remove the key")
         return ()
     return tuple(zip(*values, strict=True))
 
@@ -73,7 +73,9 @@ def over_of(
             return None
     over: WrittenValue | None = section.value.get("over")
     if over is None or not isinstance(over.value, dict) or not over.value:
-        reader.problems.add(over or section, f"{name}.over", f"names nothing to vary; for example: {example}")
+        reader.problems.add(
+            over or section, f"{name}.over", f"is empty; name at least one key to vary, for example: {example}"
+        )
         return None
     return over
 

@@ -53,8 +53,8 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
             continue
         exponent = reader.values.get(f"{path.rpartition('.')[0]}.exponent")
         known = unit(node, reader.names, exponent)
-        readings = (written_unit(each, known) for each in _texts(written))
-        first = next((each for each in readings if each), None)
+        readings = (written_unit(text, known) for text in _texts(written))
+        first = next((reading for reading in readings if reading), None)
         if first:
             units[path] = first
     return units

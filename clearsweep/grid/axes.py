@@ -105,7 +105,7 @@ def _distinct(problems: Problems, where: str, written: WrittenValue, reading: Re
                 item,
                 where,
                 f"duplicate value {shown(item.value)}, the same as {shown(first[value].value)}{there}; "
-                "every value may be there once",
+                "each value may occur only once",
             )
         elif value is not None:
             first[value] = item
@@ -123,7 +123,7 @@ def _generated(problems: Problems, where: str, kind: str, given: WrittenValue, r
             raise InputError(f"found the count {count:.15g}; expected a whole number from 2 to {_MOST_VALUES}")
         if kind == "logspace":
             values = _powers(items, int(count), reading.unit)
-        elif half_bare(problems, where, items[:2], reading.unit) or None in [reading.value(each) for each in items[:2]]:
+        elif half_bare(problems, where, items[:2], reading.unit) or None in [reading.value(item) for item in items[:2]]:
             return None
         else:
             values = _between(kind, items, int(count), reading.unit)

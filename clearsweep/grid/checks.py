@@ -51,10 +51,10 @@ def _thermal(reader: Reader, joint: str) -> None:
     """Check that a heat balance exists in a dry joint with friction."""
     thermal = f"{joint}.thermal"
     if f"{joint}.film" in reader.shape:
-        sentence = "is the balance of a dry joint, but this one has a film; write film.thermal"
+        sentence = "is for dry joints, but this joint has a film; use film.thermal"
         reader.problems.add(reader.place(thermal), thermal, sentence)
     elif f"{joint}.friction" not in reader.shape:
-        sentence = "has nothing that heats the joint; write a friction law, or leave it out"
+        sentence = "needs a heat source; add a friction law, or remove thermal"
         reader.problems.add(reader.place(thermal), thermal, sentence)
 
 
@@ -81,7 +81,7 @@ def _until(reader: Reader) -> None:
     figure = str(reader.values.get(path, ""))
     if figure and figure not in reader.figures:
         names = [name for name in word_key(reader.shape, path).options if name in reader.figures]
-        sentence = f"{figure} is no figure of this grid{nearest(figure, names)} (known: {', '.join(names)})"
+        sentence = f"{figure} is not a column of this grid{nearest(figure, names)} (known: {', '.join(names)})"
         reader.problems.add(reader.place(path), path, sentence)
 
 
@@ -153,7 +153,7 @@ def _elastic(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     if not known or not value_key(reader.shape, elastic).used(reader.names):
         return
     families = {law: catalogue.of("law"), elastic: catalogue.of("elastic")}
-    tried = [each for path, laws in families.items() for each in laws if each.name in reader.names[path]]
+    tried = [law for path, laws in families.items() for law in laws if law.name in reader.names[path]]
     for chosen in sorted(tried, key=lambda law: law.name):
         for path in _needed(reader, joint, chosen):
             if not reader.there(f"{joint}.{path}"):

@@ -85,7 +85,7 @@ class Definitions(NamedTuple):
                 return ()
             section = way.get(START + name, "")
             groups.setdefault(section if section not in ("sweep", "") else name, []).append(START + name)
-        rows = [list(zip(*(axes[each] for each in paths), strict=False)) for paths in groups.values()]
+        rows = [list(zip(*(axes[path] for path in paths), strict=False)) for paths in groups.values()]
         count = 1
         for part in rows:
             count *= len(part)
@@ -118,7 +118,7 @@ def resolve(
     top = root.value
     section = top.get(DEFINE)
     if section is not None and (not isinstance(section.value, dict) or not section.value):
-        problems.add(section, DEFINE, "defines nothing; for example: `play: 50 um`, or leave the key out")
+        problems.add(section, DEFINE, "is empty; for example: `play: 50 um`, or remove the key")
         section = None
     varied = {path: place for path, place in varied_paths(top) if path not in fixed}
     written: dict[str, WrittenValue] = section.value if section is not None else {}
@@ -198,7 +198,7 @@ class _Reader:
             if path.split(".", 1)[0] in _OF_CASES:
                 self.follow[path] = text
             else:
-                sentence = f"is made of {START}{min(names)}, which varies; only the numbers of a case may be"
+                sentence = f"depends on {START}{min(names)}, which varies; only the numbers of a case may be"
                 self.problems.add(written, path, sentence)
         return self.worked(written, _quantity_text(value, unit))
 
@@ -255,7 +255,7 @@ def _values(written: Mapping[str, WrittenValue], problems: Problems) -> Definiti
         each = written[name]
         if name in open_names:
             circle = " -> ".join([*open_names[open_names.index(name) :], name])
-            problems.add(each, START + name, f"is made of itself: {circle}; break the circle")
+            problems.add(each, START + name, f"depends on itself: {circle}; break the circle")
             wrong.update(open_names[open_names.index(name) :])
             return
         open_names.append(name)
@@ -330,4 +330,4 @@ def varied_paths(top: Mapping[str, WrittenValue]) -> Iterator[tuple[str, Written
     for end in ("largest", "smallest"):
         if isinstance(seek, dict) and end in seek:
             paths = seek[end].value if isinstance(seek[end].value, list) else [seek[end]]
-            yield from ((each.value, each) for each in paths if isinstance(each.value, str))
+            yield from ((path.value, path) for path in paths if isinstance(path.value, str))

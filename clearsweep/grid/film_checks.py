@@ -62,14 +62,14 @@ def _slenderness(reader: Reader, joint: str, law: Law, reached: list[float]) -> 
 def _heat(reader: Reader, film: str) -> None:
     """Check that viscosity falls with temperature, and that a temperature is given only with an oil."""
     if f"{film}.thermal" in reader.sections and not reader.mechanism.turns:
-        sentence = "is a balance over revolutions, of which there are none; write a temperature"
+        sentence = "needs a mechanism with revolutions; give a temperature instead"
         reader.problems.add(reader.place(f"{film}.thermal"), f"{film}.thermal", sentence)
     oil, balance, temperature = f"{film}.viscosity", f"{film}.thermal", f"{film}.temperature"
     if oil not in reader.sections:
         for path in (balance, temperature):
             if reader.there(path):
                 sentence = (
-                    "is of no use to a viscosity that does not depend on it; write viscosity: {at_40C: 46 mm^2/s, "
+                    "has no effect, because the viscosity is constant; use viscosity: {at_40C: 46 mm^2/s, "
                     "at_100C: 6.8 mm^2/s, density: 870 kg/m^3}"
                 )
                 reader.problems.add(reader.place(path), path, sentence)
@@ -102,7 +102,7 @@ def _nothing_behind(reader: Reader, joint: str) -> None:
             if part == "film.transition" and not _written(reader, joint):
                 continue
             sentence = (
-                "belongs to the dry contact behind a film, of which there is none; write contact, or leave it out"
+                "applies to the dry contact under a film, but the joint has no contact; add contact, or remove the key"
             )
             reader.problems.add(reader.place(path), path, sentence)
 
@@ -121,6 +121,6 @@ def _beside_films(reader: Reader, joint: str, catalogue: Catalogue) -> None:
             reader.problems.add(reader.place(path), path, sentence)
     if "seated" in reader.reached("simulate.start"):
         sentence = (
-            f"cannot be seated in the film of {joint}, which bears nothing at rest; leave it out, or write centred"
+            f"cannot be seated in the film of {joint}, which carries no load at rest; remove the key, or use centred"
         )
         reader.problems.add(reader.place("simulate.start"), "simulate.start", sentence)

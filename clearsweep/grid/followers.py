@@ -23,7 +23,7 @@ def check(reader: Reader) -> None:
     """Report numbers that cannot depend on a varied name, and dependent values out of range."""
     for path, text in reader.defined.follow.items():
         node, name = reader.shape.get(path), min(reader.defined.varied_in(text))
-        whose = f"is made of {START}{name}, which varies"
+        whose = f"depends on {START}{name}, which varies"
         fields = node.fields(reader.names) if isinstance(node, Number) else ()
         if not isinstance(node, Number) or not node.sweep or path.endswith(".exponent"):
             reader.problems.add(reader.place(path), path, f"{whose}; this value cannot: write it without that name")
@@ -32,7 +32,7 @@ def check(reader: Reader) -> None:
             sentence = f"{whose}; a whole number cannot: use names that are not varied"
             reader.problems.add(reader.place(path), path, sentence)
             continue
-        wrong = [(each, value) for value in reader.reached(path) for each in fields if not each.contains(value)]
+        wrong = [(field, value) for value in reader.reached(path) for field in fields if not field.contains(value)]
         for field, value in wrong[:1]:
             sentence = f"= {text} comes to {value:.6g}, out of range; allowed: {field.allowed(value)}"
             reader.problems.add(reader.swept[f"{START}{name}"], path, sentence)

@@ -130,7 +130,7 @@ def _signals(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
     """Return the signals as they are written."""
     written, example = section.value.get("from"), "{rig.csv: {slider/a: acceleration}}"
     if written is None or not isinstance(written.value, dict) or not written.value:
-        sentence = f"says no measured signal; write a file, a channel and the column of the file: {example}"
+        sentence = f"is empty; give a file, a channel and the column of the file: {example}"
         reader.problems.add(written or section, f"{IDENTIFY}.from", sentence)
         return ()
     signals = []

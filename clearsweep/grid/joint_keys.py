@@ -49,7 +49,7 @@ ALONG = "constant force on the block, such as a seal's; its friction acts along 
 
 def add_preload(tree: Shape, path: str, catalogue: Catalogue, text: str = _COUPLE) -> None:
     """Add the keys of the preload of a pin, or of a guide, which also acts without contact."""
-    laws = frozenset(law.name for law in catalogue.of("friction") if not law.remembers)
+    laws = frozenset(law.name for law in catalogue.of("friction") if not law.sticks)
     use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))
     tree[f"{path}.friction.{PRELOAD}"] = Number((use,))
 

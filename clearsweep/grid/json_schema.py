@@ -196,7 +196,7 @@ def _optimise() -> dict[str, Any]:
     ]
     columns = {"anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}]}
     return {
-        "description": "the values with which columns of summary.parquet are smallest or largest, within `limits`",
+        "description": "values that minimise or maximise columns of summary.parquet within `limits`",
         "type": "object",
         "required": ["over", "cases"],
         "anyOf": [{"required": [sense]} for sense in SENSES],
@@ -216,7 +216,7 @@ def _identify() -> dict[str, Any]:
     pair = {"type": "array", "minItems": 2, "maxItems": 2}
     columns = {"type": "object", "minProperties": 1, "additionalProperties": {"type": "string"}}
     return {
-        "description": "the values of keys with which the machine does what was measured",
+        "description": "values of keys that reproduce measured signals",
         "type": "object",
         "required": ["over", "from", "cases"],
         "additionalProperties": False,
@@ -225,7 +225,7 @@ def _identify() -> dict[str, Any]:
             "from": columns | {"additionalProperties": columns, "description": "file -> channel -> column of the file"},
             "cases": {"type": "integer", "minimum": 16, "description": "how many there may be"},
             "features": {"type": "array", "minItems": 1, "items": {"enum": list(FEATURES)}},
-            "seed": {"type": "integer", "minimum": 0, "description": "of what is drawn, default 0"},
+            "seed": {"type": "integer", "minimum": 0, "description": "seed of the random sample; default 0"},
             ADDED: _ADDED,
         },
     }

@@ -78,11 +78,6 @@ _SLOT = (
     Field("length", "m", "length along the pin; wear needs it", optional=True),
 )
 _ON_FLAT = "hertz-line"  # the pressure law of wear in a slot; others assume a journal in a bearing
-_BRISTLES = "bristles need a joint with clearance; write it as joints.NAME.friction, or take a law without bristles"
-_STICKS = (
-    "it needs a size that does not depend on the reactions; write `force` in a guide or `torque` in a pin in place of "
-    "`coefficient`, or give the joint clearance"
-)
 _TIME_LIMIT = Field(
     "time_limit",
     "s",
@@ -144,7 +139,7 @@ _UNTIL = (
         default=500.0,
     ),
 )
-_NO_INTERVAL = "maxima, minima and totals have no interval that narrows as a run goes on, so they cannot be judged"
+_NO_INTERVAL = "maxima, minima and totals have no interval that narrows as a run continues"
 _HORIZON = Flag("find the Lyapunov exponent and the horizon of prediction, by a second run")
 _ERROR_CHECK = Flag("run each case again at a tenth of the tolerance and store the difference of every figure")
 _IMPACTS = Field(
@@ -159,7 +154,7 @@ _METHOD = Word(
 
 def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     """Return every dotted path that a grid of this mechanism may contain, sections before their keys."""
-    kinds = tuple(each.name for each in catalogue.mechanisms)
+    kinds = tuple(mechanism.name for mechanism in catalogue.mechanisms)
     tree: Shape = {"mechanism": Section("the bodies"), "mechanism.type": Word(kinds, "which mechanism")}
     for keys in mechanism.keys:
         _keys(tree, keys, catalogue)
@@ -167,7 +162,7 @@ def shape(mechanism: Mechanism, catalogue: Catalogue) -> Shape:
     if always:
         tree["joints"] = Section("the joint")
     else:
-        tree["joints"] = Section("the joints that have clearance; one that is not named is ideal", "implied")
+        tree["joints"] = Section("the joints with clearance; all others are ideal", "implied")
     for site in mechanism.joints:
         _SITES[site.kind](tree, f"joints.{site.name}", site, catalogue)
     if mechanism.turns:
@@ -194,14 +189,11 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
     for choice in keys.words:
         tree[f"{keys.path}.{choice.name}"] = Word(choice.options, choice.text, choice.default)
     if keys.family:
-        sticks = bool(keys.given)  # friction that does not depend on reactions may stick
-        usable = tuple(law for law in catalogue.of(keys.family) if not law.remembers or (sticks and law.sticks))
-        usable = tuple(sized(law, keys.given) for law in usable) if keys.given else usable
-        names = tuple(law.name for law in usable)
-        others = {law.name: _BRISTLES for law in catalogue.of(keys.family) if law.remembers and not law.sticks}
-        others |= {} if sticks else {law.name: _STICKS for law in catalogue.of(keys.family) if law.sticks}
-        tree[f"{keys.path}.law"] = Word(names, f"the {keys.family} law", sweep=True, noun="law", refused=others)
-        add_laws(tree, keys.path, "law", usable)
+        laws = catalogue.of(keys.family)
+        laws = tuple(sized(law, keys.given) for law in laws) if keys.given else laws
+        names = tuple(law.name for law in laws)
+        tree[f"{keys.path}.law"] = Word(names, f"the {keys.family} law", sweep=True, noun="law")
+        add_laws(tree, keys.path, "law", laws)
     add_numbers(tree, keys.path, keys.fields)
     for columns in keys.tables:
         tree[f"{keys.path}.{columns.name}"] = Table(columns)
@@ -209,9 +201,9 @@ def _keys(tree: Shape, keys: Keys, catalogue: Catalogue) -> None:
 
 def _revolutions(tree: Shape, figures: tuple[str, ...], others: tuple[str, ...]) -> None:
     """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts `figures`, but no `others`."""
-    tree["simulate"] = Section("how long, how exactly and from where", "implied")
+    tree["simulate"] = Section("duration, tolerance and start of the motion", "implied")
     add_numbers(tree, "simulate", _SIMULATE)
-    tree["simulate.start"] = Word(("centred", "seated"), "where the journals are at t = 0", "centred")
+    tree["simulate.start"] = Word(("centred", "seated"), "positions of the journals at t = 0", "centred")
     tree["simulate.method"] = _METHOD
     add_numbers(tree, "simulate", _BUDGETS)
     add_numbers(tree, "simulate", (life_keys.TIME_BUDGET,), sweep=False)

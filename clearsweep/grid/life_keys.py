@@ -12,7 +12,7 @@ _PATH = "simulate.time_budget"
 TIME_BUDGET = Field(
     "time_budget",
     "s",
-    "most process time of a case; not part of `case_id`; none with `life` unless it is written",
+    "largest process time of a case; not part of `case_id`; no default with `life`",
     0.0,
     1e9,
     high_open=False,
@@ -23,7 +23,7 @@ _FIELDS = (
     Field(
         "tolerance",
         "1",
-        "largest share of a jump's wear that the wear rates before and after it may distribute differently; also the "
+        "largest share of a jump's wear whose position may differ between the wear rates before and after it; also the "
         "relative half-width of the 95 % interval of a block's wear rate",
         1e-4,
         0.5,
@@ -51,7 +51,12 @@ _FIELDS = (
         default=200,
         whole=True,
     ),
-    Field("longest_jump", "1", "most revolutions from one block to the next; left out: no bound", optional=True),
+    Field(
+        "longest_jump",
+        "1",
+        "largest number of revolutions from one block to the next; default: unlimited",
+        optional=True,
+    ),
 )
 
 
@@ -61,7 +66,7 @@ def add_keys(tree: Shape) -> None:
     if not wearing or "simulate.revolutions" not in tree:
         return
     tree[LIFE] = Section("wear on until a limit is reached, by jumps from block to block of revolutions", "optional")
-    tree[f"{LIFE}.joint"] = Word(wearing, "the joint that is judged; it needs `wear`")
+    tree[f"{LIFE}.joint"] = Word(wearing, "the joint whose wear is limited; it needs `wear`")
     tree[f"{LIFE}.of"] = Word(
         OF,
         "the depth of the deepest bin of either body, or the largest increase of the eccentricity at first touch",
@@ -88,7 +93,7 @@ def check(reader: Reader) -> None:
     for path, reason in (
         ("simulate.until", "a life makes its blocks as long as the wear rate needs"),
         ("simulate.error_check", "a life gives its own error, in the interval of its revolutions"),
-        ("save.worst", "the largest peak of a life is that of one of many blocks, and its history gives of all"),
+        ("save.worst", "a life has many blocks; its history contains the peak of each"),
     ):
         if path in reader.sections or path in reader.values:
             reader.problems.add(reader.place(path), path, f"has no effect with `life`: {reason}; leave it out")
@@ -105,17 +110,14 @@ def _joint(reader: Reader, joint: str) -> None:
         reader.problems.add(reader.place(path), path, f"{joint} has no clearance here; {some}")
         return
     if f"{own}.wear" not in reader.shape:
-        sentence = (
-            "is missing; a life needs the wear of the joint that it judges; for example: {law: archard, coefficient: "
-            "2e-14 m^2/N}"
-        )
+        sentence = "is missing; life needs the wear of its joint; for example: {law: archard, coefficient: 2e-14 m^2/N}"
         reader.problems.add(reader.place(path), f"{own}.wear", sentence)
     limits, radii = reader.reached(f"{LIFE}.limit"), reader.reached(f"{own}.bearing_radius")
     if limits and radii and max(limits) > SHALLOW * min(radii):
         path = f"{LIFE}.limit"
         sentence = (
             f"found {reader.said(path, max(limits))}; allowed: at most {SHALLOW:g} of {own}.bearing_radius, "
-            f"{reader.said(f'{own}.bearing_radius', min(radii))}: what is worn is to be a small change of the shape"
+            f"{reader.said(f'{own}.bearing_radius', min(radii))}: wear must remain a small change of the shape"
         )
         reader.problems.add(reader.place(path), path, sentence)
 
@@ -137,8 +139,8 @@ def _blocks(reader: Reader) -> None:
             if abs(window - round(window)) > WHOLE or round(window) < 1:
                 where = "simulate.revolutions"
                 sentence = (
-                    f"found {window:.6g} revolutions after simulate.discard; with life they have to be a whole number, "
-                    "as what wears off in them is taken for that of all"
+                    f"found {window:.6g} revolutions after simulate.discard; with life the number must be whole, "
+                    "as their wear is extrapolated to all revolutions"
                 )
                 reader.problems.add(reader.place(where), where, sentence)
                 return

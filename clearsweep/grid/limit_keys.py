@@ -52,7 +52,7 @@ def _entries(reader: Reader, root: WrittenValue, name: str, example: str) -> dic
 
 def _unknown(name: str, units: dict[str, str]) -> str:
     known = f" (known: {', '.join(units)})"  # a long list, shown only if no name is near
-    return f"is no figure of this grid{nearest(name, units) or known}"
+    return f"is not a column of this grid{nearest(name, units) or known}"
 
 
 def _taken(reader: Reader, name: str) -> str:
@@ -60,7 +60,7 @@ def _taken(reader: Reader, name: str) -> str:
     if name in reader.figures:
         return "is a column already; give the figure another name"
     if name in (EXCEEDED, MARGIN, "case_id", "status", "message", *expression.FUNCTIONS):
-        return "is a name with a meaning of its own; give the figure another one"
+        return "is a reserved name; rename the figure"
     return "" if name.isidentifier() else "found a name that is none; expected letters, digits and _, no digit first"
 
 
@@ -84,7 +84,7 @@ def _bounds(reader: Reader, column: str, written: WrittenValue, units: dict[str,
             sentence = f"unknown key{nearest(key, known)} (known: {', '.join(known)})"
             reader.problems.add(written.key_place(key), f"{path}.{key}", sentence)
     if not any(kind in entries for kind in KINDS) and all(key in known for key in entries):
-        reader.problems.add(written, path, f"contains no limit; write {' or '.join(KINDS)}, such as {{at_most: 5 kN}}")
+        reader.problems.add(written, path, f"contains no limit; add {' or '.join(KINDS)}, such as {{at_most: 5 kN}}")
         return
     unit, bounds = units[column], dict[str, Any]()
     if _TIMES in entries:

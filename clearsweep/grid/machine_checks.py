@@ -5,7 +5,7 @@ from ..contracts.outline import GROUND, JointOutline
 from .keys import Section
 from .reader import Reader
 
-_REACHES = "no chain of joints leads from the ground to it; join it to a body that does hang, or leave it out"
+_REACHES = "no chain of joints connects it with the ground; connect it with a joint, or remove it"
 
 
 def check(reader: Reader, catalogue: Catalogue) -> None:
@@ -23,7 +23,7 @@ def check(reader: Reader, catalogue: Catalogue) -> None:
             reader.problems.add(reader.place(path), path, sentence)
         if load.form == "friction":
             _rubbing(reader, path, load.on, load.given)
-        if load.given:
+        if load.form == "friction":
             _sticking(reader, f"{path}.friction.law", {law.name for law in catalogue.of("friction") if law.sticks})
     for site in reader.mechanism.joints:
         if site.kind == "spatial" and f"joints.{site.name}" in reader.shape:
@@ -43,7 +43,7 @@ def _bodies(reader: Reader) -> None:
     """Check that there is a ground, that no joint connects a body with itself, and that every body is connected."""
     outline, section = reader.outline, "mechanism.bodies"
     if GROUND not in {body.name for body in outline.bodies}:
-        sentence = "is missing; write the body that does not move, such as ground: {points: {main: [0 mm, 0 mm]}}"
+        sentence = "is missing; add the body that does not move, such as ground: {points: {main: [0 mm, 0 mm]}}"
         reader.problems.add(reader.place(section), f"{section}.{GROUND}", sentence)
         return
     links = []
@@ -74,7 +74,7 @@ def _bodies(reader: Reader) -> None:
 def _driven(reader: Reader) -> None:
     """Check that the driven body is on the ground, in a joint without clearance."""
     path = "mechanism.driven"
-    joint = next((each for each in reader.outline.joints if each.name == reader.values.get(path)), None)
+    joint = next((joint for joint in reader.outline.joints if joint.name == reader.values.get(path)), None)
     ends = _bodies_of_joint(reader, joint) if joint else None
     if joint is None or ends is None:
         return
@@ -95,7 +95,7 @@ def _initial(reader: Reader) -> None:
         for joint in reader.outline.joints:
             if body.name in joint.bodies and joint.name not in reader.outline.clearances:
                 sentence = (
-                    f"{joint.name} is ideal and holds {body.name}, so that it determines how {body.name} starts; leave "
+                    f"{joint.name} is ideal and holds {body.name}, which determines how {body.name} starts; leave "
                     f"initial out, or give {joint.name} clearance"
                 )
                 reader.problems.add(reader.place(path), path, sentence)
@@ -149,19 +149,21 @@ def _elastic(reader: Reader, body: str) -> None:
         at = next((end for end in (joint.proximal, joint.distal) if end.partition(".")[0] == body), None)
         if at is not None and (joint.type != "revolute" or at not in ends):
             what = {"prismatic": "a guide", "slot": "a slot"}.get(joint.type, f"at {at}")
-            sentence = f"{joint.name}, {what}, is on it, which is not known: a link gives between its two pins alone"
+            sentence = f"{joint.name}, {what}, is on it, which is not available: elastic links deform between two pins"
             reader.problems.add(reader.place(path), path, sentence)
     for load in reader.outline.loads:
         values = (reader.values.get(f"loads.{load.name}.{key}") for key in ("point", "between.0"))
         point, anchored = (f"{body}.{value}" for value in values)
         at_pin = point in ends and reader.outline.bodies
         if anchored == f"{body}.{body}" or (load.form != "friction" and load.on == body and not at_pin):
-            sentence = f"acts on {body}, an elastic link, off its pins, which is not known; name the point of a pin"
+            sentence = (
+                f"acts on {body}, an elastic link, away from its pins, which is not available; use the point of a pin"
+            )
             reader.problems.add(reader.place(f"loads.{load.name}"), f"loads.{load.name}", sentence)
 
 
 def _sticking(reader: Reader, path: str, sticking: set[str]) -> None:
-    """Check that no clearance joint uses sticking friction together with sticking friction of given size."""
+    """Check that no clearance joint uses sticking friction together with sticking friction of a load."""
     others = (other for other in reader.names if other.startswith("joints.") and other.endswith(".friction.law"))
     if reader.names.get(path, frozenset()) & sticking and any(reader.names[other] & sticking for other in others):
         sentence = "sticks, which is not available with a joint with clearance that also sticks; choose another law"

@@ -61,7 +61,7 @@ def read(file: str | PathLike, units: Mapping[str, str | None], *, others: bool 
                 f"(known: {', '.join(known)}); write its unit behind it, such as acceleration [m/s^2]"
             )
         if name in columns:
-            raise InputError(f"{path}:1:{place + 1}: '{name}' is there twice; keep one of them")
+            raise InputError(f"{path}:1:{place + 1}: '{name}' occurs twice; keep one of them")
         wanted = OVER.get(name) or units[name]
         columns[name] = np.array(_values(str(path), rows, place, unit if wanted else "", wanted or "1"))
     if others and (missing := [name for name in units if name not in columns]):
@@ -105,4 +105,4 @@ def _check_steps(file: str, over: str, places: "np.ndarray", lines: list[int]) -
     if steps.max() > GAP * np.median(steps):
         line = lines[int(np.argmax(steps)) + 1]
         sentence = f"a step of {over} is {steps.max() / np.median(steps):.3g} times the usual one"
-        raise InputError(f"{file}:{line}: {sentence}; cut the file there, samples are missing")
+        raise InputError(f"{file}:{line}: {sentence}; samples are missing; cut the file there")

@@ -178,13 +178,15 @@ def _objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool]
         for item in items:
             if not isinstance(item.value, str) or item.value not in known:
                 near = nearest(str(item.value), known) or f" (known: {', '.join(known)})"
-                reader.problems.add(item, f"{OPTIMISE}.{sense}", f"{shown(item.value)} is no figure of this grid{near}")
+                reader.problems.add(
+                    item, f"{OPTIMISE}.{sense}", f"{shown(item.value)} is not a column of this grid{near}"
+                )
             elif item.value in dict(objectives):
-                reader.problems.add(item, f"{OPTIMISE}.{sense}", f"{item.value} is there twice; write it once")
+                reader.problems.add(item, f"{OPTIMISE}.{sense}", f"{item.value} occurs twice; remove one of them")
             else:
                 objectives.append((item.value, sense == SENSES[1]))
     if not any(sense in section.value for sense in SENSES):
-        sentence = "is missing; write the column to make small, or maximise: the one to make large"
+        sentence = "is missing; give the column to minimise, or maximise: the column to maximise"
         reader.problems.add(section, f"{OPTIMISE}.{SENSES[0]}", sentence)
     return tuple(objectives)
 

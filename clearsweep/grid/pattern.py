@@ -195,5 +195,5 @@ def _shared(tree: dict[str, Any]) -> Shared:
 def _sections_above(paths: Iterable[str]) -> list[list[str]]:
     """Return the sections that contain one of the paths, outer ones first."""
     parts = [path.split(".") for path in paths]
-    above = dict.fromkeys(tuple(each[:depth]) for each in parts for depth in range(1, len(each)))
+    above = dict.fromkeys(tuple(part[:depth]) for part in parts for depth in range(1, len(part)))
     return sorted(map(list, above), key=len)

@@ -144,8 +144,8 @@ def _merged_rows(places: _Places) -> Iterator[Row]:
         known = options if row.key == "law" else known
         text = f"{_laws(laws, known)}: {row.text}" if laws else row.text
         lacking: dict[tuple[str, ...], list[str]] = {}
-        for place, each in owners.items():
-            lacking.setdefault(tuple(word for word in options if word not in each[0].options), []).append(place)
+        for place, owner in owners.items():
+            lacking.setdefault(tuple(word for word in options if word not in owner[0].options), []).append(place)
         for words, those in lacking.items():
             text += f"; {_owners_text(those, owners)}: without {_quoted(words)}" if words else ""
         having = {place for place, (_, own) in places.items() if any({*laws} & {*each.options} for each in own)}

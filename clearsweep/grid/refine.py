@@ -41,10 +41,10 @@ def read(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -> Refin
         sentence = "conflicts with `seek`, which finds a border by itself; remove one of the two"
         reader.problems.add(section, REFINE, sentence)
     if not limits:
-        reader.problems.add(section, REFINE, "there are no limits whose border could be followed; write `limits`")
+        reader.problems.add(section, REFINE, "needs limits, whose border it refines; add `limits`")
     paths = tuple(path for path in reader.axes if reader.way[path] == "sweep" and _divisible(reader, path))
     if not paths:
-        sentence = "nothing can lie between the cases: `sweep` at least one quantity with two values or more"
+        sentence = "no cases can be added between the cases: `sweep` at least one quantity with two or more values"
         reader.problems.add(section, REFINE, sentence)
     for path in reader.axes:
         check_always_used(reader, section, REFINE, path)

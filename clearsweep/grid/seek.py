@@ -98,8 +98,10 @@ def range_of(
     if among is not None:
         return _among(reader, section, paths, values_of)
     if between is None or not isinstance(between.value, list) or len(between.value) != 2:
-        found = "is missing" if between is None else f"found {shown(between.value)}"
-        reader.problems.add(between or section, f"{SEEK}.between", f"{found}; write the range, such as [5 um, 200 um]")
+        results = "is missing" if between is None else f"found {shown(between.value)}"
+        reader.problems.add(
+            between or section, f"{SEEK}.between", f"{results}; write the range, such as [5 um, 200 um]"
+        )
         return None
     return paths, between
 
@@ -115,7 +117,7 @@ def _paths(reader: Reader, written: WrittenValue, where: str) -> list[WrittenVal
     names = [path.value for path in paths]
     twice = [path for k, path in enumerate(paths) if path.value in names[:k]]
     for path in twice:
-        reader.problems.add(path, where, f"{path.value} is there twice; write it once")
+        reader.problems.add(path, where, f"{path.value} occurs twice; remove one of them")
     return None if twice else list(paths)
 
 
@@ -133,10 +135,10 @@ def _among(
     if not isinstance(content, dict) or [*content] != ["fits"] or not isinstance(content["fits"].value, list):
         reader.problems.add(among, f"{SEEK}.among", f"found {shown(content)}; expected {_AMONG}")
         return None
-    found = fits_among(reader, [path.value for path in paths], content["fits"].value, values_of)
-    if found is None:
+    results = fits_among(reader, [path.value for path in paths], content["fits"].value, values_of)
+    if results is None:
         return None
-    reader.among = tuple(sorted(found, key=lambda fit: fit.high))
+    reader.among = tuple(sorted(results, key=lambda fit: fit.high))
     place = among.origin, among.line, among.column
     values = [WrittenValue(f"{fit.high!r} m", *place, by_name=True) for fit in reader.among]
     return paths, WrittenValue(values, among.origin, among.line, among.column)

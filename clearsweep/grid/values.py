@@ -163,7 +163,7 @@ def _missing_section(path: str, node: Section, content: dict[str, WrittenValue])
 def _unknown(path: str, key: str, known: list[str]) -> str:
     """Return the message for a key that does not belong in the section at `path`."""
     if path == "drive" and key in DRIVES:
-        other = next((each for each in DRIVES if each in known), DRIVES[0])
+        other = next((drive for drive in DRIVES if drive in known), DRIVES[0])
         return f"conflicts with {other}; a drive has one of {', '.join(DRIVES)}: leave the others out"
     if key == "elastic" and path.startswith("mechanism."):
         stretches = "an elastic link stretches along the line between two pins of a plane"

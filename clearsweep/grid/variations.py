@@ -217,7 +217,7 @@ def _always_used(reader: Reader, path: str) -> None:
 def searched(reader: Reader) -> dict[str, tuple[str, ...]]:
     """Return the paths that `optimise` or `identify` vary in step, by section."""
     searches = {optimised.OPTIMISE: reader.optimise, identified.IDENTIFY: reader.identify}
-    return {section: tuple(each.over) for section, each in searches.items() if each}
+    return {section: tuple(search.over) for section, search in searches.items() if search}
 
 
 def first_values(reader: Reader) -> dict[str, tuple[Any, ...]]:

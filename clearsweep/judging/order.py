@@ -37,14 +37,14 @@ class Lead(NamedTuple):
     @property
     def columns(self) -> tuple[str, ...]:
         """Return all columns that the ranking needs."""
-        return tuple(dict.fromkeys(name for each in self.candidates for name in each.columns))
+        return tuple(dict.fromkeys(name for candidate in self.candidates for name in candidate.columns))
 
     def worst(self, columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Return the worst value of each case over the candidates, NaN if all are null, and the candidate's index.
 
         columns : (n,) each, NaN for null
         """
-        values = np.array([np.asarray(columns[each.columns[0]], float) for each in self.candidates])
+        values = np.array([np.asarray(columns[candidate.columns[0]], float) for candidate in self.candidates])
         if self.question == "optimise" and MARGIN in self.columns:  # cases beyond the limits are never the best
             values = np.where(np.asarray(columns[MARGIN], float) < 0.0, np.nan, values)
         sign = -1.0 if self.smallest else 1.0

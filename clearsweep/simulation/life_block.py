@@ -167,7 +167,9 @@ class Log(Protocol):
 def encoded(records: Sequence[BlockRecord]) -> bytes:
     """Return the results of blocks as bytes; `read` restores them to the last bit."""
     content = io.BytesIO()
-    rows: dict[str, Any] = {name: np.array([getattr(each, name) for each in records]) for name in BlockRecord._fields}
+    rows: dict[str, Any] = {
+        name: np.array([getattr(record, name) for record in records]) for name in BlockRecord._fields
+    }
     np.savez(content, **rows)
     return content.getvalue()
 

@@ -95,7 +95,7 @@ PEAKS = (
     Figure(
         "force_peak_million_high",
         "N",
-        "what the largest normal force of 10^6 revolutions exceeds with a probability of 2.5 %; null as that",
+        "exceeded by the largest normal force of 10^6 revolutions with a probability of 2.5 %; null as the median",
         of="joint",
         needs=("turns",),
         value=_expected("high"),

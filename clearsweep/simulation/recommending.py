@@ -17,9 +17,7 @@ from .scene import catalogue
 FAMILIES = ("elastic", "law")  # of which one law each is recommended
 MOST_CASES = 25  # of a grid that are looked at
 DEPTH = 1e-6  # m, at which the forces of laws are compared
-_CAVEAT = (
-    "The load is the largest reaction without clearance; impacts are harder. clearsweep list NAME says what a law is."
-)
+_CAVEAT = "The load is the largest reaction without clearance; impacts are harder. clearsweep list NAME explains a law."
 
 
 class Recommendation(NamedTuple):
@@ -60,16 +58,20 @@ def recommendations_for(joint: Joint, load: float | None) -> list[Recommendation
 
 def elastic_words(joint: Joint, load: float | None) -> dict[str, tuple[str, str]]:
     """Return elastic law -> whether it is valid for a joint under a load (N), and why."""
-    return {each.law: (each.word, each.reason) for each in of_joint(joint, load).verdicts if each.family == "elastic"}
+    return {
+        verdict.law: (verdict.word, verdict.reason)
+        for verdict in of_joint(joint, load).verdicts
+        if verdict.family == "elastic"
+    }
 
 
 def alternatives(case: Case) -> dict[str, list[str]]:
     """Return path of a law's name -> the other laws that hold in its joint."""
     names: dict[str, list[str]] = {}
     for joint, known in zip(case.joints, advice(case), strict=True):
-        for each in known.verdicts:
-            if each.family in FAMILIES and each.word == HOLDS and each.law != _used(joint, each.family):
-                names.setdefault(f"joints.{joint.name}.{KEYS[each.family]}", []).append(each.law)
+        for verdict in known.verdicts:
+            if verdict.family in FAMILIES and verdict.word == HOLDS and verdict.law != _used(joint, verdict.family):
+                names.setdefault(f"joints.{joint.name}.{KEYS[verdict.family]}", []).append(verdict.law)
     return names
 
 
@@ -98,7 +100,7 @@ def _text(joint: Joint, looked: Sequence[Advice], name: str | None) -> str:
         chosen = [each for each in worst if each.law == name]
         if not chosen:
             known = dict.fromkeys(each.law for each in worst)
-            raise InputError(f"list: nothing is known of '{name}' there{nearest(name, known)}")
+            raise InputError(f"list: no entry '{name}' there{nearest(name, known)}")
         return "\n".join([" ... ".join(settings), *(line for each in chosen for line in ("", *_rows([each])))])
     lines = [" ... ".join(settings), "", *(each.sentence() for each in _of(joint, worst))]
     if factor := _factor(joint, [each.law for each in worst if each.family == "elastic" and each.word == HOLDS]):
@@ -111,12 +113,12 @@ def _text(joint: Joint, looked: Sequence[Advice], name: str | None) -> str:
 def _rows(verdicts: list[Verdict]) -> list[str]:
     """Return the laws of a family: those that hold row by row, of many others the names alone."""
     alone = len(verdicts) == 1
-    shown = [each for each in verdicts if alone or each.word == HOLDS]
+    shown = [verdict for verdict in verdicts if alone or verdict.word == HOLDS]
     wide = max((len(each.law) for each in shown), default=0)
     lines = [KEYS[verdicts[0].family], *(f"  {each.law:{wide}}  {each.word:8}  {each.reason}" for each in shown)]
     for word in () if alone else (DOUBTFUL, OUT):
-        if names := [each.law for each in verdicts if each.word == word]:
-            lines.append(f"  {word}: {', '.join(names)} (clearsweep list NAME --for GRID says why)")
+        if names := [verdict.law for verdict in verdicts if verdict.word == word]:
+            lines.append(f"  {word}: {', '.join(names)} (clearsweep list NAME --for GRID gives the reason)")
     return lines
 
 
@@ -165,7 +167,7 @@ def _used(joint: Joint, family: str) -> str:
 def _by_law(advices: Iterable[Advice]) -> dict[tuple[str, str], list[Verdict]]:
     """Return what is to be said of each law in some cases."""
     verdicts: dict[tuple[str, str], list[Verdict]] = {}
-    for verdict in (verdict for each in advices for verdict in each.verdicts):
+    for verdict in (verdict for offered in advices for verdict in offered.verdicts):
         verdicts.setdefault((verdict.family, verdict.law), []).append(verdict)
     return verdicts
 

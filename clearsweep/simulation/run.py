@@ -14,19 +14,19 @@ from ..mechanics.compiled.family import NO_ENTRY, form_number, put_numbers
 from ..mechanics.compiled.pinned import Pinned
 from ..mechanics.coupling.guards import guards_of
 from ..mechanics.coupling.rates import observed_width, samples_of, slopes_of
+from ..mechanics.coupling.state import every_state
 from ..mechanics.coupling.trial_step import rates_of, stages_of, sweep_of
 from ..mechanics.coupling.wear import room_of, wear_of
 from ..mechanics.joint.contract import (
     contact_modes,
     every_contact,
-    every_internal_state,
     every_latched,
     touches,
 )
 from ..mechanics.joint.loss.contract import awaits_mass, keeps_onset
 from ..mechanics.joint.places import Offsets, after_joint, first_place, with_current_state
 from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
-from ..mechanics.mechanism.contract import friction_loads
+from ..mechanics.mechanism.contract import friction_laws
 from ..mechanics.observe import histogram
 from ..mechanics.observe.histogram import MOMENTS
 from ..mechanics.observe.stages import PLACES, STAGES
@@ -133,7 +133,7 @@ def _accumulators_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarra
         workspace=zeros(room_of(contacts, bins) if worn else 0),
         wear=zeros(2 * contacts * bins),
         account=zeros((contacts, ACCOUNT)),
-        friction=zeros(friction_loads(scene.value.mechanism)),
+        friction=zeros(len(friction_laws(scene.value.mechanism))),
     )
 
 
@@ -153,7 +153,7 @@ class Run:
     def __init__(self, start: Start, *, turned: bool = False):
         """Initialise at `start`; its times are in s or, for a free crank that has `turned`, in rad."""
         scene, value, contacts = start.scene, start.scene.value, every_contact(start.scene.value.joints)
-        internal, self.memory = every_internal_state(value.joints), _Memory()
+        internal, self.memory = every_state(value), _Memory()
         n, many, zeros = scene.start.size, len(contacts), self.memory.zeros
         self.number, self.form, self.turned = form_number(value), start.form, turned
         self.arrays = arrays = arrays_of(scene)

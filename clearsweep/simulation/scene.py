@@ -17,8 +17,9 @@ from ..contracts.machine import Machine
 from ..judging.verdict import NO_VERDICT, Verdict
 from ..language.errors import InputError
 from ..mechanics.coupling import rates
+from ..mechanics.coupling.state import every_state
 from ..mechanics.joint import registry
-from ..mechanics.joint.contract import every_contact, every_internal_state, states_of
+from ..mechanics.joint.contract import every_contact
 from ..mechanics.joint.elastic.contract import static_penetration
 from ..mechanics.joint.guide import Guide as GuideTerm
 from ..mechanics.joint.guide import deepest_corner
@@ -116,11 +117,10 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         _check_inside(built, joints)
     sigma = math.sqrt(min([term.clearance for term in terms]))
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
-    internal = every_internal_state(terms) if states_of(value).integrated else []
-    start = np.array([*built.start.tolist(), *roots.tolist(), *[began for _, _, began in internal]])
-    layout, clock = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
+    start = np.array([*built.start.tolist(), *roots.tolist(), *[began for _, _, began in every_state(value)]])
+    layout, time_source = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
     spent = time.perf_counter() - begin
-    return Scene(case, mechanism, built, value, layout, start, pressed, machine, clock, worn, build_time=spent)
+    return Scene(case, mechanism, built, value, layout, start, pressed, machine, time_source, worn, build_time=spent)
 
 
 def state_units(scene: Scene) -> np.ndarray:

@@ -34,7 +34,7 @@ SPATIAL = (
     Figure(
         "tilt_limit",
         "rad",
-        "tilt at which the journal jams between the walls; null: none stops it",
+        "tilt at which the journal jams between the walls; null: no limit",
         of="joint",
         needs=("spatial",),
         value=tilt_limit,

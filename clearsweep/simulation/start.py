@@ -8,12 +8,12 @@ import numpy as np
 
 from ..contracts.layout import Layout
 from ..mechanics.compiled.family import flatten, numbers_of
+from ..mechanics.coupling.state import every_state
 from ..mechanics.joint import registry
 from ..mechanics.joint.contract import (
     ONSET_FLOOR,
     contact_modes,
     every_contact,
-    every_internal_state,
     every_latched,
     states_of,
 )
@@ -140,8 +140,7 @@ def first_forms(scene: Scene) -> dict[str, tuple[int, ...]]:
 
 def _states(scene: Scene) -> tuple[list, list]:
     """Return the internal state of a scene's laws: the integrated part and the latched part."""
-    joints, there = scene.value.joints, states_of(scene.value)
-    return every_internal_state(joints) if there.integrated else [], every_latched(joints) if there.latched else []
+    return every_state(scene.value), every_latched(scene.value.joints) if states_of(scene.value).latched else []
 
 
 def _error_scale(scene: Scene, contacts: int, internal: list[float]) -> list[float]:

@@ -60,7 +60,7 @@ def simulate(
     """
     if not isinstance(scene, Scene):
         raise InputError(
-            f"simulate: found {shown(scene)}; expected what load_case returns, as in "
+            f"simulate: found {shown(scene)}; expected the result of load_case, as in "
             "clearsweep.simulate(clearsweep.load_case('grid.yaml'))"
         )
     begin = time.perf_counter()
@@ -143,8 +143,8 @@ def end_of(scene: Scene) -> float:
     end = scene.crank_clock.at(scene.case.simulate.revolutions)
     if math.isinf(end):
         raise InputError(
-            f"drive.speed.table: the crank comes to rest before {scene.case.simulate.revolutions:.6g} revolutions; let "
-            "it go on, or write fewer simulate.revolutions"
+            f"drive.speed.table: the crank stops before {scene.case.simulate.revolutions:.6g} revolutions; "
+            "extend the table, or reduce simulate.revolutions"
         )
     return end
 

@@ -61,6 +61,15 @@ class ResultSchema(NamedTuple):
         frame_hash = hashlib.sha256(text.encode()).hexdigest()
         return cls(grid.layout, axes, frame.get("save.orbits") != "none", frame_hash, grid.verdict, grid.worst)
 
+    @property
+    def content(self) -> str:
+        """Return all that decides the values in the files as text: everything but the descriptions of columns."""
+        columns, channels = (
+            tuple(column._replace(description="") for column in each)
+            for each in (self.layout.columns, self.layout.channels)
+        )
+        return repr(self._replace(layout=self.layout._replace(columns=columns, channels=channels)))
+
 
 class Row(NamedTuple):
     """A row of the summary: identity, swept values and results of a case."""
@@ -79,7 +88,7 @@ def summary_schema(form: ResultSchema) -> pa.Schema:
     columns += [Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float") for axis in form.axes]
     columns += [
         Column("status", "", "'ok', or the word for how the case failed", "text"),
-        Column("message", "", "the failure in a sentence; of an ok case, what to know of it", "text"),
+        Column("message", "", "description of the failure; for an ok case, remarks", "text"),
     ]
     fields = [field_of(column) for column in (*columns, *form.layout.columns)]
     labels = {axis.path: axis.labels for axis in form.axes if axis.labels}

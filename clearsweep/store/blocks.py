@@ -89,7 +89,7 @@ class Cut:
         """
         if len(grid) <= BLOCK or grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws:
             return None
-        digest = hashlib.sha256(repr((BLOCK, shard, ResultSchema.of(grid))).encode())
+        digest = hashlib.sha256(repr((BLOCK, shard, ResultSchema.of(grid).content)).encode())
         for path, values in grid.axes.items():
             digest.update(repr((path, values)).encode())
         return cls(BLOCK, len(grid), digest.hexdigest()[:16])
@@ -128,8 +128,8 @@ def read_mark(block: Block, form: str | None = None) -> dict[str, Any] | None:
 def summed(counts: Sequence[Mapping[str, Any]], part: str) -> Counter[str]:
     """Return the sums of a part of the `counts` of marks over all blocks."""
     total: Counter[str] = Counter()
-    for each in counts:
-        total.update(each[part])
+    for count in counts:
+        total.update(count[part])
     return total
 
 
@@ -147,7 +147,7 @@ def _is_whole(mark: dict[str, Any]) -> bool:
         and isinstance(counts, dict)
         and isinstance(counts.get("unreached"), int)
         and all(
-            isinstance(counts.get(name), dict) and all(isinstance(each, int) for each in counts[name].values())
+            isinstance(counts.get(name), dict) and all(isinstance(count, int) for count in counts[name].values())
             for name in _COUNTED
         )
         and {"cases"} <= counts["remarks"].keys()

@@ -11,9 +11,10 @@ import pyarrow.parquet as pq
 from ..contracts.layout import Column
 from ..judging.verdict import EXCEEDED
 from . import durable
-from .assemble import OrbitFiles, summary_groups
 from .batch import ResultSchema, datasets, field_of, summary_schema, values_of, with_verdict
 from .directory import IDENTIFY_FILE, OPTIMISE_FILE, SEEK_FILE, RunDirectory
+from .orbits import OrbitFiles
+from .summary import summary_groups
 
 
 class CaseResults(NamedTuple):
@@ -55,15 +56,15 @@ def histories(
     run: RunDirectory, form: ResultSchema, rows: np.ndarray, names: Sequence[str]
 ) -> list[dict[str, np.ndarray]]:
     """Return channels of committed cases (ROWS), case by case."""
-    found: list[dict[str, np.ndarray]] = [{} for _ in rows]
+    results: list[dict[str, np.ndarray]] = [{} for _ in rows]
     with OrbitFiles(run, form) as orbits:
         for dataset in datasets(form):
             if dataset.path in names:
                 extents = orbits.extents(dataset.each, dataset.width, rows)
-                for channels, number, start, count in zip(found, rows["batch"].tolist(), *extents, strict=True):
+                for channels, number, start, count in zip(results, rows["batch"].tolist(), *extents, strict=True):
                     content = orbits.read(number, dataset, int(start), int(count))
                     channels[dataset.path] = np.frombuffer(content, dataset.dtype)
-    return found
+    return results
 
 
 def write_answers(
@@ -99,7 +100,7 @@ def write_best(run: RunDirectory, form: ResultSchema, objectives: Sequence[str],
         columns += [Column(name, units[name], "objective") for name in objectives]
         columns += [
             Column("margin", "1", "smallest margin of its limits; null without limits"),
-            Column("limiting", "", "the columns whose limits it exceeds, or the one that is nearest", "text"),
+            Column("limiting", "", "the columns whose limits are exceeded, or the one nearest to its limit", "text"),
         ]
         values = [[each.case_id for each in best]]
         values += [[each.point[axis.path] for each in best] for axis in form.axes]
@@ -139,26 +140,29 @@ def _answers_bytes(form: ResultSchema, paths: Sequence[str], answers: Sequence[A
     columns += [
         *(Column(f"seek.{path}", unit, _VALUE) for path in paths),
         *([Column("seek_fit", "", "the fit that is sought, judged at its largest clearance", "text")] if fits else []),
+        *([Column("seek_beyond", "", "fits beyond the border that keep to the limits", "text")] if fits else []),
         Column("seek_low", unit, "lower end of the interval that contains the border"),
         Column("seek_high", unit, "upper end of the interval that contains the border"),
         Column("limiting", "", _LIMITING, "text"),
         Column("probes", "1", "cases that were looked at", "int"),
     ]
-    names = ("value",) * len(paths) + ("fit",) * fits
-    values += [[getattr(answer, name) for answer in answers] for name in (*names, "low", "high", "limiting", "probes")]
+    values += [[answer.value for answer in answers]] * len(paths)
+    if fits:
+        values += [[answer.fit for answer in answers], [", ".join(answer.beyond) or None for answer in answers]]
+    values += [[getattr(answer, name) for answer in answers] for name in ("low", "high", "limiting", "probes")]
     return _table_bytes(columns, values)
 
 
 def _table_bytes(columns: Sequence[Column], values: Sequence[Sequence[Any]]) -> bytes:
     """Return a Parquet file of these columns, whose metadata hold `unit` and `description`."""
     fields = [field_of(column) for column in columns]
-    arrays = [pa.array(each, field.type) for each, field in zip(values, fields, strict=True)]
+    arrays = [pa.array(value, field.type) for value, field in zip(values, fields, strict=True)]
     content = io.BytesIO()
     pq.write_table(pa.table(arrays, pa.schema(fields)), content, write_page_checksum=True)
     return content.getvalue()
 
 
-_VALUE = "the value sought: limits are kept with it and with what was tried on its safe side; null: with none"
+_VALUE = "the answer: it and all values tried on its safe side meet the limits; null: none does"
 _LIMITING = (
     "the column whose limit is exceeded first beyond it, or the status of a case that fails there; null: none is"
 )

@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 
 from ..contracts.results import TIMINGS
-from .assemble import GROUP_ROWS, OrbitFiles, summary_groups
-from .batch import ResultSchema, datasets, id_text, summary_schema
+from .batch import GROUP_ROWS, ResultSchema, datasets, id_text, summary_schema
 from .directory import RunDirectory
+from .orbits import OrbitFiles
+from .summary import summary_groups
 
 Difference = tuple[str, str, Any, Any]  # case_id, name of a column or dataset, value here, value there
 
@@ -54,6 +55,6 @@ def _in_orbits(
                     for orbits, rows, (begin, count) in zip((here, there), (mine, theirs), places, strict=True)
                 ]
                 if values[0] != values[1]:
-                    here_size, there_size = (f"{len(each):,} bytes" for each in values)
+                    here_size, there_size = (f"{len(value):,} bytes" for value in values)
                     return id_text(case_id), dataset.path, here_size, there_size
     return None

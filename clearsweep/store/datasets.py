@@ -64,7 +64,7 @@ def section_datasets(layout: Layout) -> list[Dataset]:
 _OF_JOINT = (
     ("wear_depth_max", "m", "largest depth worn off either body", False),
     ("clearance", "m", "largest eccentricity, over directions, at which the surfaces touch first", False),
-    ("force_peak", "N", "largest normal force in the block that was run there", False),
+    ("force_peak", "N", "largest normal force of the block at this node", False),
     ("wear_rate", "m/s", "how fast the bin wears that wears fastest", False),
     ("profile_bearing", "m", "depth worn off the bearing in angular bins of its own frame", True),
     ("profile_journal", "m", "depth worn off the journal in angular bins of its own frame", True),
@@ -75,7 +75,7 @@ def life_datasets(layout: Layout) -> list[Dataset]:
     """Return the datasets of the history of a life, node by node."""
     if not layout.life:
         return []
-    text = "revolutions from the start, where nothing has worn, to the limit or as far as the life was run"
+    text = "revolutions from the unworn start to the limit, or to the last block"
     datasets = [Dataset(f"{results.HISTORY}revolutions", np.dtype("f8"), "1", text, NODE)]
     for joint in layout.joints:
         for name, unit, text, binned in _OF_JOINT if joint.wear_bins else ():

@@ -125,7 +125,7 @@ class RunDirectory:
             )
             raise DirectoryError(
                 f"{self.path}: contains the results of another grid; choose another directory with "
-                f"--out, for only the values on swept axes may change; what differs:{lines}"
+                f"--out, as only values on swept axes may change; differences:{lines}"
             )
 
     @contextlib.contextmanager
@@ -182,7 +182,9 @@ class RunDirectory:
                 "choose another directory with --out"
             ) from None
         if not _HOLDER.fullmatch(lock.read(1000)):
-            raise DirectoryError(f"{self.path / LOCK}: is no lock of a run; move it away or choose another directory")
+            raise DirectoryError(
+                f"{self.path / LOCK}: is not a lock of a run; move it away or choose another directory"
+            )
         lock.truncate(0)
         lock.seek(0)
         lock.write(f"process {os.getpid()} on {platform.node()} since {now()}".encode())
@@ -321,7 +323,7 @@ class RunDirectory:
         order = np.argsort(ids)
         again = np.concatenate([[False], np.diff(ids[order]) == 0])[: len(ids)]
         if again.any():
-            newest_first = np.argsort([-each.written for each in self.batches], kind="stable")
+            newest_first = np.argsort([-batch.written for batch in self.batches], kind="stable")
             age = np.empty(len(newest_first), "i4")
             age[newest_first] = np.arange(len(age))
             order = np.lexsort((age[batch], failed, ids))[~again]

@@ -121,18 +121,18 @@ def clean_text(facts: dict[str, Any]) -> str:
     lines = [
         f"{facts['directory']}: {wording.size(facts['bytes'])} {verb}",
         *(
-            f"  {KINDS[each['kind']]}: {wording.count(each['files'], 'file')}, {wording.size(each['bytes'])}"
-            for each in facts["removed"]
+            f"  {KINDS[fact['kind']]}: {wording.count(fact['files'], 'file')}, {wording.size(fact['bytes'])}"
+            for fact in facts["removed"]
         ),
     ]
     if facts["other_cases"]:
         lines.append(f"  of these {wording.count(facts['other_cases'], 'case')} that the last grid does not contain")
     lines.append(f"Disk: {use_text(facts['left'])}")
-    whole = not any(each["kind"] == "batches" for each in facts["removed"])
+    whole = not any(fact["kind"] == "batches" for fact in facts["removed"])
     if facts["finished"] and facts["left"]["batches"] and whole:
         lines.append("--batches also removes the batches; a changed grid then computes all its cases again")
     if not facts["finished"]:
-        lines.append("The run is not finished, so its batches remain; run the same command again to go on")
+        lines.append("The run is not finished, so its batches are kept; run the same command again to continue")
     return "\n".join(lines)
 
 

@@ -258,6 +258,5 @@ def refused(path: Path, error: OSError | RuntimeError) -> StorageError:
         )
     reason = os.strerror(number) if number else str(error)
     return StorageError(
-        f"{path}: writing failed ({reason}); what was committed before is unharmed: "
-        "make room and run the same command again"
+        f"{path}: writing failed ({reason}); finished cases are safe: make room and run the same command again"
     )

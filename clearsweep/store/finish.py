@@ -11,10 +11,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from . import durable
-from .assemble import FORMAT, HELD_ROWS, mark_of, repetitive, summary_groups, write_orbits, write_summary
+from .assemble import mark_of
 from .batch import ResultSchema, values_of, words_of
 from .blocks import IDS_FILE, SAMPLE_FILE, Block, Cut, Sampler, read_mark, write_mark
 from .directory import DATASET, LOCK, ORBITS_FILE, SUMMARY_FILE
+from .orbits import FORMAT, write_orbits
+from .summary import HELD_ROWS, repetitive, summary_groups, write_summary
 from .worst import Again, worst_cases, write_worst
 
 

@@ -86,8 +86,8 @@ class Filter:
         ids = self.case_ids
         if ids is None:
             return list(groups)
-        places = [between(int(each, 16), int(each, 16)).tolist() for each in ids]
-        ends = np.cumsum([file.metadata.row_group(each).num_rows for each in groups])
+        places = [between(int(case_id, 16), int(case_id, 16)).tolist() for case_id in ids]
+        ends = np.cumsum([file.metadata.row_group(group).num_rows for group in groups])
         return sorted({int(np.searchsorted(ends, first, "right")) for first, last in places if last > first})
 
     def mask(self, table: pa.Table) -> np.ndarray:

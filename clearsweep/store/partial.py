@@ -73,7 +73,7 @@ def check_version(directory: Path, record: Mapping[str, Any], grid: Grid) -> Non
     if there != [column.name for column in grid.layout.columns] or version != clearsweep.MODEL_VERSION:
         raise DirectoryError(
             f"{directory}: another version wrote its cases (model version {version}, this one has "
-            f"{clearsweep.MODEL_VERSION}), so they cannot be put together; use that version"
+            f"{clearsweep.MODEL_VERSION}), so they cannot be combined; use that version"
         )
 
 

@@ -75,7 +75,7 @@ class StoredRun:
         with self._orbits() as file:
             matching = file.attrs["clearsweep"] == self.grid["merged"]["mark"]
         if not matching:
-            raise damaged(self.place / ORBITS_FILE, "it is of another run than summary.parquet")
+            raise damaged(self.place / ORBITS_FILE, "it belongs to another run than summary.parquet")
 
     def _check_columns(self) -> None:
         """Raise DamagedError if the columns of a table disagree with run.json."""
@@ -91,7 +91,9 @@ class StoredRun:
             own = seek.get("largest") or seek.get("smallest") or []
             own = own if isinstance(own, list) else [own]
             wanted[SEEK_FILE] = {*paths, "seek_low", "seek_high", "limiting", "probes"} - {*own}
-            wanted[SEEK_FILE] |= {f"seek.{path}" for path in own} | ({"seek_fit"} if "among" in seek else set())
+            wanted[SEEK_FILE] |= {f"seek.{path}" for path in own} | (
+                {"seek_fit", "seek_beyond"} if "among" in seek else set()
+            )
         if OPTIMISE_FILE in self.grid.get("answers", {}):
             asked = self.grid.get("optimise") or {}
             own = {name for sense in ("minimise", "maximise") for name in asked.get(sense, [])}
@@ -105,9 +107,9 @@ class StoredRun:
             if (
                 not described
                 or not {field.type for field in fields} <= TYPES
-                or {each.name for each in fields} != names
+                or {field.name for field in fields} != names
             ):
-                raise damaged(self.place / name, "its columns are not those that run.json asks for")
+                raise damaged(self.place / name, "its columns differ from those in run.json")
 
     @contextlib.contextmanager
     def _orbits(self) -> Iterator[h5py.File]:
@@ -383,7 +385,7 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
 def _unfinished(path: Path) -> DirectoryError:
     return DirectoryError(
         f"{path.parent}: its run is not finished, or {path.name} was moved away; run the grid again with "
-        f"--out {path.parent}, which computes only what is missing, or read what there is: report --partial, "
+        f"--out {path.parent}, which computes only missing cases, or read the finished ones: report --partial, "
         "clearsweep.open(..., partial=True)"
     )
 
@@ -393,6 +395,6 @@ def newest(results: Path) -> Path:
     records = list(results.glob("*/run.json"))
     if not records:
         raise DirectoryError(
-            f"{results}: contains no run yet; `clearsweep run GRID.yaml` makes one, or name its directory"
+            f"{results}: contains no run yet; `clearsweep run GRID.yaml` creates one; or name the directory of a run"
         )
     return max(records, key=lambda path: path.stat().st_mtime).parent

@@ -101,10 +101,10 @@ class BlockedRun(StoredRun):
         if whole:
             listed = self.grid["blocks"]["numbers"]
         else:
-            listed = [each for each in numbers_of_blocks(self.directory) if read_mark(Block(self.directory, each))]
+            listed = [block for block in numbers_of_blocks(self.directory) if read_mark(Block(self.directory, block))]
         self.parts = [OneBlock(self.directory, Block(self.directory, each), self.grid, self.layout) for each in listed]
         if not self.parts:
-            raise DirectoryError(f"{directory}: no block of its run is finished yet; `status` says how far it is")
+            raise DirectoryError(f"{directory}: no block of its run is finished yet; `status` shows the progress")
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -120,7 +120,7 @@ class BlockedRun(StoredRun):
         for part in self.parts:
             mark = read_mark(part.block)
             if mark is None:
-                raise damaged(part.block.mark, "it is not what was written, or a file that it names is not")
+                raise damaged(part.block.mark, "it or one of its files has changed since it was written")
             marks.append(mark)
         return marks
 
@@ -245,7 +245,7 @@ class BlockedRun(StoredRun):
         """Yield the blocks that may have matching rows."""
         ids = filters.case_ids
         if ids is not None:
-            numbers = [int(each, 16) for each in ids]
+            numbers = [int(case_id, 16) for case_id in ids]
             for part in self.parts:
                 if any(np.ptp(part.between(value, value)) for value in numbers):
                     yield part

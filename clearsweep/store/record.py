@@ -62,7 +62,7 @@ def read_record(directory: Path) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise damaged(path, f"it is not JSON: {error}") from error
     if checksum is None or not isinstance(record.get("frame"), dict):
-        raise damaged(path, "it is not what `clearsweep run` writes")
+        raise damaged(path, "it was not written by `clearsweep run`")
     if "checksum" not in record and record["frame"].get("schema") != SCHEMA_VERSION:
         return dict(record)  # written by a version without checksums
     if record.get("checksum") != checksum:
@@ -71,7 +71,7 @@ def read_record(directory: Path) -> dict[str, Any]:
         try:
             record_shape.check(record)
         except record_shape.MisshapenError as problem:
-            raise damaged(path, f"it is not what `clearsweep run` writes: {problem}") from None
+            raise damaged(path, f"it was not written by `clearsweep run`: {problem}") from None
     return dict(record)
 
 

@@ -84,9 +84,9 @@ def _either(*checks: Check) -> Check:
     """Return a check that passes where one of some checks does; the last one says what is wrong."""
 
     def checked(value: Any, path: str) -> None:
-        for one in checks[:-1]:
+        for check in checks[:-1]:
             try:
-                return one(value, path)
+                return check(value, path)
             except MisshapenError:
                 continue
         return checks[-1](value, path)
@@ -122,10 +122,10 @@ def _sections(required: dict[str, Check], optional: dict[str, Check]) -> Check:
 
     def checked(value: Any, path: str) -> None:
         _of(dict, "a section")(value, path)
-        for name, one in (required | optional).items():
+        for name, single in (required | optional).items():
             inner = f"{path}.{name}" if path else name
             if name in value:
-                one(value[name], inner)
+                single(value[name], inner)
             elif name in required:
                 raise MisshapenError(f"{inner} is missing")
 

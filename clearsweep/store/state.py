@@ -77,7 +77,9 @@ def blocks_state(
         mark = read_mark(block)
         if mark is None:
             if number in listed:
-                damage.append(f"{block.path}: its mark or a file of it is damaged or missing; the next run restores it")
+                damage.append(
+                    f"{block.path}: its block.json or another file is damaged or missing; the next run restores it"
+                )
             continue
         ok, failed = ok + mark["ok"], failed + mark["failed"]
         if every_file:
@@ -126,13 +128,13 @@ def status_text(facts: dict[str, Any]) -> str:
     }
     of = "" if facts["cases"] is None else f" of {facts['cases']:,}"
     left = f", {facts['missing']:,} left" if facts["missing"] else ""
-    checked = "every file is as it was written" if facts["every_file"] else "--verify reads every file and checks it"
+    checked = "all checksums agree" if facts["every_file"] else "--verify reads every file and checks it"
     return "\n".join(
         [
             f"{facts['directory']}: {said[facts['state']]}",
             f"{facts['ok'] + facts['failed']:,}{of} cases are there: "
             f"{facts['ok']:,} ok, {facts['failed']:,} failed{left}",
-            *(each["text"] for each in facts["at_work"]),
+            *(fact["text"] for fact in facts["at_work"]),
             f"Files: {', '.join(facts['files'])}",
             f"Disk: {disk.use_text(facts['disk'])}",
             *([] if facts["damage"] else [f"Checksums: {checked}"]),

@@ -8,10 +8,10 @@ from pathlib import Path
 from .. import grid as grids
 from .. import store
 from ..language import phases
+from .case_runner import CaseRunner, Options
 from .simulator import SIMULATION
 from .sweep import conclude, facts
 from .worker import Simulator
-from .worker_pool import Options, WorkerPool
 
 
 @contextlib.contextmanager
@@ -33,9 +33,9 @@ def complete_run(directory: str | Path, simulator: Simulator = SIMULATION) -> It
         grid = grids.load(store.keys_of_all(record, source), simulator.catalogue())
         store.check_version(Path(directory), record, grid)
         target = store.RunDirectory(Path(folder) / "run")
-        with target.open_for(grid), WorkerPool(target, Options(), simulator) as worker_pool:
+        with target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
             target.take(source)
             derived, warnings = facts(grid, simulator)
             known = {"source": record.get("source"), "derived": derived, "warnings": warnings}
-            conclude(worker_pool, grid, target.rows()["id"], start=record.get("start"), **known)
+            conclude(case_runner, grid, target.rows()["id"], start=record.get("start"), **known)
         yield store.open(target.path)

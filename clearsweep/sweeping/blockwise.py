@@ -16,11 +16,11 @@ from ..language import phases
 from ..language.errors import ClearsweepError, brief
 from ..store import durable
 from . import progress, signals
+from .case_runner import CaseRunner, Options, Pending, common_values, failure_limit, missing
 from .driver import MOST_RESTARTS, TICK
 from .run_facts import RunFacts
 from .shard import Shard
 from .worker import Job, Simulator
-from .worker_pool import Options, Pending, WorkerPool, common_values, failure_limit, missing
 
 
 class BlockJob(NamedTuple):
@@ -121,9 +121,9 @@ def committed(job: BlockJob, number: int) -> int:
 class BlockRunner:
     """Runs blocks with the workers of a pool; while one worker finishes a block, the others begin the next."""
 
-    def __init__(self, job: BlockJob, worker_pool: WorkerPool, *, earlier: store.RunDirectory | None = None):
-        """Prepare with a pool, and a directory that may already contain batches of the blocks' cases."""
-        self.job, self.pool, self.earlier = job, worker_pool, earlier
+    def __init__(self, job: BlockJob, case_runner: CaseRunner, *, earlier: store.RunDirectory | None = None):
+        """Prepare with the runner of the cases, and a directory that may already contain batches of theirs."""
+        self.job, self.case_runner, self.earlier = job, case_runner, earlier
         self.finishing: dict[int, tuple[Future, Callable[[], Future]]] = {}
         self.marks: dict[int, dict[str, Any]] = {}
         self.most_failures: int | None = None
@@ -146,16 +146,17 @@ class BlockRunner:
         self._take_earlier(directory, ids)
         wanted = np.sort(ids)
         pending = missing(ids, wanted, directory.rows(), retry_failed=job.options.retry_failed)
-        self.pool.directory = directory
-        if self.pool.workers is None:
-            self.pool.hire(len(job.cut.part(number)))
+        self.case_runner.directory = directory
+        if self.case_runner.workers is None:
+            self.case_runner.hire(len(job.cut.part(number)))
         done = True
         if len(pending):
             title = f"block {number + 1:,} of {job.cut.count:,}: "
-            left = None if self.most_failures is None else max(self.most_failures - self.pool.failed, 0)
-            done = self.pool.run_cases(job.grid, Pending(indices[pending], ids[pending], title, drop, alike=True), left)
-        if self.pool.workers is None:  # the driver has ended them
-            self.pool.hire(1)
+            left = None if self.most_failures is None else max(self.most_failures - self.case_runner.failed, 0)
+            cases = Pending(indices[pending], ids[pending], title, drop, alike=True)
+            done = self.case_runner.run_cases(job.grid, cases, left)
+        if self.case_runner.workers is None:  # the driver has ended them
+            self.case_runner.hire(1)
         self._submit(number, block, wanted)
         self.collect(wait=False)
         return done
@@ -168,8 +169,8 @@ class BlockRunner:
             progress.say(f"{block.path}: {sentence}")
         for source in sources:
             directory.take(source)
-        if self.pool.workers is None:
-            self.pool.hire(1)
+        if self.case_runner.workers is None:
+            self.case_runner.hire(1)
         self._submit(number, block, np.sort(self.job.cases(number)[1]))
         self.collect()
 
@@ -186,8 +187,8 @@ class BlockRunner:
         task = Job(self.job.directory, self.job.grid, self.job.simulator, None)
 
         def submit() -> Future:
-            assert self.pool.workers  # hired
-            return self.pool.workers.submit(finish, task, block, self.job.cut, wanted)
+            assert self.case_runner.workers  # hired
+            return self.case_runner.workers.submit(finish, task, block, self.job.cut, wanted)
 
         self.finishing[number] = submit(), submit
 
@@ -220,18 +221,18 @@ class BlockRunner:
                 try:
                     future = submit()
                 except RuntimeError:
-                    assert self.pool.workers
-                    self.pool.workers.restart()
+                    assert self.case_runner.workers
+                    self.case_runner.workers.restart()
                     future = submit()
             else:
                 return mark
         raise AssertionError  # the last attempt returns or raises
 
 
-def run_blocks(job: BlockJob, worker_pool: WorkerPool, directory: store.RunDirectory) -> Outcome:
+def run_blocks(job: BlockJob, case_runner: CaseRunner, directory: store.RunDirectory) -> Outcome:
     """Run all blocks of a grid with the workers of a pool."""
     left, marks = unfinished(job)
-    runner = BlockRunner(job, worker_pool, earlier=directory)
+    runner = BlockRunner(job, case_runner, earlier=directory)
     runner.most_failures = most_failures(job, left)
     complete = True
     with phases.phase("running blocks"):
@@ -241,7 +242,7 @@ def run_blocks(job: BlockJob, worker_pool: WorkerPool, directory: store.RunDirec
                 break
     with phases.phase("finishing blocks"):
         runner.collect()
-    return Outcome(marks | runner.marks, worker_pool.ran, worker_pool.case_seconds, complete)
+    return Outcome(marks | runner.marks, case_runner.ran, case_runner.case_seconds, complete)
 
 
 def most_failures(job: BlockJob, left: list[int]) -> int | None:

@@ -135,7 +135,7 @@ class Driver:
             raise signals.Stopped(
                 signals.requested(),
                 f"stopped: {self.ran:,} of {self.progress.total:,} "
-                "cases were finished and are kept; run the same command again to go on",
+                "cases were finished and are kept; run the same command again to continue",
             )
 
     def _too_many(self) -> bool:

@@ -15,7 +15,7 @@ from ..contracts.case import Case
 from ..grid import Grid, check_memory, first_case_history, key_units, leaves, recorded_history
 from ..language import phases
 from ..language.wording import count
-from . import blockwise, executors, signals, sweep, worker_pool
+from . import blockwise, case_runner, executors, signals, sweep
 from .bisection import usual_probes
 from .shard import Shard, distinct
 from .simulator import SIMULATION
@@ -26,9 +26,10 @@ PILOT_SHARE = 0.5  # of PILOT_TIME for one case; a longer one is extrapolated
 COMPILED = 0.5  # s of compiling above which an unfinished case is timed again
 PILOT_PATIENCE = 60.0  # s to wait for one case, without compiling
 LONG_START = 3.0  # s, from which the start of the workers is measured a second time, without compiling
-LONGEST_IMPORT = 2.0  # s of this process before the estimate, at most, that a run takes, too
-FINISH = 0.5  # s of a run after its last case: merging, closing lines
+LONGEST_IMPORT = 2.0  # s of processor time before the estimate, at most, that a run takes, too
+FINISH = 0.5  # s of processor time of a run after its last case: merging, closing lines
 EACH = 1e-3  # s per case besides its motion: creating, committing and merging it
+OPTIMISED, IDENTIFIED = 6e-3, 0.045  # s per further case for choosing it; one process chooses
 EVENT_BYTES = 26  # bytes of one event in orbits.h5
 
 
@@ -37,6 +38,7 @@ class Estimate(NamedTuple):
 
     cases: int  # of the grid, or of its shard
     pending: int  # cases missing in the directory
+    further: int  # cases that a search is expected to add; `seconds` and `bytes` contain them
     derived: dict[str, dict[str, Any]]  # name -> {"unit", "min", "max"}
     warnings: list[str]
     timed: int  # cases timed
@@ -61,30 +63,25 @@ def estimate(
     simulator: Simulator = SIMULATION,
 ) -> Estimate:
     """Return the cost of running the pending cases of a grid; nothing is written, `out` is only read."""
-    begin, imported = time.monotonic(), min(time.process_time(), LONGEST_IMPORT)
+    begin, imported = time.monotonic(), time.process_time()
     part = None if shard is None else Shard.read(shard)
     with phases.phase("reading the grid"):
         grid = sweep.load(source, simulator)
         check_memory(recorded_history(grid))
         derived, warnings = sweep.facts(grid, simulator)
-    if grid.seek and not grid.seek.fits:
-        times_more = usual_probes(grid.seek.last) / len(grid.seek.first())
-        sentence = f"these are the first cases of `seek`; about {times_more:.2g} times as many follow from one another"
-        warnings.append(f"{sentence}, and their time and storage")
-    if grid.optimise:
-        more = grid.optimise.cases - len(grid)
-        warnings.append(f"{more:,} cases that `optimise` adds follow from these, and come on top")
-    if grid.identify:
-        more = grid.identify.cases - len(grid)
-        warnings.append(f"{more:,} cases that `identify` adds follow from these, and come on top")
     if grid.refine:
-        warnings.append(f"up to {grid.refine.cases:,} cases that `refine` adds follow from these, and come on top")
+        warnings.append(
+            f"up to {grid.refine.cases:,} cases that `refine` adds are not included; they depend on these results"
+        )
     directory = sweep.directory_of(grid, out, part)
     with phases.phase("reading what the directory contains"):
         directory.check(grid)
         left = _left(grid, directory, part, simulator)
-    jobs = jobs or executors.cores()
+    further = _Further.of(grid, left) if left.pending else _Further(0, 0.0)
+    warnings += further.sentences()
     looked = time.monotonic() - begin
+    slower = max((looked + FINISH) / (time.process_time() - imported + FINISH), 1.0)  # 1: nothing else runs here
+    jobs = jobs or executors.cores()
     jobs = min(jobs, max(left.pending, 1))
     timed, start_up = _pilot(grid, left, jobs, simulator)
     times, events = [each.seconds for each in timed if each.seconds is not None], [each.events for each in timed]
@@ -94,12 +91,15 @@ def estimate(
             f"{beyond:,} of {count(len(timed), 'timed case')} would take longer than simulate.time_budget allows and "
             "end with the status time-budget; allow more, or ask for fewer revolutions"
         )
-    around = imported + looked + start_up + FINISH
-    seconds = 0.0 if not left.pending else None if mean is None else around + (mean + EACH) * left.pending / jobs
+    around = slower * (min(imported, LONGEST_IMPORT) + FINISH) + looked + start_up
+    run = left.pending + further.cases
+    chosen = slower * further.choosing * further.cases
+    seconds = 0.0 if not run else None if mean is None else around + chosen + (mean + slower * EACH) * run / jobs
     units = key_units(grid.resolved(), simulator.catalogue())
     return Estimate(
         left.wanted,
         left.pending,
+        further.cases,
         derived,
         warnings,
         len(times),
@@ -107,8 +107,8 @@ def estimate(
         mean,
         max(times, default=None),
         seconds,
-        _standard_error(times, left.pending) / jobs if seconds else None,
-        int(left.pending * _case_bytes(grid, float(np.mean(events)) if events else 0.0)),
+        _standard_error(times, run) / jobs if seconds else None,
+        int(run * _case_bytes(grid, float(np.mean(events)) if events else 0.0)),
         {
             path: {"unit": units[path], "values": ends}
             for path in grid.assumed_units
@@ -121,6 +121,36 @@ def estimate(
         _first(grid, units | {path: grid.unit(path) for path in grid.axes}),
         simulator.recommended(grid.case(0)),
     )
+
+
+class _Further(NamedTuple):
+    """The cases that a search is expected to add to the first ones of a grid."""
+
+    cases: int
+    choosing: float  # s per case for choosing it
+    by: str = ""  # key of the grid
+
+    @classmethod
+    def of(cls, grid: Grid, left: "_Left") -> "_Further":
+        """Return them for `seek`, `optimise` or `identify`; none where a directory has the first cases already."""
+        if left.pending < left.wanted:  # how many were added is not known
+            return cls(0, 0.0)
+        if grid.seek and not grid.seek.fits:
+            return cls(
+                round(len(grid) * max(usual_probes(grid.seek.last) / len(grid.seek.first()) - 1.0, 0.0)), 0.0, "seek"
+            )
+        if grid.optimise:
+            return cls(max(grid.optimise.cases - len(grid), 0), OPTIMISED, "optimise")
+        if grid.identify:
+            return cls(max(grid.identify.cases - len(grid), 0), IDENTIFIED, "identify")
+        return cls(0, 0.0)
+
+    def sentences(self) -> list[str]:
+        """Return a sentence on them; [] for none."""
+        if not self.cases:
+            return []
+        about = "about " if self.by == "seek" else ""
+        return [f"time and storage include {about}{self.cases:,} cases that `{self.by}` adds to these"]
 
 
 class _Left(NamedTuple):
@@ -136,7 +166,7 @@ def _left(grid: Grid, directory: store.RunDirectory, part: Shard | None, simulat
     """Return the missing cases of a directory; for a grid in blocks, all cases of unfinished blocks."""
     if cut := store.Cut.of(grid, str(part or "")):
         doubles, place = blockwise.doubles_of(grid), directory.path.absolute()
-        job = blockwise.BlockJob(place, grid, simulator, worker_pool.Options(), cut, part, doubles)
+        job = blockwise.BlockJob(place, grid, simulator, case_runner.Options(), cut, part, doubles)
         wanted = blockwise.count_wanted(job)
         blocks, marks = blockwise.unfinished(job)
         there = sum(mark["ok"] + mark["failed"] for mark in marks.values())
@@ -148,10 +178,10 @@ def _left(grid: Grid, directory: store.RunDirectory, part: Shard | None, simulat
         scenes = {simulator.signature(case): case for case in map(grid.case, timed.tolist())}
         return _Left(wanted, pending, timed, list(scenes.values()))
     directory.look()
-    ids = worker_pool.case_ids(grid)
+    ids = case_runner.case_ids(grid)
     asked = part.ids(ids) if part else distinct(ids)
-    left = worker_pool.missing(ids, asked, directory.rows(), retry_failed=False)
-    scenes_left = worker_pool.one_per_kind(grid, left, simulator) if len(left) else []
+    left = case_runner.missing(ids, asked, directory.rows(), retry_failed=False)
+    scenes_left = case_runner.one_per_kind(grid, left, simulator) if len(left) else []
     return _Left(len(asked), len(left), left[timed_indices(len(left))] if len(left) else left, scenes_left)
 
 
@@ -206,7 +236,7 @@ def _pilot(grid: Grid, left: _Left, jobs: int, simulator: Simulator) -> _Pilot:
     with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         directory = Path(folder)
         (directory / store.SCRATCH).mkdir()
-        workers, start_up = _started(1, left.kinds, simulator, directory)
+        workers, start_up = _started(jobs, left.kinds, simulator, directory)
         try:
             working = store.Working(directory, "0" * 16)
             timed = _timed(workers, simulator, [grid.case(k) for k in left.timed.tolist()], working)
@@ -222,7 +252,7 @@ def _started(jobs: int, kinds: list[Case], simulator: Simulator, directory: Path
     """Return started workers with compiled code, and the time (s) that this took."""
     begin = time.monotonic()
     workers = executors.Local(jobs, load=simulator.load)
-    worker_pool.compile_all(workers, kinds, simulator, directory)
+    case_runner.compile_all(workers, kinds, simulator, directory)
     return workers, time.monotonic() - begin
 
 
@@ -234,7 +264,7 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
         at_work = working.read()
         return f"timing {count(len(cases), 'case')}" + (f": {at_work.what}" if at_work and at_work.what else "")
 
-    def one(case: Case) -> Timed:
+    def single(case: Case) -> Timed:
         task, begin = workers.submit(time_case, simulator, case, PILOT_SHARE * PILOT_TIME, working), time.monotonic()
         while True:
             try:
@@ -249,13 +279,13 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
     with phases.phase(words) as timing:
         for case in cases:
             try:
-                timed = one(case)
+                timed = single(case)
                 if timed.extrapolated and (timed.seconds is None or timed.once > COMPILED):
-                    timed = _joined(timed, one(case))  # the compiled code is in the cache now
+                    timed = _joined(timed, single(case))  # the compiled code is in the cache now
             except Late:
                 break
             results.append(timed)
-            spent = sum(each.spent for each in results)
+            spent = sum(result.spent for result in results)
             timing.note(share=min(max(len(results) / len(cases), spent / PILOT_TIME), 1.0))
             if spent > PILOT_TIME:
                 break

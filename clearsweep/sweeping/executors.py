@@ -219,7 +219,7 @@ class Dask:
         """Return the error for a scheduler that no longer answers."""
         return SchedulerLostError(
             f"scheduler: {self._scheduler or 'the one of this run'} was lost ({error}); "
-            "what was finished is kept: run the same command again to go on"
+            "finished cases are kept: run the same command again to continue"
         )
 
     def close(self) -> None:

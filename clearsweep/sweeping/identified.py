@@ -14,11 +14,11 @@ def of_run(identified: Identified) -> dict[str, Any]:
     """Return the result for JSON, in SI, without the sample."""
     facts = {name: value for name, value in identified._asdict().items() if name != "sample"}
     for name in ("parameters", "fits", "signals"):
-        facts[name] = [each._asdict() for each in facts[name]]
-    facts["parameters"] = [each | {"ends": list(each["ends"])} for each in facts["parameters"]]
+        facts[name] = [fact._asdict() for fact in facts[name]]
+    facts["parameters"] = [fact | {"ends": list(fact["ends"])} for fact in facts["parameters"]]
     facts["traded"] = [list(each) for each in identified.traded]
     facts["signals"] = [
-        each | {"file": Path(each["file"]).name, "noise": list(each["noise"])} for each in facts["signals"]
+        fact | {"file": Path(fact["file"]).name, "noise": list(fact["noise"])} for fact in facts["signals"]
     ]
     return facts | {"priors": {"gain": GAIN, "noise": list(NOISE)}}
 
@@ -28,9 +28,15 @@ def identify_lines(facts: dict[str, Any]) -> list[str]:
     identified = facts["identified"]
     if not identified:
         return []
-    cases = f"{identified['finished']:,} finished cases of {identified['looked_at']:,}"
-    lines = ["", f"Identified by {cases} (a sample of the posterior in identify.parquet)"]
     joints = number_of_joints(each["path"] for each in identified["parameters"])
+    lines = ["", "The best cases compared with the measured signals"]
+    for each in identified["fits"]:
+        measured, computed = (grid_text(each[name], each["unit"]) for name in ("measured", "computed"))
+        off = machine.difference(each)
+        lines.append(f"  {each['channel']}, {each['feature']}: {measured} measured, {computed} computed{off}")
+    cases = f"{identified['finished']:,} finished cases of {identified['looked_at']:,}"
+    lines += ["", f"Identified by {cases} (a sample of the posterior in identify.parquet)"]
+    lines += [f"  {sentence}" for sentence in machine.sentences(identified, joints)]
     for each in identified["parameters"]:
         unit = facts["units"].get(each["path"], "1")
         scale = wording.scale(unit, each["value"], speed=each["path"].endswith("speed"))
@@ -39,10 +45,4 @@ def identify_lines(facts: dict[str, Any]) -> list[str]:
         shown = f" {scale.unit.replace('µ', 'u')}".rstrip()
         name = wording.axis_name(each["path"], joints)
         lines.append(f"  {name} {value}{shown} (95 %: {low} to {high}{shown}){machine.certainty(each)}")
-    lines += [f"  {sentence}" for sentence in machine.sentences(identified, joints)]
-    lines.append("  The best cases compared with the measured signals:")
-    for each in identified["fits"]:
-        measured, computed = (grid_text(each[name], each["unit"]) for name in ("measured", "computed"))
-        off = machine.difference(each)
-        lines.append(f"    {each['channel']}, {each['feature']}: {measured} measured, {computed} computed{off}")
     return lines

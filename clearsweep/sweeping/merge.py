@@ -13,11 +13,11 @@ from .. import store
 from ..grid.variations import WAYS
 from ..language.errors import DirectoryError
 from . import blockwise, progress, signals
+from .case_runner import CaseRunner, Options, case_ids
 from .shard import Shard, distinct
 from .simulator import SIMULATION
 from .sweep import RunResult, conclude, facts
 from .worker import Simulator
-from .worker_pool import Options, WorkerPool, case_ids
 
 NAMED = 3  # cases or shards that a message lists
 
@@ -59,15 +59,14 @@ def run_merge(
         _complete(ids, rows, [record.get("shard") for record in records])
     _agree(store.ResultSchema.of(grid), sources, rows)
     derived, warnings = facts(grid, simulator)
-    worker_pool = WorkerPool(target, Options(), simulator)
-    with signals.catching(), target.open_for(grid), worker_pool:
+    with signals.catching(), target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
         start = min(record["start"] for record in records)
         for sentence in target.recover():
             progress.say(sentence)
         for source in sources:
             target.take(source)
         counts: dict[str, Any] = conclude(
-            worker_pool,
+            case_runner,
             grid,
             ids,
             start=start,
@@ -111,7 +110,7 @@ def _merge_blocks(places: list[Path], target: store.RunDirectory, what: _Joined,
         ids = np.sort(job.cases(number)[1])
         if not partial:
             _complete(ids, rows, shards)
-        missing += len(np.setdiff1d(ids, np.concatenate([np.empty(0, "u8"), *(each["id"] for each in rows)])))
+        missing += len(np.setdiff1d(ids, np.concatenate([np.empty(0, "u8"), *(row["id"] for row in rows)])))
         _agree(form, sources, rows)
     derived, warnings = facts(grid, what.simulator)
     wanted = blockwise.count_wanted(job)
@@ -119,9 +118,9 @@ def _merge_blocks(places: list[Path], target: store.RunDirectory, what: _Joined,
     with (
         signals.catching(),
         target.open_for(grid, **known),
-        WorkerPool(target, Options(executor="serial"), what.simulator) as pool,
+        CaseRunner(target, Options(executor="serial"), what.simulator) as case_runner,
     ):
-        runner = blockwise.BlockRunner(job, pool)
+        runner = blockwise.BlockRunner(job, case_runner)
         for number in numbers:
             sources, _ = _sources(places, number, form.frame)
             runner.join(number, sources)
@@ -164,7 +163,9 @@ def _same_grid(places: list[Path]) -> list[dict[str, Any]]:
     records = [store.read_record(place) for place in places]
     for place, record in zip(places, records, strict=True):
         if not {"frame", "keys", "start"} <= record.keys():
-            raise DirectoryError(f"{place / 'run.json'}: is not what `clearsweep run` writes; leave this directory out")
+            raise DirectoryError(
+                f"{place / 'run.json'}: was not written by `clearsweep run`; remove this directory from the command"
+            )
         if "merged" in record and "blocks" not in record:
             store.verify(place, record)
     first = _decisive(records[0])
@@ -177,7 +178,7 @@ def _same_grid(places: list[Path]) -> list[dict[str, Any]]:
             )
             raise DirectoryError(
                 f"{place}: contains results of another grid than {places[0]}; "
-                f"only shards of one grid can be joined; what differs:{lines}"
+                f"only shards of one grid can be merged; differences:{lines}"
             )
     return records
 
@@ -191,7 +192,7 @@ def _decisive(record: dict[str, Any]) -> dict[str, Any]:
 
 def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None]) -> None:
     """Raise DirectoryError if a case is in no directory."""
-    present = np.concatenate([each["id"] for each in rows])
+    present = np.concatenate([row["id"] for row in rows])
     missing = np.setdiff1d(ids, present)
     if not len(missing):
         return
@@ -200,7 +201,7 @@ def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None])
     if len(divisions) == 1 and all(shards):  # all of one division: list the missing shards
         of = divisions.pop()
         left = [str(shard) for shard in (Shard(k + 1, of) for k in range(of)) if np.isin(shard.ids(ids), missing).any()]
-        where = [f"run what is left of shard {_listed(left)}, or"]
+        where = [f"run the rest of shard {_listed(left)}, or"]
     raise DirectoryError(
         f"{len(missing):,} of {len(ids):,} cases are in none of these directories "
         f"({_listed([store.id_text(value) for value in missing[: NAMED + 1].tolist()])}); "
@@ -212,9 +213,9 @@ def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None])
 
 def _agree(form: store.ResultSchema, sources: list[store.RunDirectory], rows: list[np.ndarray]) -> None:
     """Raise DirectoryError if a case in two directories differs in more than timing."""
-    ids = np.concatenate([each["id"] for each in rows])
-    place = np.concatenate([np.arange(len(each)) for each in rows])
-    number = np.repeat(np.arange(len(rows)), [len(each) for each in rows])
+    ids = np.concatenate([row["id"] for row in rows])
+    place = np.concatenate([np.arange(len(row)) for row in rows])
+    number = np.repeat(np.arange(len(rows)), [len(row) for row in rows])
     order = np.argsort(ids, kind="stable")
     twice = np.flatnonzero(ids[order][1:] == ids[order][:-1])
     first, second = order[twice], order[twice + 1]
@@ -227,7 +228,7 @@ def _agree(form: store.ResultSchema, sources: list[store.RunDirectory], rows: li
             case_id, name, here, there = difference
             raise DirectoryError(
                 f"case {case_id}: {name} is {_short(here)} in {sources[a].path} and "
-                f"{_short(there)} in {sources[b].path}; leave out the one that is wrong "
+                f"{_short(there)} in {sources[b].path}; remove the wrong one "
                 "(machines that round differently give different chaotic motion)"
             )
 

@@ -37,7 +37,7 @@ def needed(limits: Sequence[Limit], units: Mapping[str, str], margins: Sequence[
     loosened_limits: dict[str, str] = {}
     columns = Counter(limit.column for limit in limits)
     for limit in limits:
-        margin = min((each.get(limit.column, 0.0) for each in margins), default=0.0)
+        margin = min((margin.get(limit.column, 0.0) for margin in margins), default=0.0)
         if margin < 0.0 and columns[limit.column] > 1:
             return {}
         if margin < 0.0:

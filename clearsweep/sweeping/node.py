@@ -13,7 +13,7 @@ from ..language import phases
 from ..language.errors import ClearsweepError, StorageError
 from ..store import durable
 from .blockwise import BlockJob, BlockRunner
-from .worker_pool import Pending, WorkerPool, missing
+from .case_runner import CaseRunner, Pending, missing
 
 
 class Report(NamedTuple):
@@ -37,18 +37,18 @@ class _Node:
     def __init__(self, token: str, job: BlockJob):
         self.token, self.job = token, job
         self.directory = store.RunDirectory(job.directory)
-        self.pool = self._pool()
-        self.runner = BlockRunner(job, self.pool, earlier=self.directory)
+        self.case_runner = self._case_runner()
+        self.runner = BlockRunner(job, self.case_runner, earlier=self.directory)
 
-    def _pool(self) -> WorkerPool:
+    def _case_runner(self) -> CaseRunner:
         options = self.job.options._replace(executor="local", scheduler=None)
-        return WorkerPool(self.directory, options, self.job.simulator)
+        return CaseRunner(self.directory, options, self.job.simulator)
 
     def close(self) -> None:
         """End the workers."""
-        if self.pool.workers is not None:
-            self.pool.workers.close()
-            self.pool.workers = None
+        if self.case_runner.workers is not None:
+            self.case_runner.workers.close()
+            self.case_runner.workers = None
 
     def stopping(self) -> bool:
         """Return whether the run must stop."""
@@ -112,8 +112,8 @@ def help_block(token: str, content: bytes, number: int) -> Report:
 
 def _run(token: str, content: bytes, number: int, most_failures: int | None, *, helping: bool) -> Report:
     node, address = _node(token, content), _address()
-    pool, runner = node.pool, node.runner
-    before = pool.ran, pool.failed, pool.case_seconds
+    case_runner, runner = node.case_runner, node.runner
+    before = case_runner.ran, case_runner.failed, case_runner.case_seconds
     refused, complete = "", True
     try:
         with phases.shown(wanted=False):
@@ -122,7 +122,7 @@ def _run(token: str, content: bytes, number: int, most_failures: int | None, *, 
             if helping:
                 _help(node, number, others)
             else:
-                runner.most_failures = None if most_failures is None else pool.failed + most_failures
+                runner.most_failures = None if most_failures is None else case_runner.failed + most_failures
                 complete = runner.run(number, others)
     except _StoppedError:
         node.close()
@@ -134,9 +134,9 @@ def _run(token: str, content: bytes, number: int, most_failures: int | None, *, 
         refused = str(error)
     return Report(
         address,
-        pool.ran - before[0],
-        pool.failed - before[1],
-        pool.case_seconds - before[2],
+        case_runner.ran - before[0],
+        case_runner.failed - before[1],
+        case_runner.case_seconds - before[2],
         complete=complete,
         refused=refused,
     )
@@ -144,7 +144,7 @@ def _run(token: str, content: bytes, number: int, most_failures: int | None, *, 
 
 def _help(node: _Node, number: int, others: _Others) -> None:
     """Run uncommitted cases of a block, last cases first: its own driver begins with the first cases."""
-    job, pool = node.job, node.pool
+    job, case_runner = node.job, node.case_runner
     block = store.Block(job.directory, number)
     directory = block.directory(store.ResultSchema.of(job.grid).frame)
     directory.look(histories=False)
@@ -152,10 +152,10 @@ def _help(node: _Node, number: int, others: _Others) -> None:
     pending = missing(ids, np.sort(ids), directory.rows(), retry_failed=False)[::-1]
     if not len(pending):
         return
-    pool.directory = directory
-    if pool.workers is None:
-        pool.hire(len(ids))
-    pool.run_cases(job.grid, Pending(indices[pending], ids[pending], drop=others))
+    case_runner.directory = directory
+    if case_runner.workers is None:
+        case_runner.hire(len(ids))
+    case_runner.run_cases(job.grid, Pending(indices[pending], ids[pending], drop=others))
 
 
 def flush(token: str) -> Report:

@@ -226,7 +226,7 @@ class NodesDriver:
 
     def _lost(self, queue: "deque[int]") -> None:
         """Reconnect and request all running blocks again."""
-        progress.say(f"scheduler: {self.cluster.address} was lost; waiting for it to come back")
+        progress.say(f"scheduler: {self.cluster.address} was lost; waiting for it to reconnect")
         queue.extend(dict.fromkeys(task.number for task in self.tasks if not task.helping))
         self.tasks.clear()
         self.cluster.reconnect()

@@ -78,7 +78,7 @@ class Optimising:
                     "compared; take another objective, or a `figures` expression that is never null"
                 )
             intervals = {name: _interval(results.columns, name, k) for name in names}
-            margins = {name: float(each[k]) for name, each in results.margins.items()}
+            margins = {name: float(margin[k]) for name, margin in results.margins.items()}
             self.seen.add(tuple(point.values()))
             trial = _Trial(grid.case_id(index), point, values, intervals, margins, results.exceeded[k], failed)
             self.trials.append(trial)
@@ -239,7 +239,7 @@ class _Trial(NamedTuple):
         finite = {name: margin for name, margin in self.margins.items() if math.isfinite(margin)}
         nearest = min(finite, key=lambda name: finite[name], default=None)
         values = {name: value for name, value in self.values.items() if math.isfinite(value)}
-        intervals = {name: each for name, each in self.intervals.items() if math.isfinite(sum(each))}
+        intervals = {name: interval for name, interval in self.intervals.items() if math.isfinite(sum(interval))}
         margin = min(finite.values(), default=None)
         limiting = self.exceeded or nearest
         return Best(self.case_id, self.point, values, intervals, margin, limiting, self.violation == 0.0)

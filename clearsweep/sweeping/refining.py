@@ -157,7 +157,9 @@ class Refining:
     def _look_at_halves(self) -> None:
         """Keep the halves that the border crosses."""
         halves = (half for box, axis in self.halved for half in box.halves(axis))
-        self.boxes += [half for half in halves if len({self._good(half.other, each) for each in half.corners()}) == 2]
+        self.boxes += [
+            half for half in halves if len({self._good(half.other, corner) for corner in half.corners()}) == 2
+        ]
         self.halved = []
 
     def _boxes_of_grid(self) -> list[_Box]:

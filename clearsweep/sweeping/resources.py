@@ -16,7 +16,7 @@ def check_space() -> None:
     if space != resource.RLIM_INFINITY and space < LEAST_SPACE:
         raise InputError(
             f"memory: this process may use {space / 1e6:,.0f} MB of address space (ulimit -v), less than the "
-            f"{LEAST_SPACE / 1e6:,.0f} MB that clearsweep needs; raise the limit, as by `ulimit -v {SPARE_SPACE}`"
+            f"{LEAST_SPACE / 1e6:,.0f} MB that clearsweep needs; raise it, for example with `ulimit -v {SPARE_SPACE}`"
         )
 
 
@@ -28,7 +28,7 @@ def allow_files(count: int) -> None:
     if most != resource.RLIM_INFINITY and count > most:
         raise InputError(
             f"open files: this process may have {most:,} (ulimit -n), fewer than the {count:,} that its workers need; "
-            f"raise the limit, as by `ulimit -n {max(SPARE_FILES, count)}`, or take fewer workers with --jobs"
+            f"raise the limit, for example with `ulimit -n {max(SPARE_FILES, count)}`, or use fewer workers with --jobs"
         )
     resource.setrlimit(resource.RLIMIT_NOFILE, (count, most))
 
@@ -38,13 +38,13 @@ def remedy(error: BaseException) -> str | None:
     number = getattr(error, "errno", None)
     if isinstance(error, MemoryError) or number == errno.ENOMEM:
         return (
-            f"memory: there is not enough ({str(error) or 'an allocation failed'}); run fewer cases at a time with "
+            f"memory: not enough ({str(error) or 'an allocation failed'}); run fewer cases at a time with "
             "--jobs, save fewer histories with `save`, or allow more (ulimit -v)"
         )
     if number in (errno.EMFILE, errno.ENFILE):
         return (
-            f"open files: there are as many as this process may have (ulimit -n); raise the limit, as by `ulimit -n "
-            f"{SPARE_FILES}`, or take fewer workers with --jobs"
+            f"open files: this process has reached its limit (ulimit -n); raise it, for example with `ulimit -n "
+            f"{SPARE_FILES}`, or use fewer workers with --jobs"
         )
     if number == errno.ENAMETOOLONG:
         return too_long(str(getattr(error, "filename", "")))

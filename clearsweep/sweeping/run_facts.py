@@ -39,7 +39,7 @@ class RunFacts:
         self.laws = LawChecks(checked, self.lead)
         columns = ["status", *self.swept, *checked, *self.worst.columns]
         columns += validity.columns(joints, {column.name for column in layout.columns})
-        columns += [name for name in expected.columns(joints) if name in {each.name for each in layout.columns}]
+        columns += [name for name in expected.columns(joints) if name in {column.name for column in layout.columns}]
         self.columns = list(dict.fromkeys([*columns, *self.limits.columns, *self.lives.columns, *self.pace.columns]))
 
     def read(self, run: StoredRun) -> None:
@@ -100,7 +100,7 @@ class RunFacts:
         self.limits.exceeded, self.limits.unknown = summed(counts, "exceeded"), summed(counts, "unknown")
         self.limits.cases, self.limits.any, self.limits.any_unknown = limits["cases"], limits["any"], limits["unknown"]
         self.remarks.replace_counts(summed(counts, "remarks"))
-        self.lives.unreached = sum(each["unreached"] for each in counts)
+        self.lives.unreached = sum(count["unreached"] for count in counts)
 
 
 class _LimitCounts:

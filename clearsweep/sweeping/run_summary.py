@@ -14,6 +14,10 @@ from .searched import optimise_lines, optimised, refine_lines, seek_facts, seek_
 from .settings import given_text, grid_text, number_of_joints, setting_text, value_text
 from .sweep import RunResult
 
+DERIVED = 12  # lines on derived values at the end of a run
+RADIAL, DIAMETRAL, SCATTER = ", radial)", ", diametral)", ", range)"  # ends of names of values that share a line
+MANY_AXES = 4  # swept paths above which the closing table leaves out columns with one value
+
 
 def of_run(result: RunResult) -> dict[str, Any]:
     """Return the facts that `run` reports of a RunResult, for JSON: counts, files, worst cases, failures; in SI."""
@@ -98,7 +102,8 @@ def _expected_lines(facts: dict[str, Any]) -> list[str]:
     known = facts["expected"]
     if not known:
         return []
-    setting = setting_text(known["swept"], facts)
+    many = len(known["swept"]) > MANY_AXES
+    setting = f"case {wording.short_id(known['case_id'])}" if many else setting_text(known["swept"], facts)
     where = f" in {wording.joint_name(known['joint'])}" + (f" at {setting}" if setting else "")
     return ["", expected.sentence([grid_text(known[end], "N") for end in ("value", "high", "seen")], where)]
 
@@ -115,9 +120,9 @@ def run_text(facts: dict[str, Any]) -> str:
     if facts["others"]:
         lines.append(
             f"{cases(facts['others'])} with other values on the axes stay stored and are not in summary.parquet; "
-            f"a grid with these values has them again; `clearsweep report {facts['directory']} --all` shows all"
+            f"a grid with these values reuses them; `clearsweep report {facts['directory']} --all` shows all"
         )
-    lines += derived_lines(facts["derived"])
+    lines += derived_lines(facts["derived"], DERIVED)
     lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
     if facts["failures"]:
         lines += [
@@ -132,7 +137,7 @@ def run_text(facts: dict[str, Any]) -> str:
         ]
         lines += ["  --retry-failed runs them again"]
     if facts["worst"]:
-        lines += ["", facts["ranked"]["title"], *_aligned(_worst_rows(facts))]
+        lines += ["", facts["ranked"]["title"] + _shared(facts), *_aligned(_worst_rows(facts))]
     lines += _expected_lines(facts)
     lines += life_lines(facts["life"], lambda point: setting_text(point, facts))
     lines += seek_lines(facts)
@@ -150,13 +155,30 @@ def run_text(facts: dict[str, Any]) -> str:
     return plain("\n".join(lines))
 
 
-def derived_lines(derived: dict[str, dict[str, Any]]) -> list[str]:
-    """Return a line for each derived value or range."""
+def derived_lines(derived: dict[str, dict[str, Any]], most: int | None = None) -> list[str]:
+    """Return a line for each derived value with its range, or for both clearances of a fit; at most `most` lines."""
     lines = []
     for name, value in derived.items():
-        low, high = (grid_text(value[end], value["unit"]) for end in ("min", "max"))
-        lines.append(f"derived: {name} = {low}" + (f" to {high}" if high != low else ""))
+        across, scatter = name.replace(RADIAL, DIAMETRAL), name.removesuffix(")") + SCATTER
+        if name.endswith(DIAMETRAL) and name.replace(DIAMETRAL, RADIAL) in derived:
+            continue
+        if name.endswith(SCATTER) and name.replace(SCATTER, ")") in derived:
+            continue
+        if name.endswith(RADIAL) and across in derived:
+            both = f"{_range(value)} radial, {_range(derived[across])} diametral"
+            lines.append(f"derived: {name.removesuffix(RADIAL)}) = {both}")
+        else:
+            spread = f" ({_range(derived[scatter])})" if scatter in derived else ""
+            lines.append(f"derived: {name} = {_range(value)}{spread}")
+    if most is not None and len(lines) > most:
+        lines[most - 1 :] = [f"derived: {len(lines) - most + 1} more values, which run --dry-run lists"]
     return lines
+
+
+def _range(value: dict[str, Any]) -> str:
+    """Return a derived value, or its range, in words."""
+    low, high = (grid_text(value[end], value["unit"]) for end in ("min", "max"))
+    return low + (f" to {high}" if high != low else "")
 
 
 def estimate_text(facts: dict[str, Any]) -> str:
@@ -171,7 +193,7 @@ def estimate_text(facts: dict[str, Any]) -> str:
         *facts["recommended"],
     ]
     if facts["seconds"] is None:
-        lines.append("time: unknown; the start of the first case does not show it")
+        lines.append("time: unknown; the first case gave no estimate")
     elif facts["pending"]:
         spread = facts["give_or_take"] > 0.1 * facts["seconds"]
         beginning = (
@@ -189,10 +211,10 @@ def estimate_text(facts: dict[str, Any]) -> str:
     return plain("\n".join(lines))
 
 
-def _assumed_lines(assumed: dict[str, dict[str, Any]]) -> list[str]:
+def _assumed_lines(assumed_units: dict[str, dict[str, Any]]) -> list[str]:
     """Return a line for each quantity written without a unit."""
     lines = []
-    for path, each in assumed.items():
+    for path, each in assumed_units.items():
         values = " to ".join(f"{value:.6g}" for value in each["values"])
         known = " to ".join(grid_text(value, each["unit"], speed=path.endswith("speed")) for value in each["values"])
         same = known == f"{values} {each['unit']}"
@@ -235,8 +257,22 @@ def plain(text: str) -> str:
     return text.replace("\u00a0", " ").replace("\u2009", " ")
 
 
+def _listed_paths(facts: dict[str, Any]) -> list[str]:
+    """Return the swept paths with a column in the closing table; of many, those whose values differ there."""
+    rows = [entry["swept"] for entry in facts["worst"]]
+    return [path for path in rows[0] if len(rows[0]) <= MANY_AXES or len({row[path] for row in rows}) > 1]
+
+
+def _shared(facts: dict[str, Any]) -> str:
+    """Return the swept values that all cases of the closing table share and that have no column there."""
+    listed = _listed_paths(facts)
+    same = {path: value for path, value in facts["worst"][0]["swept"].items() if path not in listed}
+    setting = setting_text(same, facts)
+    return f", all with {setting}" if setting else ""
+
+
 def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
-    paths = list(facts["worst"][0]["swept"])
+    paths = _listed_paths(facts)
     of_joint = facts["question"] in ("life", "film", "force")
     head = ["case_id", *(wording.axis_name(path, number_of_joints(paths)) for path in paths)]
     rows = [[*head, *(["joint"] if of_joint else []), *facts["ranked"]["headings"]]]

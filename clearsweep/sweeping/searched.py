@@ -24,7 +24,7 @@ def seek_facts(result: RunResult, record: Mapping[str, Any]) -> dict[str, Any] |
         return None
     near = nearest.of_run(record, result.answers, result.effects)
     best = iter(near.pop("best"))
-    answers = [each._asdict() | {"best": [*itertools.islice(best, len(each.best))]} for each in result.answers]
+    answers = [answer._asdict() | {"best": [*itertools.islice(best, len(answer.best))]} for answer in result.answers]
     return {"asked": result.seek.written() | {"unit": record["units"][result.seek.path]}, "answers": answers} | near
 
 
@@ -37,7 +37,7 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
     sought_paths = asked[end] if isinstance(asked[end], list) else [asked[end]]
     path = sought_paths[0]
     paths = [*facts["units"]]
-    names = wording.sentence_list([wording.axis_name(each, number_of_joints(paths)) for each in sought_paths])
+    names = wording.sentence_list([wording.axis_name(path, number_of_joints(paths)) for path in sought_paths])
     lines = ["", f"The {end} {names} within the limits (all in seek.parquet)"]
     if not answers:
         return [*lines, "  the search was stopped before its end; run the same command again to go on"]
@@ -49,12 +49,12 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
         answered = f"{value}, its largest clearance" if answer["fit"] else answered
         answered += f" (border between {low} and {high})" if answer["low"] != answer["high"] else ""
         limiting = answer["limiting"]
-        answered += f", limited by {limiting}" if limiting else ", the end of the range: nothing limits it there"
+        answered += f", limited by {limiting}" if limiting else ", the end of the range: no limit is reached"
         setting = setting_text(answer["point"], facts)
         lines.append(f"  {setting}: {answered}" if setting else f"  {answered}")
         if answer["beyond"]:
             names = wording.sentence_list(list(answer["beyond"]))
-            lines.append(f"    not monotone: {names} beyond it also keep to the limits")
+            lines.append(f"    not monotone: {names} beyond it also meet the limits")
         lines += [f"    {_nearest(path, best, facts)}" for best in answer["best"][:LISTED_ANSWERS]]
         if len(answer["best"]) > LISTED_ANSWERS:
             lines.append(f"    and {len(answer['best']) - LISTED_ANSWERS:,} more")
@@ -71,11 +71,11 @@ def _effect_lines(path: str, facts: dict[str, Any]) -> list[str]:
     """Return the lines on keys that change the margin if no value of `path` meets the limits."""
     effects, furthest, moving = facts["seek"]["effects"], facts["seek"]["furthest"], []
     step = f"{100.0 * STEP:g} %"
-    for each in effects:
-        lower, own, upper = (_margin(each[name]) for name in ("lower", "margin", "upper"))
+    for effect in effects:
+        lower, own, upper = (_margin(effect[name]) for name in ("lower", "margin", "upper"))
         if len({lower, own, upper}) > 1:
-            value = grid_text(each["value"], each["unit"], speed=each["path"].endswith("speed"))
-            moving.append(f"    {each['path']} ({value}): {lower} with {step} less, {upper} with {step} more")
+            value = grid_text(effect["value"], effect["unit"], speed=effect["path"].endswith("speed"))
+            moving.append(f"    {effect['path']} ({value}): {lower} with {step} less, {upper} with {step} more")
     if not moving:
         return ["  No other key of the grid moves the margin by itself."] if effects else []
     setting = setting_text({**furthest["point"], path: furthest["value"]}, facts)
@@ -100,7 +100,7 @@ def _nearest(path: str, best: dict[str, Any], facts: dict[str, Any]) -> str:
         return f"{text}, within the limits there"
     text += f", limited by {best['limiting']}"
     needed = [f"{name} {words}" for name, words in best["needed"].items()]
-    return f"{text}; it would pass with {wording.sentence_list(needed)}" if needed else text
+    return f"{text}; it would meet the limits with {wording.sentence_list(needed)}" if needed else text
 
 
 def refine_lines(facts: dict[str, Any]) -> list[str]:
@@ -110,7 +110,7 @@ def refine_lines(facts: dict[str, Any]) -> list[str]:
         return []
     count, asked = refinement["added"], refinement["asked"]
     if not refinement["crossed"]:
-        return ["", "Refined: no cases added, as nowhere one keeps to the limits and its neighbour does not"]
+        return ["", "Refined: no cases added, because no two neighbours differ in meeting the limits"]
     known = (
         "its place is known to a thousandth of the steps of the grid" if refinement["whole"] else "more would narrow it"
     )

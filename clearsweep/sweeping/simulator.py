@@ -11,7 +11,7 @@ from .worker import Simulator
 
 
 def _recommended(case: Case) -> list[str]:
-    return [each.sentence() for each in simulation.recommendations(case)]
+    return [recommendation.sentence() for recommendation in simulation.recommendations(case)]
 
 
 class _Functions(NamedTuple):

@@ -16,6 +16,7 @@ from ..contracts.results import Peak
 from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
 from . import adaptive, blockwise, executors, identified, nearest, nodes, progress, resources, signals
+from .case_runner import CaseRunner, Options, case_ids, common_values, failure_limit
 from .identifying import Identified, Identifying
 from .law_checks import LawCheck
 from .optimising import Optimised, Optimising
@@ -25,7 +26,6 @@ from .sensitivity import Effect, effects
 from .shard import Shard, distinct
 from .simulator import SIMULATION
 from .worker import Simulator
-from .worker_pool import Options, WorkerPool, case_ids, common_values, failure_limit
 
 SAMPLED_CASES = 200  # cases examined for derived values and warnings
 MOST_WARNINGS = 5
@@ -148,7 +148,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         return _run_cut(grid, out, options, simulator, (cut, shard, begin))
     if options.executor == executors.NODES:
         raise InputError(
-            f"executor: nodes gives whole blocks of {store.block_size():,} cases to nodes, and this grid has "
+            f"executor: nodes assigns whole blocks of {store.block_size():,} cases to nodes, and this grid has "
             f"{len(grid):,} or is searched; write --executor dask"
         )
     with phases.phase("looking at the cases"):
@@ -164,12 +164,12 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
             sentences = directory.recover()
         for sentence in sentences:
             progress.say(sentence)
-        with WorkerPool(directory, options, simulator) as worker_pool:
+        with CaseRunner(directory, options, simulator) as case_runner:
             if search:
-                grid, complete = adaptive.run(grid, search, worker_pool.look)
+                grid, complete = adaptive.run(grid, search, case_runner.look)
                 wanted = distinct(case_ids(grid))
             else:
-                complete = worker_pool.run(grid, ids, wanted)
+                complete = case_runner.run(grid, ids, wanted)
             del ids  # 8 MB for a million cases, which merging needs
             answers = search.answers() if isinstance(search, Seeking) and complete else []
             paths = grid.seek.paths if grid.seek else ()
@@ -186,13 +186,13 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
                 directory, store.ResultSchema.of(grid), machine.sample if machine else {}
             )
             known["identified"] = machine and identified.of_run(machine)
-            counts: dict[str, Any] = conclude(worker_pool, grid, wanted, start=start, **known)
+            counts: dict[str, Any] = conclude(case_runner, grid, wanted, start=start, **known)
     return RunResult(
         directory.path,
         **counts,
         seconds=time.monotonic() - begin,
-        case_seconds=worker_pool.case_seconds,
-        start_up=(worker_pool.ready or begin) - begin,
+        case_seconds=case_runner.case_seconds,
+        start_up=(case_runner.ready or begin) - begin,
         derived=derived,
         warnings=tuple(warnings),
         seek=grid.seek,
@@ -208,16 +208,16 @@ def _refuse_shard(grid: grids.Grid) -> None:
     if grid.seek:
         raise InputError("shard: the probes of `seek` follow from one another; divide the values of the other axes")
     if grid.optimise:
-        raise InputError("shard: the cases of `optimise` follow from one another; run it without shards")
+        raise InputError("shard: the cases of `optimise` depend on one another; run it without shards")
     if grid.identify:
-        raise InputError("shard: the cases of `identify` follow from one another; run it without shards")
+        raise InputError("shard: the cases of `identify` depend on one another; run it without shards")
     if grid.refine:
         raise InputError(
             "shard: the cases that `refine` adds follow from all others; run the shards of the grid without it, merge "
-            "them, and run the grid with it where they were merged to"
+            "them, and run the grid with it in the merged directory"
         )
     if grid.checked_laws:
-        raise InputError("shard: check_laws follows from the worst of all cases; run the shards of the grid without it")
+        raise InputError("shard: check_laws needs the worst of all cases; run the shards without it")
 
 
 def _run_cut(
@@ -242,18 +242,18 @@ def _run_cut(
         with phases.phase("reading the directory"):
             for sentence in directory.recover():
                 progress.say(sentence)
-        with WorkerPool(directory, options, simulator) as worker_pool:
+        with CaseRunner(directory, options, simulator) as case_runner:
             if options.executor == executors.NODES:
                 outcome = nodes.run_on_nodes(job)
             else:
-                outcome = blockwise.run_blocks(job, worker_pool, directory)
+                outcome = blockwise.run_blocks(job, case_runner, directory)
             counts = blockwise.conclude(directory, job, outcome, (outcome.ran, wanted), start=start, **known)
     return RunResult(
         directory.path,
         **counts,
         seconds=time.monotonic() - begin,
         case_seconds=outcome.case_seconds,
-        start_up=(worker_pool.ready or begin) - begin,
+        start_up=(case_runner.ready or begin) - begin,
         derived=derived,
         warnings=tuple(warnings),
     )
@@ -289,12 +289,12 @@ def directory_of(grid: grids.Grid, out: str | Path | None = None, shard: Shard |
     return store.RunDirectory(path)
 
 
-def conclude(worker_pool: WorkerPool, grid: grids.Grid, wanted: np.ndarray, **known: Any) -> dict[str, int]:
+def conclude(case_runner: CaseRunner, grid: grids.Grid, wanted: np.ndarray, **known: Any) -> dict[str, int]:
     """Merge the results of the wanted cases and write run.json; return the counts.
 
-    The pool knows the directory, and computes the final parts of the run.
+    The runner knows the directory, and computes the final parts of the run.
     """
-    directory, ran = worker_pool.directory, worker_pool.ran
+    directory, ran = case_runner.directory, case_runner.ran
     rows = directory.rows()
     stored = len(rows)
     asked = common_values(rows["id"], wanted)
@@ -304,7 +304,7 @@ def conclude(worker_pool: WorkerPool, grid: grids.Grid, wanted: np.ndarray, **kn
     def again(worst: Sequence[store.Worst]) -> list[Peak | None]:
         words = f"saving the revolution of the largest peak of {wording.count(len(worst), 'case')}"
         with phases.phase(words):
-            return worker_pool.peaks(grid, worst)
+            return case_runner.peaks(grid, worst)
 
     merged = store.merge(directory, form, rows, say=progress.say, again=again)
     failed = int(np.count_nonzero(rows["failed"]))

@@ -210,8 +210,8 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
     first = batch.cases[0]
     if job.grid.case_id(first.grid_index) != first.case_id:
         raise ClearsweepError(
-            f"the worker on {platform.node()} has another version of clearsweep than the program "
-            "that sends it work; install the same one everywhere"
+            f"the worker on {platform.node()} has another version of clearsweep than the main "
+            "program; install the same version everywhere"
         )
     rows, logs, begin = [], list[store.Unfinished](), time.perf_counter()
     together = job.together and not batch.tried

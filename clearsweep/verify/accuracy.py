@@ -113,7 +113,7 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     return results
 
 
-def measure_one(problem, chosen: list[Method], rounds: int, slow: float = SLOW, timer=time.perf_counter) -> dict:
+def measure_one(problem, chosen: list[Method], repeats: int, slow: float = SLOW, timer=time.perf_counter) -> dict:
     """Return the figures of all methods on one problem; runs that take `slow` s or more have one round."""
     rows, runs = [], []
     for method in chosen:
@@ -123,7 +123,7 @@ def measure_one(problem, chosen: list[Method], rounds: int, slow: float = SLOW, 
             solution = method.solve(problem, setting)
             rows.append(_row(method, setting, problem.assess(solution), solution))
             runs.append(method.repeat(problem, setting))
-    least, inner = _least_times(runs, rounds, slow, timer)
+    least, inner = _least_times(runs, repeats, slow, timer)
     for row, whole, integration in zip(rows, least, inner, strict=True):
         row["ms_per_revolution"] = 1e3 * whole / problem.revolutions
         row["integration_ms_per_revolution"] = 1e3 * integration / problem.revolutions if integration else None
@@ -159,10 +159,10 @@ def _number(value):
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _least_times(runs: list, rounds: int, slow: float, timer) -> tuple[np.ndarray, list]:
+def _least_times(runs: list, repeats: int, slow: float, timer) -> tuple[np.ndarray, list]:
     """Return the least time (s) of each of `runs`, and the least time reported by the run itself, if any."""
     least, inner = np.full(len(runs), math.inf), [None] * len(runs)
-    for _ in range(rounds):
+    for _ in range(repeats):
         for i, run in enumerate(runs):
             if math.isfinite(least[i]) and least[i] > slow:
                 continue

@@ -53,8 +53,8 @@ class Film:
         diagonal[:, 1:] += up[:, :-1]
         cells = np.arange(around * axial).reshape(around, axial)
         pairs = ((cells, np.roll(cells, 1, 0), back), (cells[:, 1:], cells[:, :-1], up[:, :-1]))
-        rows = [cells, *(x for one, other, _ in pairs for x in (one, other))]
-        columns = [cells, *(x for one, other, _ in pairs for x in (other, one))]
+        rows = [cells, *(x for single, other, _ in pairs for x in (single, other))]
+        columns = [cells, *(x for single, other, _ in pairs for x in (other, single))]
         values = [diagonal, *(-x for _, _, flow in pairs for x in (flow, flow))]
         flat = [np.concatenate([part.ravel() for part in parts]) for parts in (values, rows, columns)]
         self.matrix = sparse.csr_matrix((flat[0], (flat[1], flat[2])), shape=(cells.size, cells.size))

@@ -152,5 +152,5 @@ def _figures(case: Extreme, tolerance: float, method: str, truth: results.Trajec
         "rhs_evaluations": runs[0].summary["rhs_evaluations"],
         "steps": runs[0].summary["steps"],
         "error": error_of(runs[0], truth, case),
-        "run_time": min(one.summary["run_time"] for one in runs),
+        "run_time": min(run.summary["run_time"] for run in runs),
     }

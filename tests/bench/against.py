@@ -9,6 +9,8 @@ motions: with two joints this one meets 34 to 41 impacts a revolution in place o
 integrates the motion that such a commit does.
 
 With --files it measures every grid of `configs/` instead: some of its cases, as a sweep integrates them, without files.
+With --named NAME,NAME only these of its files.  With --readme it measures the README's grid, with its own number of
+cases and with ten times as many speeds.
 """
 
 import argparse
@@ -27,6 +29,7 @@ import speed_page
 ROOT = Path(__file__).parents[2]
 FRICTION = {"law": "ambrosio", "coefficient": 0.05, "v0": "1 mm/s", "v1": "10 mm/s"}
 ASKED = {"thousand_cases": 0.25, "with friction": 0.25, "with two joints": 0.4}
+ASKED_README = 0.25, 0.35
 SPEEDS = 4  # of the two others: 400 cases
 SAME = 4  # cases of a file of configs/, evenly spread, that are run
 LONG = 20.0  # s of processor time for these: a file that takes longer is left out
@@ -68,14 +71,16 @@ def serve() -> None:
         print(json.dumps(integrated(asked) if isinstance(asked, str) else swept(asked)), file=answers, flush=True)
 
 
-def swept(source: dict) -> tuple[int, int, float]:
-    """Return cases, failures and processor time (s) of a sweep."""
+def swept(source: dict) -> tuple[int, int, float, float]:
+    """Return cases, failures and processor time (s) of a sweep, and of its repetition, in which no case runs."""
     import clearsweep
 
     with tempfile.TemporaryDirectory() as place:
         began = time.process_time()
         result = clearsweep.sweep(source, place, executor="serial", show_progress=False)
-        return result.ran, result.failed, time.process_time() - began
+        spent, began = time.process_time() - began, time.process_time()
+        clearsweep.sweep(source, place, executor="serial", show_progress=False)
+        return result.ran, result.failed, spent, time.process_time() - began
 
 
 def integrated(path: str) -> tuple[int, int, float]:
@@ -116,12 +121,12 @@ class Tree:
         return tuple(json.loads(answer))
 
 
-def table(other: Path, rounds: int, *, first: bool) -> str:
+def table(other: Path, repetitions: int, *, first: bool) -> str:
     """Return what each grid takes with both checkouts; `first`: this one with the onset that old ones have."""
     trees = [Tree(ROOT), Tree(other)]
     lines = [
         f"{trees[0].name} against {trees[1].name}, load {os.getloadavg()[0]:.1f} before; ms of processor time per",
-        f"case, start-up of a sweep taken off, in one process, least of {rounds} interleaved rounds.",
+        f"case, start-up of a sweep taken off, in one process, least of {repetitions} interleaved rounds.",
         *(["This one with `contact.onset: first`, the motion of commits that do not know that key."] if first else []),
         "",
         "| sweep | cases | failed, of either | this | other | this / other | with start-up | asked |",
@@ -133,10 +138,11 @@ def table(other: Path, rounds: int, *, first: bool) -> str:
         for tree, grid in zip(trees, pairs[1], strict=True):
             tree.sweep(grid)  # compiles
         runs = [
-            [tree.sweep(grid) for pair in pairs for tree, grid in zip(trees, pair, strict=True)] for _ in range(rounds)
+            [tree.sweep(grid) for pair in pairs for tree, grid in zip(trees, pair, strict=True)]
+            for _ in range(repetitions)
         ]
-        (cases, failed, _), (_, others, _), (less, *_), _ = runs[0]
-        whole, start = np.min([[took for *_, took in run] for run in runs], axis=0).reshape(2, 2)
+        (cases, failed, *_), (_, others, *_), (less, *_), _ = runs[0]
+        whole, start = np.min([[took for _, _, took, _ in run] for run in runs], axis=0).reshape(2, 2)
         each = 1e3 * (whole - start) / (cases - less)
         lines.append(
             f"| {name} | {cases} | {failed}, {others} | {each[0]:.3f} | {each[1]:.3f} | {each[0] / each[1]:.3f} "
@@ -148,22 +154,56 @@ def table(other: Path, rounds: int, *, first: bool) -> str:
     return "\n".join(lines)
 
 
-def table_of_files(other: Path, rounds: int) -> str:
-    """Return what some cases of every file of configs/ take with both checkouts."""
+def table_of_readme(other: Path, repeats: int) -> str:
+    """Return what a case of the README's grid takes with both checkouts, start-up taken off."""
+    from ruamel.yaml import YAML
+
+    trees = [Tree(ROOT), Tree(other)]
+    plain = YAML(typ="safe").load(ROOT / "configs" / "slider_crank.yaml")
+    many = thinned(plain, {"drive.speed": 10 * plain["sweep"]["drive.speed"]["linspace"][2]})
+    for tree in trees:
+        tree.sweep(plain)  # compiles
+    runs = [[tree.sweep(grid) for grid in (plain, many) for tree in trees] for _ in range(repeats)]
+    (few, failed, *_), (_, others, *_), (cases, *_), _ = runs[0]
+    spent, idle = np.min([[took[2:] for took in run] for run in runs], axis=0).reshape(2, 2, 2).transpose(2, 0, 1)
+    own = 1e3 * (spent[0] - idle[0]) / few
+    further = 1e3 * (spent[1] - spent[0]) / (cases - few)
+    for tree in trees:
+        tree.process.stdin.close()
+        tree.process.wait()
+    return "\n".join(
+        [
+            f"{trees[0].name} against {trees[1].name}, load {os.getloadavg()[0]:.1f} after; ms of processor time per",
+            f"case in one process, files and merging included, least of {repeats} interleaved rounds.",
+            "",
+            "| README's grid | failed, of either | this | other | this / other | asked |",
+            "| --- | --- | --- | --- | --- | --- |",
+            f"| {cases} cases, a sweep of {few} taken off | {failed}, {others} | {further[0]:.2f} | {further[1]:.2f} "
+            f"| {further[0] / further[1]:.3f} | {ASKED_README[0]} |",
+            f"| {few} cases, a run in which none runs taken off | {failed}, {others} | {own[0]:.2f} | {own[1]:.2f} "
+            f"| {own[0] / own[1]:.3f} | {ASKED_README[1]} |",
+        ]
+    )
+
+
+def table_of_files(other: Path, repetitions: int, named: list[str]) -> str:
+    """Return what some cases of the files of configs/ take with both checkouts: all, or those `named`."""
     trees = [Tree(ROOT), Tree(other)]
     lines = [
         f"{trees[0].name} against {trees[1].name}, load {os.getloadavg()[0]:.1f} before; ms of processor time per",
-        f"case, {SAME} cases of a file at most, in one process, least of {rounds} interleaved rounds.",
+        f"case, {SAME} cases of a file at most, in one process, least of {repetitions} interleaved rounds.",
         "",
         "| file | cases | failed, of either | this | other | this / other |",
         "| --- | --- | --- | --- | --- | --- |",
     ]
     for path in sorted((ROOT / "configs").glob("*.yaml")):
+        if named and path.stem not in named:
+            continue
         compiled = [tree.sweep(str(path))[2] for tree in trees]
         if min(compiled) > LONG:
             lines.append(f"| {path.stem} | left out: beyond {LONG:.0f} s | | | | |")
             continue
-        runs = [[tree.sweep(str(path)) for tree in trees] for _ in range(rounds)]
+        runs = [[tree.sweep(str(path)) for tree in trees] for _ in range(repetitions)]
         cases, failed, others = runs[0][0][0], runs[0][0][1], runs[0][1][1]
         this, that = 1e3 * np.min([[took for *_, took in run] for run in runs], axis=0) / cases
         lines.append(f"| {path.stem} | {cases} | {failed}, {others} | {this:.2f} | {that:.2f} | {this / that:.2f} |")
@@ -181,16 +221,25 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--first", action="store_true", help="this checkout with `contact.onset: first`, too")
     parser.add_argument("--files", action="store_true", help="some cases of every file of configs/ instead")
+    parser.add_argument("--named", type=lambda text: text.split(","), default=[], help="only these files")
+    parser.add_argument("--readme", action="store_true", help="the README's grid instead")
     parser.add_argument("--write", action="store_true", help="write results/speed.md too")
     asked = parser.parse_args()
-    if asked.files:
-        rows = table_of_files(asked.tree.resolve(), 2)
-        text = f"## Every file of configs/ against another commit\n\n{rows}"
+    tree, repeats = asked.tree.resolve(), asked.rounds
+    if asked.readme:
+        text = f"## The README's grid against another commit\n\n{table_of_readme(tree, repeats)}"
         print(text)
         if asked.write:
+            speed_page.write("README of two commits", f"{text}\n")
+        return
+    if asked.files or asked.named:
+        rows = table_of_files(tree, repeats, asked.named)
+        text = f"## Every file of configs/ against another commit\n\n{rows}"
+        print(text)
+        if asked.write and not asked.named:
             speed_page.write("files of two commits", f"{text}\n")
         return
-    tables = [table(asked.tree.resolve(), asked.rounds, first=first) for first in (False, True)[: 1 + asked.first]]
+    tables = [table(tree, repeats, first=first) for first in (False, True)[: 1 + asked.first]]
     text = "\n\n".join(["## Against another commit", *tables]) + "\n"
     print(text)
     if asked.write:

@@ -53,9 +53,9 @@ def _field(t, u, r):
     force = jnp.where(r["pressed"], jnp.maximum(normal, 0.0), 0.0) / r["rate"] ** 2
     fx, fy = -force * dx / away, -force * dy / away
     ax, ay = -r["crank"] * c1, -r["crank"] * s1
-    turning = -r["rod"] * (c * fy - s * fx) - r["rod_mass"] * r["center"] * (c * ay - s * ax)
+    angle_rate = -r["rod"] * (c * fy - s * fx) - r["rod_mass"] * r["center"] * (c * ay - s * ax)
     inertia = r["rod_inertia"] + r["rod_mass"] * r["center"] ** 2
-    return jnp.stack([u[2], u[3], turning / (inertia * r["angle"]), fx / (r["slider_mass"] * r["place"])])
+    return jnp.stack([u[2], u[3], angle_rate / (inertia * r["angle"]), fx / (r["slider_mass"] * r["place"])])
 
 
 def _margin(t, y, args, **_):

@@ -42,7 +42,7 @@ ASKED = {512: 0.10, 256: 0.15}  # of numbalsoda's DOP853, by the bits of a vecto
 ASKED_INTEGRATING = 0.06
 
 
-class Way(NamedTuple):
+class Route(NamedTuple):
     """A way to integrate all cases of a grid."""
 
     name: str
@@ -70,36 +70,39 @@ def ours(short: list, tolerance: float) -> np.ndarray:
     return np.array([found_by_simulate(first, path).states[0] for first, path in result])
 
 
-def ways_of(like: list, short: list, *, flagship: bool) -> list[Way]:
+def ways_of(like: list, short: list, *, flagship: bool) -> list[Route]:
     """Return all ways to integrate problems `like` one, of which `short` are some up to half a revolution."""
     cases = [scene_of(first, TOLERANCE).case for first in like]
 
-    def beside():
+    def neighbour():
         return sum(path.summary["run_time"] for _, path in simulation.solve_each(cases))
 
     def alone():
         return sum(simulation.solve(case).summary["run_time"] for case in cases)
 
-    def judged():
+    def limits_met():
         return ours(short, TOLERANCE)
 
-    result = [Way("clearsweep", beside, judged, len(like)), Way("clearsweep, one by one", alone, judged, len(like))]
+    result = [
+        Route("clearsweep", neighbour, limits_met, len(like)),
+        Route("clearsweep, one by one", alone, limits_met, len(like)),
+    ]
     if soda:
         for tolerance in THEIRS:
             each, few = (functools.partial(soda.many(some, tolerance), threads=1) for some in (like, short))
-            result.append(Way(f"numbalsoda DOP853 {tolerance:g}", each, few, len(like)))
+            result.append(Route(f"numbalsoda DOP853 {tolerance:g}", each, few, len(like)))
         each = functools.partial(soda.many(like, TOLERANCE), threads=os.cpu_count())
-        result.append(Way(f"the same {TOLERANCE:g}, a case a thread", each, None, len(like)))
+        result.append(Route(f"the same {TOLERANCE:g}, a case a thread", each, None, len(like)))
     if batched and flagship:
         result.append(in_batch(like[:: max(1, len(like) // BATCH)], short[0].end))
     return result
 
 
-def in_batch(some: list, half: float) -> Way:
+def in_batch(some: list, half: float) -> Route:
     """Return diffrax's way for problems, of which every so many-th is judged at the time `half` (s)."""
     batch, step = batched.prepared(some, BATCHED), len(some) // JUDGED
     name = f"diffrax Dopri8 {BATCHED:g}, {len(some)} cases"
-    return Way(name, lambda: batch(some[0].end), lambda: batch(half)[::step], len(some))
+    return Route(name, lambda: batch(some[0].end), lambda: batch(half)[::step], len(some))
 
 
 class Cost(NamedTuple):
@@ -110,15 +113,15 @@ class Cost(NamedTuple):
     integrating: float | None  # s, by the clock
 
 
-def costs(ways: list[Way], rounds: int) -> list[Cost]:
+def costs(ways: list[Route], repetitions: int) -> list[Cost]:
     """Return the least costs of all ways, which have their turn in every round; the first round compiles."""
     rows = []
-    for way in [way for _ in range(rounds + 1) for way in ways]:
+    for way in [way for _ in range(repetitions + 1) for way in ways]:
         began, clock = time.process_time(), time.perf_counter()
         inside = way.run()
         inside = inside if isinstance(inside, float) else np.nan
         rows.append((time.process_time() - began, time.perf_counter() - clock, inside))
-    least = np.min(np.reshape(rows[len(ways) :], (rounds, len(ways), 3)), axis=0)
+    least = np.min(np.reshape(rows[len(ways) :], (repetitions, len(ways), 3)), axis=0)
     least /= np.array([[way.cases] for way in ways])
     return [Cost(float(p), float(w), None if np.isnan(i) else float(i)) for p, w, i in least]
 
@@ -138,13 +141,13 @@ def bits() -> int:
     return next((width for name, width in (("avx512f", 512), ("avx2", 256)) if features.get(name)), 128)
 
 
-def measure(problem, count: int, rounds: int) -> list[str]:
+def measure(problem, count: int, repetitions: int) -> list[str]:
     """Return the table of grids around a problem."""
     like = varied(problem, count)
     half = problem.times[len(problem.times) // 2 - 1 :][:1]
     short = [first._replace(times=half) for first in like[:: len(like) // JUDGED]]
     ways, truth = ways_of(like, short, flagship=problem.name == FLAGSHIP), ours(short, TIGHT)
-    result, errors, points = costs(ways, rounds), [], []
+    result, errors, points = costs(ways, repetitions), [], []
     for way, cost in zip(ways, result, strict=True):
         errors.append(
             float(np.median(np.max(np.abs(way.states() - truth) / problem.scales, axis=1))) if way.states else None
@@ -182,7 +185,7 @@ def verdict(cost: Cost, theirs: float, *, flagship: bool) -> str:
     )
 
 
-def page(cases: int | None, rounds: int) -> str:
+def page(cases: int | None, repetitions: int) -> str:
     """Return all tables."""
     lines = [
         "## Many cases",
@@ -190,14 +193,14 @@ def page(cases: int | None, rounds: int) -> str:
         "Grids of clearances and restitutions around the problems above, one revolution; cases in turn,",
         f"vector registers of {bits()} bit; {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} before.",
         f"Error: median over {JUDGED} cases, at half a revolution, from the motion at {TIGHT:g}. Times a case: least",
-        f"of {rounds} interleaved rounds, compilation excluded; clearsweep in one process with every figure of the",
+        f"of {repetitions} interleaved rounds, compilation excluded; clearsweep in one process with all figures of the",
         "summary, integrating by the clock.",
     ]
     if batched:
         lines += ["", batched.LACKS]
     for problem in problems():
         if problem.name in CASES:
-            lines += ["", *measure(problem, cases or CASES[problem.name], rounds)]
+            lines += ["", *measure(problem, cases or CASES[problem.name], repetitions)]
     return "\n".join([*lines, ""])
 
 

@@ -124,13 +124,13 @@ def in_both() -> dict:
     return {"plane": clearsweep.load_case(flat), "space": build(study.case(0))}
 
 
-def spaces(rounds: int = 20 * ROUNDS) -> dict[str, dict[str, float]]:
+def spaces(repetitions: int = 20 * ROUNDS) -> dict[str, dict[str, float]]:
     """Return the time (s) of a right-hand side in plane and space, of what is apart and of what is pressed."""
     runs, least = {}, {state: {"plane": np.inf, "space": np.inf} for state in ("apart", "pressed")}
     for name, scene in in_both().items():
         print(f"compiling {name}", file=sys.stderr, flush=True)
         runs[name] = integration_of(scene, np.empty(0), 0.1 * scene.crank_clock.at(1.0))
-    for _ in range(rounds):
+    for _ in range(repetitions):
         for name, run in runs.items():
             work = run.work
             for state, times in least.items():
@@ -142,7 +142,7 @@ def spaces(rounds: int = 20 * ROUNDS) -> dict[str, dict[str, float]]:
     return least
 
 
-def kinds(rounds: int = ROUNDS) -> list[tuple[str, float]]:
+def kinds(repetitions: int = ROUNDS) -> list[tuple[str, float]]:
     """Return name and time (s) of a right-hand side of every kind of joint."""
     scenes = {name: scene_of(joint, "centred") for name, joint in KINDS.items()}
     runs, least = {}, dict.fromkeys(scenes, np.inf)  # a run keeps the parameters that compiled code reads
@@ -150,13 +150,13 @@ def kinds(rounds: int = ROUNDS) -> list[tuple[str, float]]:
         print(f"compiling {name}", file=sys.stderr, flush=True)
         runs[name] = integration_of(scene, np.empty(0), 0.1 * scene.crank_clock.at(1.0))
         _side(runs[name].work)
-    for _ in range(rounds):
+    for _ in range(repetitions):
         for name, run in runs.items():
             least[name] = min(least[name], _side(run.work))
     return list(least.items())
 
 
-def worn(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
+def worn(repetitions: int = ROUNDS) -> list[tuple[str, float, float]]:
     """Return name and times (s) of a right-hand side of circles and of what is left of them, pressed."""
     angles = 2.0 * np.pi * (np.arange(360) + 0.5) / 360
     before = Worn(8e-6 * (1.0 + np.cos(2.0 * angles)), 4e-6 * (1.0 + np.cos(3.0 * angles + 1.0)))
@@ -169,13 +169,13 @@ def worn(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
         runs[name], least[name] = [Run(start_of(scene, np.empty(0))) for scene in scenes], [np.inf, np.inf]
         for run in runs[name]:
             _side(run.work)
-    for _ in range(rounds):
+    for _ in range(repetitions):
         for name, pair in runs.items():
             least[name] = [min(time, _side(run.work)) for time, run in zip(least[name], pair, strict=True)]
     return [(name, *times) for name, times in least.items()]
 
 
-def measure(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
+def measure(repetitions: int = ROUNDS) -> list[tuple[str, float, float]]:
     """Return name, time of a right-hand side and of the law alone (s) of every law."""
     joints = {law: (law, None) for law in LAWS} | {f"{law} with fractal": (law, FRACTAL) for law in ROUGH}
     runs, terms, least = {}, {}, {name: [np.inf, np.inf] for name in joints}
@@ -185,7 +185,7 @@ def measure(rounds: int = ROUNDS) -> list[tuple[str, float, float]]:
         runs[name], terms[name] = Run(start_of(scene, np.empty(0))), scene.value.joints[0].elastic
         print(f"compiling {name}", file=sys.stderr, flush=True)
         _timed(runs[name].work, terms[name])
-    for _ in range(rounds):
+    for _ in range(repetitions):
         for name in joints:
             least[name] = [min(pair) for pair in zip(least[name], _timed(runs[name].work, terms[name]), strict=True)]
     return [(name, *times) for name, times in least.items()]

@@ -82,12 +82,12 @@ def contact(p, j, x, y, vx, vy, spin_near, spin_far):
     """
     eccentricity = math.sqrt(x * x + y * y)
     nx, ny = x / eccentricity, y / eccentricity
-    depth, closing = eccentricity - p.clearance, vx * nx + vy * ny
-    p.depth[j], p.closing[j] = depth, closing
+    depth, last_lines = eccentricity - p.clearance, vx * nx + vy * ny
+    p.depth[j], p.closing[j] = depth, last_lines
     if p.state[j] == FREE or depth <= 0.0:
         p.force[j] = 0.0
         return 0.0, 0.0, 0.0, 0.0
-    normal = max(p.stiffness * depth * math.sqrt(depth) * (1.0 + p.loss * closing / p.onset[j]), 0.0)
+    normal = max(p.stiffness * depth * math.sqrt(depth) * (1.0 + p.loss * last_lines / p.onset[j]), 0.0)
     p.force[j] = normal
     rub = 0.0
     if p.friction > 0.0:
@@ -116,9 +116,9 @@ def hinged(t, u, du, p):
         0.0,
     )
     ax, ay = -tip * p.rate * c1, p.gravity - tip * p.rate * s1  # of the crank pin, against free fall
-    turning = moment - p.rod * (c * fy - s * fx) - p.rod_mass * p.center * (c * ay - s * ax)
+    angle_rate = moment - p.rod * (c * fy - s * fx) - p.rod_mass * p.center * (c * ay - s * ax)
     du[0], du[1] = u[2] * p.rate, u[3] * p.rate
-    du[2] = turning / ((p.rod_inertia + p.rod_mass * p.center * p.center) * p.spin)
+    du[2] = angle_rate / ((p.rod_inertia + p.rod_mass * p.center * p.center) * p.spin)
     du[3] = fx / (p.slider_mass * p.speed)
 
 
@@ -152,10 +152,10 @@ def floating(t, u, du, p):
     fx, fy, c_moment, _ = contact(
         p, 1, x - gx - far * c, -gy - far * s, v - gvx + far * spin * s, -gvy - far * spin * c, spin, 0.0
     )
-    turning = b_moment + c_moment - near * (c * by - s * bx) - far * (c * fy - s * fx)
+    angle_rate = b_moment + c_moment - near * (c * by - s * bx) - far * (c * fy - s * fx)
     for i in range(4):
         du[i] = u[4 + i] * p.rate
-    du[4] = turning / (p.rod_inertia * p.spin)
+    du[4] = angle_rate / (p.rod_inertia * p.spin)
     du[5] = fx / (p.slider_mass * p.speed)
     du[6] = (bx - fx) / (p.rod_mass * p.speed)
     du[7] = ((by - fy) / p.rod_mass - p.gravity) / p.speed

@@ -32,14 +32,14 @@ PAIRS = (
 )
 
 
-def measure(rounds: int, note) -> list[dict]:
+def measure(repetitions: int, note) -> list[dict]:
     """Return name, ns of an evaluation or ms of a revolution with and without, and their ratio, of all PAIRS."""
     known, rows = {problem.name: problem for problem in problems()}, []
     for pair in PAIRS:
         note(f"parts: {pair.name}")
         grid = known[pair.problem].grid
         scenes = [clearsweep.load_case(changed(grid, changes)) for changes in (pair.changes, {})]
-        times = [[spent(scene, each=pair.each) for scene in scenes] for _ in range(rounds + 1)]
+        times = [[spent(scene, each=pair.each) for scene in scenes] for _ in range(repetitions + 1)]
         with_it, without = np.min(times[1:], axis=0).tolist()  # the first round compiles
         rows.append({"name": pair.name, "each": pair.each, "with": with_it, "without": without})
     return rows

@@ -67,19 +67,19 @@ def methods() -> tuple[list[Method], dict[str, str]]:
     return result, missing
 
 
-def measure(rounds: int, note) -> dict:
+def measure(repetitions: int, note) -> dict:
     """Return every figure; `note` is called with a sentence on what is being done."""
     chosen, missing = methods()
-    result = accuracy.stamp("make bench") | {"rounds": rounds, "missing": missing, "problems": []}
+    result = accuracy.stamp("make bench") | {"rounds": repetitions, "missing": missing, "problems": []}
     result["machine"] |= {name: version(name) for name in RIVALS if name not in missing} | {"load": os.getloadavg()[0]}
     for problem in problems():
         if problem.name in NAMES:
             note(f"{problem.name}: {problem.title}")
             able = [method for method in chosen if method.name != "heyoka" or problem.name == FLAGSHIP]
-            result["problems"].append(accuracy.measure_one(problem, able, rounds, math.inf, time.process_time))
+            result["problems"].append(accuracy.measure_one(problem, able, repetitions, math.inf, time.process_time))
             if problem.name == FLAGSHIP:
                 result["work"] = work_counts(scene_of(problem, TOLERANCE))
-    result["parts"] = parts.measure(rounds, note)
+    result["parts"] = parts.measure(repetitions, note)
     result["ratios"] = [ratio for entry in result["problems"] for ratio in ratios(entry)]
     return result
 

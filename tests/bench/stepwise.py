@@ -37,7 +37,7 @@ def compiled(model):
         return du
 
     @njit(error_model="numpy")
-    def ahead(t, y, record):
+    def upcoming(t, y, record):
         p = record[0]
         depths(t, y, p)
         least = p.clearance  # where no joint is looked at: a root is searched for between finite values
@@ -45,7 +45,7 @@ def compiled(model):
             least = min(least, margin(p, j, t))
         return least
 
-    return slope, ahead
+    return slope, upcoming
 
 
 class _Drive:
@@ -65,7 +65,7 @@ class _Drive:
                 self._switch(t, y)
 
     def _to_event(self, t, y, tolerance, *, keep):
-        record, ahead, compiled_slope = self.record, self.stepper, self.slope
+        record, upcoming, compiled_slope = self.record, self.stepper, self.slope
 
         def slope(t, y):
             return compiled_slope(t, y, record)
@@ -82,16 +82,16 @@ class _Drive:
             first_step=min(FIRST_FREE if flight else FIRST_PRESSED, self.end - t),
         )
         solver.fun = slope  # without the wrappers that count and convert: 6 % faster
-        before = ahead(t, y, record)
+        before = upcoming(t, y, record)
         while solver.status == "running":
             solver.step()
-            after = ahead(solver.t, solver.y, record)
+            after = upcoming(solver.t, solver.y, record)
             passed = after <= 0.0 <= before
             if passed or keep:
                 dense = solver.dense_output()
                 self.spans += [dense] if keep else []
             if passed:
-                t = brentq(_margin, solver.t_old, solver.t, args=(dense, ahead, record), xtol=EXACT, rtol=EXACT)
+                t = brentq(_margin, solver.t_old, solver.t, args=(dense, upcoming, record), xtol=EXACT, rtol=EXACT)
                 return t, dense(t)
             before = after
         return None, y
@@ -113,8 +113,8 @@ class _Drive:
         return np.array([self.spans[np.searchsorted(ends, time, side="left") - 1](time) for time in times])
 
 
-def _margin(t, dense, ahead, record):
-    return ahead(t, dense(t), record)
+def _margin(t, dense, upcoming, record):
+    return upcoming(t, dense(t), record)
 
 
 def prepared(problem, tolerance):

@@ -33,11 +33,11 @@ def integrators(tolerance, mechanism, joint, rate):
     inertia = rod_inertia + rod_mass * center * center
     flight = [(angle, spin), (x, v), (spin, pull / inertia), (v, 0.0 * x)]
     away = hy.sqrt(dx * dx + dy * dy)
-    depth, closing = away - clearance, (dx * vx + dy * vy) / away
-    normal = stiffness * depth**1.5 * (1.0 + loss * closing / hy.par[0])
+    depth, last_lines = away - clearance, (dx * vx + dy * vy) / away
+    normal = stiffness * depth**1.5 * (1.0 + loss * last_lines / hy.par[0])
     fx, fy = -normal * dx / away, -normal * dy / away
-    turning = (pull - rod * (c * fy - s * fx)) / inertia
-    contact = [(angle, spin), (x, v), (spin, turning), (v, fx / slider_mass)]
+    angle_rate = (pull - rod * (c * fy - s * fx)) / inertia
+    contact = [(angle, spin), (x, v), (spin, angle_rate), (v, fx / slider_mass)]
     onset = hy.t_event(dx * dx + dy * dy - clearance * clearance, direction=hy.event_direction.positive)
     parting = hy.t_event(depth - SHALLOW, direction=hy.event_direction.negative)
     start = [0.1, 0.1, 0.0, 0.0]

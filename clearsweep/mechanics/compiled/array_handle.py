@@ -24,24 +24,24 @@ def array_handle(values: np.ndarray) -> ArrayHandle:
     return number
 
 
-def load_item(address, place):
-    """Return item `place` of the array at an address."""
-    return float(address.array[place])
+def load_item(address, index):
+    """Return item `index` of the array at an address."""
+    return float(address.array[index])
 
 
 @kernel
-def row_of(address, width, rows, now):
-    """Return the index of the last of `rows` rows of `width` numbers whose first number is at most `now`.
+def row_of(address, width, rows, time):
+    """Return the index of the last of `rows` rows of `width` numbers whose first number is at most `time`.
 
     First numbers increase; below all of them the result is the first row.
     """
     low, high = 0, rows
     while high - low > 1:
-        middle = (low + high) // 2
-        if load_item(address, width * middle) <= now:
-            low = middle
+        midpoint = (low + high) // 2
+        if load_item(address, width * midpoint) <= time:
+            low = midpoint
         else:
-            high = middle
+            high = midpoint
     return width * low
 
 

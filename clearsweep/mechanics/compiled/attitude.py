@@ -86,13 +86,13 @@ def accelerated(q, spin, alpha, pace):
     """
     square = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z
     sigma = (q.w * q.dw + q.x * q.dx + q.y * q.dy + q.z * q.dz) / square
-    own = sigma * sigma - 2.0 * pace * sigma - 0.5 * pace * pace * (square - 1.0) - 0.25 * dot(spin, spin)
+    scalar_term = sigma * sigma - 2.0 * pace * sigma - 0.5 * pace * pace * (square - 1.0) - 0.25 * dot(spin, spin)
     ax = 0.5 * alpha.x + sigma * spin.x
     ay = 0.5 * alpha.y + sigma * spin.y
     az = 0.5 * alpha.z + sigma * spin.z
     return (
-        own * q.w - q.x * ax - q.y * ay - q.z * az,
-        own * q.x + q.w * ax + q.y * az - q.z * ay,
-        own * q.y + q.w * ay + q.z * ax - q.x * az,
-        own * q.z + q.w * az + q.x * ay - q.y * ax,
+        scalar_term * q.w - q.x * ax - q.y * ay - q.z * az,
+        scalar_term * q.x + q.w * ax + q.y * az - q.z * ay,
+        scalar_term * q.y + q.w * ay + q.z * ax - q.x * az,
+        scalar_term * q.z + q.w * az + q.x * ay - q.y * ax,
     )

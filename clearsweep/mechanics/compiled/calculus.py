@@ -16,10 +16,10 @@ def _either(function, rule):
     """Return `function` for numbers and `rule` for Duals."""
 
     @functools.wraps(function)
-    def either(*given):
-        return rule(*given) if any(isinstance(x, Dual) for x in given) else function(*given)
+    def either(*arguments):
+        return rule(*arguments) if any(isinstance(x, Dual) for x in arguments) else function(*arguments)
 
-    primitive(either)(lambda *given: call(function, *given))
+    primitive(either)(lambda *arguments: call(function, *arguments))
     rule_of_function(either, rule)
     return either
 

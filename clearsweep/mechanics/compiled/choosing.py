@@ -29,8 +29,8 @@ def abreast(count):
 
 def total_of(row):
     """Return the sum of WIDTH numbers, in the order in which halves of a register are added."""
-    early, late = (row[0] + row[4]) + (row[2] + row[6]), (row[1] + row[5]) + (row[3] + row[7])
-    return early + late
+    first_half, second_half = (row[0] + row[4]) + (row[2] + row[6]), (row[1] + row[5]) + (row[3] + row[7])
+    return first_half + second_half
 
 
 def either(first, second):
@@ -40,8 +40,8 @@ def either(first, second):
     all lanes agree, otherwise both.  `first` is compiled twice, so it should be the shorter.
     """
 
-    def chosen(condition, given):
-        return first(*given) if condition else second(*given)
+    def chosen(condition, arguments):
+        return first(*arguments) if condition else second(*arguments)
 
     chosen.sides = first, second
     return chosen
@@ -80,9 +80,9 @@ def number_of(bits):
     return np.int64(bits).view(np.float64)
 
 
-def looked_up(table, place, column):
-    """Return the number in row `place` of a column of a table (rows, columns)."""
-    return table[place, column]
+def looked_up(table, index, column):
+    """Return the number in row `index` of a column of a table (rows, columns)."""
+    return table[index, column]
 
 
 for_symbols(bits_of, symbols.bits_of)
@@ -90,5 +90,5 @@ for_symbols(number_of, symbols.number_of)
 
 
 @primitive(looked_up)
-def _gathered(table, place, column):
-    return gathered(table_of(table), (place, column))
+def _gathered(table, index, column):
+    return gathered(table_of(table), (index, column))

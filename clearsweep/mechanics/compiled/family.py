@@ -43,7 +43,7 @@ def family(stub):
     fields, bodies = {}, {}  # fields that narrow a class; cache of bodies by class and types in these fields
 
     @functools.wraps(stub)
-    def dispatch(first, *rest):
+    def dispatch(first, *arguments):
         form = type(first)
         if form not in fields:
             narrowed = [field for narrowed, _ in members.get(form, members.get(None, ())) for field in narrowed]
@@ -52,7 +52,7 @@ def family(stub):
             form = (form, *[tuple(map(type, getattr(first, field))) for field in fields[form]])
         if form not in bodies:
             bodies[form] = _body_of(members, first)
-        return bodies[form](first, *rest)
+        return bodies[form](first, *arguments)
 
     def member(cls, **narrowed):
         def enter(body):
@@ -71,7 +71,7 @@ def family(stub):
 def _chosen(members, cls, classes):
     """Return the body for a class, or None; `classes(field)` : the classes of the items of a field."""
     for narrowed, body in members.get(cls, members.get(None, ())):
-        if all(_fits(wanted, tuple(classes(field))) for field, wanted in narrowed.items()):
+        if all(_fits(declared, tuple(classes(field))) for field, declared in narrowed.items()):
             return body
     return None
 
@@ -87,8 +87,8 @@ def _body_for(members, cls):
     return body
 
 
-def _fits(wanted, classes):
-    return all(cls in (None, there) for cls, there in zip(wanted, classes, strict=True))
+def _fits(declared, classes):
+    return all(cls in (None, actual) for cls, actual in zip(declared, classes, strict=True))
 
 
 def map_joints(function, following):
@@ -99,11 +99,11 @@ def map_joints(function, following):
     after each.  Items may differ in type, so each has its own code; both functions are kernels.
     """
 
-    def mapped(items, partners, place, shared):
+    def mapped(items, partners, position, shared):
         results = []
         for item, partner in zip(items, partners, strict=True):
-            results.append(function(item, partner, place, shared))
-            place = following(place, item)
+            results.append(function(item, partner, position, shared))
+            position = following(position, item)
         return tuple(results)
 
     mapped.each = function, following
@@ -185,38 +185,38 @@ def kinds(value):
 
 def _recall(part, numbers):
     """Return what `_walk` returns for a part of a scene; the cases of a sweep share their mechanism."""
-    known = _PARTS.get(id(part))
-    if known is None:
-        own: list[float] = []
-        known = part, _walk(part, own), own
+    recalled = _PARTS.get(id(part))
+    if recalled is None:
+        numbers_: list[float] = []
+        recalled = part, _walk(part, numbers_), numbers_
         if len(_PARTS) >= MOST_PARTS:
             _PARTS.clear()
-        _PARTS[id(part)] = known
-    numbers += known[2]
-    return known[1]
+        _PARTS[id(part)] = recalled
+    numbers += recalled[2]
+    return recalled[1]
 
 
 MOST_PARTS = 256
 _PARTS: dict[int, tuple] = {}  # id of a part, which stays as long as it is in here -> part, its types, its numbers
 
 
-def _walk(value, numbers, inner=None):
+def _walk(value, numbers, walk=None):
     """Return the types in nested tuples, and append the numbers in them to a list.
 
-    inner : the function for the nested tuples, by default this one.
+    walk : the function for the nested tuples, by default this one.
     """
     form = (type(value), *map(type, value))
     if form not in _TUPLES:
-        _TUPLES[form] = tuple(place for place, part in enumerate(value) if isinstance(part, tuple))
+        _TUPLES[form] = tuple(position for position, part in enumerate(value) if isinstance(part, tuple))
     tuples = _TUPLES[form]
     if not tuples:  # as of most
         numbers += value
         return form
     inside, first = [form], 0
-    for place in tuples:
-        numbers += value[first:place]
-        inside.append((inner or _walk)(value[place], numbers))
-        first = place + 1
+    for position in tuples:
+        numbers += value[first:position]
+        inside.append((walk or _walk)(value[position], numbers))
+        first = position + 1
     numbers += value[first:]
     return tuple(inside)
 
@@ -239,8 +239,8 @@ def entry(function, scene, arrays, parameters):
     key = function, form_number(scene)
     if key not in _COMPILED:
         _COMPILED[key] = objects.compiled(function, scene, kinds(scene), arrays)
-    made = _COMPILED[key]
-    return Entry(made.address, parameters.ctypes.data) if made else NO_ENTRY
+    compiled_entry = _COMPILED[key]
+    return Entry(compiled_entry.address, parameters.ctypes.data) if compiled_entry else NO_ENTRY
 
 
 def invoke(code, parameters, arrays, integer):

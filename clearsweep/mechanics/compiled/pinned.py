@@ -44,35 +44,35 @@ class Pinned:
 
 def _words(value: Any, words: list[int]) -> None:
     """Add the words of a value to a list."""
-    for part in value:
-        if isinstance(part, tuple):
-            _words(part, words)
-        elif isinstance(part, np.ndarray):
-            words.append(part.ctypes.data)
-            words += part.shape
-        elif isinstance(part, float):
-            words += _WHOLE.unpack(_DOUBLE.pack(part))
+    for item in value:
+        if isinstance(item, tuple):
+            _words(item, words)
+        elif isinstance(item, np.ndarray):
+            words.append(item.ctypes.data)
+            words += item.shape
+        elif isinstance(item, float):
+            words += _WHOLE.unpack(_DOUBLE.pack(item))
         else:
-            words.append(int(part))
+            words.append(int(item))
 
 
 class TypeKey:
     """Memory layout of a NamedTuple."""
 
     def __init__(self, value: Any):
-        self.type, self.parts, self.places, place = type(value), {}, {}, 0
-        for name, part in zip(type(value)._fields, value, strict=True):
-            self.places[name] = place
-            if isinstance(part, tuple):
-                self.parts[name] = TypeKey(part)
-                place += self.parts[name].size
-            elif isinstance(part, np.ndarray):
-                self.parts[name] = _array(name, part)
-                place += 1 + part.ndim
+        self.type, self.parts, self.places, offset = type(value), {}, {}, 0
+        for name, item in zip(type(value)._fields, value, strict=True):
+            self.places[name] = offset
+            if isinstance(item, tuple):
+                self.parts[name] = TypeKey(item)
+                offset += self.parts[name].size
+            elif isinstance(item, np.ndarray):
+                self.parts[name] = _array(name, item)
+                offset += 1 + item.ndim
             else:
-                self.parts[name] = float if isinstance(part, float) else int
-                place += 1
-        self.size = place  # words
+                self.parts[name] = float if isinstance(item, float) else int
+                offset += 1
+        self.size = offset  # words
 
     def __repr__(self) -> str:
         return f"{self.type.__name__}({self.parts})"
@@ -106,8 +106,8 @@ def pinned_at(model: Pinned, address: int) -> tuple[Any]:
 class Loaded:
     """A value at an address known only at run time; its fields are loaded on access."""
 
-    def __init__(self, form: TypeKey, address: symbols.Whole, place: int = 0):
-        self._form, self._address, self._place = form, address, place
+    def __init__(self, form: TypeKey, address: symbols.Whole, offset: int = 0):
+        self._form, self._address, self._place = form, address, offset
 
     @property
     def known(self) -> tuple[int, int]:
@@ -125,15 +125,15 @@ class Loaded:
     def __getattr__(self, name: str) -> Any:
         if name not in self._form.parts:
             raise AttributeError(name)
-        form, place = self._form.parts[name], self._place + self._form.places[name]
+        form, offset = self._form.parts[name], self._place + self._form.places[name]
         if isinstance(form, TypeKey):
-            return Loaded(form, self._address, place)
+            return Loaded(form, self._address, offset)
         if form in (float, int):
-            return word_at(self._address, place, symbols.Number if form is float else symbols.Whole)
-        kind, dimensions, apart = form
-        first = word_at(self._address, place, symbols.Whole)
-        shape = tuple(word_at(self._address, place + 1 + axis, symbols.Whole) for axis in range(dimensions))
-        return viewed(Bare.at(first, kind), shape, apart)
+            return word_at(self._address, offset, symbols.Number if form is float else symbols.Whole)
+        kind, dimensions, stride = form
+        first = word_at(self._address, offset, symbols.Whole)
+        shape = tuple(word_at(self._address, offset + 1 + axis, symbols.Whole) for axis in range(dimensions))
+        return viewed(Bare.at(first, kind), shape, stride)
 
     def __iter__(self) -> Any:
         return (getattr(self, name) for name in self._form.parts)

@@ -10,7 +10,7 @@ def is_plain() -> bool:
     return _PLAIN[0]
 
 
-def run_plain(wanted: bool) -> bool:
+def run_plain(is_plain: bool) -> bool:
     """Switch compilation off or on from now on; return the previous setting."""
-    before, _PLAIN[0] = _PLAIN[0], wanted
-    return before
+    previous, _PLAIN[0] = _PLAIN[0], is_plain
+    return previous

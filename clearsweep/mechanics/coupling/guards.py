@@ -24,6 +24,7 @@ from ..observe.stages import END, PLACES, STAGES, START
 from ..solver.guarding import ELSEWHERE
 from .impact_mass import joints_at_event
 from .rates import observed_width
+from .state import size_of
 
 
 class Guards(NamedTuple):
@@ -58,31 +59,31 @@ class _Values(NamedTuple):
 
 
 @kernel
-def _put(value, _, place, out):
-    out[place] = value
+def _put(value, _, offsets, out):
+    out[offsets] = value
 
 
 _put_each = map_joints(_put, after_number)
 
 
 @kernel
-def _evaluate_part(part, _, place, shared):
+def _evaluate_part(part, _, offsets, shared):
     if type(part.law) not in guard_values.members:
         return
     y, latched, o, row, roots, value = shared
-    contact = place.contact + part.contact
-    law, root = with_current_state(part.law, y, latched, place), y[roots + contact]
+    contact = offsets.contact + part.contact
+    law, root = with_current_state(part.law, y, latched, offsets), y[roots + contact]
     values = guard_values(law, observed_in(o, START, contact), observed_in(o, row, contact), root)
-    _put_each(values, values, place.guard, value)
+    _put_each(values, values, offsets.guard, value)
 
 
 _evaluate_parts = map_joints(_evaluate_part, after_part)
 
 
 @kernel
-def _evaluate_joint(joint, _, place, shared):
-    every = parts(joint)
-    _evaluate_parts(every, every, place, shared)
+def _evaluate_joint(joint, _, offsets, shared):
+    joint_parts = parts(joint)
+    _evaluate_parts(joint_parts, joint_parts, offsets, shared)
 
 
 _evaluate_joints = map_joints(_evaluate_joint, after_joint)
@@ -93,19 +94,21 @@ def guards_entry(scene, y, nodes, latched, o, value, row):
 
     Arrays are bare pointers; `scene` is a pointer to the Scene.
     """
-    here = scene[0]
-    roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
-    n = roots + size.contact + size.internal
+    parameters = scene[0]
+    roots, size = 2 * len(parameters.coordinates) + 1, extent(parameters.joints)
+    _, n, _ = size_of(parameters)
     y, nodes = shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
-    latched, o = shaped(latched, (size.contact + size.latched,)), shaped(o, (observed_width(here), PLACES))
-    value, first = shaped(value, (size.guard, ELSEWHERE + 1)), first_place(here.joints, roots)
+    latched, o = shaped(latched, (size.contact + size.latched,)), shaped(o, (observed_width(parameters), PLACES))
+    value, first = shaped(value, (size.guard, ELSEWHERE + 1)), first_place(parameters.joints, roots)
     if row != END:
-        _evaluate_joints(here.joints, here.joints, first, _Values(y, latched, o, row, roots, value[:, ELSEWHERE]))
+        _evaluate_joints(
+            parameters.joints, parameters.joints, first, _Values(y, latched, o, row, roots, value[:, ELSEWHERE])
+        )
         return
-    _evaluate_joints(here.joints, here.joints, first, _Values(y, latched, o, START, roots, value[:, 0]))
+    _evaluate_joints(parameters.joints, parameters.joints, first, _Values(y, latched, o, START, roots, value[:, 0]))
     for i in turns(STAGES):
         at_stage = _Values(nodes[:, i], latched, o, i, roots, value[:, 1 + i])
-        _evaluate_joints(here.joints, here.joints, first, at_stage)
+        _evaluate_joints(parameters.joints, parameters.joints, first, at_stage)
 
 
 # ---------------------------------------------------------------------------------------------- latching
@@ -124,24 +127,24 @@ class _Event(NamedTuple):
 
 
 @kernel
-def _set(value, _, place, numbers):
-    numbers[place] = value
+def _set(value, _, offsets, numbers):
+    numbers[offsets] = value
 
 
 _set_each = map_joints(_set, after_number)
 
 
 @kernel
-def _latch_part(part, _, place, shared):
+def _latch_part(part, _, offsets, shared):
     if type(part.law) not in latched.members:
         return
     y, numbers, o, row, roots, contact, guard = shared
-    mine = 0 <= guard - place.guard < after_part(place, part).guard - place.guard
-    if place.contact + part.contact == contact and (guard < 0 or mine):
-        law = with_current_state(part.law, y, numbers, place)
-        kind = guard - place.guard if mine else guard
+    is_own = 0 <= guard - offsets.guard < after_part(offsets, part).guard - offsets.guard
+    if offsets.contact + part.contact == contact and (guard < 0 or is_own):
+        law = with_current_state(part.law, y, numbers, offsets)
+        kind = guard - offsets.guard if is_own else guard
         values = latched(law, kind, observed_in(o, row, contact), y[roots + contact])
-        where, first = where_internal(part.law, y, numbers, place)
+        where, first = where_internal(part.law, y, numbers, offsets)
         _set_each(values, values, first, where)
 
 
@@ -149,9 +152,9 @@ _latch_parts = map_joints(_latch_part, after_part)
 
 
 @kernel
-def _latch_joint(joint, _, place, shared):
-    every = parts(joint)
-    _latch_parts(every, every, place, shared)
+def _latch_joint(joint, _, offsets, shared):
+    joint_parts = parts(joint)
+    _latch_parts(joint_parts, joint_parts, offsets, shared)
 
 
 _latch_joints = map_joints(_latch_joint, after_joint)
@@ -163,19 +166,19 @@ def latch_entry(scene, y, latched, o, event, row):
 
     event : (2,) int64, the contact, and ENTERED, LEFT or the guard's number.
     """
-    here = scene[0]
-    roots, size = 2 * len(here.coordinates) + 1, extent(here.joints)
-    which = shaped(event, (2,))
+    parameters = scene[0]
+    roots, size = 2 * len(parameters.coordinates) + 1, extent(parameters.joints)
+    event_values = shaped(event, (2,))
     shared = _Event(
-        shaped(y, (roots + size.contact + size.internal,)),
+        shaped(y, (size_of(parameters)[1],)),
         shaped(latched, (size.contact + size.latched,)),
-        shaped(o, (observed_width(here), PLACES)),
+        shaped(o, (observed_width(parameters), PLACES)),
         row,
         roots,
-        which[0],
-        which[1],
+        event_values[0],
+        event_values[1],
     )
-    joints = joints_at_event(here, shared.y)
+    joints = joints_at_event(parameters, shared.y)
     _latch_joints(joints, joints, first_place(joints, roots), shared)
 
 
@@ -187,14 +190,14 @@ def guards_of(scene, parameters, zeros=np.zeros) -> Guards:
     key = form_number(scene)
     if key not in _LISTED:
         _LISTED[key] = _listed(scene.joints)
-    listed, latching = _LISTED[key]
-    count = listed["contact"].size
+    guards_listed, latching = _LISTED[key]
+    count = guards_listed["contact"].size
     return Guards(
-        evaluate=entry(guards_entry, scene, "fffff", parameters) if -1 in listed["column"] else NO_ENTRY,
+        evaluate=entry(guards_entry, scene, "fffff", parameters) if -1 in guards_listed["column"] else NO_ENTRY,
         latch=entry(latch_entry, scene, "fffi", parameters) if latching else NO_ENTRY,
         value=zeros((count, ELSEWHERE + 1)),
         event=zeros(2, dtype=np.int64),
-        **listed,
+        **guards_listed,
     )
 
 
@@ -203,16 +206,17 @@ _LISTED: dict[int, tuple[dict[str, np.ndarray], bool]] = {}  # key: id of the fo
 
 def _listed(joints) -> tuple[dict[str, np.ndarray], bool]:
     """Return the fields of Guards, and whether any law latches a quantity; both depend on the types of laws only."""
-    listed = every_guard(joints)
-    each = [guard for _, guard in listed]
+    guards_listed = every_guard(joints)
+    each = [guard for _, guard in guards_listed]
     flags = ("at_start", "counted", "ends_run")
     arrays = {
-        "contact": np.array([contact for contact, _ in listed], dtype=np.int64),
+        "contact": np.array([contact for contact, _ in guards_listed], dtype=np.int64),
         "modes": np.array([sum(1 << mode for mode in guard.modes) for guard in each], dtype=np.int64),
         "leads_to": np.array([guard.leads_to for guard in each], dtype=np.int64),
     }
     arrays["column"] = np.array(
-        [column_of(contact, guard.observable) if guard.observable >= 0 else -1 for contact, guard in listed], np.int64
+        [column_of(contact, guard.observable) if guard.observable >= 0 else -1 for contact, guard in guards_listed],
+        np.int64,
     )
     arrays["sign"] = np.array([guard.sign for guard in each], dtype=np.float64)
     arrays |= {name: np.array([getattr(guard, name) for guard in each], dtype=np.int64) for name in flags}

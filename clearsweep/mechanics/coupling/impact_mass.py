@@ -13,12 +13,12 @@ from ..mechanism.contract import gaps, impact_masses, place
 
 
 @family
-def _awaits(joint, gap, place, present):
+def _awaits(joint, gap, offsets, state):
     """Return whether the law of a joint needs the effective mass in its current state."""
 
 
 @_awaits.member(None)
-def _never(joint, gap, place, present):
+def _never(joint, gap, offsets, state):
     return False
 
 
@@ -26,18 +26,18 @@ def _never(joint, gap, place, present):
 @_awaits.member(Lubricated)
 @_awaits.member(WornJoint)
 @_awaits.member(WornOnBed)
-def _law_awaits(joint, gap, place, present):
-    law = with_current_state(joint.law, present.y, present.latched, place)
-    return touches(present.mode[place.contact]) and awaits_mass(law)
+def _law_awaits(joint, gap, offsets, state):
+    law = with_current_state(joint.law, state.y, state.latched, offsets)
+    return touches(state.mode[offsets.contact]) and awaits_mass(law)
 
 
 @family
-def _tell(joint, mass, place, shared):
+def _tell(joint, mass, offsets, shared):
     """Return the joint with the effective mass (kg) of its contact set in its law."""
 
 
 @_tell.member(None)
-def _as_it_is(joint, mass, place, shared):
+def _as_it_is(joint, mass, offsets, shared):
     return joint
 
 
@@ -45,27 +45,27 @@ def _as_it_is(joint, mass, place, shared):
 @_tell.member(WornJoint)
 @_tell.member(WornOnBed)
 @_tell.member(Lubricated)
-def _with_its_law(joint, mass, place, shared):
+def _with_its_law(joint, mass, offsets, shared):
     return joint._replace(law=with_mass(joint.law, mass))
 
 
 @inlined
-def _asks(joint, gap, place, present):
-    return _awaits(joint, gap, place, present)
+def _asks(joint, gap, offsets, state):
+    return _awaits(joint, gap, offsets, state)
 
 
 @inlined
-def _told(joint, mass, place, shared):
-    return _tell(joint, mass, place, shared)
+def _told(joint, mass, offsets, shared):
+    return _tell(joint, mass, offsets, shared)
 
 
 @inlined
-def _like(mass, gap, place, shared):
+def _like(mass, gap, offsets, shared):
     return as_type_of(mass, gap.x)
 
 
 @inlined
-def _none(gap, _, place, shared):
+def _none(gap, _, offsets, shared):
     return as_type_of(0.0, gap.x)
 
 
@@ -76,11 +76,11 @@ _none_known = map_joints(_none, after_number)
 
 
 @inlined
-def _joints_told(scene, pose, relative, present):
-    asked = False
-    for asks in _ask_all(scene.joints, relative, first_place(scene.joints, present.roots), present):
-        asked = asked | asks
-    if none_of(asked):
+def _joints_told(scene, pose, relative, state):
+    is_awaited = False
+    for asks in _ask_all(scene.joints, relative, first_place(scene.joints, state.roots), state):
+        is_awaited = is_awaited | asks
+    if none_of(is_awaited):
         return _tell_all(scene.joints, _none_known(relative, relative, 0, 0), 0, 0)
     masses = _all_like(impact_masses(scene.mechanism, pose, relative), relative, 0, 0)
     return _tell_all(scene.joints, masses, 0, 0)
@@ -93,9 +93,9 @@ def _joints_at_event(scene, y):
 
 
 @kernel
-def joints_now(scene, pose, relative, present):
+def joints_now(scene, pose, relative, state):
     """Return the joints of a scene; laws that need the effective mass in this JointState and pose get it."""
-    return _joints_told(scene, pose, relative, present) if _ask(scene.joints) else scene.joints
+    return _joints_told(scene, pose, relative, state) if _ask(scene.joints) else scene.joints
 
 
 @kernel

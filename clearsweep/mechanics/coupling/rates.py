@@ -46,7 +46,7 @@ from ..mechanism.contract import (
     crank_rate,
     describe,
     energy,
-    friction_loads,
+    friction_laws,
     friction_powers,
     gaps,
     load_power,
@@ -67,6 +67,7 @@ from ..observe.observables import (
     observe,
 )
 from .impact_mass import joints_now
+from .state import put_friction_rates, size_of, with_friction_states
 from .sticking import with_sticking_forces
 from .time_scale import kappa_over_root, time_scale
 
@@ -102,9 +103,10 @@ def look(scene, y, mode, latched):
     """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from the pose."""
     p = place(scene.mechanism, y)
     relative = turned_gaps(scene, y, gaps(scene.mechanism, p))
-    present = JointState(y, mode, latched, 2 * len(scene.coordinates) + 1)
-    joints = joints_now(scene, p, relative, present)
-    loads = loads_of(joints, relative, present)
+    state = JointState(y, mode, latched, 2 * len(scene.coordinates) + 1)
+    joints = joints_now(scene, p, relative, state)
+    loads = loads_of(joints, relative, state)
+    scene = with_friction_states(scene, y)
     loads = with_sticking_forces(scene, y, p, relative, loads, mode)
     return p, relative, loads, accelerate(scene.mechanism, p, loads)
 
@@ -116,17 +118,17 @@ def catching_up(reference_rate, rate, depth, root):
 
 
 @inlined
-def root_rate(scene, contact, present, kappa, c):
+def root_rate(scene, contact, state, kappa, c):
     """Return the rate (m^0.5 per unit of tau) of the root of penetration of Contact number `c`, which touches."""
-    approach = catching_up(scene.reference_rate, contact.rate, contact.depth, present.y[present.roots + c])
+    approach = catching_up(scene.reference_rate, contact.rate, contact.depth, state.y[state.roots + c])
     if extent(scene.joints).contact == 1:
         return approach * (1.0 / scene.sigma)
-    return approach * kappa_over_root(scene, present.y, present.mode, kappa, c)
+    return approach * kappa_over_root(scene, state.y, state.mode, kappa, c)
 
 
 @inlined
-def _stays(scene, contact, present, kappa, c):
-    return as_type_of(0.0, present.y[present.roots + c])
+def _stays(scene, contact, state, kappa, c):
+    return as_type_of(0.0, state.y[state.roots + c])
 
 
 _rate_of_root = either(root_rate, _stays)
@@ -155,20 +157,20 @@ def _put_contacts(joint, load, place, seen_at):
     o, row = seen_at.o, seen_at.row
     for i in range(len(load.contacts)):
         contact, c = load.contacts[i], place.contact + i
-        lost = power_lost(contact)
-        seen = Observed(
+        dissipated = power_lost(contact)
+        observed_contact = Observed(
             normal=contact.normal,
             stored=power_stored(contact),
-            lost=lost,
+            lost=dissipated,
             tangential=contact.tangential,
             slip=contact.slip,
             raw=contact.raw,
             depth=contact.depth,
             rate=contact.rate,
         )
-        observe(o, row, c, seen)
-        more = extra_observables(contact, seen_at.accurate)
-        _put_numbers(more, more, film_column(seen_at.contacts, c, 0), (o, row))
+        observe(o, row, c, observed_contact)
+        extra = extra_observables(contact, seen_at.accurate)
+        _put_numbers(extra, extra, film_column(seen_at.contacts, c, 0), (o, row))
 
 
 _put_all_contacts = map_joints(_put_contacts, after_joint)
@@ -186,11 +188,11 @@ class _Roots(NamedTuple):
 
 @inlined
 def _put_roots(joint, load, place, roots):
-    present = roots.present
+    state = roots.present
     for i in range(len(load.contacts)):
         c = place.contact + i
-        given = roots.scene, load.contacts[i], present, roots.kappa, c
-        roots.k[present.roots + c, roots.row] = _rate_of_root(touches(present.mode[c]), given)
+        arguments = roots.scene, load.contacts[i], state, roots.kappa, c
+        roots.k[state.roots + c, roots.row] = _rate_of_root(touches(state.mode[c]), arguments)
 
 
 _put_all_roots = map_joints(_put_roots, after_joint)
@@ -208,24 +210,25 @@ def rates(scene, y, mode, latched, k, o, row, accurate=True):
     time = 2 * n
     p, _, loads, motion = look(scene, y, mode, latched)
     kappa = time_scale(scene, y, mode)
-    present, first = JointState(y, mode, latched, time + 1), first_place(scene.joints, time + 1)
+    state, first = JointState(y, mode, latched, time + 1), first_place(scene.joints, time + 1)
     if k is not None:
         for i in range(n):
             k[i, row] = kappa * y[n + i]
             k[n + i, row] = kappa * motion.accelerations[i]
         k[time, row] = kappa
-        _put_all_roots(scene.joints, loads, first, _Roots(scene, present, kappa, k, row))
-        put_internal_rates(scene.joints, loads, present, kappa, k[:, row])
+        _put_all_roots(scene.joints, loads, first, _Roots(scene, state, kappa, k, row))
+        put_internal_rates(scene.joints, loads, state, kappa, k[:, row])
+        put_friction_rates(scene, y, motion, kappa, k[:, row])
     if o is not None:
         o[KAPPA, row] = kappa
         o[DRIVE, row] = motion.torque * crank_rate(scene.mechanism, p, scene.reference_rate)
-        o[KINETIC, row], outside = energy(scene.mechanism, p)
-        o[GRAVITY, row] = outside + load_power(scene.mechanism, motion)
+        o[KINETIC, row], external_power = energy(scene.mechanism, p)
+        o[GRAVITY, row] = external_power + load_power(scene.mechanism, motion)
         o[ACCELERATION, row] = motion.output
         o[TORQUE, row] = motion.torque
-        powers, behind = friction_powers(scene.mechanism, motion), observed_columns(scene.joints)
+        powers, film_columns = friction_powers(scene.mechanism, motion), observed_columns(scene.joints)
         for i in range(len(powers)):
-            o[behind + i, row] = powers[i]
+            o[film_columns + i, row] = powers[i]
         _put_all_contacts(scene.joints, loads, first, _Seen(extent(scene.joints).contact, o, row, accurate))
 
 
@@ -236,23 +239,16 @@ def put_error(scene, pose, o, row):
 
 
 @inlined
-def put_root_rates(scene, relative, present, kappa, k, row):
+def put_root_rates(scene, relative, state, kappa, k, row):
     """Write the rates of all roots of penetration to a row of `k`, from the Gaps `relative`; see `rates`."""
-    loads = loads_of(scene.joints, relative, present)
-    _put_all_roots(scene.joints, loads, first_place(scene.joints, present.roots), _Roots(scene, present, kappa, k, row))
+    loads = loads_of(scene.joints, relative, state)
+    _put_all_roots(scene.joints, loads, first_place(scene.joints, state.roots), _Roots(scene, state, kappa, k, row))
 
 
 @inlined
 def observed_width(scene):
     """Return the number of observables of a scene: those of its joints, then the power (W) of each friction load."""
-    return observed_columns(scene.joints) + friction_loads(scene.mechanism)
-
-
-@kernel
-def size_of(scene):
-    """Return the number of contacts, the length of the state vector, and the number of latched values."""
-    size = extent(scene.joints)
-    return size.contact, 2 * len(scene.coordinates) + 1 + size.contact + size.internal, size.contact + size.latched
+    return observed_columns(scene.joints) + len(friction_laws(scene.mechanism))
 
 
 class _Column(NamedTuple):
@@ -266,13 +262,13 @@ class _Column(NamedTuple):
 
 @inlined
 def _put_root_slopes(joint, load, place, column):
-    present = column.present
+    state = column.present
     for i in range(len(load.contacts)):
         c = place.contact + i
-        column.out[present.roots + c] = 0.0
-        if touches(present.mode[c]):
-            rate = root_rate(column.scene, load.contacts[i], present, column.kappa, c)
-            column.out[present.roots + c] = slope(as_dual(rate))
+        column.out[state.roots + c] = 0.0
+        if touches(state.mode[c]):
+            rate = root_rate(column.scene, load.contacts[i], state, column.kappa, c)
+            column.out[state.roots + c] = slope(as_dual(rate))
 
 
 _put_all_root_slopes = map_joints(_put_root_slopes, after_joint)
@@ -291,19 +287,20 @@ def differentiate(scene, y, mode, latched, jacobian, place):
             jacobian[place, i, column] = slope(kappa * z[n + i])
             jacobian[place, n + i, column] = slope(kappa * motion.accelerations[i])
         jacobian[place, 2 * n, column] = slope(kappa)
-        out, present = jacobian[place, :, column], JointState(z, mode, latched, 2 * n + 1)
+        out, state = jacobian[place, :, column], JointState(z, mode, latched, 2 * n + 1)
         _put_all_root_slopes(
-            scene.joints, loads, first_place(scene.joints, 2 * n + 1), _Column(scene, present, kappa, out)
+            scene.joints, loads, first_place(scene.joints, 2 * n + 1), _Column(scene, state, kappa, out)
         )
-        put_internal_rates(scene.joints, loads, present, kappa, out)
+        put_internal_rates(scene.joints, loads, state, kappa, out)
+        put_friction_rates(scene, z, motion, kappa, out)
 
 
 def slopes_entry(scene, y, mode, latched, jacobian, place):
     """Evaluate `differentiate` with arrays from bare pointers; `scene` is a pointer to the Scene."""
-    here = scene[0]
-    contacts, n, latching = size_of(here)
+    parameters = scene[0]
+    contacts, n, latching = size_of(parameters)
     differentiate(
-        here,
+        parameters,
         shaped(y, (n,)),
         shaped(mode, (contacts,)),
         shaped(latched, (latching,)),
@@ -367,8 +364,8 @@ def _put_force(joint, load, samples, into):
     first = samples.column + histories_of(joint) - len(values)
     for i in range(len(values)):
         into[0][first + i] = values[i]
-    more = extra_channels(load.contacts[0])
-    _put_channels(more, more, samples.column + histories_of(joint), into[0])
+    extra = extra_channels(load.contacts[0])
+    _put_channels(extra, extra, samples.column + histories_of(joint), into[0])
 
 
 _put_gaps, _put_forces = map_joints(_put_gap, _after_samples), map_joints(_put_force, _after_samples)
@@ -379,14 +376,14 @@ def sample_entry(scene, y, mode, latched, side, out, channels):
 
     The forces of a joint with several contacts are those of its most loaded contact.
     """
-    here = scene[0]
-    contacts, n, latching = size_of(here)
+    parameters = scene[0]
+    contacts, n, latching = size_of(parameters)
     values = shaped(out, (channels,))
     side, y = shaped(side, (contacts,)), shaped(y, (n,))
-    pose, relative, loads, motion = look(here, y, shaped(mode, (contacts,)), shaped(latched, (latching,)))
-    samples = _Samples(first_place(here.joints, 0), describe(here.mechanism, y, pose, motion, values))
-    _put_gaps(here.joints, relative, samples, (values, side))
-    _put_forces(here.joints, loads, samples, (values, side))
+    pose, relative, loads, motion = look(parameters, y, shaped(mode, (contacts,)), shaped(latched, (latching,)))
+    samples = _Samples(first_place(parameters.joints, 0), describe(parameters.mechanism, y, pose, motion, values))
+    _put_gaps(parameters.joints, relative, samples, (values, side))
+    _put_forces(parameters.joints, loads, samples, (values, side))
 
 
 def slopes_of(scene, parameters) -> Entry:

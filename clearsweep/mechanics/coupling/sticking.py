@@ -21,13 +21,13 @@ SETTLED = 1e-15  # of the largest force of the surfaces
 
 
 @kernel
-def _paired(gap, load, place, shared):
+def _paired(gap, load, index, shared):
     return gap, load
 
 
 @kernel
-def _grips(joint, pair, place, mode):
-    return grips_of(joint, pair[0], pair[1], mode, place.contact)
+def _grips(joint, pair, index, mode):
+    return grips_of(joint, pair[0], pair[1], mode, index.contact)
 
 
 _pairs = map_joints(_paired, after_number)  # of two tuples, item by item
@@ -41,19 +41,19 @@ def every_grip(joints, relative, loads, mode):
 
 
 @kernel
-def _after_grips(place, grips):
-    return place + len(grips)
+def _after_grips(index, grips):
+    return index + len(grips)
 
 
 @kernel
-def _loaded(grips, load, place, forces):
+def _loaded(grips, load, index, forces):
     for i in range(len(grips)):
-        load = with_tangential(grips[i], load, forces[place + i])
+        load = with_tangential(grips[i], load, forces[index + i])
     return load
 
 
 @kernel
-def _rates(grips, gap, place, shared):
+def _rates(grips, gap, index, shared):
     rates = ()
     for i in range(len(grips)):
         rates = (*rates, slip_rate(grips[i], gap))
@@ -80,39 +80,39 @@ def slip_rates(scene, y, pose, grips, loads):
 
 
 @kernel
-def _force(grip, _, place, shared):
+def _force(grip, _, index, shared):
     return grip.force
 
 
 @kernel
-def _limit(grip, _, place, mode):
+def _limit(grip, _, index, mode):
     return grip.limit if sticks(grip, mode) else as_type_of(0.0, grip.limit)
 
 
 @kernel
-def _slip(grip, _, place, shared):
+def _slip(grip, _, index, shared):
     return grip.slip
 
 
 @kernel
-def _per_force(under, base, place, force):
+def _per_force(under, base, index, force):
     return (under - base) / force
 
 
 @kernel
-def _nothing(_, base, place, shared):
+def _nothing(_, base, index, shared):
     return as_type_of(0.0, base)
 
 
 @kernel
-def _moved(rate, gain, place, more):
-    return rate + gain * more
+def _moved(rate, gain, index, change):
+    return rate + gain * change
 
 
 @kernel
-def _replaced(_, force, place, shared):
-    j, other = shared
-    return other if place == j else force
+def _replaced(_, force, index, shared):
+    j, value = shared
+    return value if index == j else force
 
 
 _forces = map_joints(_force, after_number)
@@ -136,11 +136,11 @@ class Question(NamedTuple):
 
 
 @kernel
-def _gain(limit, force, place, question):
+def _gain(limit, force, index, question):
     if limit == 0.0:
         return _no_rates(question.rates, question.rates, 0, 0)
-    more = _replaced_in_one(question.forces, question.forces, 0, (place, force + limit))
-    loads = _loads(question.grips, question.loads, 0, more)
+    change = _replaced_in_one(question.forces, question.forces, 0, (index, force + limit))
+    loads = _loads(question.grips, question.loads, 0, change)
     rates = slip_rates(question.scene, question.y, question.pose, question.grips, loads)
     return _rates_per_force(rates, question.rates, 0, limit)
 
@@ -174,9 +174,9 @@ def with_sticking_forces(scene, y, pose, relative, loads, mode):
                 continue
             limit, missing = limits[j], -scene.reference_rate * slips[j] - rates[j]
             force = min(max(forces[j] + missing / gains[j][j], -limit), limit)
-            more = force - forces[j]
-            change = max(change, abs(more) / limit)
-            rates = _moved_rates(rates, gains[j], 0, more)
+            extra = force - forces[j]
+            change = max(change, abs(extra) / limit)
+            rates = _moved_rates(rates, gains[j], 0, extra)
             forces = _replaced_in_one(forces, forces, 0, (j, force))
         if change < SETTLED:
             break

@@ -10,20 +10,20 @@ from ..joint.places import extent
 @kernel
 def time_scale(scene, y, mode):
     """Return kappa = dt/dtau (s) at the state `y`.  Contacts that do not touch contribute nothing to 1/kappa."""
-    first, contacts = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact
+    first_root, contacts = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact
     if contacts == 1:
-        return where(touches(mode[0]), y[first] * (1.0 / scene.sigma), 1.0)
+        return where(touches(mode[0]), y[first_root] * (1.0 / scene.sigma), 1.0)
     return _clock_of_several(scene, y, mode)
 
 
 @kernel
 def roots_beside(scene, y, mode, contact):
     """Return the product of the roots of penetration (m^0.5 each) of all touching contacts except `contact`."""
-    first = 2 * len(scene.coordinates) + 1
-    product = as_type_of(1.0, y[first])
+    first_root = 2 * len(scene.coordinates) + 1
+    product = as_type_of(1.0, y[first_root])
     for c in range(extent(scene.joints).contact):
         if c != contact:
-            product = product * where(touches(mode[c]), y[first + c], 1.0)
+            product = product * where(touches(mode[c]), y[first_root + c], 1.0)
     return product
 
 
@@ -61,17 +61,17 @@ def clock_of_corners(scene, y, mode):
     as
     far below zero as half of another root is above zero, kappa continues along its tangent.
     """
-    first, contacts, nearest = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact, -1
+    first_root, contacts, nearest_corner = 2 * len(scene.coordinates) + 1, extent(scene.joints).contact, -1
     for c in range(contacts):
-        if touches(mode[c]) and (nearest < 0 or abs(y[first + c]) < abs(y[first + nearest])):
-            nearest = c
-    if nearest < 0:
+        if touches(mode[c]) and (nearest_corner < 0 or abs(y[first_root + c]) < abs(y[first_root + nearest_corner])):
+            nearest_corner = c
+    if nearest_corner < 0:
         return 1.0
-    root, others = y[first + nearest], 0.0
+    root, other_roots = y[first_root + nearest_corner], 0.0
     for c in range(contacts):
-        if touches(mode[c]) and c != nearest:
-            others += root / y[first + c]
-    share = 1.0 / (1.0 + others) if others > -0.5 else -4.0 * others
+        if touches(mode[c]) and c != nearest_corner:
+            other_roots += root / y[first_root + c]
+    share = 1.0 / (1.0 + other_roots) if other_roots > -0.5 else -4.0 * other_roots
     return root * share / scene.sigma
 
 

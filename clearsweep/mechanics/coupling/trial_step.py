@@ -11,81 +11,87 @@ from ..mechanism.contract import gaps, place
 from ..observe.stages import END, OTHERS, PLACES, STAGES
 from ..solver.accumulate.step_sums import CHANGE, LENGTH, step_width
 from ..solver.collocation import A
-from .rates import observed_width, put_error, put_root_rates, rates, size_of, turned_gaps
+from .rates import observed_width, put_error, put_root_rates, rates, turned_gaps
+from .state import size_of
 from .time_scale import time_scale
 
 
 def rates_entry(scene, y, mode, latched, k, o, row):
     """Write rates and observables of a state to a `row`; arrays are bare pointers, `scene` points to the Scene."""
-    here = scene[0]
-    contacts, n, latching = size_of(here)
-    y, o = shaped(y, (n,)), shaped(o, (observed_width(here), PLACES))
+    parameters = scene[0]
+    contacts, n, latching = size_of(parameters)
+    y, o = shaped(y, (n,)), shaped(o, (observed_width(parameters), PLACES))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latching,))
-    rates(here, y, mode, latched, shaped(k, (n, PLACES)), o, row, row < OTHERS)
-    put_error(here, place(here.mechanism, y), o, row)
+    rates(parameters, y, mode, latched, shaped(k, (n, PLACES)), o, row, row < OTHERS)
+    put_error(parameters, place(parameters.mechanism, y), o, row)
 
 
 @inlined
-def _move(scene, first, last, given):
+def _move(scene, first, last, arguments):
     """Update some components of all stages from their rates; add up the squared change over the allowed error."""
-    y, weight, k, nodes, h = given
+    y, weight, k, nodes, h = arguments
     n = nodes.shape[0] - 1
     for c in range(first, last):
-        begin, allowed = y[c], weight[c]
+        initial, weight_ = y[c], weight[c]
         for i in abreast(STAGES):
             early = (A[0, i] * k[c, 0] + A[1, i] * k[c, 1]) + (A[2, i] * k[c, 2] + A[3, i] * k[c, 3])
-            late = (A[4, i] * k[c, 4] + A[5, i] * k[c, 5]) + (A[6, i] * k[c, 6] + A[7, i] * k[c, 7])
-            there = begin + h * (early + late)
-            moved = (there - nodes[c, i]) * allowed
-            nodes[c, i] = there
-            nodes[n, i] = nodes[n, i] + moved * moved
+            late_terms = (A[4, i] * k[c, 4] + A[5, i] * k[c, 5]) + (A[6, i] * k[c, 6] + A[7, i] * k[c, 7])
+            predicted = initial + h * (early + late_terms)
+            scaled_change = (predicted - nodes[c, i]) * weight_
+            nodes[c, i] = predicted
+            nodes[n, i] = nodes[n, i] + scaled_change * scaled_change
 
 
 def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     """Evaluate and update all stages of a step, see `solver.collocation`."""
-    here = scene[0]
-    contacts, n, latching = size_of(here)
-    many = len(here.coordinates)
+    parameters = scene[0]
+    contacts, n, latching = size_of(parameters)
+    coordinates_count = len(parameters.coordinates)
     y, weight, step = shaped(y, (n,)), shaped(weight, (n,)), shaped(step, (step_width(contacts),))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latching,))
     k, nodes = shaped(k, (n, PLACES)), shaped(nodes, (n + 1, STAGES))
-    given = y, weight, k, nodes, step[LENGTH]
-    time = 2 * many
+    arguments = y, weight, k, nodes, step[LENGTH]
+    time = 2 * coordinates_count
     for i in abreast(STAGES):
-        rates(here, nodes[:, i], mode, latched, k, None, i, False)
+        rates(parameters, nodes[:, i], mode, latched, k, None, i, False)
         nodes[n, i] = 0.0
-    _move(here, many, time, given)
-    _move(here, time + 1 + contacts, n, given)
+    _move(parameters, coordinates_count, time, arguments)
+    _move(parameters, time + 1 + contacts, n, arguments)
     touching = False
     for c in range(contacts):
         touching = touching | touches(mode[c])
     if touching:
         for i in abreast(STAGES):
             state = nodes[:, i]
-            relative = turned_gaps(here, state, gaps(here.mechanism, place(here.mechanism, state)))
+            relative = turned_gaps(parameters, state, gaps(parameters.mechanism, place(parameters.mechanism, state)))
             put_root_rates(
-                here, relative, JointState(state, mode, latched, time + 1), time_scale(here, state, mode), k, i
+                parameters,
+                relative,
+                JointState(state, mode, latched, time + 1),
+                time_scale(parameters, state, mode),
+                k,
+                i,
             )
-        _move(here, time + 1, time + 1 + contacts, given)
+        _move(parameters, time + 1, time + 1 + contacts, arguments)
     for i in abreast(STAGES):
-        kappa = time_scale(here, nodes[:, i], mode)
-        for c in range(many):
-            k[c, i] = kappa * nodes[many + c, i]
+        kappa = time_scale(parameters, nodes[:, i], mode)
+        for c in range(coordinates_count):
+            k[c, i] = kappa * nodes[coordinates_count + c, i]
         k[time, i] = kappa
-    _move(here, 0, many, given)
-    _move(here, time, time + 1, given)
+    _move(parameters, 0, coordinates_count, arguments)
+    _move(parameters, time, time + 1, arguments)
     step[CHANGE] = total_of(nodes[n]) * (1.0 / n)
 
 
 def observe_entry(scene, nodes, mode, latched, o, _):
     """Write the observables of all stages of a step."""
-    here = scene[0]
-    contacts, n, latching = size_of(here)
+    parameters = scene[0]
+    contacts, n, latching = size_of(parameters)
     nodes, mode, latched = shaped(nodes, (n + 1, STAGES)), shaped(mode, (contacts,)), shaped(latched, (latching,))
-    o = shaped(o, (observed_width(here), PLACES))
+    o = shaped(o, (observed_width(parameters), PLACES))
     for i in abreast(STAGES):
-        rates(here, nodes[:, i], mode, latched, None, o, i)
-    put_error(here, place(here.mechanism, nodes[:, END]), o, END)
+        rates(parameters, nodes[:, i], mode, latched, None, o, i)
+    put_error(parameters, place(parameters.mechanism, nodes[:, END]), o, END)
 
 
 def rates_of(scene, parameters) -> Entry:

@@ -17,9 +17,9 @@ def _look(scene, between, step):
     for i in abreast(MOMENTS):
         y = between[:, i]
         pose = place(scene.mechanism, y)
-        turned = body_angles(scene.mechanism, y)
-        relative = with_body_angles(scene.joints, gaps(scene.mechanism, pose), turned)
-        moment = Moment(relative, turned, i, step)
+        angles = body_angles(scene.mechanism, y)
+        relative = with_body_angles(scene.joints, gaps(scene.mechanism, pose), angles)
+        moment = Moment(relative, angles, i, step)
         see_each(scene.joints, moment.gaps, Whose(0, first_place(scene.joints, 0)), moment)
 
 
@@ -30,8 +30,8 @@ def wear_entry(scene, between, mode, step_values, length, workspace, depths, acc
     size
     `room_of` returns.
     """
-    here = scene[0]
-    contacts, size = extent(here.joints).contact, 2 * len(here.coordinates) + 1
+    parameters = scene[0]
+    contacts, size = extent(parameters.joints).contact, 2 * len(parameters.coordinates) + 1
     rooms, angles = shaped(workspace, (room_of(contacts, stride),)), ROOM + contacts * (WHERE + SLOPES) * MOMENTS
     axial = angles + contacts * ALONG * MOMENTS
     scratch = axial + STRIP * (PARTS + 1)
@@ -45,9 +45,9 @@ def wear_entry(scene, between, mode, step_values, length, workspace, depths, acc
         rooms[:ROOM],
         rooms[scratch:],
     )
-    _look(here, shaped(between, (size, MOMENTS)), step)
+    _look(parameters, shaped(between, (size, MOMENTS)), step)
     worn = Worn(shaped(depths, (2 * contacts * stride,)), stride, shaped(account, (contacts, ACCOUNT)))
-    wear_each(here.joints, here.joints, first_place(here.joints, 0), (step, worn))
+    wear_each(parameters.joints, parameters.joints, first_place(parameters.joints, 0), (step, worn))
 
 
 @kernel

@@ -83,7 +83,7 @@ class Contact(NamedTuple):
 
     normal: float  # N, not below the least force of its law: 0 unless the law pulls
     tangential: float  # N, on the journal
-    slip: float  # m/s, sliding speed of the journal surface on the bearing; in free flight the relative speed
+    slip: float  # m/s, sliding speed of the journal on the bearing; in free flight a bound of the rate of the depth
     rate: float  # m/s, rate of the eccentricity
     depth: float  # m, eccentricity minus clearance; negative for a gap
     elastic: float  # N, the elastic part of the normal force
@@ -147,8 +147,8 @@ def parts(joint):
 
 
 @family
-def load(joint, gap, place, present):
-    """Return the Load of a joint for the relative motion `gap`, at its Offsets `place` in the JointState `present`."""
+def load(joint, gap, offsets, state):
+    """Return the Load of a joint for the relative motion `gap`, at its Offsets `offsets` in the JointState `state`."""
 
 
 @family
@@ -302,9 +302,9 @@ TOGETHER = ((internal_state, internal_rates), (guards, guard_values))  # a law m
 
 def undeclared(form):
     """Yield descriptions of the missing members of a law's type."""
-    for first, second in TOGETHER:
-        if (form in first.members) != (form in second.members):
-            yield f"declares one of {first.__name__} and {second.__name__}; a law has both or neither"
+    for declaration, evaluation in TOGETHER:
+        if (form in declaration.members) != (form in evaluation.members):
+            yield f"declares one of {declaration.__name__} and {evaluation.__name__}; a law has both or neither"
     if (integrated(form) or form in latched.members) != bool(form._field_defaults):
         yield (
             "has to declare an internal_state with rates, or what is latched, if fields have defaults, and only then: "
@@ -343,11 +343,11 @@ def touches(mode):
 
 def every_part(joints):
     """Return (index of its contact, law) of every part of the joints, in the order of internal states and guards."""
-    listed, first = [], 0
+    parts_of_scene, first_contact = [], 0
     for joint in joints:
-        listed += [(first + part.contact, part.law) for part in parts(joint)]
-        first += len(contact_modes(joint))
-    return listed
+        parts_of_scene += [(first_contact + part.contact, part.law) for part in parts(joint)]
+        first_contact += len(contact_modes(joint))
+    return parts_of_scene
 
 
 def every_contact(joints):
@@ -376,19 +376,19 @@ _STATES: dict[int, States] = {}  # form number of a scene -> States
 def every_internal_state(joints):
     """Return (index of its contact, InternalState, initial value) of every integrated number."""
     return [
-        (contact, declared, began)
+        (contact, declared, initial)
         for contact, law in every_part(joints)
         if law._field_defaults
-        for declared, began in zip(internal_state(law), law[len(law) - len(internal_state(law)) :], strict=True)
+        for declared, initial in zip(internal_state(law), law[len(law) - len(internal_state(law)) :], strict=True)
     ]
 
 
 def every_latched(joints):
     """Return (law, initial value) of every latched number of internal state."""
     return [
-        (law, began)
+        (law, initial)
         for _, law in every_part(joints)
-        for began in law[len(law) - len(law._field_defaults) :]
+        for initial in law[len(law) - len(law._field_defaults) :]
         if not integrated(type(law))
     ]
 

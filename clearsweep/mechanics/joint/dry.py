@@ -80,10 +80,10 @@ def _parts_joint(joint):
 
 
 @load.member(Joint)
-def _load_joint(joint, gap, place, present):
-    root = present.y[present.roots + place.contact]
-    now = with_laws_as_they_are(joint, place, present)
-    return joint_load(now, gap, present.mode[place.contact], root * abs(root), present.latched[place.contact])
+def _load_joint(joint, gap, offsets, state):
+    root = state.y[state.roots + offsets.contact]
+    current = with_laws_as_they_are(joint, offsets, state)
+    return joint_load(current, gap, state.mode[offsets.contact], root * abs(root), state.latched[offsets.contact])
 
 
 @kernel
@@ -97,15 +97,15 @@ def surface_speed(joint, gap, tx, ty):
 
 @inlined
 def normal_forces(joint, mode, pen, rate, onset_rate):
-    """Return the normal force of a joint in contact, its part that causes friction, its elastic part and `raw` (N)."""
+    """Return the normal force of a pressed joint, its share that causes friction, its elastic share, unclipped (N)."""
     force, elastic = contact_force(joint.law, joint.elastic, abs(pen), rate, onset_rate)
     lowest = lowest_force(joint.law)
-    raw = force - lowest
+    unclipped = force - lowest
     sign = where(pen < 0.0, sign_beyond(joint.law, joint.elastic), 1.0)
     force, elastic = sign * force, sign * elastic
     normal = where(mode != CLIPPED, force, 0.0)
     rubbing = normal if lowest == 0.0 else max(normal, 0.0)  # smooth where an event is located
-    return normal, rubbing, elastic, raw
+    return normal, rubbing, elastic, unclipped
 
 
 @kernel
@@ -139,7 +139,7 @@ def _load_pressed(joint, gap, mode, pen, onset_rate):
     inverse = guess * (1.5 - 0.5 * square * guess * guess)
     nx, ny = x * inverse, y * inverse
     rate = vx * nx + vy * ny
-    normal, rubbing, elastic, raw = normal_forces(joint, mode, pen, rate, onset_rate)
+    normal, rubbing, elastic, unclipped = normal_forces(joint, mode, pen, rate, onset_rate)
     slip = surface_speed(joint, gap, -ny, nx)
     tangential = as_type_of(friction_force(joint.friction, rubbing, slip), slip)
     fx = -normal * nx - tangential * ny
@@ -147,13 +147,15 @@ def _load_pressed(joint, gap, mode, pen, onset_rate):
     on_journal = joint.journal_radius * tangential
     on_bearing = -joint.bearing_radius * tangential
     depth = square * inverse - joint.clearance
-    contact = Contact(normal=normal, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=raw)
-    turned = joint.side < 0.0  # the journal is on the proximal body
+    contact = Contact(
+        normal=normal, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=unclipped
+    )
+    on_proximal_body = joint.side < 0.0  # the journal is on the proximal body
     return Load(
         fx=joint.side * fx,
         fy=joint.side * fy,
-        moment_proximal=where(turned, on_journal, on_bearing),
-        moment_distal=where(turned, on_bearing, on_journal),
+        moment_proximal=where(on_proximal_body, on_journal, on_bearing),
+        moment_distal=where(on_proximal_body, on_bearing, on_journal),
         contacts=(contact,),
     )
 

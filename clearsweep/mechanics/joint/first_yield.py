@@ -40,14 +40,14 @@ def load_at_pressure(kind: str, pressure: float, joint: Joint, modulus: float) -
         return min(narrow, 2.0 / 3.0 * math.pi * joint.bearing_radius**2 * pressure)
     assert joint.length is not None  # line contacts have a length
     ratio = pressure * joint.bearing_radius / (modulus * joint.clearance)
-    whole = modulus * joint.length * joint.clearance
+    scale_force = modulus * joint.length * joint.clearance
     if ratio >= END_PRESSURE:  # beyond, the pressure keeps its shape, nearly a cosine
-        return 0.5 * math.pi * END_FORCE * whole * ratio / END_PRESSURE
+        return 0.5 * math.pi * END_FORCE * scale_force * ratio / END_PRESSURE
     low, high = 0.0, END_SHARE
     for _ in range(200):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if math.sqrt(middle) * _widening(middle) < ratio else (low, middle)
-    return 0.5 * math.pi * whole * _widening(high) * high * (2.0 - high)
+        midpoint = 0.5 * (low + high)
+        low, high = (midpoint, high) if math.sqrt(midpoint) * _widening(midpoint) < ratio else (low, midpoint)
+    return 0.5 * math.pi * scale_force * _widening(high) * high * (2.0 - high)
 
 
 def _widening(share: float) -> float:
@@ -89,6 +89,6 @@ def largest_mass(masses: np.ndarray) -> float | None:
     if not np.all(masses > 0.0):
         return None
     x, diagonal, y = 1.0 / masses
-    mixed = diagonal - 0.5 * (x + y)
-    least = 0.5 * (x + y) - math.hypot(0.5 * (x - y), mixed)
-    return float(1.0 / least) if least > 1e-12 * (x + y) else None
+    coupling = diagonal - 0.5 * (x + y)
+    smallest_inverse = 0.5 * (x + y) - math.hypot(0.5 * (x - y), coupling)
+    return float(1.0 / smallest_inverse) if smallest_inverse > 1e-12 * (x + y) else None

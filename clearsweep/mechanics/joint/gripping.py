@@ -18,8 +18,8 @@ from .slot import SlotJoint, normal_of
 
 
 @family
-def grips_of(joint, gap, load, mode, first):
-    """Return the grips of a joint under its Load, of which `first` is the first contact; () of one that cannot stick.
+def grips_of(joint, gap, load, mode, first_contact):
+    """Return the grips of a joint under its Load; () if it cannot stick.  first_contact : index of its first contact.
 
     mode : (contacts,) what each contact does.  A grip has the fields `contacts`, the numbers of its contacts, and
     `force` (N), that of those that stick, `limit` (N), their largest, and `slip` (m/s).
@@ -37,7 +37,7 @@ def with_tangential(grip, load, force):
 
 
 @grips_of.member(None)
-def _default_grips_of(joint, gap, load, mode, first):
+def _default_grips_of(joint, gap, load, mode, first_contact):
     return ()
 
 
@@ -75,13 +75,13 @@ class Surface(NamedTuple):
 
 
 @grips_of.member(Joint)
-def _grips_of_joint(joint, gap, load, mode, first):
+def _grips_of_joint(joint, gap, load, mode, first_contact):
     if type(joint.friction) not in static_limit.members:
         return ()
     contact = load.contacts[0]
     return (
         Surface(
-            contacts=(first,),
+            contacts=(first_contact,),
             force=contact.tangential,
             limit=static_limit(joint.friction) * max(contact.normal, 0.0),
             slip=contact.slip,
@@ -100,19 +100,19 @@ def _grips_of_joint(joint, gap, load, mode, first):
 def _slip_rate_surface(surface, gap):
     x, y, vx, vy = surface.x, surface.y, surface.vx, surface.vy
     squared = x * x + y * y
-    across = x * gap.ay - y * gap.ax - (x * vy - y * vx) * (x * vx + y * vy) / squared
-    spin = gap.distal * surface.journal_radius - gap.proximal * surface.bearing_radius
+    transverse = x * gap.ay - y * gap.ax - (x * vy - y * vx) * (x * vx + y * vy) / squared
+    relative_spin = gap.distal * surface.journal_radius - gap.proximal * surface.bearing_radius
     if surface.side < 0.0:
-        spin = gap.proximal * surface.journal_radius - gap.distal * surface.bearing_radius
-    return across / squared**0.5 + spin
+        relative_spin = gap.proximal * surface.journal_radius - gap.distal * surface.bearing_radius
+    return transverse / squared**0.5 + relative_spin
 
 
 @with_tangential.member(Surface)
 def _with_tangential_surface(surface, load, force):
     contact = load.contacts[0]
-    more = force - contact.tangential
-    share = more / (surface.x * surface.x + surface.y * surface.y) ** 0.5
-    bearing, journal = -surface.bearing_radius * more, surface.journal_radius * more
+    added_force = force - contact.tangential
+    share = added_force / (surface.x * surface.x + surface.y * surface.y) ** 0.5
+    bearing, journal = -surface.bearing_radius * added_force, surface.journal_radius * added_force
     if surface.side < 0.0:
         bearing, journal = journal, bearing
     return Load(
@@ -142,18 +142,18 @@ class SlotSurface(NamedTuple):
 
 
 @grips_of.member(SlotJoint)
-def _grips_of_slot_joint(joint, gap, load, mode, first):
+def _grips_of_slot_joint(joint, gap, load, mode, first_contact):
     if type(joint.friction) not in static_limit.members:
         return ()
     contact, normal = load.contacts[0], normal_of(joint, gap)
     at_end = abs(gap.x) > joint.half_length
-    axial, across = where(at_end, gap.vx, 0.0), gap.vy
+    axial, transverse = where(at_end, gap.vx, 0.0), gap.vy
     per_eccentricity = 1.0 / (contact.depth + joint.clearance)
-    approach = normal.x * axial + normal.y * across
-    swing = (axial - normal.x * approach) * per_eccentricity, (across - normal.y * approach) * per_eccentricity
+    approach = normal.x * axial + normal.y * transverse
+    swing = (axial - normal.x * approach) * per_eccentricity, (transverse - normal.y * approach) * per_eccentricity
     return (
         SlotSurface(
-            contacts=(first,),
+            contacts=(first_contact,),
             force=contact.tangential,
             limit=static_limit(joint.friction) * max(contact.normal, 0.0),
             slip=contact.slip,
@@ -168,19 +168,23 @@ def _grips_of_slot_joint(joint, gap, load, mode, first):
 
 @slip_rate.member(SlotSurface)
 def _slip_rate_slot_surface(surface, gap):
-    spin = surface.journal_radius * (gap.distal - gap.proximal)
-    return surface.nx * gap.ay - surface.ny * gap.ax + spin + surface.drift
+    relative_spin = surface.journal_radius * (gap.distal - gap.proximal)
+    return surface.nx * gap.ay - surface.ny * gap.ax + relative_spin + surface.drift
 
 
 @with_tangential.member(SlotSurface)
 def _with_tangential_slot_surface(surface, load, force):
     contact, gap = load.contacts[0], surface.gap
-    more = force - contact.tangential
-    axial, across, on_pin = -more * surface.ny, more * surface.nx, surface.journal_radius * more
+    added_force = force - contact.tangential
+    axial, transverse, on_pin = (
+        -added_force * surface.ny,
+        added_force * surface.nx,
+        surface.journal_radius * added_force,
+    )
     return Load(
-        fx=load.fx + (gap.axis_x * axial - gap.axis_y * across),
-        fy=load.fy + (gap.axis_y * axial + gap.axis_x * across),
-        moment_proximal=load.moment_proximal + (gap.y * axial - gap.x * across - on_pin),
+        fx=load.fx + (gap.axis_x * axial - gap.axis_y * transverse),
+        fy=load.fy + (gap.axis_y * axial + gap.axis_x * transverse),
+        moment_proximal=load.moment_proximal + (gap.y * axial - gap.x * transverse - on_pin),
         moment_distal=load.moment_distal + on_pin,
         contacts=(with_friction(contact, force),),
     )
@@ -206,33 +210,33 @@ class Wall(NamedTuple):
 
 
 @grips_of.member(Guide)
-def _grips_of_guide(joint, gap, load, mode, first):
+def _grips_of_guide(joint, gap, load, mode, first_contact):
     if type(joint.friction) not in static_limit.members:
         return ()
-    return _wall(joint, gap, load, mode, first, (0, 1)), _wall(joint, gap, load, mode, first, (2, 3))
+    return _wall(joint, gap, load, mode, first_contact, (0, 1)), _wall(joint, gap, load, mode, first_contact, (2, 3))
 
 
 @inlined
-def _wall(joint, gap, load, mode, first, corners):
+def _wall(joint, gap, load, mode, first_contact, corners):
     sign, (a, b) = CORNERS[corners[0]][1], (load.contacts[corner] for corner in corners)
-    contacts = first + corners[0], first + corners[1]
+    contacts = first_contact + corners[0], first_contact + corners[1]
     stuck = mode[contacts[0]] == STUCK, mode[contacts[1]] == STUCK
     loads = where(stuck[0], max(a.normal, 0.0), 0.0), where(stuck[1], max(b.normal, 0.0), 0.0)
-    pressed = loads[0] + loads[1]
-    per_load = 1.0 / where(pressed > 0.0, pressed, 1.0)
+    total_load = loads[0] + loads[1]
+    per_load = 1.0 / where(total_load > 0.0, total_load, 1.0)
     shares = loads[0] * per_load, loads[1] * per_load
     (ax, ay), (bx, by) = (corner_place(joint, gap, CORNERS[corner]) for corner in corners)
-    spin, height = gap.spin_distal - gap.spin_proximal, shares[0] * ay + shares[1] * by
+    relative_spin, height = gap.spin_distal - gap.spin_proximal, shares[0] * ay + shares[1] * by
     return Wall(
         contacts=contacts,
         force=where(stuck[0], a.tangential, 0.0) + where(stuck[1], b.tangential, 0.0),
-        limit=static_limit(joint.friction) * pressed,
-        slip=-sign * (gap.vx - spin * height),
+        limit=static_limit(joint.friction) * total_load,
+        slip=-sign * (gap.vx - relative_spin * height),
         corners=corners,
         shares=shares,
         heights=(ay, by),
         sign=sign,
-        drift=sign * spin * spin * (shares[0] * ax + shares[1] * bx),
+        drift=sign * relative_spin * relative_spin * (shares[0] * ax + shares[1] * bx),
         stuck=stuck,
         gap=gap,
     )
@@ -246,14 +250,14 @@ def _slip_rate_wall(wall, gap):
 
 @with_tangential.member(Wall)
 def _with_tangential_wall(wall, load, force):
-    contacts, more, swing = load.contacts, 0.0, 0.0
+    contacts, added_force, swing = load.contacts, 0.0, 0.0
     for i in range(2):
-        corner, old = wall.corners[i], contacts[wall.corners[i]]
-        new = where(wall.stuck[i], wall.shares[i] * force, old.tangential)
-        more += new - old.tangential
-        swing += wall.heights[i] * (new - old.tangential)
-        contacts = (*contacts[:corner], with_friction(old, new), *contacts[corner + 1 :])
-    gap, axial, on_block = wall.gap, -wall.sign * more, wall.sign * swing
+        corner, previous = wall.corners[i], contacts[wall.corners[i]]
+        tangential = where(wall.stuck[i], wall.shares[i] * force, previous.tangential)
+        added_force += tangential - previous.tangential
+        swing += wall.heights[i] * (tangential - previous.tangential)
+        contacts = (*contacts[:corner], with_friction(previous, tangential), *contacts[corner + 1 :])
+    gap, axial, on_block = wall.gap, -wall.sign * added_force, wall.sign * swing
     return Load(
         fx=load.fx + gap.axis_x * axial,
         fy=load.fy + gap.axis_y * axial,

@@ -12,7 +12,6 @@ behind on the right, in front on the right.
 
 from typing import NamedTuple
 
-from ..compiled import calculus as math
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined, kernel, map_joints
 from .contract import (
@@ -127,35 +126,41 @@ def corner_place(joint, gap, signs):
 
 @kernel
 def _corner(signs, _, number, context):
-    joint, gap, place, present = context
+    joint, gap, offsets, state = context
     x, y = corner_place(joint, gap, signs)
     spin = gap.spin_distal - gap.spin_proximal
     depth = signs.height * (gap.y + y) - 0.5 * joint.height - joint.clearance
     rate = signs.height * (gap.vy + spin * x)
     slip = -signs.height * (gap.vx - spin * y)
-    mode, c = present.mode[place.contact + number], place.contact + number
+    mode, c = state.mode[offsets.contact + number], offsets.contact + number
     if mode == FREE:
         zero = as_type_of(0.0, depth)
-        speed = math.sqrt(slip * slip + rate * rate)  # bounds how fast the depth can change
+        speed = abs(rate)  # of the gap: sliding along the wall does not change it
         apart = Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
         return Corner(zero, zero, x, y, apart)
-    after = after_law(after_law(place, joint.law), joint.friction)  # the same for each corner; clips have no numbers
-    internal, latching = after.internal - place.internal, after.latched - place.latched
-    here = Offsets(place.contact, place.internal + number * internal, place.latched + number * latching, place.guard)
-    law = with_current_state(joint.law, present.y, present.latched, here)
-    friction = with_current_state(joint.friction, present.y, present.latched, after_law(here, joint.law))
-    root = present.y[present.roots + c]
+    friction_offsets = after_law(
+        after_law(offsets, joint.law), joint.friction
+    )  # the same for each corner; clips have no numbers
+    internal, latching = friction_offsets.internal - offsets.internal, friction_offsets.latched - offsets.latched
+    corner_offsets = Offsets(
+        offsets.contact, offsets.internal + number * internal, offsets.latched + number * latching, offsets.guard
+    )
+    law = with_current_state(joint.law, state.y, state.latched, corner_offsets)
+    friction = with_current_state(joint.friction, state.y, state.latched, after_law(corner_offsets, joint.law))
+    root = state.y[state.roots + c]
     pen = root * abs(root)
-    force, elastic = contact_force(law, joint.elastic, abs(pen), rate, present.latched[c])
+    force, elastic = contact_force(law, joint.elastic, abs(pen), rate, state.latched[c])
     lowest = lowest_force(law)
-    raw = force - lowest
+    unclipped = force - lowest
     if pen < 0.0:
         sign = sign_beyond(law, joint.elastic)
         force, elastic = sign * force, sign * elastic
     normal = force if mode != CLIPPED else as_type_of(0.0, force)
     rubbing = normal if lowest == 0.0 else max(normal, 0.0)
     tangential = as_type_of(friction_force(friction, rubbing, slip), slip)
-    contact = Contact(normal=normal, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=raw)
+    contact = Contact(
+        normal=normal, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=unclipped
+    )
     return Corner(-signs.height * tangential, -signs.height * normal, x, y, contact)
 
 
@@ -163,14 +168,14 @@ _corners = map_joints(_corner, after_number)
 
 
 @load.member(Guide)
-def _load_guide(joint, gap, place, present):
-    a, b, c, d = _corners(_SIGNS, _SIGNS, 0, _BlockContext(joint, gap, place, present))
-    axial, across = a.fx + b.fx + c.fx + d.fx, a.fy + b.fy + c.fy + d.fy
+def _load_guide(joint, gap, offsets, state):
+    a, b, c, d = _corners(_SIGNS, _SIGNS, 0, _BlockContext(joint, gap, offsets, state))
+    axial, transverse = a.fx + b.fx + c.fx + d.fx, a.fy + b.fy + c.fy + d.fy
     on_block = _moment(a) + _moment(b) + _moment(c) + _moment(d)
     return Load(
-        fx=gap.axis_x * axial - gap.axis_y * across,
-        fy=gap.axis_y * axial + gap.axis_x * across,
-        moment_proximal=-on_block - gap.x * across + gap.y * axial,
+        fx=gap.axis_x * axial - gap.axis_y * transverse,
+        fy=gap.axis_y * axial + gap.axis_x * transverse,
+        moment_proximal=-on_block - gap.x * transverse + gap.y * axial,
         moment_distal=on_block,
         contacts=(a.contact, b.contact, c.contact, d.contact),
     )

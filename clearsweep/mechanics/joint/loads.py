@@ -11,17 +11,17 @@ from .places import after_joint, after_number, after_part, first_place, room_of_
 
 
 @kernel
-def _load(joint, gap, place, present):
-    return load(joint, gap, place, present)
+def _load(joint, gap, offsets, state):
+    return load(joint, gap, offsets, state)
 
 
 _loads = map_joints(_load, after_joint)
 
 
 @inlined
-def loads_of(joints, relative, present):
+def loads_of(joints, relative, state):
     """Return a Load for each joint of the tuple `joints`, with the Gaps `relative`."""
-    return _loads(joints, relative, first_place(joints, present.roots), present)
+    return _loads(joints, relative, first_place(joints, state.roots), state)
 
 
 # ---------------------------------------------------------------------------------------------- internal states
@@ -45,18 +45,18 @@ class _Rate(NamedTuple):
 
 
 @kernel
-def _put(rate, declared, place, shared):
+def _put(rate, declared, index, shared):
     rate = rate if shared.touching or declared.kept else as_type_of(0.0, rate)
-    shared.out[place] = rate_or_slope(shared.kappa * rate)
+    shared.out[index] = rate_or_slope(shared.kappa * rate)
 
 
 @kernel
-def _rest(declared, _, place, out):
-    out[place] = 0.0
+def _rest(declared, _, index, out):
+    out[index] = 0.0
 
 
 @kernel
-def _is_kept(declared, _, place, shared):
+def _is_kept(declared, _, index, shared):
     return declared.kept
 
 
@@ -64,35 +64,35 @@ _put_each, _rest_each, _kept_each = (map_joints(function, after_number) for func
 
 
 @kernel
-def _put_part(part, _, place, shared):
+def _put_part(part, _, offsets, shared):
     if not room_of_part(part).internal:
         return
-    declared, touching = internal_state(part.law), touches(shared.present.mode[place.contact + part.contact])
+    declared, touching = internal_state(part.law), touches(shared.present.mode[offsets.contact + part.contact])
     if touching or True in _kept_each(declared, declared, 0, 0):
-        law = with_current_state(part.law, shared.present.y, shared.present.latched, place)
+        law = with_current_state(part.law, shared.present.y, shared.present.latched, offsets)
         rates = internal_rates(law, shared.load.contacts[part.contact])
-        _put_each(rates, declared, place.internal, _Rate(touching, shared.kappa, shared.out))
+        _put_each(rates, declared, offsets.internal, _Rate(touching, shared.kappa, shared.out))
     else:
-        _rest_each(declared, declared, place.internal, shared.out)
+        _rest_each(declared, declared, offsets.internal, shared.out)
 
 
 _put_parts = map_joints(_put_part, after_part)
 
 
 @kernel
-def _put_joint(joint, load, place, shared):
-    present, kappa, out = shared
-    every = parts(joint)
-    _put_parts(every, every, place, _Rates(load, present, kappa, out))
+def _put_joint(joint, load, offsets, shared):
+    state, kappa, out = shared
+    joint_parts = parts(joint)
+    _put_parts(joint_parts, joint_parts, offsets, _Rates(load, state, kappa, out))
 
 
 _put_joints = map_joints(_put_joint, after_joint)
 
 
 @kernel
-def put_internal_rates(joints, loads, present, kappa, out):
+def put_internal_rates(joints, loads, state, kappa, out):
     """Put the rates of all internal states with respect to tau into `out`, or their slopes.
 
     Out of contact only numbers that are kept over separations have a rate.
     """
-    _put_joints(joints, loads, first_place(joints, present.roots), (present, kappa, out))
+    _put_joints(joints, loads, first_place(joints, state.roots), (state, kappa, out))

@@ -126,21 +126,21 @@ def film_load(joint, gap):
         )
     eccentricity = math.sqrt(square)
     nx, ny = x / eccentricity, y / eccentricity
-    rate, across = vx * nx + vy * ny, vy * nx - vx * ny
+    rate, tangential_rate = vx * nx + vy * ny, vy * nx - vx * ny
     motion = FilmMotion(
         ratio=min(eccentricity / joint.clearance, as_type_of(joint.limit, eccentricity)),
         squeeze_rate=rate / joint.clearance,
-        spin=journal + bearing - 2.0 * across / eccentricity,
+        spin=journal + bearing - 2.0 * tangential_rate / eccentricity,
     )
     radial, tangential = film_force(joint.film, motion)
     on_journal, on_bearing = film_couples(joint.shear, motion, journal - bearing, eccentricity * tangential)
-    lost = -radial * rate - tangential * across - on_journal * journal - on_bearing * bearing
+    power_lost_ = -radial * rate - tangential * tangential_rate - on_journal * journal - on_bearing * bearing
     return FilmLoad(
         radial=radial,
         tangential=tangential,
         on_journal=on_journal,
         on_bearing=on_bearing,
-        lost=lost,
+        lost=power_lost_,
         pumped=0.5 * eccentricity * tangential * motion.spin - radial * rate,
         motion=motion,
         nx=nx,
@@ -180,30 +180,30 @@ def load_of(joint, film, speed):
 
 
 @kernel
-def with_dry(afloat, pressed, share):
+def with_dry(afloat, dry_load, share):
     """Return the combined Load: `share` of the dry joint, the rest of the film."""
-    a, b, rest = afloat.contacts[0], pressed.contacts[0], 1.0 - share
+    a, b, film_share = afloat.contacts[0], dry_load.contacts[0], 1.0 - share
     contact = FilmContact(
-        normal=rest * a.normal + share * b.normal,
-        tangential=rest * a.tangential + share * b.tangential,
+        normal=film_share * a.normal + share * b.normal,
+        tangential=film_share * a.tangential + share * b.tangential,
         slip=b.slip,
         rate=b.rate,
         depth=b.depth,
-        elastic=rest * a.elastic + share * b.elastic,
+        elastic=film_share * a.elastic + share * b.elastic,
         raw=b.raw,
-        lost=rest * a.lost + share * (b.normal - b.elastic) * b.rate,
-        rubbed=rest * a.rubbed - share * b.tangential * b.slip,
-        drained=rest * a.drained,
-        pumped=rest * a.pumped,
-        dry=rest * a.dry + share * b.normal,
+        lost=film_share * a.lost + share * (b.normal - b.elastic) * b.rate,
+        rubbed=film_share * a.rubbed - share * b.tangential * b.slip,
+        drained=film_share * a.drained,
+        pumped=film_share * a.pumped,
+        dry=film_share * a.dry + share * b.normal,
         highest=a.highest,
         speed=a.speed,
     )
     return Load(
-        fx=rest * afloat.fx + share * pressed.fx,
-        fy=rest * afloat.fy + share * pressed.fy,
-        moment_proximal=rest * afloat.moment_proximal + share * pressed.moment_proximal,
-        moment_distal=rest * afloat.moment_distal + share * pressed.moment_distal,
+        fx=film_share * afloat.fx + share * dry_load.fx,
+        fy=film_share * afloat.fy + share * dry_load.fy,
+        moment_proximal=film_share * afloat.moment_proximal + share * dry_load.moment_proximal,
+        moment_distal=film_share * afloat.moment_distal + share * dry_load.moment_distal,
         contacts=(contact,),
     )
 
@@ -301,7 +301,7 @@ def _parts_film(joint):
 
 
 @load.member(Film)
-def _load_film(joint, gap, place, present):
+def _load_film(joint, gap, offsets, state):
     return load_of(joint, film_load(joint, gap), relative_speed(gap))
 
 
@@ -319,18 +319,18 @@ def _parts_lubricated(joint):
 
 
 @load.member(Lubricated)
-def _load_lubricated(joint, gap, place, present):
-    mode = present.mode[place.contact]
+def _load_lubricated(joint, gap, offsets, state):
+    mode = state.mode[offsets.contact]
     film = film_load(joint, gap)
-    alone = load_of(joint, film, relative_speed(gap))
-    afloat = with_asperity_contact(joint.transition, joint, gap, film, alone)
+    film_only = load_of(joint, film, relative_speed(gap))
+    afloat = with_asperity_contact(joint.transition, joint, gap, film, film_only)
     if not touches(mode):
         return afloat
-    root = present.y[present.roots + place.contact]
-    behind = with_laws_as_they_are(joint, place, present)
-    pressed = dry.joint_load(behind, gap, mode, root * abs(root), present.latched[place.contact])
+    root = state.y[state.roots + offsets.contact]
+    current = with_laws_as_they_are(joint, offsets, state)
+    dry_load = dry.joint_load(current, gap, mode, root * abs(root), state.latched[offsets.contact])
     share = dry_share(joint.transition, film.depth)
-    return with_dry(afloat, pressed, share)
+    return with_dry(afloat, dry_load, share)
 
 
 # ---------------------------------------------------------------------------------------------- what is seen

@@ -85,8 +85,8 @@ ARCTANGENT = Chebyshev.interpolate(_arctangent, 5, domain=(0.0, 1.0)).convert(ki
 @inlined
 def rough_angle(y, x):
     """Return the angle (rad) of a point (x, y), not the origin, to 5e-6."""
-    large, small = max(abs(x), abs(y)), min(abs(x), abs(y))
-    z = small / large
+    larger, smaller = max(abs(x), abs(y)), min(abs(x), abs(y))
+    z = smaller / larger
     square, total = z * z, 0.0
     for i in range(ARCTANGENT.size - 1, -1, -1):
         total = total * square + ARCTANGENT[i]
@@ -103,41 +103,45 @@ def surfaces_of(joint):
 
 
 @inlined
-def halley(surfaces, angle, turned, radial, across):
+def halley(surfaces, angle, body_angles, radial, tangential_distance):
     """Return a step (rad) towards the deepest point, whether the gap opens on both sides of `angle`, and g (m) there.
 
-    turned : the angles of bearing and journal, rad; radial, across : m, of the eccentricity, seen from `angle`.
+    body_angles : the angles of bearing and journal, rad
+    radial, tangential_distance : m, components of the eccentricity in the direction `angle`
     """
-    h, slope, bend, third = worn_at(surfaces.bearing, angle - turned[0])
-    h_journal, other, more, last = worn_at(surfaces.journal, angle - turned[1])
-    sharp = radial + (bend + more)
-    per_sharp = 1.0 / sharp
-    step = (across - (slope + other)) * per_sharp
-    curved = -0.5 * (across + (third + last)) * step * per_sharp
-    return step + step * min(max(curved, -0.5), 0.5), sharp > 0.0, radial - (h + h_journal)
+    h, slope, bearing_curvature, third = worn_at(surfaces.bearing, angle - body_angles[0])
+    h_journal, journal_wear, journal_curvature, journal_third = worn_at(surfaces.journal, angle - body_angles[1])
+    curvature = radial + (bearing_curvature + journal_curvature)
+    per_sharp = 1.0 / curvature
+    step = (tangential_distance - (slope + journal_wear)) * per_sharp
+    curved = -0.5 * (tangential_distance + (third + journal_third)) * step * per_sharp
+    return step + step * min(max(curved, -0.5), 0.5), curvature > 0.0, radial - (h + h_journal)
 
 
 @kernel
-def searched(surfaces, x, y, turned):
+def searched(surfaces, x, y, body_angles):
     """Return the angle (rad) of the deepest point, from LOOKS samples and Newton's method in a bracket."""
-    deepest, middle, width = -math.inf, 0.0, 2.0 * math.pi / LOOKS
+    greatest_depth, deepest_at, width = -math.inf, 0.0, 2.0 * math.pi / LOOKS
     for i in turns(LOOKS):
         c, s = direction(i * width)
-        h, _, _, _ = worn_at(surfaces.bearing, i * width - turned[0])
-        other, _, _, _ = worn_at(surfaces.journal, i * width - turned[1])
-        if x * c + y * s - (h + other) > deepest:
-            deepest, middle = x * c + y * s - (h + other), i * width
-    angle, low, high = middle, middle - width, middle + width
+        h, _, _, _ = worn_at(surfaces.bearing, i * width - body_angles[0])
+        journal_wear, _, _, _ = worn_at(surfaces.journal, i * width - body_angles[1])
+        if x * c + y * s - (h + journal_wear) > greatest_depth:
+            greatest_depth, deepest_at = x * c + y * s - (h + journal_wear), i * width
+    angle, low, high = deepest_at, deepest_at - width, deepest_at + width
     for _ in range(BISECTIONS):
         c, s = direction(angle)
-        _, slope, bend, _ = worn_at(surfaces.bearing, angle - turned[0])
-        _, other, more, _ = worn_at(surfaces.journal, angle - turned[1])
-        rest, sharp = y * c - x * s - (slope + other), x * c + y * s + bend + more
-        low, high = (angle, high) if rest > 0.0 else (low, angle)
-        better = angle + rest / sharp if sharp > 0.0 else low
-        if not low < better < high:
-            better = 0.5 * (low + high)
-        move, angle = abs(better - angle), better
+        _, slope, bearing_curvature, _ = worn_at(surfaces.bearing, angle - body_angles[0])
+        _, journal_wear, journal_curvature, _ = worn_at(surfaces.journal, angle - body_angles[1])
+        residual, curvature = (
+            y * c - x * s - (slope + journal_wear),
+            x * c + y * s + bearing_curvature + journal_curvature,
+        )
+        low, high = (angle, high) if residual > 0.0 else (low, angle)
+        newton_angle = angle + residual / curvature if curvature > 0.0 else low
+        if not low < newton_angle < high:
+            newton_angle = 0.5 * (low + high)
+        move, angle = abs(newton_angle - angle), newton_angle
         if move < CLOSE_FOR_SLOPES:
             break
     return angle
@@ -150,27 +154,27 @@ def last_step_bound(x):
 
 
 @inlined
-def deepest_angle(joint, x, y, turned, close):
+def deepest_angle(joint, x, y, body_angles, close):
     """Return the angle (rad) of the nearest point, before the last step."""
     surfaces = surfaces_of(joint)
     steep, bent = joint.bearing.steepest + joint.journal.steepest, joint.bearing.bent + joint.journal.bent
-    outside = -(joint.bearing.sharpest + joint.journal.sharpest)
-    square, angle, reached = x * x + y * y, 0.0 * x, False
+    least_radius = -(joint.bearing.sharpest + joint.journal.sharpest)
+    square, angle, is_converged = x * x + y * y, 0.0 * x, False
     if square > 0.0:
-        begin = rough_angle(y, x)
-        step, opens, height = halley(surfaces, begin, turned, math.sqrt(square), 0.0)
-        angle = begin + step
+        start_angle = rough_angle(y, x)
+        step, opens, height = halley(surfaces, start_angle, body_angles, math.sqrt(square), 0.0)
+        angle = start_angle + step
         for _ in range(STEPS):
-            if not (opens and abs(angle - begin) < 0.5 * math.pi):
+            if not (opens and abs(angle - start_angle) < 0.5 * math.pi):
                 break
             if abs(step) < close:
-                reached = height > outside or square > steep * steep + bent * bent
+                is_converged = height > least_radius or square > steep * steep + bent * bent
                 break
             c, s = direction(angle)
-            step, opens, height = halley(surfaces, angle, turned, x * c + y * s, y * c - x * s)
+            step, opens, height = halley(surfaces, angle, body_angles, x * c + y * s, y * c - x * s)
             angle += step
-    if not reached:  # in some lane: what follows a return would be computed for none, too
-        angle = searched(surfaces, x, y, turned)
+    if not is_converged:  # in some lane: what follows a return would be computed for none, too
+        angle = searched(surfaces, x, y, body_angles)
     return angle
 
 
@@ -181,30 +185,35 @@ def nearest(joint, gap):
     on_bearing, on_journal, bearing_spin, journal_spin = bodies_of(joint, gap)
     angle = deepest_angle(joint, plain(x), plain(y), (plain(on_bearing), plain(on_journal)), last_step_bound(x))
     c, s = direction(angle)
-    h, slope, bend, third = worn_at(joint.bearing.table, angle - on_bearing)
-    other, other_slope, other_bend, last = worn_at(joint.journal.table, angle - on_journal)
-    radial, across = x * c + y * s, y * c - x * s
-    rest = across - (slope + other_slope)
-    sharp = plain(radial) + bend + other_bend
-    per_sharp = 1.0 / sharp if sharp > 0.0 else 0.0
-    turn = rest * per_sharp
-    skew = plain(across) + (third + last)
-    turn, third_of_skew = turn - 0.5 * skew * per_sharp * turn * turn, skew * (1.0 / 3.0)
-    straight = 1.0 - 0.5 * turn * turn  # series of the cosine of the remainder
-    nx, ny = c * straight - s * turn, s * straight + c * turn
-    radii = joint.bearing_radius + h, joint.journal_radius - other
-    slopes = slope + turn * (bend + 0.5 * third * turn), other_slope + turn * (other_bend + 0.5 * last * turn)
+    h, slope, bearing_curvature, third = worn_at(joint.bearing.table, angle - on_bearing)
+    journal_wear, journal_slope, journal_curvature, journal_third = worn_at(joint.journal.table, angle - on_journal)
+    radial, tangential_distance = x * c + y * s, y * c - x * s
+    residual = tangential_distance - (slope + journal_slope)
+    curvature = plain(radial) + bearing_curvature + journal_curvature
+    per_sharp = 1.0 / curvature if curvature > 0.0 else 0.0
+    correction = residual * per_sharp
+    skew = plain(tangential_distance) + (third + journal_third)
+    correction, third_of_skew = correction - 0.5 * skew * per_sharp * correction * correction, skew * (1.0 / 3.0)
+    straight = 1.0 - 0.5 * correction * correction  # series of the cosine of the remainder
+    nx, ny = c * straight - s * correction, s * straight + c * correction
+    radii = joint.bearing_radius + h, joint.journal_radius - journal_wear
+    slopes = (
+        slope + correction * (bearing_curvature + 0.5 * third * correction),
+        journal_slope + correction * (journal_curvature + 0.5 * journal_third * correction),
+    )
     return Nearest(
-        angle=angle + plain(turn),
+        angle=angle + plain(correction),
         nx=nx,
         ny=ny,
-        depth=radial + turn * (rest - 0.5 * turn * (sharp + third_of_skew * turn)) - (joint.clearance + (h + other)),
+        depth=radial
+        + correction * (residual - 0.5 * correction * (curvature + third_of_skew * correction))
+        - (joint.clearance + (h + journal_wear)),
         rate=vx * nx + vy * ny + slopes[0] * bearing_spin + slopes[1] * journal_spin,
         rolling=journal_spin * radii[1] - bearing_spin * radii[0],
         radii=radii,
         slopes=slopes,
-        local=joint.clearance + (h + bend + other + other_bend),
-        normal_rate=(vy * c - vx * s + bend * bearing_spin + other_bend * journal_spin) * per_sharp,
+        local=joint.clearance + (h + bearing_curvature + journal_wear + journal_curvature),
+        normal_rate=(vy * c - vx * s + bearing_curvature * bearing_spin + journal_curvature * journal_spin) * per_sharp,
     )
 
 

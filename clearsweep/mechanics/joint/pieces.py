@@ -40,21 +40,21 @@ def piece_of(piece, places, x):
 @kernel
 def _distances(places, piece, x):
     """Return how far `x` is beyond the end and before the beginning of a piece, NEVER where it has none."""
-    beyond = before = NEVER
+    above_kink = below_kink = NEVER
     for i in range(len(places)):
-        beyond = where(piece == i, x - places[i], beyond)
-        before = where(piece == i + 1.0, places[i] - x, before)
-    return beyond, before
+        above_kink = where(piece == i, x - places[i], above_kink)
+        below_kink = where(piece == i + 1.0, places[i] - x, below_kink)
+    return above_kink, below_kink
 
 
 @kernel
 def _piece_behind(places, piece, event):
     """Return the piece behind the end (UP) or the beginning (DOWN) of a piece; pieces without width are left out."""
-    number, passed = 0.0, 0.0
+    number, kink_passed = 0.0, 0.0
     for i in range(len(places)):
-        passed = where(piece == (i if event == UP else i + 1.0), places[i], passed)
+        kink_passed = where(piece == (i if event == UP else i + 1.0), places[i], kink_passed)
     for i in range(len(places)):
-        inside = places[i] <= passed if event == UP else places[i] < passed
+        inside = places[i] <= kink_passed if event == UP else places[i] < kink_passed
         number = number + where(inside, 1.0, 0.0)
     return number
 
@@ -74,8 +74,8 @@ def _guards_of_pieces(law):
 def _guard_values_of_pieces(law, start, contact, root):
     if law.piece < 0.0:
         return NEVER, NEVER, 1.0
-    beyond, before = _distances(kinks(law), law.piece, kink_variable(law, contact, root))
-    return beyond, before, NEVER
+    above_kink, below_kink = _distances(kinks(law), law.piece, kink_variable(law, contact, root))
+    return above_kink, below_kink, NEVER
 
 
 def _latched_piece(law, event, contact, root):
@@ -110,13 +110,13 @@ def _guards_of_kinks(law):
 
 
 @kernel
-def from_next_kinks(places, was, now):
-    """Return how far a variable that `was` between two places at the start of a step is `now` above and below these."""
-    above, below = math.inf, -math.inf
+def from_next_kinks(places, was, position):
+    """Return how far a variable at `position` is above the next kink and below the previous one of the step's start."""
+    next_above, next_below = math.inf, -math.inf
     for place in places:
-        above = where((was < place - _near(place)) & (place < above), place, above)
-        below = where((was > place + _near(place)) & (place > below), place, below)
-    return now - above, below - now
+        next_above = where((was < place - _near(place)) & (place < next_above), place, next_above)
+        next_below = where((was > place + _near(place)) & (place > next_below), place, next_below)
+    return position - next_above, next_below - position
 
 
 def _guard_values_of_kinks(law, start, contact, root):

@@ -12,12 +12,12 @@ from .contract import Offsets, contact_modes, extra_columns, guards, histories, 
 class _Fields:
     """Access to the fields of a tuple or, for a compiler type, to their types."""
 
-    def __init__(self, named):
-        self._named = named
+    def __init__(self, fields):
+        self._named = fields
 
     def __getattr__(self, name):
-        named = self._named
-        return named.types[named.fields.index(name)] if hasattr(named, "instance_class") else getattr(named, name)
+        fields = self._named
+        return fields.types[fields.fields.index(name)] if hasattr(fields, "instance_class") else getattr(fields, name)
 
 
 def form_of(value):
@@ -61,18 +61,18 @@ def _sum(places):
 
 
 @kernel
-def after_number(place, number):
+def after_number(offsets, number):
     """Return the Offsets after a number."""
-    return place + 1
+    return offsets + 1
 
 
 def _after(room_of_one):
     """Return a function that advances Offsets past a joint or part of the size `room_of_one`."""
 
-    def after(place, joint_part):
+    def after(offsets, joint_part):
         contacts, internal, latching, guarded = room_of_one(joint_part)
         return Offsets(
-            place.contact + contacts, place.internal + internal, place.latched + latching, place.guard + guarded
+            offsets.contact + contacts, offsets.internal + internal, offsets.latched + latching, offsets.guard + guarded
         )
 
     return after
@@ -117,8 +117,8 @@ def channels_beside_those(joint):
 
 
 @kernel
-def _number(old, _, place, numbers):
-    return numbers[place]
+def _number(default, _, offsets, numbers):
+    return numbers[offsets]
 
 
 _numbers = map_joints(_number, after_number)
@@ -127,26 +127,26 @@ _numbers = map_joints(_number, after_number)
 @kernel
 def with_internal_state(law, numbers, first):
     """Return the law with its internal state from `numbers`, starting at `first`."""
-    cls, own = type(law), len(law) - len(law._field_defaults)
-    return cls(*law[:own], *_numbers(law[own:], law[own:], first, numbers))
+    cls, parameters = type(law), len(law) - len(law._field_defaults)
+    return cls(*law[:parameters], *_numbers(law[parameters:], law[parameters:], first, numbers))
 
 
 @kernel
-def where_internal(law, y, latched, place):
+def where_internal(law, y, latched, offsets):
     """Return the array of a law's internal state, the state vector or the latched numbers, and its index there."""
-    return (y, place.internal) if integrated(type(law)) else (latched, place.latched)
+    return (y, offsets.internal) if integrated(type(law)) else (latched, offsets.latched)
 
 
 @kernel
-def with_current_state(law, y, latched, place):
-    """Return the law with its internal state at its Offsets `place`."""
-    numbers, first = where_internal(law, y, latched, place)
+def with_current_state(law, y, latched, offsets):
+    """Return the law with its internal state at its Offsets `offsets`."""
+    numbers, first = where_internal(law, y, latched, offsets)
     return with_internal_state(law, numbers, first)
 
 
 @inlined
-def with_laws_as_they_are(joint, place, present):
-    """Return a joint of one contact, its law and its friction with their internal state at `present`."""
-    law = with_current_state(joint.law, present.y, present.latched, place)
-    friction = with_current_state(joint.friction, present.y, present.latched, after_law(place, joint.law))
+def with_laws_as_they_are(joint, offsets, state):
+    """Return a joint of one contact, its law and its friction with their internal state at `state`."""
+    law = with_current_state(joint.law, state.y, state.latched, offsets)
+    friction = with_current_state(joint.friction, state.y, state.latched, after_law(offsets, joint.law))
     return joint._replace(law=law, friction=friction)

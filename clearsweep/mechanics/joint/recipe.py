@@ -51,17 +51,17 @@ class Recipe(NamedTuple):
 RECIPES: dict[tuple[str, str], Recipe] = {}
 
 
-def register(law: Law, types: tuple[type, ...], make: Callable, **rest) -> None:
-    """Register a law; `rest` goes to its Recipe.  Raises TypeError if a member is missing.
+def register(law: Law, types: tuple[type, ...], make: Callable, **options) -> None:
+    """Register a law; `options` goes to its Recipe.  Raises TypeError if a member is missing.
 
     A `source` that begins with 'after' names the paper whose formula was taken from later work that quotes it.
     """
-    for problem in _undeclared(law, types, rest.get("returned")):
+    for problem in _undeclared(law, types, options.get("returned")):
         raise TypeError(f"{law.family} '{law.name}': {problem}")
-    RECIPES[law.family, law.name] = Recipe(law, types, make, **rest)
+    RECIPES[law.family, law.name] = Recipe(law, types, make, **options)
 
 
-def _undeclared(law: Law, types: tuple[type, ...], returned: Callable | None):
+def _undeclared(law: Law, types: tuple[type, ...], is_returned: Callable | None):
     """Yield descriptions of the missing declarations of a law."""
     if law.family not in DECLARED:
         yield f"unknown family (known: {', '.join(DECLARED)})"
@@ -74,7 +74,7 @@ def _undeclared(law: Law, types: tuple[type, ...], returned: Callable | None):
             yield f"{form.__name__} declares no {', '.join(missing)}"
         yield from (f"{form.__name__} {problem}" for problem in undeclared(form))
     names = {field.name for field in law.fields}
-    if "restitution" in names and returned is None:
+    if "restitution" in names and is_returned is None:
         yield "takes a restitution, but declares none that a free impact returns"
     if not law.uses_elastic and "stiffness" not in names:
         yield "uses no elastic law, but takes no stiffness for a spring of its own"

@@ -95,13 +95,13 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
     if joint.is_guide:
         return guide.Guide(joint.clearance, 1.0, joint.length, joint.height, law, elastic, _sliding_term(joint))
     if joint.slot_length is not None:
-        half, around = 0.5 * joint.slot_length, radius + joint.slot_length / math.pi
-        laws = law, elastic, _sliding_term(joint), around, wear_term(joint)
-        new = slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half, *laws)
-        return worn_slot.WornSlot(*new, *_slot_shapes(joint, new, before)[:2]) if _evolves(joint) else new
+        half_slot, mean_radius = 0.5 * joint.slot_length, radius + joint.slot_length / math.pi
+        laws = law, elastic, _sliding_term(joint), mean_radius, wear_term(joint)
+        unworn = slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half_slot, *laws)
+        return worn_slot.WornSlot(*unworn, *_slot_shapes(joint, unworn, before)[:2]) if _evolves(joint) else unworn
     if joint.is_spatial:
         return _spatial_term(joint)
-    pressed = dry.Joint(
+    dry_joint = dry.Joint(
         clearance=joint.clearance,
         bearing_radius=radius,
         journal_radius=radius - joint.clearance,
@@ -113,13 +113,13 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
     )
     if _evolves(joint):
         form = worn.WornOnBed if _on_springs(joint, elastic) else worn.WornJoint
-        return form(*pressed, *_shapes(joint, elastic, before)[:2])
+        return form(*dry_joint, *_shapes(joint, elastic, before)[:2])
     if joint.film is None:
-        return pressed
+        return dry_joint
     film, drag = film_terms(joint)
     film_transition = compiled_term("transition", joint.film.transition, joint)
     corners = lubricated.corners_of(joint.clearance, joint.film.limit, *bounds(film_transition))
-    return lubricated.Lubricated(*pressed, film, drag, joint.film.limit, film_transition, corners)
+    return lubricated.Lubricated(*dry_joint, film, drag, joint.film.limit, film_transition, corners)
 
 
 def _evolves(joint: Joint) -> bool:
@@ -127,11 +127,11 @@ def _evolves(joint: Joint) -> bool:
     return joint.wear is not None and joint.wear.evolve
 
 
-def _slot_shapes(joint: Joint, term: Any, before: Worn | None) -> tuple[Shape, Shape, float]:
+def _slot_shapes(joint: Joint, term: Any, worn: Worn | None) -> tuple[Shape, Shape, float]:
     """Return the same as `_shapes` of a slot, whose compiled form is `term`."""
     assert joint.wear is not None  # only joints with wear
-    new = np.zeros(joint.wear.bins)
-    bearing, journal = before[:2] if before else (new, new)
+    unworn = np.zeros(joint.wear.bins)
+    bearing, journal = worn[:2] if worn else (unworn, unworn)
     return worn_slot.slot_shapes(term, bearing, journal)
 
 
@@ -140,24 +140,24 @@ def _on_springs(joint: Joint, elastic: tuple) -> bool:
     return isinstance(elastic, Foundation) and joint.wear is not None and joint.wear.pressure == "winkler"
 
 
-def _shapes(joint: Joint, elastic: tuple, before: Worn | None) -> tuple[Shape, Shape, float]:
+def _shapes(joint: Joint, elastic: tuple, worn: Worn | None) -> tuple[Shape, Shape, float]:
     """Return the shapes of bearing and journal, circles if unworn, and their smoothing width.
 
     That is the standard deviation (rad) of the Gaussian.
     """
     assert joint.wear is not None  # only joints with wear
-    new = np.zeros(joint.wear.bins)
-    bearing, journal = before[:2] if before else (new, new)
+    unworn = np.zeros(joint.wear.bins)
+    bearing, journal = worn[:2] if worn else (unworn, unworn)
     return shapes_of(bearing, journal, joint.clearance, ON_SPRINGS if _on_springs(joint, elastic) else AT_POINT)
 
 
-def smoothing(joint: Joint, before: Worn) -> float | None:
+def smoothing(joint: Joint, worn: Worn) -> float | None:
     """Return the standard deviation (rad) of the Gaussian that smooths worn shapes, or None if they have no effect."""
     if not _evolves(joint):
         return None
     if joint.slot_length is not None:
-        return _slot_shapes(joint, joint_term(joint, "", before), before)[2]
-    return _shapes(joint, contact_terms(joint)[1], before)[2]
+        return _slot_shapes(joint, joint_term(joint, "", worn), worn)[2]
+    return _shapes(joint, contact_terms(joint)[1], worn)[2]
 
 
 def film_terms(joint: Joint) -> tuple:
@@ -171,8 +171,8 @@ def _spatial_term(joint: Joint) -> spatial.Through | spatial.Flanged:
     """Return the compiled form of a spatial joint; its journal is on the rod."""
     law, elastic = contact_terms(joint)
     assert None not in (joint.bearing_radius, joint.length, joint.journal_length)  # the grid requires them
-    about = np.array([*joint.tilt, 0.0])
-    angle = float(np.linalg.norm(about))
+    tilt_vector = np.array([*joint.tilt, 0.0])
+    angle = float(np.linalg.norm(tilt_vector))
     share = math.sin(angle) / angle if angle else 1.0
     bent = 0.5 * (math.sin(0.5 * angle) / (0.5 * angle)) ** 2 if angle else 0.5  # (1 - cos) / angle^2
     a, b = joint.tilt
@@ -212,8 +212,8 @@ def contact_terms(joint: Joint) -> tuple:
     elastic = rough.term if rough else _bulk(joint)
     if contact.onset != "renewed" or not _elastic(joint):
         return law, elastic
-    returned = restitution(joint)
-    return (law if returned is None else renewed(law, elastic, returned)), elastic
+    is_returned = restitution(joint)
+    return (law if is_returned is None else renewed(law, elastic, is_returned)), elastic
 
 
 def _bulk(joint: Joint) -> tuple:
@@ -252,8 +252,8 @@ def elastic_choices(joint: Joint) -> dict[str, Joint]:
     """
     if joint.contact.material is None or _elastic(joint) is None:
         return {}
-    allowed = [chosen for chosen, lack in elastic_candidates(joint).values() if not lack]
-    return {chosen.elastic_name: chosen for chosen in allowed} | _other_surfaces(joint)
+    allowed_joints = [chosen for chosen, lack in elastic_candidates(joint).values() if not lack]
+    return {chosen.elastic_name: chosen for chosen in allowed_joints} | _other_surfaces(joint)
 
 
 def _other_surfaces(joint: Joint) -> dict[str, Joint]:
@@ -262,8 +262,8 @@ def _other_surfaces(joint: Joint) -> dict[str, Joint]:
     if not rough or not rough.values:
         return {}
     laws = [law for law in described() if law.family == "roughness" and law.name != rough.law]
-    others = [joint._replace(roughness=rough._replace(law=law.name)) for law in laws]
-    return {other.elastic_name: other for other in others}
+    rough_joints = [joint._replace(roughness=rough._replace(law=law.name)) for law in laws]
+    return {rough_joint.elastic_name: rough_joint for rough_joint in rough_joints}
 
 
 def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
@@ -281,25 +281,27 @@ def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
         for body, made_of in materials.items()
         for key, value in made_of._asdict().items()
     }
-    there = {*sizes, *(("material",) if material else ())}
+    known_keys = {*sizes, *(("material",) if material else ())}
     for law in (law for law in described() if law.family == "elastic"):
         defaults = {field.name: field.default for field in law.fields if field.default is not None}
-        used = law.name == contact.elastic  # keys of other laws may have the same names, such as `exponent`
-        values = defaults | contact.values if used else contact.values | defaults
+        is_chosen = law.name == contact.elastic  # keys of other laws may have the same names, such as `exponent`
+        values = defaults | contact.values if is_chosen else contact.values | defaults
         follows = {*values, *(("stiffness",) if material else ())}
-        lacking = [name for name in law.needs if name not in there]
+        lacking = [name for name in law.needs if name not in known_keys]
         lacking += [field.name for field in law.fields if field.name not in follows]
-        outside = [limit for limit in law.ranges if not lacking and not limit.contains((sizes | material)[limit.path])]
+        left_ranges = [
+            limit for limit in law.ranges if not lacking and not limit.contains((sizes | material)[limit.path])
+        ]
         lack = f"needs {' and '.join(lacking)}" if lacking else ""
-        lack = lack or "; ".join(f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in outside)
+        lack = lack or "; ".join(f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in left_ranges)
         candidates[law.name] = joint._replace(contact=contact._replace(elastic=law.name, values=values)), lack
     return candidates
 
 
 def restitution(joint: Joint) -> float | None:
     """Return the restitution of a free impact in a joint, or None if it depends on mass and speed or does not exist."""
-    returned = joint.is_dry and RECIPES["law", joint.contact.law].returned
-    return float(returned(joint.contact.values.get("restitution"))) if returned else None
+    is_returned = joint.is_dry and RECIPES["law", joint.contact.law].returned
+    return float(is_returned(joint.contact.values.get("restitution"))) if is_returned else None
 
 
 def beyond_hertz(joint: Joint) -> bool:

@@ -67,29 +67,29 @@ class _Normal(NamedTuple):
 @inlined
 def normal_of(joint, gap):
     """Return the normal of a pin in a slot, from its GuideGap."""
-    beyond = gap.x - min(max(gap.x, -joint.half_length), joint.half_length)
-    eccentricity = math.sqrt(beyond * beyond + gap.y * gap.y)
+    overshoot = gap.x - min(max(gap.x, -joint.half_length), joint.half_length)
+    eccentricity = math.sqrt(overshoot * overshoot + gap.y * gap.y)
     centred = eccentricity <= 0.0
     inverse = 1.0 / where(centred, 1.0, eccentricity)
-    nx, ny = beyond * inverse, where(centred, 1.0, gap.y * inverse)
+    nx, ny = overshoot * inverse, where(centred, 1.0, gap.y * inverse)
     rate = gap.vx * nx + gap.vy * ny
     slip = gap.vy * nx - gap.vx * ny + joint.journal_radius * (gap.spin_distal - gap.spin_proximal)
     return _Normal(nx, ny, eccentricity - joint.clearance, rate, slip)
 
 
 @kernel
-def _pressed(joint, gap, place, present):
-    normal, c = normal_of(joint, gap), place.contact
-    mode = present.mode[c]
+def _pressed(joint, gap, offsets, state):
+    normal, c = normal_of(joint, gap), offsets.contact
+    mode = state.mode[c]
     if mode == FREE:
         zero = as_type_of(0.0, normal.depth)
         speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
         apart = Contact(zero, zero, speed, normal.rate, normal.depth, zero, zero)
         return zero, zero, zero, apart
-    law = with_current_state(joint.law, present.y, present.latched, place)
-    friction = with_current_state(joint.friction, present.y, present.latched, after_law(place, joint.law))
-    root = present.y[present.roots + c]
-    here = SlotJoint(
+    law = with_current_state(joint.law, state.y, state.latched, offsets)
+    friction = with_current_state(joint.friction, state.y, state.latched, after_law(offsets, joint.law))
+    root = state.y[state.roots + c]
+    joint_now = SlotJoint(
         clearance=joint.clearance,
         journal_radius=joint.journal_radius,
         side=joint.side,
@@ -100,28 +100,28 @@ def _pressed(joint, gap, place, present):
         bearing_radius=joint.bearing_radius,
         wear=joint.wear,
     )
-    force, rubbing, elastic, raw = normal_forces(here, mode, root * abs(root), normal.rate, present.latched[c])
+    force, rubbing, elastic, unclipped = normal_forces(joint_now, mode, root * abs(root), normal.rate, state.latched[c])
     tangential = as_type_of(friction_force(friction, rubbing, normal.slip), normal.slip)
-    contact = Contact(force, tangential, normal.slip, normal.rate, normal.depth, elastic, raw)
-    axial, across = -force * normal.x - tangential * normal.y, -force * normal.y + tangential * normal.x
-    return axial, across, joint.journal_radius * tangential, contact
+    contact = Contact(force, tangential, normal.slip, normal.rate, normal.depth, elastic, unclipped)
+    axial, transverse = -force * normal.x - tangential * normal.y, -force * normal.y + tangential * normal.x
+    return axial, transverse, joint.journal_radius * tangential, contact
 
 
 @inlined
-def load_at_pin(gap, axial, across, on_pin, contact):
+def load_at_pin(gap, axial, transverse, on_pin, contact):
     """Return the Load and Contact of a force (N) on the pin, in the frame of the slot, and a couple (N m)."""
     return Load(
-        fx=gap.axis_x * axial - gap.axis_y * across,
-        fy=gap.axis_y * axial + gap.axis_x * across,
-        moment_proximal=-on_pin - gap.x * across + gap.y * axial,
+        fx=gap.axis_x * axial - gap.axis_y * transverse,
+        fy=gap.axis_y * axial + gap.axis_x * transverse,
+        moment_proximal=-on_pin - gap.x * transverse + gap.y * axial,
         moment_distal=on_pin,
         contacts=(contact,),
     )
 
 
 @load.member(SlotJoint)
-def _load_slot_joint(joint, gap, place, present):
-    return load_at_pin(gap, *_pressed(joint, gap, place, present))
+def _load_slot_joint(joint, gap, offsets, state):
+    return load_at_pin(gap, *_pressed(joint, gap, offsets, state))
 
 
 # ---------------------------------------------------------------------------------------------- wear
@@ -137,17 +137,17 @@ def _see_slot_joint(joint, gap, turned, j, moment):
 def note_contact(joint, gap, turned, j, moment):
     """Record the position of touching contact `j` on wall and pin at a Moment."""
     step, i = moment.step, moment.number
-    half, radius = joint.half_length, joint.journal_radius + joint.clearance
-    nearest = min(max(gap.x, -half), half)
-    beyond = gap.x - nearest
-    eccentricity = math.sqrt(beyond * beyond + gap.y * gap.y)
-    nx, ny = beyond / eccentricity, gap.y / eccentricity
+    half_length_, radius = joint.half_length, joint.journal_radius + joint.clearance
+    nearest_x = min(max(gap.x, -half_length_), half_length_)
+    overshoot = gap.x - nearest_x
+    eccentricity = math.sqrt(overshoot * overshoot + gap.y * gap.y)
+    nx, ny = overshoot / eccentricity, gap.y / eccentricity
     angle, travels = math.atan2(ny, nx), gap.vy * nx - gap.vx * ny
-    way = radius * angle + (half - nearest if ny >= 0.0 else nearest - half)
-    spins = travels / eccentricity if abs(gap.x) > half else 0.0  # of the normal, from the slot
-    pace = radius * spins if abs(gap.x) > half else travels
+    wall_distance = radius * angle + (half_length_ - nearest_x if ny >= 0.0 else nearest_x - half_length_)
+    spins = travels / eccentricity if abs(gap.x) > half_length_ else 0.0  # of the normal, from the slot
+    pace = radius * spins if abs(gap.x) > half_length_ else travels
     _, distal = turned
-    step.places[j, 0, i] = way / joint.bearing_radius
+    step.places[j, 0, i] = wall_distance / joint.bearing_radius
     step.places[j, 1, i] = angle + math.atan2(gap.axis_y, gap.axis_x) - distal
     step.places[j, 2, i] = 0.0
     step.places[j, SLOPES, i] = pace / joint.bearing_radius
@@ -163,12 +163,12 @@ def _local_clearance_slot_joint(joint, on_wall, on_pin):
 @inlined
 def on_flat_wall(joint, on_wall):
     """Return whether the wall is flat at `on_wall`, the arc length over the radius of the equivalent circle."""
-    radius, turn = joint.journal_radius + joint.clearance, 2.0 * math.pi
-    way = (on_wall - turn * math.floor(on_wall / turn)) * joint.bearing_radius
+    radius, full_turn = joint.journal_radius + joint.clearance, 2.0 * math.pi
+    wall_distance = (on_wall - full_turn * math.floor(on_wall / full_turn)) * joint.bearing_radius
     quarter, wall = 0.5 * math.pi * radius, 2.0 * joint.half_length
     half_way = math.pi * joint.bearing_radius
-    within = where(way > half_way, way - half_way, way)  # both halves are alike
-    return (within > quarter) & (within < quarter + wall)
+    distance_in_half = where(wall_distance > half_way, wall_distance - half_way, wall_distance)  # both halves are alike
+    return (distance_in_half > quarter) & (distance_in_half < quarter + wall)
 
 
 @inlined

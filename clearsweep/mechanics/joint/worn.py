@@ -65,14 +65,16 @@ class Pressing(NamedTuple):
 
 
 @family
-def pressing(joint, there, gap, pen):
+def pressing(joint, nearest_point, gap, pen):
     """Return the Pressing of a worn joint with its Nearest and TurnedGap, at the penetration `pen` (m) of its root."""
 
 
 @pressing.member(WornJoint)
-def _pressing_worn_joint(joint, there, gap, pen):
-    gain = as_type_of(1.0, there.depth)
-    return Pressing(there.nx, there.ny, there.depth, there.rate, gain, there.slopes)
+def _pressing_worn_joint(joint, nearest_point, gap, pen):
+    gain = as_type_of(1.0, nearest_point.depth)
+    return Pressing(
+        nearest_point.nx, nearest_point.ny, nearest_point.depth, nearest_point.rate, gain, nearest_point.slopes
+    )
 
 
 @inlined
@@ -85,42 +87,42 @@ def separate_load(joint, gap):
     square = gap.x * gap.x + gap.y * gap.y
     eccentricity, speed = math.sqrt(square), math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
     _, _, bearing_spin, journal_spin = bodies_of(joint, gap)
-    reach = speed + joint.bearing.steepest * abs(bearing_spin) + joint.journal.steepest * abs(journal_spin)
-    least = joint.bearing.least + joint.journal.least
-    depth = eccentricity - (joint.clearance + least)
+    surface_speed = speed + joint.bearing.steepest * abs(bearing_spin) + joint.journal.steepest * abs(journal_spin)
+    least_wear = joint.bearing.least + joint.journal.least
+    depth = eccentricity - (joint.clearance + least_wear)
     rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
-    if depth > least - (joint.bearing.most + joint.journal.most):
-        there = nearest(joint, gap)
-        depth, rate = there.depth, there.rate
+    if depth > least_wear - (joint.bearing.most + joint.journal.most):
+        nearest_point = nearest(joint, gap)
+        depth, rate = nearest_point.depth, nearest_point.rate
     zero = as_type_of(0.0, eccentricity)
-    seen = WornContact(
-        normal=zero, tangential=zero, slip=reach, rate=rate, depth=depth, elastic=zero, raw=zero, pace=rate
+    contact = WornContact(
+        normal=zero, tangential=zero, slip=surface_speed, rate=rate, depth=depth, elastic=zero, raw=zero, pace=rate
     )
-    return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(seen,))
+    return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(contact,))
 
 
 @inlined
 def worn_load(joint, gap, mode, pen, onset_rate):
     """Return the Load of a worn joint in a touching mode, like `dry.joint_load` for circles."""
-    there = nearest(joint, gap)
-    pressed = pressing(joint, there, gap, pen)
-    nx, ny, gain = pressed.nx, pressed.ny, pressed.gain
-    pace = pressed.rate / gain
-    force, rubbing, elastic, raw = normal_forces(joint, mode, pen, pace, onset_rate)
+    nearest_point = nearest(joint, gap)
+    pressing_load = pressing(joint, nearest_point, gap, pen)
+    nx, ny, gain = pressing_load.nx, pressing_load.ny, pressing_load.gain
+    pace = pressing_load.rate / gain
+    force, rubbing, elastic, unclipped = normal_forces(joint, mode, pen, pace, onset_rate)
     x_rate, y_rate = joint.side * gap.vx, joint.side * gap.vy
-    slip = y_rate * nx - x_rate * ny + there.rolling
+    slip = y_rate * nx - x_rate * ny + nearest_point.rolling
     normal, tangential = gain * force, as_type_of(friction_force(joint.friction, gain * rubbing, slip), slip)
     fx, fy = -normal * nx - tangential * ny, -normal * ny + tangential * nx
-    on_bearing = -there.radii[0] * tangential - pressed.turns[0] * force
-    on_journal = there.radii[1] * tangential - pressed.turns[1] * force
+    on_bearing = -nearest_point.radii[0] * tangential - pressing_load.turns[0] * force
+    on_journal = nearest_point.radii[1] * tangential - pressing_load.turns[1] * force
     contact = WornContact(
         normal=normal,
         tangential=tangential,
         slip=slip,
-        rate=pressed.rate,
-        depth=pressed.depth,
+        rate=pressing_load.rate,
+        depth=pressing_load.depth,
         elastic=gain * elastic,
-        raw=raw,
+        raw=unclipped,
         pace=pace,
     )
     if joint.side < 0.0:
@@ -152,13 +154,13 @@ def _parts_worn_joint_or_worn_on_bed(joint):
 
 @load.member(WornJoint)
 @load.member(WornOnBed)
-def _load_worn_joint_or_worn_on_bed(joint, gap, place, present):
-    mode = present.mode[place.contact]
+def _load_worn_joint_or_worn_on_bed(joint, gap, offsets, state):
+    mode = state.mode[offsets.contact]
     if mode == FREE:
         return separate_load(joint, gap)
-    root = present.y[present.roots + place.contact]
-    now = with_laws_as_they_are(joint, place, present)
-    return worn_load(now, gap, mode, root * abs(root), present.latched[place.contact])
+    root = state.y[state.roots + offsets.contact]
+    current = with_laws_as_they_are(joint, offsets, state)
+    return worn_load(current, gap, mode, root * abs(root), state.latched[offsets.contact])
 
 
 # ---------------------------------------------------------------------------------------------- where it starts
@@ -185,9 +187,9 @@ def _seat_worn_joint(joint, eccentricity, angles):
     bearing, journal = angles if joint.side > 0.0 else angles[::-1]
     angle = math.atan2(ny, nx)
     h, slope, _, _ = worn_at(joint.bearing.table, angle - bearing)
-    other, other_slope, _, _ = worn_at(joint.journal.table, angle - journal)
-    radial, across = size + h + other, slope + other_slope
-    return np.array([radial * nx - across * ny, radial * ny + across * nx]), size - joint.clearance
+    journal_wear, journal_slope, _, _ = worn_at(joint.journal.table, angle - journal)
+    radial, tangential_load = size + h + journal_wear, slope + journal_slope
+    return np.array([radial * nx - tangential_load * ny, radial * ny + tangential_load * nx]), size - joint.clearance
 
 
 # ---------------------------------------------------------------------------------------------- its wear
@@ -196,15 +198,15 @@ def _seat_worn_joint(joint, eccentricity, angles):
 @contact_angle.member(WornJoint)
 @contact_angle.member(WornOnBed)
 def _contact_angle_worn_joint_or_worn_on_bed(joint, gap):
-    there = nearest(joint, gap)
-    return there.angle, there.normal_rate, there.depth, there.rate
+    nearest_point = nearest(joint, gap)
+    return nearest_point.angle, nearest_point.normal_rate, nearest_point.depth, nearest_point.rate
 
 
 @local_clearance.member(WornJoint)
 def _local_clearance_worn_joint(joint, on_bearing, on_journal):
-    h, _, bend, _ = worn_at(joint.bearing.table, on_bearing)
-    other, _, more, _ = worn_at(joint.journal.table, on_journal)
-    return joint.clearance + (h + bend + other + more)
+    h, _, bearing_curvature, _ = worn_at(joint.bearing.table, on_bearing)
+    journal_wear, _, journal_curvature, _ = worn_at(joint.journal.table, on_journal)
+    return joint.clearance + (h + bearing_curvature + journal_wear + journal_curvature)
 
 
 with_angles.member(WornJoint)(turned_gap)

@@ -63,38 +63,45 @@ STORED, PRESSED_BY = (
 
 
 @inlined
-def overlap(surfaces, x, y, angle, turned):
-    """Return f (m) at an angle (rad) and its slope and bend; x, y : of the journal's centre; turned : of the bodies."""
+def overlap(surfaces, x, y, angle, body_angles):
+    """Return f (m) at an angle (rad), its slope and curvature; x, y : m, journal's centre; body_angles : (2,) rad."""
     c, s = direction(angle)
-    h, slope, bend, _ = worn_at(surfaces.bearing, angle - turned[0])
-    other, more, last, _ = worn_at(surfaces.journal, angle - turned[1])
+    h, slope, bearing_curvature, _ = worn_at(surfaces.bearing, angle - body_angles[0])
+    journal_wear, journal_slope, journal_curvature, _ = worn_at(surfaces.journal, angle - body_angles[1])
     radial = x * c + y * s
-    return radial - (surfaces.clearance + (h + other)), y * c - x * s - (slope + more), -(radial + (bend + last))
+    return (
+        radial - (surfaces.clearance + (h + journal_wear)),
+        y * c - x * s - (slope + journal_slope),
+        -(radial + (bearing_curvature + journal_curvature)),
+    )
 
 
 @inlined
-def nearer_end(contact, away, side):
-    """Return the angle (rad) to an arc's end, by Halley's method from f, slope and curvature `away` from the middle.
+def nearer_end(contact, distance, side):
+    """Return the angle (rad) to an arc's end by one step of Halley's method from `distance` off the middle.
 
     If f does not decrease there, half of the remaining range is taken.
     """
-    f, slope, bend = contact
+    f, slope, curvature = contact
     slope = side * slope
     if slope >= 0.0:
-        return 0.5 * (away + FARTHEST)
+        return 0.5 * (distance + FARTHEST)
     step = f / slope
-    return min(max(away - step / (1.0 - min(max(0.5 * bend * step / slope, -0.5), 0.5)), 0.5 * away), FARTHEST)
+    return min(
+        max(distance - step / (1.0 - min(max(0.5 * curvature * step / slope, -0.5), 0.5)), 0.5 * distance),
+        FARTHEST,
+    )
 
 
 @kernel
-def arc_ends(surfaces, x, y, turned, guess):
+def arc_ends(surfaces, x, y, body_angles, guess):
     """Return the angles (rad) from the deepest point to both arc ends; guess : angle of the point, first guess."""
-    middle, low, high = guess[0], guess[1], guess[1]
+    arc_middle, low, high = guess[0], guess[1], guess[1]
     for _ in range(STEPS):
-        before, behind = low, high
-        low = nearer_end(overlap(surfaces, x, y, middle - before, turned), before, -1.0)
-        high = nearer_end(overlap(surfaces, x, y, middle + behind, turned), behind, 1.0)
-        if abs(low - before) < ENDS * low and abs(high - behind) < ENDS * high:
+        low_step, high_step = low, high
+        low = nearer_end(overlap(surfaces, x, y, arc_middle - low_step, body_angles), low_step, -1.0)
+        high = nearer_end(overlap(surfaces, x, y, arc_middle + high_step, body_angles), high_step, 1.0)
+        if abs(low - low_step) < ENDS * low and abs(high - high_step) < ENDS * high:
             break
     return low, high
 
@@ -102,49 +109,59 @@ def arc_ends(surfaces, x, y, turned, guess):
 @inlined
 def circles(clearance, pen):
     """Return W_0 / K (m^2) and F_0 / K (m) of circles at a penetration `pen` (m), without the arctangent of a law."""
-    share, stored, pressed = pen / (2.0 * clearance + pen), 0.0, 0.0
+    share, stored, total_pressed = pen / (2.0 * clearance + pen), 0.0, 0.0
     for i in range(STORED.size - 1, -1, -1):
         stored = stored * share + STORED[i]
-        pressed = pressed * share + PRESSED_BY[i]
+        total_pressed = total_pressed * share + PRESSED_BY[i]
     scale = (clearance + pen) * share * math.sqrt(share)
-    return (clearance + pen) * scale * share * stored, scale * pressed
+    return (clearance + pen) * scale * share * stored, scale * total_pressed
 
 
 @pressing.member(WornOnBed)
-def _pressing_worn_on_bed(joint, there, gap, pen):
+def _pressing_worn_on_bed(joint, nearest_point, gap, pen):
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     on_bearing, on_journal, bearing_spin, journal_spin = bodies_of(joint, gap)
     c = joint.clearance
-    local = max(plain(there.local), BLUNT * c)
-    if pen <= FAINT * c or there.depth <= FAINT * c:
+    local = max(plain(nearest_point.local), BLUNT * c)
+    if pen <= FAINT * c or nearest_point.depth <= FAINT * c:
         share = (c / local) ** 0.2  # f is a parabola
-        turns = share * there.slopes[0], share * there.slopes[1]
-        return Pressing(there.nx, there.ny, share * there.depth, share * there.rate, share + 0.0 * there.depth, turns)
-    turned, deep = (plain(on_bearing), plain(on_journal)), plain(there.depth)
-    guess = there.angle, math.sqrt(2.0 * deep / (local + deep))
-    low, high = arc_ends(surfaces_of(joint), plain(x), plain(y), turned, guess)
-    half, middle = 0.5 * (high + low), there.angle + 0.5 * (high - low)
-    zero = 0.0 * there.depth
+        body_turns = share * nearest_point.slopes[0], share * nearest_point.slopes[1]
+        return Pressing(
+            nearest_point.nx,
+            nearest_point.ny,
+            share * nearest_point.depth,
+            share * nearest_point.rate,
+            share + 0.0 * nearest_point.depth,
+            body_turns,
+        )
+    body_angles, depth_now = (plain(on_bearing), plain(on_journal)), plain(nearest_point.depth)
+    guess = nearest_point.angle, math.sqrt(2.0 * depth_now / (local + depth_now))
+    low, high = arc_ends(surfaces_of(joint), plain(x), plain(y), body_angles, guess)
+    half_width, arc_middle = 0.5 * (high + low), nearest_point.angle + 0.5 * (high - low)
+    zero = 0.0 * nearest_point.depth
     along_x, along_y, by_bearing, by_journal, stored = zero, zero, zero, zero, zero
     for i in range(COUNT):
-        angle = middle + half * NODES[i]
+        angle = arc_middle + half_width * NODES[i]
         ux, uy = direction(angle)
         h, slope, _, _ = worn_at(joint.bearing.table, angle - on_bearing)
-        other, other_slope, _, _ = worn_at(joint.journal.table, angle - on_journal)
-        f = x * ux + y * uy - (c + (h + other))
+        journal_wear, journal_slope, _, _ = worn_at(joint.journal.table, angle - on_journal)
+        f = x * ux + y * uy - (c + (h + journal_wear))
         part = WEIGHTS[i] * f
         along_x, along_y = along_x + part * ux, along_y + part * uy
-        by_bearing, by_journal = by_bearing + part * slope, by_journal + part * other_slope
+        by_bearing, by_journal = by_bearing + part * slope, by_journal + part * journal_slope
         stored = stored + part * f
     stored_by_circles, pressed_by_circles = circles(c, pen)
     # just after an onset, a Newton step from a lagging root overshoots the pen that stores at most deep^2 / 2
-    most = 2.0 * max(deep, (deep * deep * half) ** 0.4 * c**0.2)
-    depth = min(pen + (0.5 * half * stored - stored_by_circles) / pressed_by_circles, as_type_of(most, there.depth))
-    scale = half / pressed_by_circles
-    gx, gy, turns = scale * along_x, scale * along_y, (scale * by_bearing, scale * by_journal)
+    depth_scale = 2.0 * max(depth_now, (depth_now * depth_now * half_width) ** 0.4 * c**0.2)
+    depth = min(
+        pen + (0.5 * half_width * stored - stored_by_circles) / pressed_by_circles,
+        as_type_of(depth_scale, nearest_point.depth),
+    )
+    scale = half_width / pressed_by_circles
+    gx, gy, body_turns = scale * along_x, scale * along_y, (scale * by_bearing, scale * by_journal)
     gain = math.sqrt(gx * gx + gy * gy)
-    rate = vx * gx + vy * gy + turns[0] * bearing_spin + turns[1] * journal_spin
-    return Pressing(gx / gain, gy / gain, depth, rate, gain, turns)
+    rate = vx * gx + vy * gy + body_turns[0] * bearing_spin + body_turns[1] * journal_spin
+    return Pressing(gx / gain, gy / gain, depth, rate, gain, body_turns)
 
 
 @seat.member(WornOnBed)
@@ -155,19 +172,19 @@ def _seat_worn_on_bed(joint, eccentricity, angles):
 
     def force(place):
         gap = TurnedGap(joint.side * place[0], joint.side * place[1], 0.0, 0.0, 0.0, 0.0, *angles)
-        there, depth = nearest(joint, gap), pen
+        nearest_point, depth = nearest(joint, gap), pen
         for _ in range(SETTLING):
-            pressed = pressing(joint, there, gap, depth)
-            depth = max(pressed.depth, 1e-3 * pen)
-        size = pressed.gain * elastic_force(joint.elastic, depth)
-        return np.array([size * pressed.nx, size * pressed.ny]) / load, depth
+            total_pressed = pressing(joint, nearest_point, gap, depth)
+            depth = max(total_pressed.depth, 1e-3 * pen)
+        size = total_pressed.gain * elastic_force(joint.elastic, depth)
+        return np.array([size * total_pressed.nx, size * total_pressed.ny]) / load, depth
 
-    place, wanted = seat(WornJoint(*joint), eccentricity, angles)[0], eccentricity / size
+    place, target = seat(WornJoint(*joint), eccentricity, angles)[0], eccentricity / size
     for _ in range(STEPS):
-        here, _ = force(place)
+        force_now, _ = force(place)
         step = 1e-6 * pen
-        slopes = np.array([(force(place + step * axis)[0] - here) / step for axis in np.eye(2)]).T
-        move = np.linalg.solve(slopes, wanted - here)
+        slopes = np.array([(force(place + step * axis)[0] - force_now) / step for axis in np.eye(2)]).T
+        move = np.linalg.solve(slopes, target - force_now)
         place = place + move * min(1.0, pen / float(np.hypot(*move)))
         if np.hypot(*move) < 1e-13 * size:
             break

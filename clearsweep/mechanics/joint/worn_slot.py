@@ -82,28 +82,28 @@ def _with_angles_worn_slot(joint, gap, angles):
 @inlined
 def _angle_of(x, y):
     """Return the angle (rad) of a unit vector, with its derivatives."""
-    near = rough_angle(plain(y), plain(x))
-    c, s = direction(near)
-    rest = y * c - x * s  # its sine
-    return near + rest * (1.0 + rest * rest * (1.0 / 6.0))
+    rough = rough_angle(plain(y), plain(x))
+    c, s = direction(rough)
+    residual_sine = y * c - x * s  # its sine
+    return rough + residual_sine * (1.0 + residual_sine * residual_sine * (1.0 / 6.0))
 
 
 @inlined
 def _worn_at_the_pin(joint, gap):
     normal, half = normal_of(joint, gap), joint.half_length
-    radius, nearest = joint.journal_radius + joint.clearance, min(max(gap.x, -half), half)
+    radius, nearest_x = joint.journal_radius + joint.clearance, min(max(gap.x, -half), half)
     angle = _angle_of(normal.x, normal.y)
-    way = radius * angle + where(normal.y >= 0.0, half - nearest, nearest - half)
+    wall_distance = radius * angle + where(normal.y >= 0.0, half - nearest_x, nearest_x - half)
     at_end, inverse = abs(gap.x) > half, 1.0 / (normal.depth + joint.clearance)
-    g, slope, _, _ = worn_at(joint.bearing.table, way / joint.bearing_radius)
+    g, slope, _, _ = worn_at(joint.bearing.table, wall_distance / joint.bearing_radius)
     on_pin = angle + _angle_of(gap.axis_x, gap.axis_y) - gap.angle_distal
-    h, turned, _, _ = worn_at(joint.journal.table, on_pin)
+    h, journal_slope, _, _ = worn_at(joint.journal.table, on_pin)
     sideways = slope / joint.bearing_radius * where(at_end, radius * inverse, 1.0) + where(
-        at_end, turned * inverse, 0.0
+        at_end, journal_slope * inverse, 0.0
     )
     travels = gap.vy * normal.x - gap.vx * normal.y
-    rate = normal.rate - sideways * travels - turned * (gap.spin_proximal - gap.spin_distal)
-    return _Worn(normal, normal.depth - (g + h), rate, sideways, turned)
+    rate = normal.rate - sideways * travels - journal_slope * (gap.spin_proximal - gap.spin_distal)
+    return _Worn(normal, normal.depth - (g + h), rate, sideways, journal_slope)
 
 
 @contact_modes.member(WornSlot)
@@ -117,23 +117,27 @@ def _parts_worn_slot(joint):
 
 
 @load.member(WornSlot)
-def _load_worn_slot(joint, gap, place, present):
-    here, mode = _worn_at_the_pin(joint, gap), present.mode[place.contact]
+def _load_worn_slot(joint, gap, offsets, state):
+    pin_contact, mode = _worn_at_the_pin(joint, gap), state.mode[offsets.contact]
     if mode == FREE:
-        zero = as_type_of(0.0, here.depth)
+        zero = as_type_of(0.0, pin_contact.depth)
         steep = 1.0 + (joint.bearing.steepest + joint.journal.steepest) / joint.clearance
         speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy) * steep
-        reach = speed + joint.journal.steepest * abs(gap.spin_proximal - gap.spin_distal)
-        apart = Contact(zero, zero, as_type_of(reach, here.depth), here.rate, here.depth, zero, zero)
+        surface_speed = speed + joint.journal.steepest * abs(gap.spin_proximal - gap.spin_distal)
+        apart = Contact(
+            zero, zero, as_type_of(surface_speed, pin_contact.depth), pin_contact.rate, pin_contact.depth, zero, zero
+        )
         return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(apart,))
-    root, normal = present.y[present.roots + place.contact], here.normal
-    now = with_laws_as_they_are(joint, place, present)
-    force, rubbing, elastic, raw = normal_forces(now, mode, root * abs(root), here.rate, present.latched[place.contact])
-    tangential = as_type_of(friction_force(now.friction, rubbing, normal.slip), normal.slip)
-    contact = Contact(force, tangential, normal.slip, here.rate, here.depth, elastic, raw)
-    pull = tangential + force * here.sideways  # along the normal turned by +90 degrees
-    axial, across = -force * normal.x - pull * normal.y, -force * normal.y + pull * normal.x
-    on_pin = joint.journal_radius * tangential - force * here.couple
+    root, normal = state.y[state.roots + offsets.contact], pin_contact.normal
+    current = with_laws_as_they_are(joint, offsets, state)
+    force, rubbing, elastic, unclipped = normal_forces(
+        current, mode, root * abs(root), pin_contact.rate, state.latched[offsets.contact]
+    )
+    tangential = as_type_of(friction_force(current.friction, rubbing, normal.slip), normal.slip)
+    contact = Contact(force, tangential, normal.slip, pin_contact.rate, pin_contact.depth, elastic, unclipped)
+    tangential_load = tangential + force * pin_contact.sideways  # along the normal turned by +90 degrees
+    axial, across = -force * normal.x - tangential_load * normal.y, -force * normal.y + tangential_load * normal.x
+    on_pin = joint.journal_radius * tangential - force * pin_contact.couple
     return load_at_pin(gap, axial, across, on_pin, contact)
 
 
@@ -141,9 +145,9 @@ def _load_worn_slot(joint, gap, place, present):
 
 
 @see.member(WornSlot)
-def _see_worn_slot(joint, gap, turned, j, moment):
+def _see_worn_slot(joint, gap, journal_slope, j, moment):
     if touches(moment.step.mode[j]):
-        note_contact(joint, gap, turned, j, moment)
+        note_contact(joint, gap, journal_slope, j, moment)
 
 
 @local_clearance.member(WornSlot)
@@ -152,8 +156,8 @@ def _local_clearance_worn_slot(joint, on_wall, on_pin):
     new = local_by_way(joint, on_wall)
     _, _, bend, _ = worn_at(joint.bearing.table, on_wall)
     radii = (joint.journal_radius + joint.clearance) * joint.journal_radius
-    rest = new - radii / (joint.bearing_radius * joint.bearing_radius) * bend
-    return new * new / max(rest, AT_POINT * new)
+    residual_sine = new - radii / (joint.bearing_radius * joint.bearing_radius) * bend
+    return new * new / max(residual_sine, AT_POINT * new)
 
 
 @middle_arc.member(WornSlot)
@@ -171,19 +175,21 @@ def slot_shapes(joint: SlotJoint, bearing: np.ndarray, journal: np.ndarray) -> t
     """
     from scipy.interpolate import CubicSpline
 
-    around, radii = joint.bearing_radius, (joint.journal_radius + joint.clearance) * joint.journal_radius
+    mean_radius, radii = joint.bearing_radius, (joint.journal_radius + joint.clearance) * joint.journal_radius
     places, width = np.arange(PLACES) * STEP, WIDTH
-    flat = np.array([on_flat_wall(joint, place) for place in places])
-    curvature = np.where(flat, 1.0 / joint.journal_radius, joint.clearance / radii) * around**2  # per rad^2
+    flat_places = np.array([on_flat_wall(joint, offsets) for offsets in places])
+    curvature = np.where(flat_places, 1.0 / joint.journal_radius, joint.clearance / radii) * mean_radius**2  # per rad^2
     while True:
         h = smoothed(bearing, width)
         if np.all(curvature + h(places, 2) >= AT_POINT * curvature):
             break
         width *= WIDER
-    moved = np.zeros(PLACES)
+    shift = np.zeros(PLACES)
     for _ in range(NEWTON):
-        moved -= (curvature * moved + h(places + moved, 1)) / (curvature + np.maximum(h(places + moved, 2), 0.0))
-    reached = 0.5 * curvature * moved**2 + h(places + moved)
-    spline = CubicSpline(np.append(places, 2.0 * plain_math.pi), np.append(reached, reached[0]), bc_type="periodic")
-    _, pin, own = shapes_of(np.zeros_like(journal), journal, joint.clearance, AT_POINT)
-    return shape_of(spline), pin, max(width, own)
+        shift -= (curvature * shift + h(places + shift, 1)) / (curvature + np.maximum(h(places + shift, 2), 0.0))
+    shifted_wear = 0.5 * curvature * shift**2 + h(places + shift)
+    spline = CubicSpline(
+        np.append(places, 2.0 * plain_math.pi), np.append(shifted_wear, shifted_wear[0]), bc_type="periodic"
+    )
+    _, pin, pin_shape = shapes_of(np.zeros_like(journal), journal, joint.clearance, AT_POINT)
+    return shape_of(spline), pin, max(width, pin_shape)

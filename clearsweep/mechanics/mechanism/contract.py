@@ -128,13 +128,36 @@ def _default_load_power(mechanism, motion):
 
 
 @family
-def friction_loads(mechanism):
-    """Return the number of friction loads: in joints without clearance, or of a given size."""
+def friction_laws(mechanism):
+    """Return the law of each friction load: in joints without clearance, or of a given size."""
 
 
-@friction_loads.member(None)
-def _default_friction_loads(mechanism):
-    return 0
+@friction_laws.member(None)
+def _default_friction_laws(mechanism):
+    return ()
+
+
+@family
+def with_friction_laws(mechanism, laws):
+    """Return the mechanism with other `laws` of its friction loads, of the same types."""
+
+
+@with_friction_laws.member(None)
+def _default_with_friction_laws(mechanism, laws):
+    return mechanism
+
+
+@family
+def friction_slips(mechanism, motion):
+    """Return the sliding speed that the law of each friction load is evaluated at, for a Motion.
+
+    m/s, or rad/s for a couple of a given size.
+    """
+
+
+@friction_slips.member(None)
+def _default_friction_slips(mechanism, motion):
+    return ()
 
 
 @family

@@ -32,9 +32,9 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     """
     assert mechanism.machine is not None  # only mechanisms with a machine
     machine: Machine = mechanism.machine(case)
-    still = machine._replace(drive=Constant(1.0, machine.drive.start_angle), loads=())
+    steady_machine = machine._replace(drive=Constant(1.0, machine.drive.start_angle), loads=())
     try:
-        planar.ideal_of(still)
+        planar.ideal_of(steady_machine)
     except planar.ClosureError as error:
         path = f"bodies.{error.body}" if case.outline.bodies else error.body
         advice = "change lengths, or the start angles near which its loops are closed"
@@ -49,17 +49,17 @@ def elastic_keys(path: str, points: tuple[str, ...] = ()) -> tuple[Keys, ...]:
     elastic = Keys(f"{path}.elastic", "elastic along the line of its pins; left out: rigid", _ELASTIC, "optional")
     if not points:
         return (elastic,)
-    words = tuple(Choice(str(k), points, f"the {word} point") for k, word in enumerate(("first", "second")))
-    return elastic, Keys(f"{path}.elastic.between", "the points of its two pins", words=words)
+    labels = tuple(Choice(str(k), points, f"the {label} point") for k, label in enumerate(("first", "second")))
+    return elastic, Keys(f"{path}.elastic.between", "the points of its two pins", words=labels)
 
 
 def elastic_of(values: Mapping, path: str, ends: tuple[str, str] | None = None) -> Elastic | None:
     """Return the compliance of a case's link between the points `ends`, by default those written, or None if rigid."""
-    own = f"{path}.elastic"
-    if f"{own}.axial_stiffness" not in values:
+    own_values = f"{path}.elastic"
+    if f"{own_values}.axial_stiffness" not in values:
         return None
-    near, far = ends or (values[f"{own}.between.0"], values[f"{own}.between.1"])
-    return Elastic(near, far, *(values[f"{own}.{field.name}"] for field in _ELASTIC))
+    near_end, far_end = ends or (values[f"{own_values}.between.0"], values[f"{own_values}.between.1"])
+    return Elastic(near_end, far_end, *(values[f"{own_values}.{field.name}"] for field in _ELASTIC))
 
 
 def channels_of(
@@ -76,13 +76,13 @@ def channels_of(
     texts = (f"place of the {output.name}, by which it is judged", "its rate", "its acceleration")
     if output.unit == "rad":
         texts = (f"angle of the {output.name}, by which it is judged", *texts[1:])
-    moving = [column_name(body) for body in bodies if body != GROUND]
+    moving_bodies = [column_name(body) for body in bodies if body != GROUND]
     stretched = {column_name(body): (Channel(f"{column_name(body)}/extension", *EXTENSION),) for body in elastic}
     return (
         Channel("crank_angle", "rad", "crank angle, unwrapped"),
-        Channel("crank/torque" if "crank" in moving else "drive/torque", "N*m", "drive torque on the crank"),
-        *(Channel(f"{output.name}/{name}", *rest) for name, *rest in zip(names, units, texts, strict=True)),
-        *(channel for body in moving for channel in (*body_channels(body), *stretched.get(body, ()))),
+        Channel("crank/torque" if "crank" in moving_bodies else "drive/torque", "N*m", "drive torque on the crank"),
+        *(Channel(f"{output.name}/{name}", *remainder) for name, *remainder in zip(names, units, texts, strict=True)),
+        *(channel for body in moving_bodies for channel in (*body_channels(body), *stretched.get(body, ()))),
     )
 
 

@@ -62,8 +62,11 @@ def closed(values, angle: float) -> tuple[float, float]:
     x, y = ground - crank * math.cos(angle), -crank * math.sin(angle)  # from the crank pin to the rocker pivot
     span = math.hypot(x, y) or ground
     foot = (coupler**2 - rocker**2 + span**2) / (2.0 * span)
-    across = math.sqrt(max(coupler**2 - foot**2, 0.0)) * (1.0 if values["branch"] == "open" else -1.0)
-    px, py = (foot * x - across * y) / span, (foot * y + across * x) / span  # from the crank pin to the coupler's
+    transverse = math.sqrt(max(coupler**2 - foot**2, 0.0)) * (1.0 if values["branch"] == "open" else -1.0)
+    px, py = (
+        (foot * x - transverse * y) / span,
+        (foot * y + transverse * x) / span,
+    )  # from the crank pin to the coupler's
     return math.atan2(py, px), math.atan2(py - y, px - x)
 
 

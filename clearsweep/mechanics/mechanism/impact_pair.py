@@ -35,10 +35,16 @@ class Pose(NamedTuple):
 
 def build(bodies, drive, joints, offsets) -> Built:
     """Return the pair centred in its gap, approaching."""
-    first, second, speed = bodies["masses.0"], bodies["masses.1"], bodies["speed"]
+    first_mass, second_mass, speed = bodies["masses.0"], bodies["masses.1"], bodies["speed"]
     clearance = joints["pair"].clearance
     start = np.array([offsets["pair"][0], speed, 0.0])
-    return Built(ImpactPair(first * second / (first + second)), start, np.ones(1), clearance, speed / clearance)
+    return Built(
+        ImpactPair(first_mass * second_mass / (first_mass + second_mass)),
+        start,
+        np.ones(1),
+        clearance,
+        speed / clearance,
+    )
 
 
 MECHANISM = Mechanism(

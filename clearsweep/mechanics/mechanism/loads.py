@@ -82,7 +82,7 @@ LOADS = {
             "couple `torque`, or the force `force`, of a size of its own",
             "",
             (_RADIUS,),
-            notes="Written on: JOINT, friction: {law, ..., radius}; any friction law without memory.  A blade, a "
+            notes="Written on: JOINT, friction: {law, ..., radius}; any friction law.  A blade, a "
             "seal or a brake has friction of a given size.  In a pin write {law, torque: 3 N*m, ...}, speeds in "
             "rad/s; in a guide {law, force: 20 N, ...}.  A law with two coefficients also takes static_torque or "
             "static_force.",
@@ -94,22 +94,25 @@ LOADS = {
 def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple[str, ...]) -> tuple[Keys, ...]:
     """Return the sections of a load; points : of each body by name, or () if none can be chosen; joints : names."""
     path, bodies = f"loads.{load.name}", tuple(name for name in points if name != GROUND)
-    there = tuple(points.get(load.on, ()))
-    chosen = (
+    body_points = tuple(points.get(load.on, ()))
+    point_key = (
         Choice(
-            "point", tuple(dict.fromkeys((*there, CENTER))), f"the point where it acts; {CENTER}: the {MASS}", CENTER
+            "point",
+            tuple(dict.fromkeys((*body_points, CENTER))),
+            f"the point where it acts; {CENTER}: the {MASS}",
+            CENTER,
         ),
     )
     on = Choice("on", bodies, "the body it acts on")
-    at = (on, *(chosen if there else ()))
+    at = (on, *(point_key if body_points else ()))
     force = Keys(f"{path}.force", "force along x and y of the fixed frame", _FORCE, "optional")
     table = Keys(path, LOADS["table"].summary, (_SCALE,), "optional", at, (_TABLE,))
-    ends = tuple(Choice(str(k), tuple(points), f"the {word} body") for k, word in enumerate(("first", "second")))
+    body_keys = tuple(Choice(str(k), tuple(points), f"the {label} body") for k, label in enumerate(("first", "second")))
     where_second = (
-        f"at `point`, left out at the {MASS}" if there else f"at a slider's pin, of any other body at the {MASS}"
+        f"at `point`, left out at the {MASS}" if body_points else f"at a slider's pin, of any other body at the {MASS}"
     )
     between = Keys(
-        f"{path}.between", f"the bodies it joins: the first at `anchor`, the second {where_second}", words=ends
+        f"{path}.between", f"the bodies it joins: the first at `anchor`, the second {where_second}", words=body_keys
     )
     anchor = Keys(f"{path}.anchor", "point of the first body, in its frame", _ANCHOR)
     rubbing = Keys(f"{path}.friction", "the friction", (_RADIUS,), family="friction")
@@ -121,7 +124,7 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
         "force": (Keys(path, LOADS["force"].summary, (_TORQUE,), "optional", at), force),
         "table": (table,),
         "spring": (
-            Keys(path, LOADS["spring"].summary, _SPRING, "optional", chosen if there else ()),
+            Keys(path, LOADS["spring"].summary, _SPRING, "optional", point_key if body_points else ()),
             between,
             anchor,
         ),
@@ -131,7 +134,7 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
         return by_form[load.form]
     load_keys = Keys(path, "a load", (_TORQUE, _SCALE, *_SPRING), "optional", at, (_TABLE,))
     frictions = (rubbing, *braking.values())
-    return load_keys, force, *(each._replace(need="optional") for each in (between, anchor, *frictions))
+    return load_keys, force, *(key._replace(need="optional") for key in (between, anchor, *frictions))
 
 
 class Places:
@@ -150,8 +153,8 @@ class Places:
 
     def new(self, body: str, name: str, place: tuple[float, float]) -> machine.At:
         """Return a further point of a body, at `place` (m) in its frame."""
-        old = self.bodies[body]
-        self.bodies[body] = old._replace(points={**old.points, name: place})
+        body_before = self.bodies[body]
+        self.bodies[body] = body_before._replace(points={**body_before.points, name: place})
         return machine.At(body, name)
 
 
@@ -168,24 +171,26 @@ def _push(load: case.Load, places: Places) -> machine.Push:
 
 def _tabled(load: case.Load, places: Places) -> machine.Tabled:
     table = {name: np.array(column) for name, column in load.table.items()}
-    over = "angle" if "crank_angle" in table else "time"
-    knots = table["crank_angle" if over == "angle" else "time"]
+    table_variable = "angle" if "crank_angle" in table else "time"
+    knots = table["crank_angle" if table_variable == "angle" else "time"]
     columns = [table.get(name, np.zeros(knots.size)) for name in ("fx", "fy", "torque")]
     at = places.at(load.values["on"], load.values)
-    return machine.Tabled(load.name, at, over, knots, *columns, load.values["scale"])
+    return machine.Tabled(load.name, at, table_variable, knots, *columns, load.values["scale"])
 
 
 def _spring(load: case.Load, places: Places) -> machine.Spring:
     values = load.values
-    first = places.new(values["between.0"], f"anchor of {load.name}", (values["anchor.0"], values["anchor.1"]))
+    anchor_point = places.new(values["between.0"], f"anchor of {load.name}", (values["anchor.0"], values["anchor.1"]))
     second = places.at(values["between.1"], values)
-    return machine.Spring(load.name, first, second, values["stiffness"], values["free_length"], values["damping"])
+    return machine.Spring(
+        load.name, anchor_point, second, values["stiffness"], values["free_length"], values["damping"]
+    )
 
 
 def _rubbing(load: case.Load, places: Places) -> machine.Rubbing | machine.Braking:
-    given = next((size for size in SIZES if size in load.friction.values), "")
-    if given:
-        names = {given: "coefficient", f"static_{given}": "static_coefficient"}
+    values_given = next((size for size in SIZES if size in load.friction.values), "")
+    if values_given:
+        names = {values_given: "coefficient", f"static_{values_given}": "static_coefficient"}
         values = {names.get(key, key): value for key, value in load.friction.values.items()}
         term = compiled_term(
             "friction", load.friction.law, load._replace(friction=load.friction._replace(values=values))

@@ -23,8 +23,8 @@ def joint_keys(joint: JointOutline, ends: tuple[str, ...]) -> Iterable[Keys]:
     kind = Choice("type", ("revolute", "prismatic", "slot"), "a pin, a guide, or a pin in a slot of the proximal body")
     bodies = tuple(filter(None, joint.bodies))
     journal = (Choice("journal", bodies, "the body of its journal", bodies[-1] if bodies else ANY),)
-    words = (kind,) if joint.type in ("prismatic", "slot") else (kind, *journal)
-    yield Keys(path, "a joint", () if joint.type == "revolute" else (_AXIS,), words=words)
+    labels = (kind,) if joint.type in ("prismatic", "slot") else (kind, *journal)
+    yield Keys(path, "a joint", () if joint.type == "revolute" else (_AXIS,), words=labels)
     texts = ("the proximal point, body.point", "the distal point")
     between = tuple(Choice(str(k), ends, text) for k, text in enumerate(texts))
     yield Keys(f"{path}.between", "the points that it joins, proximal and distal", words=between)
@@ -32,16 +32,17 @@ def joint_keys(joint: JointOutline, ends: tuple[str, ...]) -> Iterable[Keys]:
 
 def output_keys(outline: Outline) -> Iterable[Keys]:
     """Yield the sections of the start and the output."""
-    moving = tuple(body.name for body in outline.bodies if body.name != GROUND)
+    moving_bodies = tuple(body.name for body in outline.bodies if body.name != GROUND)
     start = tuple(
-        Field(body, "rad", "initial guess of the body's angle; default 0", -math.inf, optional=True) for body in moving
+        Field(body, "rad", "initial guess of the body's angle; default 0", -math.inf, optional=True)
+        for body in moving_bodies
     )
     yield Keys(
         "mechanism.start", "angles of bodies at the start, to choose between two ways to close a loop", start, "implied"
     )
-    body = Choice("body", moving, "the output body")
-    every = tuple(dict.fromkeys(point for body in outline.bodies for point in body.points))
-    point = Choice("point", every, "a point of it; left out: its angle is the output")
+    body = Choice("body", moving_bodies, "the output body")
+    all_items = tuple(dict.fromkeys(point for body in outline.bodies for point in body.points))
+    point = Choice("point", all_items, "a point of it; left out: its angle is the output")
     followed = not outline.rotary
     yield Keys(
         "mechanism.output", "the output", (_ALONG,) if followed else (), words=(body, point) if followed else (body,)

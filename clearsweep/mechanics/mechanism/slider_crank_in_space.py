@@ -17,8 +17,8 @@ _IDEAL = "what a pin without clearance allows: all rotations, rotation and slidi
 
 
 def _center() -> tuple[Field, ...]:
-    first, *rest = space.along_axes("m", "centre of mass from the first pin")
-    return first._replace(default=None, optional=True), *rest
+    first, *remainder = space.along_axes("m", "centre of mass from the first pin")
+    return first._replace(default=None, optional=True), *remainder
 
 
 def _keys(outline: Outline) -> tuple[Keys, ...]:

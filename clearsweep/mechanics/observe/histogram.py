@@ -52,23 +52,25 @@ def force_bin(force):
 
 
 @inlined
-def bin_edge(place):
-    """Return the lower edge (N) of the histogram bin `place`."""
-    return number_of((place + FIRST_BIN) << (52 - BIN_BITS))
+def bin_edge(index):
+    """Return the lower edge (N) of the histogram bin `index`."""
+    return number_of((index + FIRST_BIN) << (52 - BIN_BITS))
 
 
 @inlined
-def ramp_of(ends, bins, duration):
-    """Return the Ramp of a force between two `ends` (N), not negative, in these `bins`, during `duration` (s)."""
-    low, high = min(ends[0], ends[1]), max(ends[0], ends[1])
-    first, last = min(bins[0], bins[1]), max(bins[0], bins[1])
-    single_bin, crosses, rises = first == last, last > first + 1, ends[0] < ends[1]
+def ramp_of(forces, bins, duration):
+    """Return the Ramp of a force between two `forces` (N), not negative, in these `bins`, during `duration` (s)."""
+    low, high = min(forces[0], forces[1]), max(forces[0], forces[1])
+    lowest_bin, highest_bin = min(bins[0], bins[1]), max(bins[0], bins[1])
+    single_bin, crosses, rises = lowest_bin == highest_bin, highest_bin > lowest_bin + 1, forces[0] < forces[1]
     density = duration / where(single_bin, 1.0, high - low)
-    lower = where(single_bin, duration, density * (bin_edge(first + 1) - low))
+    lower = where(single_bin, duration, density * (bin_edge(lowest_bin + 1) - low))
     # without a whole bin in between, a huge density would leave rounding errors
-    upper = where(single_bin, 0.0, density * (high - where(crosses, bin_edge(last + 1), bin_edge(last))))
-    across = where(crosses, density, 0.0)
-    return Ramp(where(rises, lower, upper), where(rises, upper, lower), where(rises, across, -across))
+    upper = where(single_bin, 0.0, density * (high - where(crosses, bin_edge(highest_bin + 1), bin_edge(highest_bin))))
+    crossing_density = where(crosses, density, 0.0)
+    return Ramp(
+        where(rises, lower, upper), where(rises, upper, lower), where(rises, crossing_density, -crossing_density)
+    )
 
 
 @inlined
@@ -77,13 +79,13 @@ def fill(histogram, j, bins, ramps):
 
     bins : (contacts, PARTS + 1 or more), of the force at the ends of the parts.
     """
-    begun, ended, density = ramps
+    begun, ending, density = ramps
     histogram[j, bins[j, 0], 0] += begun[j, 0]
     histogram[j, bins[j, 0], 1] += density[j, 0]
     for i in range(1, PARTS):
-        histogram[j, bins[j, i], 0] += ended[j, i - 1] + begun[j, i]
+        histogram[j, bins[j, i], 0] += ending[j, i - 1] + begun[j, i]
         histogram[j, bins[j, i], 1] += density[j, i] - density[j, i - 1]
-    histogram[j, bins[j, PARTS], 0] += ended[j, PARTS - 1]
+    histogram[j, bins[j, PARTS], 0] += ending[j, PARTS - 1]
     histogram[j, bins[j, PARTS], 1] -= density[j, PARTS - 1]
 
 
@@ -100,12 +102,12 @@ def add_course(histogram, j, step_values, duration):
         begin, end = max(step_values[FORCE, i], 0.0), max(step_values[FORCE, i + 1], 0.0)
         if begin > 0.0 or end > 0.0:
             lasting = (step_values[KAPPA_COURSE, i] + step_values[KAPPA_COURSE, i + 1]) * (duration / total)
-            here, there = force_bin(begin), force_bin(end)
-            part = ramp_of((begin, end), (here, there), lasting)
-            histogram[j, here, 0] += part.begun
-            histogram[j, here, 1] += part.density
-            histogram[j, there, 0] += part.ended
-            histogram[j, there, 1] -= part.density
+            begin_bin, end_bin = force_bin(begin), force_bin(end)
+            ramp = ramp_of((begin, end), (begin_bin, end_bin), lasting)
+            histogram[j, begin_bin, 0] += ramp.begun
+            histogram[j, begin_bin, 1] += ramp.density
+            histogram[j, end_bin, 0] += ramp.ended
+            histogram[j, end_bin, 1] -= ramp.density
 
 
 def force_exceeded(histogram: np.ndarray, duration: float) -> float:
@@ -114,37 +116,37 @@ def force_exceeded(histogram: np.ndarray, duration: float) -> float:
     histogram : (up to BINS, 2), of the Totals; missing bins are empty.
     """
     size = len(histogram)
-    above, steps, end = 0.0, 0.0, size  # time in all higher bins
+    higher_time, steps, end = 0.0, 0.0, size  # time in all higher bins
     while end > 0:  # from the top, as most bins are below the result
         begin = max(end - AT_ONCE, 0)
         time, change = histogram[begin:end][::-1].T
         sums = change.copy()
         sums[0] += steps
         np.cumsum(sums, out=sums)
-        spent = time - sums * WIDTHS[begin:end][::-1]
-        totals = spent.copy()
-        totals[0] += above
+        bin_time = time - sums * WIDTHS[begin:end][::-1]
+        totals = bin_time.copy()
+        totals[0] += higher_time
         np.cumsum(totals, out=totals)
-        bins = ((totals >= duration) & (spent > 0.0)).nonzero()[0]
+        bins = ((totals >= duration) & (bin_time > 0.0)).nonzero()[0]
         if bins.size:
-            first = bins[0]
-            place = end - 1 - first
-            rest = float(totals[first]) - duration
-            return float(EDGES[place] + rest / spent[first] * WIDTHS[place])
-        above, steps, end = float(totals[-1]), float(sums[-1]), begin
+            lowest_bin = bins[0]
+            index = end - 1 - lowest_bin
+            excess_time = float(totals[lowest_bin]) - duration
+            return float(EDGES[index] + excess_time / bin_time[lowest_bin] * WIDTHS[index])
+        higher_time, steps, end = float(totals[-1]), float(sums[-1]), begin
     return 0.0
 
 
-def time_above(force: float, filled: np.ndarray) -> float:
+def time_above(force: float, histogram: np.ndarray) -> float:
     """Return the time (s) at a higher force than `force` (N) in a histogram, (BINS, 2)."""
-    bins = np.max(np.flatnonzero(filled.any(axis=1)), initial=-1) + 1
-    time, change = filled[:bins].T
-    spent = time + (np.cumsum(change) - change) * np.diff(EDGES[: bins + 1])
-    place = int(np.searchsorted(EDGES, force, side="right")) - 1
-    if place < 0 or place >= bins:
-        return float(spent.sum()) if place < 0 else 0.0
-    low, high = EDGES[place], EDGES[place + 1]
-    return float(spent[place + 1 :].sum() + spent[place] * (high - force) / (high - low))
+    bins = np.max(np.flatnonzero(histogram.any(axis=1)), initial=-1) + 1
+    time, change = histogram[:bins].T
+    bin_time = time + (np.cumsum(change) - change) * np.diff(EDGES[: bins + 1])
+    index = int(np.searchsorted(EDGES, force, side="right")) - 1
+    if index < 0 or index >= bins:
+        return float(bin_time.sum()) if index < 0 else 0.0
+    low, high = EDGES[index], EDGES[index + 1]
+    return float(bin_time[index + 1 :].sum() + bin_time[index] * (high - force) / (high - low))
 
 
 @kernel
@@ -164,9 +166,9 @@ def follow(o, column, step_values, row):
 @kernel
 def share_beyond(step_values, limit):
     """Return the share of a step's time with a penetration above `limit` (m)."""
-    beyond, total = 0.0, 0.0
+    time_beyond, total = 0.0, 0.0
     for i in range(PARTS + 1):
         total += step_values[KAPPA_COURSE, i]
         if step_values[DEPTH_COURSE, i] > limit:
-            beyond += step_values[KAPPA_COURSE, i]
-    return beyond / total
+            time_beyond += step_values[KAPPA_COURSE, i]
+    return time_beyond / total

@@ -24,7 +24,7 @@ class Observed(NamedTuple):
     stored: float  # W, stored in elastic deformation
     lost: float  # W, dissipated by the normal force
     tangential: float  # N, friction force
-    slip: float  # m/s, sliding speed; in free flight the relative speed
+    slip: float  # m/s, sliding speed; in free flight a bound of the rate of the depth
     raw: float  # N, normal force before clipping, minus the least force of its law
     depth: float  # m, eccentricity minus clearance
     rate: float  # m/s, of the eccentricity
@@ -37,15 +37,15 @@ def columns(contacts):
 
 
 @inlined
-def column_of(contact, which):
+def column_of(contact, quantity):
     """Return the column of an observable of a contact: NORMAL to RATE."""
-    return CONTACTS + CONTACT_WIDTH * contact + which
+    return CONTACTS + CONTACT_WIDTH * contact + quantity
 
 
 @inlined
-def film_column(contacts, contact, which):
+def film_column(contacts, contact, quantity):
     """Return the column of a film observable, DRY to PUMPED, of one of `contacts` contacts."""
-    return CONTACTS + CONTACT_WIDTH * contacts + FILM_WIDTH * contact + which
+    return CONTACTS + CONTACT_WIDTH * contacts + FILM_WIDTH * contact + quantity
 
 
 @inlined

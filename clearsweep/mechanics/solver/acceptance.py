@@ -26,8 +26,8 @@ def assess_step(accumulators, method):
     change = min(stepper[STEPPER_GROWTH], change_of_length(error, stepper[STEPPER_EXPECTED_ERROR]))
     stepper[STEPPER_EXPECTED_ERROR] = error * twelfth_power(change)
     if method != IMPLICIT and step[CONTRACTION] > FAST:
-        best = FEWEST if step[SWEEPS] > FEW else MOST
-        step[STIFF], change = 1.0, min(change, math.sqrt(best / step[CONTRACTION]))
+        largest = FEWEST if step[SWEEPS] > FEW else MOST
+        step[STIFF], change = 1.0, min(change, math.sqrt(largest / step[CONTRACTION]))
     stepper[STEPPER_NEXT_LENGTH], stepper[STEPPER_GROWTH], stepper[STEPPER_REJECTIONS] = h * change, GROW, 0.0
 
 

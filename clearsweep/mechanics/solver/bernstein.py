@@ -31,16 +31,16 @@ VALUES, WHOLE, PART, ROWS = range(4)
 def _inverse(rows: list[list[Fraction]]) -> list[list[Fraction]]:
     """Return the exact inverse of a matrix."""
     size = len(rows)
-    whole = [[*row, *(Fraction(int(i == j)) for j in range(size))] for i, row in enumerate(rows)]
+    augmented = [[*row, *(Fraction(int(i == j)) for j in range(size))] for i, row in enumerate(rows)]
     for i in range(size):
-        pivot = next(row for row in range(i, size) if whole[row][i])
-        whole[i], whole[pivot] = whole[pivot], whole[i]
-        whole[i] = [x / whole[i][i] for x in whole[i]]
-        for other in range(size):
-            if other != i and whole[other][i]:
-                factor = whole[other][i]
-                whole[other] = [a - factor * b for a, b in zip(whole[other], whole[i], strict=True)]
-    return [row[size:] for row in whole]
+        pivot = next(row for row in range(i, size) if augmented[row][i])
+        augmented[i], augmented[pivot] = augmented[pivot], augmented[i]
+        augmented[i] = [x / augmented[i][i] for x in augmented[i]]
+        for row_index in range(size):
+            if row_index != i and augmented[row_index][i]:
+                factor = augmented[row_index][i]
+                augmented[row_index] = [a - factor * b for a, b in zip(augmented[row_index], augmented[i], strict=True)]
+    return [row[size:] for row in augmented]
 
 
 def _basis(x: Fraction) -> list[Fraction]:
@@ -51,10 +51,10 @@ def _basis(x: Fraction) -> list[Fraction]:
 def _tail() -> list[list[float]]:
     """Return the weights of the coefficients that give the last two coefficients of the Legendre series."""
     n = DEGREE
-    before, last = (
+    previous, last = (
         [Fraction(comb(n, k) * comb(k, i) * (-1) ** (k - i)) for i in range(COEFFICIENTS)] for k in (n - 1, n)
     )  # of x^(n - 1) and x^n; x^k leads P_k, shifted to (0, 1), with C(2 k, k), and P_n has -n / 2 as much of x^(n - 1)
-    second = [a + b * Fraction(n, 2) for a, b in zip(before, last, strict=True)]
+    second = [a + b * Fraction(n, 2) for a, b in zip(previous, last, strict=True)]
     return [[float(x / comb(2 * k, k)) for x in weights] for k, weights in ((n - 1, second), (n, last))]
 
 
@@ -88,14 +88,14 @@ def from_values(p):
 
 
 @kernel
-def from_interpolant(p, begin, f, c):
-    """Write component `c` of the interpolant `f` (n, STAGES) to row WHOLE of `p`; `begin` is its value at the start."""
-    p[WHOLE, 0] = begin
+def from_interpolant(p, start, f, c):
+    """Write component `c` of the interpolant `f` (n, STAGES) to row WHOLE of `p`; `start` is its value at the start."""
+    p[WHOLE, 0] = start
     for i in abreast(STAGES):
         total = OF_INTERPOLANT[0, i] * f[c, 0]
         for m in range(1, STAGES):
             total += OF_INTERPOLANT[m, i] * f[c, m]
-        p[WHOLE, 1 + i] = begin + total
+        p[WHOLE, 1 + i] = start + total
 
 
 @kernel
@@ -133,37 +133,37 @@ def lowest(p):
 @kernel
 def tail(p):
     """Return the error bound of WHOLE: the last two coefficients of its Legendre series."""
-    before = last = 0.0
+    previous = last = 0.0
     for i in range(COEFFICIENTS):
-        before += TAIL[0, i] * p[WHOLE, i]
+        previous += TAIL[0, i] * p[WHOLE, i]
         last += TAIL[1, i] * p[WHOLE, i]
-    return abs(before) + abs(last)
+    return abs(previous) + abs(last)
 
 
 @kernel
 def value_and_slope(p, row, x):
     """Return the polynomial in a row of `p` and its slope at the share `x` of its interval (de Casteljau's sums)."""
-    rest, power, count = 1.0 - x, 1.0, 1.0
-    value, slope = p[row, 0] * rest, p[row, 1] - p[row, 0]
+    complement, power, count = 1.0 - x, 1.0, 1.0
+    value, slope = p[row, 0] * complement, p[row, 1] - p[row, 0]
     for i in range(1, DEGREE):
         power *= x
         ways = count * (DEGREE - i) / i  # C(n - 1, i)
-        value = (value + power * (count + ways) * p[row, i]) * rest
-        slope = slope * rest + power * ways * (p[row, i + 1] - p[row, i])
+        value = (value + power * (count + ways) * p[row, i]) * complement
+        slope = slope * complement + power * ways * (p[row, i + 1] - p[row, i])
         count = ways
     return value + power * x * p[row, DEGREE], DEGREE * slope
 
 
 @kernel
-def cut(p, begin, width):
+def cut(p, start, width):
     """Write the coefficients of WHOLE over [begin, begin + width] to PART, by de Casteljau's algorithm."""
     for i in range(COEFFICIENTS):
         p[PART, i] = p[WHOLE, i]
-    if begin > 0.0:
+    if start > 0.0:
         for r in range(1, COEFFICIENTS):
             for i in range(COEFFICIENTS - r):
-                p[PART, i] += begin * (p[PART, i + 1] - p[PART, i])
-    share = width / (1.0 - begin)
+                p[PART, i] += start * (p[PART, i + 1] - p[PART, i])
+    share = width / (1.0 - start)
     if share < 1.0:
         for r in range(1, COEFFICIENTS):
             for i in range(DEGREE, r - 1, -1):
@@ -194,10 +194,10 @@ def only_crossing(p):
             b = x
         else:
             a = x
-        better = x - value / slope if slope > 0.0 else -1.0
-        if not a <= better <= b:
-            better = 0.5 * (a + b)
-        move, x = abs(better - x), better
+        newton = x - value / slope if slope > 0.0 else -1.0
+        if not a <= newton <= b:
+            newton = 0.5 * (a + b)
+        move, x = abs(newton - x), newton
         if move <= FINE:
             break
     return x
@@ -206,17 +206,17 @@ def only_crossing(p):
 @kernel
 def first_crossing(p):
     """Return the share of the step at which WHOLE first crosses zero upwards, or NOWHERE."""
-    begin, width = 0.0, 1.0
-    while begin < 1.0:
-        cut(p, begin, width)
+    start, width = 0.0, 1.0
+    while start < 1.0:
+        cut(p, start, width)
         changes = changes_of_sign(p)
         if changes > 1 and width > FINEST:
             width *= 0.5
         elif changes == 1 and p[PART, 0] < 0.0:
-            return begin + width * only_crossing(p)
+            return start + width * only_crossing(p)
         else:
-            begin += width
-            width = min(2.0 * width, 1.0 - begin)
+            start += width
+            width = min(2.0 * width, 1.0 - start)
     return NOWHERE
 
 
@@ -228,15 +228,15 @@ def crossing_for_certain(p, noise):
     """
     if highest(p) < noise:
         return NOWHERE
-    seen = False
+    is_crossed = False
     for m in range(1, COEFFICIENTS):
-        seen = seen or p[VALUES, m] > noise
-    if not seen:
-        far = max(tail(p), noise)
-        lower(p, far)
+        is_crossed = is_crossed or p[VALUES, m] > noise
+    if not is_crossed:
+        tail_bound = max(tail(p), noise)
+        lower(p, tail_bound)
         if first_crossing(p) == NOWHERE:
             return NOWHERE
-        lower(p, -far)
+        lower(p, -tail_bound)
     return first_crossing(p)
 
 

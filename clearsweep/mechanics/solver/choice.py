@@ -94,13 +94,13 @@ def is_stiff(at, h, cost):
     choice[SPAN] += h
     choice[COST] += cost
     work.method[1] += 1
-    part = int(LOOK * price_of_step(n) / ORDER) + 1
-    if work.method[1] % part != 0:
+    evaluations_used = int(LOOK * price_of_step(n) / ORDER) + 1
+    if work.method[1] % evaluations_used != 0:
         return False
-    mark(at, work.method[1] // part, work.end)
-    if work.method[1] == (ORDER - 1) * part:
+    mark(at, work.method[1] // evaluations_used, work.end)
+    if work.method[1] == (ORDER - 1) * evaluations_used:
         choice[EARLY] = choice[COST]
-    if work.method[1] < ORDER * part:
+    if work.method[1] < ORDER * evaluations_used:
         return False
     work.method[1] = 0
     if is_longer(at):
@@ -110,12 +110,12 @@ def is_stiff(at, h, cost):
 
 
 @kernel
-def mark(at, place, y):
+def mark(at, index, y):
     """Store the state `y` and the length of the steps so far."""
     choice, marks = at[0].implicit.choice, at[0].implicit.marks
-    choice[MARKS + place] = choice[SPAN]
+    choice[MARKS + index] = choice[SPAN]
     for i in range(y.size):
-        marks[place, i] = y[i]
+        marks[index, i] = y[i]
 
 
 @kernel
@@ -125,8 +125,8 @@ def is_longer(at):
     The length of these explicit steps is that of the last ones or, if they jitter at the limit of stability, the mean.
     """
     n, choice = at[0].y.size, at[0].implicit.choice
-    late = (choice[SPAN] - choice[MARKS + ORDER - 1]) / (choice[COST] - choice[EARLY])
-    choice[LIMIT], choice[SAVED], choice[LOST] = STEP_COST * max(choice[SPAN] / choice[COST], late), 0.0, 0.0
+    late_span = (choice[SPAN] - choice[MARKS + ORDER - 1]) / (choice[COST] - choice[EARLY])
+    choice[LIMIT], choice[SAVED], choice[LOST] = STEP_COST * max(choice[SPAN] / choice[COST], late_span), 0.0, 0.0
     return ERROR**2 * squared_bend(at, price_of_step(n) * choice[LIMIT]) <= SMALL**2
 
 
@@ -137,19 +137,19 @@ def squared_bend(at, h):
     The derivative is that of the polynomial through the marks.
     """
     n, choice, marks = at[0].y.size, at[0].implicit.choice, at[0].implicit.marks
-    bend = at[0].implicit.offset
+    defect = at[0].implicit.offset
     for i in range(n):
-        bend[i] = 0.0
+        defect[i] = 0.0
     for m in range(1, ORDER + 1):
         weight = 720.0  # 6!
-        for other in range(ORDER + 1):
-            if other != m:
-                weight *= h / (choice[MARKS + m] - choice[MARKS + other])
+        for node in range(ORDER + 1):
+            if node != m:
+                weight *= h / (choice[MARKS + m] - choice[MARKS + node])
         for i in range(n):
-            bend[i] += weight * (marks[m, i] - marks[0, i])
+            defect[i] += weight * (marks[m, i] - marks[0, i])
     total = 0.0
     for i in range(n):
-        total += (bend[i] * at[0].weight[i]) ** 2
+        total += (defect[i] * at[0].weight[i]) ** 2
     return total / n
 
 

@@ -27,24 +27,24 @@ from ..observe.stages import POINTS, STAGES, START
 
 def _lagrange() -> list[list[Fraction]]:
     """Return the Lagrange polynomials of the points, as coefficients with the constant first."""
-    points, made = [Fraction(x) for x in POINTS], []
+    points, polynomials = [Fraction(x) for x in POINTS], []
     for j, point in enumerate(points):
         coefficients = [Fraction(1)]
-        for other in points[:j] + points[j + 1 :]:
-            lower, upper = [-other * c for c in coefficients] + [Fraction(0)], [Fraction(0), *coefficients]
-            coefficients = [(a + b) / (point - other) for a, b in zip(lower, upper, strict=True)]
-        made.append(coefficients)
-    return made
+        for other_node in points[:j] + points[j + 1 :]:
+            lower, upper = [-other_node * c for c in coefficients] + [Fraction(0)], [Fraction(0), *coefficients]
+            coefficients = [(a + b) / (point - other_node) for a, b in zip(lower, upper, strict=True)]
+        polynomials.append(coefficients)
+    return polynomials
 
 
 def _about_middle(coefficients: list[Fraction]) -> list[Fraction]:
     """Return the coefficients in u = 2 x - 1 of a polynomial in x."""
-    made = [Fraction(0)] * len(coefficients)
+    polynomials = [Fraction(0)] * len(coefficients)
     for c in reversed(coefficients):  # Horner's scheme with x = (1 + u) / 2
-        halves = [a / 2 for a in made]
-        made = [a + b for a, b in zip(halves, [Fraction(0), *halves[:-1]], strict=True)]
-        made[0] += c
-    return made
+        halves = [a / 2 for a in polynomials]
+        polynomials = [a + b for a, b in zip(halves, [Fraction(0), *halves[:-1]], strict=True)]
+        polynomials[0] += c
+    return polynomials
 
 
 _INTEGRALS = [[c / (k + 1) for k, c in enumerate(part)] for part in _lagrange()]  # over x, divided by x
@@ -96,33 +96,33 @@ def interpolate(h, k, f):
 
 
 @kernel
-def continue_stages(theta, first, y, f, nodes):
+def continue_stages(theta, start, y, f, nodes):
     """Write the stages according to the interpolant `f` to `nodes` (n + 1, STAGES).
 
-    The new step begins at the share `first` of the interpolant's step, with the state `y`, and is `theta` times as
+    The new step begins at the share `start` of the interpolant's step, with the state `y`, and is `theta` times as
     long.
     """
     for i in range(y.size):
-        here = 0.0
-        if first != 0.0:
+        position = 0.0
+        if start != 0.0:
             for m in range(STAGES):
-                here += f[i, m]
+                position += f[i, m]
         for m in abreast(STAGES):
-            x = first + theta * C[m]
+            x = start + theta * C[m]
             u = 2.0 * x - 1.0
             total = f[i, STAGES - 1]
             for power in range(STAGES - 2, -1, -1):
                 total = total * u + f[i, power]
-            nodes[i, m] = y[i] + (x * total - here)
+            nodes[i, m] = y[i] + (x * total - position)
 
 
 @kernel
 def begin_stages(h, y, k, nodes):
     """Write the stages according to the rates at the start of a step of length `h` to `nodes`."""
     for i in range(y.size):
-        rise = h * k[i, START]
+        increment = h * k[i, START]
         for m in abreast(STAGES):
-            nodes[i, m] = y[i] + rise * C[m]
+            nodes[i, m] = y[i] + increment * C[m]
 
 
 @kernel
@@ -135,7 +135,7 @@ def error_norm(f, weight):
     smooth
     motion, whose end is far more accurate than its interior, from a motion with a kink.  Norms are root mean squares.
     """
-    last = before = 0.0
+    last = previous = 0.0
     for i in range(weight.size):
         a, b, c, d = f[i, 7], f[i, 6], f[i, 5], f[i, 4]
         seventh, sixth = (16.0 / 429.0 * 8.0) * a, (16.0 / 231.0 * 7.0) * (a + b)
@@ -143,7 +143,7 @@ def error_norm(f, weight):
         fourth = 8.0 / 35.0 * (5.0 * (c + d) + 315.0 / 16.0 * sixth)
         square = weight[i] * weight[i]
         last = last + square * (seventh * seventh + sixth * sixth)
-        before = before + square * (fifth * fifth + fourth * fourth)
-    if not last + before < HUGE:
+        previous = previous + square * (fifth * fifth + fourth * fourth)
+    if not last + previous < HUGE:
         return math.inf
-    return 0.5 * math.sqrt(last / weight.size) * (last / before if last < before else 1.0)
+    return 0.5 * math.sqrt(last / weight.size) * (last / previous if last < previous else 1.0)

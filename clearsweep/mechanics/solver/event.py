@@ -86,8 +86,19 @@ def trial_of(at):
 def accumulators_of(at):
     """Return the Accumulators of a case."""
     work, totals, turns = at[0], at[0].totals, at[0].turns
-    given = (work.y, work.mode, work.k, work.o, work.end, work.step, work.stepper, work.clearance, work.film, work.rubs)
-    return Accumulators(*given, totals.whole, totals.joint, totals.bins, totals.spent, turns.highest, turns.since)
+    arrays = (
+        work.y,
+        work.mode,
+        work.k,
+        work.o,
+        work.end,
+        work.step,
+        work.stepper,
+        work.clearance,
+        work.film,
+        work.rubs,
+    )
+    return Accumulators(*arrays, totals.whole, totals.joint, totals.bins, totals.spent, turns.highest, turns.since)
 
 
 @kernel

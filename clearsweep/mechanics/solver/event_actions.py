@@ -28,11 +28,11 @@ SEED = 1e-9  # of sigma: the root of penetration at an onset, so that it is neve
 def begin_contact(at, j, windowed):
     """Latch the onset rate of contact `j` at `work.end` and start its root of penetration."""
     work = at[0]
-    totals, seen = work.totals, observed(at, END, j)
-    rate = max(seen.rate, 0.0)
+    totals, contact = work.totals, observed(at, END, j)
+    rate = max(contact.rate, 0.0)
     work.mode[j] = work.pressed[j]
     work.latched[j] = max(rate, ONSET_FLOOR)
-    depth = max(seen.depth, 0.0)
+    depth = max(contact.depth, 0.0)
     work.end[work.time + 1 + j] = max(math.sqrt(depth), SEED * work.sigma)
     latch(at, work.end, j, ENTERED, END)
     totals.joint[j, PEAK], totals.joint[j, APPROACH] = 0.0, rate

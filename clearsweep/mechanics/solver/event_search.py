@@ -46,26 +46,28 @@ def take_gap(at, j, h):
     the
     squared clearance, which is smooth even where the path crosses the centre and the depth has a kink.
     """
-    work, there = at[0], column_of(j, DEPTH)
+    work, column = at[0], column_of(j, DEPTH)
     p, size = work.polynomials, work.clearance[j]
     for m in range(COEFFICIENTS):
-        size = max(size, -work.o[there, NODES[m]])
+        size = max(size, -work.o[column, NODES[m]])
     for m in range(COEFFICIENTS):
-        depth = work.o[there, NODES[m]]
+        depth = work.o[column, NODES[m]]
         p[VALUES, m] = depth * (depth + 2.0 * size)
     from_values(p)
-    rise = work.o[column_of(j, RATE), START] * work.o[KAPPA, START] * h
-    p[WHOLE, 1] = p[WHOLE, 0] + 2.0 * (work.o[there, START] + size) * rise / DEGREE  # its slope is known at the start
+    depth_rate = work.o[column_of(j, RATE), START] * work.o[KAPPA, START] * h
+    p[WHOLE, 1] = (
+        p[WHOLE, 0] + 2.0 * (work.o[column, START] + size) * depth_rate / DEGREE
+    )  # its slope is known at the start
 
 
 @kernel
 def take_part_of_gap(at, j, begin, width):
     """Set the polynomial of contact `j` over a part of the step, from the interpolant."""
-    work, there = at[0], column_of(j, DEPTH)
+    work, column = at[0], column_of(j, DEPTH)
     p, size = work.polynomials, work.clearance[j]
     for m in range(COEFFICIENTS):
         evaluate_dense(at, begin + width * SHARES[m])
-        p[VALUES, m] = work.o[there, SCRATCH]
+        p[VALUES, m] = work.o[column, SCRATCH]
         size = max(size, -p[VALUES, m])
     for m in range(COEFFICIENTS):
         p[VALUES, m] *= p[VALUES, m] + 2.0 * size
@@ -78,8 +80,8 @@ def is_rough(p):
     size = 0.0
     for i in range(COEFFICIENTS):
         size = max(size, abs(p[VALUES, i]))
-    far = tail(p)
-    return far > ROUGH * size and highest(p) + far >= 0.0
+    tail_bound = tail(p)
+    return tail_bound > ROUGH * size and highest(p) + tail_bound >= 0.0
 
 
 @kernel
@@ -159,8 +161,8 @@ def first_limit(at, j):
     work, root = at[0], at[0].time + 1 + j
     limit = math.sqrt(work.limit_depth[j])
     from_interpolant(work.polynomials, work.y[root] - limit, work.f, root)
-    off = work.y[root] - limit
-    if off > PASSED * limit or (off > -PASSED * limit and work.k[root, START] > 0.0):
+    overshoot = work.y[root] - limit
+    if overshoot > PASSED * limit or (overshoot > -PASSED * limit and work.k[root, START] > 0.0):
         turn_sign(work.polynomials)
     return first_crossing(work.polynomials) if highest(work.polynomials) >= 0.0 else NOWHERE
 
@@ -177,26 +179,26 @@ def first_stop(at, stop):
 def first_event(at, h, stop):
     """Return (share of the step, kind, contact) of its first event; kind is NOTHING without event."""
     work, guards = at[0], at[0].guards
-    best, kind, contact = NOWHERE, NOTHING, 0
+    largest, kind, contact = NOWHERE, NOTHING, 0
     if work.end[work.independent] >= stop:
-        best, kind = first_stop(at, stop), STOP
+        largest, kind = first_stop(at, stop), STOP
     for j in range(work.mode.size):
-        x, what = NOWHERE, NOTHING
+        x, event_kind = NOWHERE, NOTHING
         if meets(work.mode[j]):
-            x, what = first_onset(at, j, h), ONSET
+            x, event_kind = first_onset(at, j, h), ONSET
         elif touches(work.mode[j]):
-            x, what = first_separation(at, j), SEPARATION
+            x, event_kind = first_separation(at, j), SEPARATION
             if work.limit_depth[j] < math.inf:
                 y = first_limit(at, j)
                 if y < x:
-                    x, what = y, LIMIT
-        if x < best:
-            best, kind, contact = x, what, j
+                    x, event_kind = y, LIMIT
+        if x < largest:
+            largest, kind, contact = x, event_kind, j
     if guards.contact.size > 0:
         evaluate_guards(at, work.y, END)
         for g in range(guards.contact.size):
             if looked_at(at, g):
                 x = first_passage(at, g)
-                if x < best:
-                    best, kind, contact = x, GUARD + g, guards.contact[g]
-    return best, kind, contact
+                if x < largest:
+                    largest, kind, contact = x, GUARD + g, guards.contact[g]
+    return largest, kind, contact

@@ -43,8 +43,8 @@ def evaluate_guards(at, y, row):
             else:
                 guards.value[g, ELSEWHERE] = guards.sign[g] * work.o[guards.column[g], row]
     if guards.evaluate.code != 0:
-        given = y, work.nodes, work.latched, work.o, guards.value
-        invoke(guards.evaluate.code, guards.evaluate.parameters, given, row)
+        arguments = y, work.nodes, work.latched, work.o, guards.value
+        invoke(guards.evaluate.code, guards.evaluate.parameters, arguments, row)
 
 
 @kernel
@@ -103,10 +103,10 @@ def true_passage(at, g, x):
         if abs(value) <= RIGHT * size:
             return x
         _, slope = value_and_slope(p, WHOLE, x)
-        better = x - value / slope if slope > 0.0 else -1.0
-        if not 0.0 <= better <= 1.0:
+        newton = x - value / slope if slope > 0.0 else -1.0
+        if not 0.0 <= newton <= 1.0:
             break
-        x = better
+        x = newton
     value = guard_value(at, g, x)
     (a, fa), (b, fb) = ends_around(at, x, value)
     if fb <= 0.0:  # it rises and falls between two stages
@@ -139,31 +139,31 @@ def ends_around(at, x, value):
 @kernel
 def top_behind(p, x):
     """Return where WHOLE is highest, of several places between `x` and its next negative value."""
-    best, top, step = x, 0.0, 0.02 * (1.0 - x)
+    largest, top, step = x, 0.0, 0.02 * (1.0 - x)
     for i in range(1, 51):
         value, _ = value_and_slope(p, WHOLE, x + i * step)
         if value <= 0.0:
             break
         if value > top:
-            best, top = x + i * step, value
-    return best
+            largest, top = x + i * step, value
+    return largest
 
 
 @kernel
-def crossing_between(at, g, begin, end):
+def crossing_between(at, g, lower, upper):
     """Return the share at which guard `g` crosses zero between two ends, each (share, value), approached from behind.
 
     Regula falsi by Anderson & Bjorck (1973, BIT 13:253): the value at a retained end is scaled down according to the
     change
     of the value at the other end.
     """
-    (a, fa), (b, fb) = begin, end
+    (a, fa), (b, fb) = lower, upper
     if fa >= 0.0:
         return a
     side = 0
-    for tried in range(64):
+    for iteration in range(64):
         x = (a * fb - b * fa) / (fb - fa)
-        if tried > HALVING or not a < x < b:  # a jump, or a value that is not finite
+        if iteration > HALVING or not a < x < b:  # a jump, or a value that is not finite
             x = 0.5 * (a + b)
         x = min(max(x, a + 0.4 * FINE), b - 0.4 * FINE)  # so that the retained end moves, too
         fx = guard_value(at, g, x)

@@ -106,10 +106,10 @@ def restart(at):
 @kernel
 def state_was_changed(at):
     """Return whether the caller changed the state after the end of the last step."""
-    moved = False
+    is_changed = False
     for i in range(at[0].y.size):
-        moved = moved or at[0].y[i] != at[0].end[i]
-    return moved
+        is_changed = is_changed or at[0].y[i] != at[0].end[i]
+    return is_changed
 
 
 @kernel
@@ -117,16 +117,20 @@ def begin_case(at):
     """Prepare a case for its first step, or for the next after a pause; a pause does not change the motion."""
     work = at[0]
     totals, record, stepper, control = work.totals, work.record, work.stepper, work.control
-    here, moment = work.y[work.independent], work.y[work.time]
+    position, moment = work.y[work.independent], work.y[work.time]
     stepper[STEPPER_BEGUN], stepper[STEPPER_LOGGED], stepper[STEPPER_REJECTIONS] = 1.0, 0.0, 0.0
-    stepper[STEPPER_IN_WINDOW] = 1.0 if control[CONTROL_WINDOW] <= here else 0.0
-    stepper[STEPPER_NEXT_STOP] = next_stop(at, here)
+    stepper[STEPPER_IN_WINDOW] = 1.0 if control[CONTROL_WINDOW] <= position else 0.0
+    stepper[STEPPER_NEXT_STOP] = next_stop(at, position)
     if stepper[STEPPER_NEXT_LENGTH] == 0.0 or state_was_changed(at):
         begin_step(at)
     stepper[STEPPER_PAUSE_STEP] = work.counts[STEPS] + control[CONTROL_PAUSE_STEPS]
     if stepper[STEPPER_NEXT_LENGTH] > 0.0:
         return
-    stepper[STEPPER_FARTHEST], stepper[STEPPER_PROGRESS_ANGLE], stepper[STEPPER_PROGRESS_TIME] = here, here, moment
+    stepper[STEPPER_FARTHEST], stepper[STEPPER_PROGRESS_ANGLE], stepper[STEPPER_PROGRESS_TIME] = (
+        position,
+        position,
+        moment,
+    )
     totals.whole[KINETIC_START] = work.o[KINETIC, START]
     if stepper[STEPPER_IN_WINDOW] != 0.0:
         open_window(at)
@@ -155,11 +159,11 @@ def target_of(at):
 
 
 @kernel
-def next_stop(at, here):
-    """Return where the next step has to end (s, or rad of a free crank): the first knot beyond `here`, or target."""
+def next_stop(at, position):
+    """Return where the next step has to end (s; rad of a free crank): the first knot beyond `position`, or target."""
     target = target_of(at)
     for knot in at[0].knots:
-        if knot > here:
+        if knot > position:
             return min(knot, target)
     return target
 
@@ -170,8 +174,8 @@ def interruption(at):
     work = at[0]
     stepper, control = work.stepper, work.control
     moment, angle = work.y[work.time], work.y[work.independent]
-    full = stepper[STEPPER_LOGGED] + work.mode.size >= work.log.shape[0]  # all contacts may part at once
-    if angle >= control[CONTROL_PAUSE] or work.counts[STEPS] >= stepper[STEPPER_PAUSE_STEP] or full:
+    is_full = stepper[STEPPER_LOGGED] + work.mode.size >= work.log.shape[0]  # all contacts may part at once
+    if angle >= control[CONTROL_PAUSE] or work.counts[STEPS] >= stepper[STEPPER_PAUSE_STEP] or is_full:
         return PAUSED
     if work.method[0] == IMPLICIT and work.slopes[0] == 0:
         return TURNS_STIFF
@@ -234,19 +238,19 @@ def cut_at_event(at, h, event):
     stepper, windowed = work.stepper, work.stepper[STEPPER_IN_WINDOW] != 0.0
     share, kind, contact = event
     stepper[STEPPER_CONTACT] = contact
-    before, work.step[LENGTH] = work.counts[EVALUATIONS], h * share
+    evaluations_before, work.step[LENGTH] = work.counts[EVALUATIONS], h * share
     if share > CLOSE_TO_START or work.method[0] != IMPLICIT:
         take_step(at)
     else:  # the matrices of an implicit step without length are singular
         work.step[ERROR] = FAILED
-    work.counts[LOCATING] += work.counts[EVALUATIONS] - before
+    work.counts[LOCATING] += work.counts[EVALUATIONS] - evaluations_before
     # the longer step resolved the motion before the event less well; the error of a very short one is rounding
     too_far = share > SHORT_SHARE and work.method[0] != IMPLICIT
     if too_far and not work.step[ERROR] < 1.0 and work.step[ERROR] != FAILED:
         return reject(at, work.step[LENGTH])
-    before = work.counts[EVALUATIONS]
+    evaluations_before = work.counts[EVALUATIONS]
     step_to_event(at, share, (kind, contact, stepper[STEPPER_NEXT_STOP]), work.step[LENGTH])
-    work.counts[LOCATING] += work.counts[EVALUATIONS] - before
+    work.counts[LOCATING] += work.counts[EVALUATIONS] - evaluations_before
     choose_method(at, work.step[LENGTH], proposal_of(at))
     accept(at)
     note_step(at, work.step[LENGTH])
@@ -296,17 +300,17 @@ def compile_for(model: Pinned) -> objects.Code | None:
         def integrate_at(address):
             integrate_case(pinned_at(model, address))
 
-        made = objects.compiled_at(integrate_at, f"{form_of(model.value)}")
-        if made is None:  # it was not compiled for this machine
+        code = objects.compiled_at(integrate_at, f"{form_of(model.value)}")
+        if code is None:  # it was not compiled for this machine
             return None
-        _CODE.append(made)
+        _CODE.append(code)
     return _CODE[0]
 
 
 _CODE: list[objects.Code] = []  # of the loop, which is the same for all cases
 
 
-def integrate(kept: Pinned) -> None:
+def integrate(pinned: Pinned) -> None:
     """Integrate a case, a pinned Work, until it ends or pauses.  Never raises.
 
     `stepper[STEPPER_STATUS]` is then OK or the reason why the case ended early.  After PAUSED call again to go on;
@@ -314,9 +318,9 @@ def integrate(kept: Pinned) -> None:
     in `log`.
     """
     if is_plain():
-        integrate_case((kept.value,))
+        integrate_case((pinned.value,))
     else:
-        objects.function_at(compile_for(kept).address, 0)(kept.address, 0)
+        objects.function_at(compile_for(pinned).address, 0)(pinned.address, 0)
 
 
 @kernel

@@ -49,15 +49,15 @@ class Implicit(NamedTuple):
 
 def implicit_of(n, zeros=np.zeros) -> Implicit:
     """Return the arrays for a state of `n` numbers; `zeros` allocates them."""
-    many = STAGES * n
+    unknowns = STAGES * n
     return Implicit(
         jacobian=zeros((PLACES.size, n, n)),
-        newton=zeros((many, many)),
-        pivots=zeros(many, dtype=np.int64),
+        newton=zeros((unknowns, unknowns)),
+        pivots=zeros(unknowns, dtype=np.int64),
         small=zeros((n, n)),
         small_pivots=zeros(n, dtype=np.int64),
-        stages=zeros(many),
-        change=zeros(many),
+        stages=zeros(unknowns),
+        change=zeros(unknowns),
         offset=zeros(n),
         marks=zeros((ORDER + 1, n)),
         choice=zeros(CHOICE),
@@ -121,11 +121,11 @@ def substitute(a, pivots, b):
 
 
 @kernel
-def differentiate(at, y, place):
+def differentiate(at, y, stage):
     """Write the derivatives of the rates at `y` to a Jacobian; each column costs and counts as an evaluation."""
     work = at[0]
     work.counts[EVALUATIONS] += y.size
-    invoke(work.slopes[0], work.slopes[1], (y, work.mode, work.latched, work.implicit.jacobian), place)
+    invoke(work.slopes[0], work.slopes[1], (y, work.mode, work.latched, work.implicit.jacobian), stage)
 
 
 @kernel
@@ -137,12 +137,12 @@ def renew(at, h):
     before the error requires shorter steps.
     """
     work = at[0]
-    n, past, stages = work.y.size, work.implicit.past, work.implicit.stages
-    for place in range(PLACES.size):
+    n, history, stages = work.y.size, work.implicit.past, work.implicit.stages
+    for stage in range(PLACES.size):
         for i in range(n):
-            work.z[i] = work.y[i] + stages[PLACES[place] * n + i]
-        differentiate(at, work.z, place)
-    past[RENEWED], past[FACTORED], past[CONVERGENCE] = h, 0.0, KEEP
+            work.z[i] = work.y[i] + stages[PLACES[stage] * n + i]
+        differentiate(at, work.z, stage)
+    history[RENEWED], history[FACTORED], history[CONVERGENCE] = h, 0.0, KEEP
     return prepare(at, h)
 
 
@@ -154,9 +154,9 @@ def unknown(stage, i, time):
     and
     leaves a system of half the size.
     """
-    half = time // 2
-    if i >= half:
-        i = half if i == time else i + 1 if i < time else i
+    second_half = time // 2
+    if i >= second_half:
+        i = second_half if i == time else i + 1 if i < time else i
     return STAGES * i + stage
 
 
@@ -172,8 +172,8 @@ def prepare(at, h):
             first, second = unknown(0, row, time), unknown(0, column, time)
             for m in range(STAGES):
                 slope = 0.0
-                for place in range(PLACES.size):
-                    slope += SPREAD[m, place] * jacobian[place, row, column]
+                for stage in range(PLACES.size):
+                    slope += SPREAD[m, stage] * jacobian[stage, row, column]
                 for s in range(STAGES):
                     work.newton[first + s, second + m] = -h * A[s, m] * slope
     for i in range(work.change.size):
@@ -182,24 +182,26 @@ def prepare(at, h):
         for column in range(n):
             work.small[row, column] = -jacobian[0, row, column]
         work.small[row, row] += GAMMA / h
-    good = factorise(work.newton, work.pivots, STAGES * (time // 2 + 1)) and factorise(work.small, work.small_pivots, 0)
-    work.past[FACTORED] = h if good else 0.0
-    return good
+    is_factorised = factorise(work.newton, work.pivots, STAGES * (time // 2 + 1)) and factorise(
+        work.small, work.small_pivots, 0
+    )
+    work.past[FACTORED] = h if is_factorised else 0.0
+    return is_factorised
 
 
 @kernel
 def begin_stages(at, h):
     """Initialise the stages from the interpolant of the step before, or of a rejected one from the same place."""
     work = at[0]
-    n, past, stages = work.y.size, work.implicit.past, work.implicit.stages
+    n, history, stages = work.y.size, work.implicit.past, work.implicit.stages
     for i in range(n):
         for s in range(STAGES):
             stages[s * n + i] = 0.0
-        if past[LENGTH] > 0.0:
-            here = dense_component(past[AFTER], i, work.y, work.f)
+        if history[LENGTH] > 0.0:
+            polynomial = dense_component(history[AFTER], i, work.y, work.f)
             for s in range(STAGES):
-                there = past[AFTER] + C[s] * h / past[LENGTH]
-                stages[s * n + i] = dense_component(there, i, work.y, work.f) - here
+                position = history[AFTER] + C[s] * h / history[LENGTH]
+                stages[s * n + i] = dense_component(position, i, work.y, work.f) - polynomial
 
 
 @kernel
@@ -213,17 +215,17 @@ def correct(at, h):
         evaluate(at, work.z, ROWS[s])
     for s in range(STAGES):
         for i in range(n):
-            rise = 0.0
+            largest_change = 0.0
             for m in range(STAGES):
-                rise += A[s, m] * work.k[i, ROWS[m]]
-            change[unknown(s, i, work.time)] = h * rise - stages[s * n + i]
+                largest_change += A[s, m] * work.k[i, ROWS[m]]
+            change[unknown(s, i, work.time)] = h * largest_change - stages[s * n + i]
     substitute(work.implicit.newton, work.implicit.pivots, change)
     size = 0.0
     for s in range(STAGES):
         for i in range(n):
-            moved = change[unknown(s, i, work.time)]
-            stages[s * n + i] += moved
-            size += (moved * work.weight[i]) ** 2
+            update = change[unknown(s, i, work.time)]
+            stages[s * n + i] += update
+            size += (update * work.weight[i]) ** 2
     return math.sqrt(size / (STAGES * n))
 
 
@@ -233,28 +235,28 @@ def iterate(at, h):
 
     The iteration ends when the remaining distance, estimated from the last convergence, is CLOSE (IV.8.10).
     """
-    past = at[0].implicit.past
-    before = 0.0
+    history = at[0].implicit.past
+    previous = 0.0
     for iteration in range(ITERATIONS):
         size = correct(at, h)
         if iteration > 0:
-            past[CONVERGENCE] = size / before if before > 0.0 else 0.0
-        convergence = past[CONVERGENCE]
+            history[CONVERGENCE] = size / previous if previous > 0.0 else 0.0
+        convergence = history[CONVERGENCE]
         if convergence < 1.0 and size * convergence <= CLOSE * (1.0 - convergence) and (iteration > 0 or size < 1.0):
             return True
         if iteration > 0 and not convergence < 1.0:
             return False
-        before = size
+        previous = size
     return False
 
 
 @kernel
 def solve(at, h):
     """Solve for the stages of a step of length `h`; return whether the iteration converged."""
-    past = at[0].implicit.past
+    history = at[0].implicit.past
     begin_stages(at, h)
-    kept = past[RENEWED] == h or (past[LENGTH] > 0.0 and past[CONVERGENCE] <= KEEP)
-    if not (prepare(at, h) if kept else renew(at, h)):
+    is_kept = history[RENEWED] == h or (history[LENGTH] > 0.0 and history[CONVERGENCE] <= KEEP)
+    if not (prepare(at, h) if is_kept else renew(at, h)):
         return False
     return iterate(at, h) or (renew(at, h) and iterate(at, h))
 
@@ -283,9 +285,9 @@ def implicit_step(at, h):
     The step control assumes order 8, so the error is raised to the power that makes its root correct for this method.
     """
     work = at[0]
-    n, past, stages = work.y.size, work.implicit.past, work.implicit.stages
+    n, history, stages = work.y.size, work.implicit.past, work.implicit.stages
     if not solve(at, h):
-        past[CONVERGENCE] = 1.0
+        history[CONVERGENCE] = 1.0
         return FAILED
     for i in range(n):
         work.end[i] = work.y[i] + stages[(STAGES - 1) * n + i]
@@ -296,7 +298,7 @@ def implicit_step(at, h):
             work.f[i, row] = total
         for row in range(STAGES, work.f.shape[1]):
             work.f[i, row] = 0.0
-    past[LENGTH], past[AFTER] = h, 0.0
+    history[LENGTH], history[AFTER] = h, 0.0
     error = filtered_error(at, h, START)
     if error >= 1.0:
         for i in range(n):

@@ -33,9 +33,9 @@ def _error_weights():
     It is the difference from a quadrature of one order less than the stages, which also uses f(y) at 1 / GAMMA.
     """
     powers = np.arange(STAGES)
-    right = 1.0 / (powers + 1.0)
-    right[0] -= 1.0 / GAMMA
-    weights = np.linalg.solve(C ** powers[:, None], right)
+    moments = 1.0 / (powers + 1.0)
+    moments[0] -= 1.0 / GAMMA
+    weights = np.linalg.solve(C ** powers[:, None], moments)
     return (weights - A[-1]) @ np.linalg.inv(A)
 
 

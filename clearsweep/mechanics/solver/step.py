@@ -65,7 +65,7 @@ def begin_step(at):
     """Evaluate the start of a step after a change of the equations, and apply the guards that are passed there."""
     work, guards = at[0], at[0].guards
     evaluate(at, work.y, START)
-    changed, waiting = False, True
+    is_changed, waiting = False, True
     for g in range(guards.contact.size):
         if guards.at_start[g] and looked_at(at, g):
             if waiting:
@@ -73,8 +73,8 @@ def begin_step(at):
                 waiting = False
             if guards.value[g, ELSEWHERE] > 0.0:
                 go_through(at, g, work.y, START)
-                changed = True
-    if changed:
+                is_changed = True
+    if is_changed:
         evaluate(at, work.y, START)
 
 
@@ -82,9 +82,9 @@ def begin_step(at):
 def guess_stages(at, h):
     """Write a guess of the stages of a step of length `h` to `work.nodes`."""
     work = at[0]
-    past = work.implicit.past
-    if past[PAST_LENGTH] > 0.0:
-        continue_stages(h / past[PAST_LENGTH], past[AFTER], work.y, work.f, work.nodes)
+    history = work.implicit.past
+    if history[PAST_LENGTH] > 0.0:
+        continue_stages(h / history[PAST_LENGTH], history[AFTER], work.y, work.f, work.nodes)
     else:
         begin_stages(h, work.y, work.k, work.nodes)
 
@@ -93,8 +93,8 @@ def guess_stages(at, h):
 def sweep(at):
     """Update all stages once; return the change over the allowed error."""
     work = at[0]
-    given = work.y, work.mode, work.latched, work.weight, work.k, work.nodes, work.step
-    invoke(work.sweep.code, work.sweep.parameters, given, 0)
+    arguments = work.y, work.mode, work.latched, work.weight, work.k, work.nodes, work.step
+    invoke(work.sweep.code, work.sweep.parameters, arguments, 0)
     work.counts[EVALUATIONS] += STAGES
     return math.sqrt(work.step[CHANGE])
 
@@ -113,20 +113,22 @@ def solve_stages(at):
 
     The iteration has converged when the remaining distance, estimated from the contraction, is CLOSE.
     """
-    step, before, earlier = at[0].step, sweep(at), 0.0
-    if not before < math.inf:
+    step, previous, second_last = at[0].step, sweep(at), 0.0
+    if not previous < math.inf:
         return False
     for count in range(1, MOST_SWEEPS):
-        moved = sweep(at)
-        contraction = moved / before if before > 0.0 else 0.0
+        largest_change = sweep(at)
+        if not largest_change < math.inf:
+            return False
+        contraction = largest_change / previous if previous > 0.0 else 0.0
         rate = max(contraction, SLOWEST)
-        if moved * rate <= CLOSE * (1.0 - rate):
-            step[CONTRACTION] = max(contraction, earlier) if count < 3 else math.sqrt(contraction * earlier)
+        if largest_change * rate <= CLOSE * (1.0 - rate):
+            step[CONTRACTION] = max(contraction, second_last) if count < 3 else math.sqrt(contraction * second_last)
             step[SWEEPS] = count + 1.0
             return True
         if not (contraction < HOPELESS or count < 3):
             return False
-        before, earlier = moved, contraction
+        previous, second_last = largest_change, contraction
     return False
 
 
@@ -134,7 +136,7 @@ def solve_stages(at):
 def collocate(at, h):
     """Solve for the stages of a step of length `h`; set its end, interpolant and error."""
     work = at[0]
-    past = work.implicit.past
+    history = work.implicit.past
     guess_stages(at, h)
     if not solve_stages(at):
         work.step[ERROR] = FAILED
@@ -142,7 +144,7 @@ def collocate(at, h):
     for i in range(work.y.size):
         work.end[i] = work.nodes[i, END]
     interpolate(h, work.k, work.f)
-    past[PAST_LENGTH], past[AFTER] = h, 0.0
+    history[PAST_LENGTH], history[AFTER] = h, 0.0
     work.step[ERROR] = error_norm(work.f, work.weight)
 
 
@@ -223,7 +225,7 @@ def find_first_event(at, h, stop):
     Return the share of the step at the first event, its kind, and its contact.
     """
     work = at[0]
-    before = work.counts[EVALUATIONS]
+    previous = work.counts[EVALUATIONS]
     share, kind, contact = first_event(at, h, stop)
-    work.counts[LOCATING] += work.counts[EVALUATIONS] - before
+    work.counts[LOCATING] += work.counts[EVALUATIONS] - previous
     return share, kind, contact

@@ -73,7 +73,7 @@ class Activation:
 
 
 @functools.cache
-def _trees(file: str, first: int, count: int) -> dict[int, Any]:
+def _trees(file: str, leading: int, count: int) -> dict[int, Any]:
     text = "".join(linecache.getlines(file))
     trees: dict[int, Any] = {}
     for node in ast.walk(ast.parse(text)):

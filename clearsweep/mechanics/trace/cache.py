@@ -42,32 +42,32 @@ def prepare() -> Path:
     private, the code is kept only for this process and its workers, with a message on stderr.
     """
     mark = stamp()
-    given = os.environ.get("NUMBA_CACHE_DIR")
-    if given and Path(given).name == mark and not not_private(Path(given)):
-        return Path(given)  # inherited from the process that prepared it
-    home = Path(given or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "clearsweep")
-    place = home / mark
+    operands = os.environ.get("NUMBA_CACHE_DIR")
+    if operands and Path(operands).name == mark and not not_private(Path(operands)):
+        return Path(operands)  # inherited from the process that prepared it
+    home = Path(operands or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "clearsweep")
+    position = home / mark
     try:
-        place.mkdir(mode=0o700, parents=True, exist_ok=True)
-        trouble = not_private(place) or ("" if os.access(place, os.W_OK | os.X_OK) else "it cannot be written")
+        position.mkdir(mode=0o700, parents=True, exist_ok=True)
+        trouble = not_private(position) or ("" if os.access(position, os.W_OK | os.X_OK) else "it cannot be written")
     except OSError as error:
         trouble = f"it cannot be made ({error.strerror})"
     if trouble:
         print(f"compiled code is not kept in {home}: {trouble}", file=sys.stderr)
-        place = _passing() / mark
-        place.mkdir(mode=0o700)
-    os.environ["NUMBA_CACHE_DIR"] = str(place)
-    return place
+        position = _passing() / mark
+        position.mkdir(mode=0o700)
+    os.environ["NUMBA_CACHE_DIR"] = str(position)
+    return position
 
 
-def not_private(place: Path) -> str:
+def not_private(position: Path) -> str:
     """Return why another user could have written to a directory or replaced it, or '' if nobody could."""
     if not hasattr(os, "geteuid"):
         return ""
-    for path in (place, place.parent):
+    for path in (position, position.parent):
         if path.is_symlink():
             return f"{path} is a link"
-    real = place.resolve()
+    real = position.resolve()
     for path in (real, *real.parents):
         status = path.stat()
         ours = status.st_uid == os.geteuid()
@@ -81,9 +81,9 @@ def not_private(place: Path) -> str:
 
 def _passing() -> Path:
     """Return a new private directory that is removed with this process."""
-    place, maker = Path(tempfile.mkdtemp(prefix="clearsweep-")), os.getpid()
-    atexit.register(lambda: shutil.rmtree(place, ignore_errors=True) if os.getpid() == maker else None)
-    return place
+    position, maker = Path(tempfile.mkdtemp(prefix="clearsweep-")), os.getpid()
+    atexit.register(lambda: shutil.rmtree(position, ignore_errors=True) if os.getpid() == maker else None)
+    return position
 
 
 def _checked(content: bytes, path: str) -> bytes:
@@ -128,25 +128,25 @@ _KEPT_IN: list[Path] = []  # directory used instead of the user's cache
 @contextlib.contextmanager
 def kept_in_package() -> Iterator[Path]:
     """In this context, store code in the package and remove code of other sources from it."""
-    place = SHIPPED / Path(os.environ["NUMBA_CACHE_DIR"]).name
-    for other in SHIPPED.glob("*"):
-        if other != place:
-            shutil.rmtree(other)
-    _KEPT_IN.append(place)
+    position = SHIPPED / Path(os.environ["NUMBA_CACHE_DIR"]).name
+    for right_operand in SHIPPED.glob("*"):
+        if right_operand != position:
+            shutil.rmtree(right_operand)
+    _KEPT_IN.append(position)
     try:
-        yield place
+        yield position
     finally:
         _KEPT_IN.pop()
 
 
 def keep(name: str, content: bytes) -> None:
     """Store content under a name; on failure, store nothing."""
-    place = _KEPT_IN[-1] if _KEPT_IN else Path(os.environ["NUMBA_CACHE_DIR"]) / "traced"
-    partial = place / f"{name}.{secrets.token_hex(8)}"
+    position = _KEPT_IN[-1] if _KEPT_IN else Path(os.environ["NUMBA_CACHE_DIR"]) / "traced"
+    partial = position / f"{name}.{secrets.token_hex(8)}"
     try:
-        place.mkdir(mode=0o755 if _KEPT_IN else 0o700, parents=True, exist_ok=True)
+        position.mkdir(mode=0o755 if _KEPT_IN else 0o700, parents=True, exist_ok=True)
         partial.write_bytes(content + hashlib.sha256(content).digest())
-        partial.replace(place / name)
+        partial.replace(position / name)
     except OSError:
         with contextlib.suppress(OSError):
             partial.unlink()

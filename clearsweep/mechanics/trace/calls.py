@@ -17,9 +17,9 @@ from .symbols import NotTraceableError, Symbol, Truth, is_symbol, trace
 RUNNERS: list[Callable] = []  # runs bodies; registers itself, since it calls functions of this module
 
 
-def run(function: Any, *given: Any, **named: Any) -> Any:
+def run(function: Any, *operands: Any, **named: Any) -> Any:
     """Return the result of a function, emitting its operations on symbols."""
-    return run_bound(function, _bound(function, given, named))
+    return run_bound(function, _bound(function, operands, named))
 
 
 def run_bound(function: Any, names: dict[str, Any]) -> Any:
@@ -29,8 +29,8 @@ def run_bound(function: Any, names: dict[str, Any]) -> Any:
     if function.__closure__:
         free = dict(zip(function.__code__.co_freevars, (c.cell_contents for c in function.__closure__), strict=True))
     at_work = Activation(function, names, free)
-    hand, asking = trace(), trace().lanes
-    hand.lanes = at_work.lanes_in_all
+    active_trace, asking = trace(), trace().lanes
+    active_trace.lanes = at_work.lanes_in_all
     try:
         if isinstance(node, ast.Lambda):
             return RUNNERS[0](at_work).value(node.body)
@@ -50,44 +50,44 @@ def run_bound(function: Any, names: dict[str, Any]) -> Any:
             error.add_note(str(refusal(at_work, "fails")))
         raise
     finally:
-        hand.lanes = asking
+        active_trace.lanes = asking
 
 
-def _bound(function: Any, given: tuple, named: dict[str, Any]) -> dict[str, Any]:
+def _bound(function: Any, operands: tuple, named: dict[str, Any]) -> dict[str, Any]:
     code = function.__code__
     count = code.co_argcount
     names = code.co_varnames[:count]
-    values = dict(zip(names, given, strict=False))
+    values = dict(zip(names, operands, strict=False))
     values.update(named)
     defaults = function.__defaults__ or ()
     for name, value in zip(names[count - len(defaults) :], defaults, strict=True):
         values.setdefault(name, value)
     if code.co_flags & 0x04:  # takes any number of values
-        values[code.co_varnames[count + code.co_kwonlyargcount]] = given[count:]
+        values[code.co_varnames[count + code.co_kwonlyargcount]] = operands[count:]
     return values
 
 
-def call(function: Any, *given: Any, **named: Any) -> Any:
+def call(function: Any, *operands: Any, **named: Any) -> Any:
     """Return the result of a call, emitting its operations on symbols."""
     try:
         emit = PRIMITIVES.get(function)
     except TypeError:  # it cannot be looked up
         emit = None
     if emit is not None:
-        return emit(*given, **named)
+        return emit(*operands, **named)
     if hasattr(function, "body_of"):
-        return call_body(function.body_of(given[0]), given, named)
+        return call_body(function.body_of(operands[0]), operands, named)
     if hasattr(function, "each"):
-        return _mapped(function, *given)
+        return _mapped(function, *operands)
     if hasattr(function, "sides"):
-        return _either(*function.sides, *given)
+        return _either(*function.sides, *operands)
     if hasattr(function, BODIES):
         if getattr(function, BODIES) == ON_ITS_OWN:
-            return _on_its_own(function, given, named)
-        return run(function, *given, **named)
+            return _on_its_own(function, operands, named)
+        return run(function, *operands, **named)
     if isinstance(function, Lambda):
-        return function(*given)
-    return function(*given, **named)
+        return function(*operands)
+    return function(*operands, **named)
 
 
 class _Function(NamedTuple):
@@ -100,119 +100,121 @@ class _Function(NamedTuple):
 class _Returned:
     """Placeholder of a symbol in the result of a function."""
 
-    def __init__(self, place: int, symbol: Symbol):
-        self.place, self.kind, self.width = place, type(symbol), symbol.width
+    def __init__(self, position: int, symbol: Symbol):
+        self.place, self.kind, self.width = position, type(symbol), symbol.width
 
 
-def _on_its_own(function: Any, given: tuple, named: dict[str, Any]) -> Any:
+def _on_its_own(function: Any, operands: tuple, named: dict[str, Any]) -> Any:
     """Return the result of a function that is compiled separately, once for each form of arguments."""
-    hand = trace()
-    call_arguments = _bound(function, given, named)
+    active_trace = trace()
+    call_arguments = _bound(function, operands, named)
     try:
-        lanes = hand.lanes()
+        lanes = active_trace.lanes()
         key = (function, lanes is None, *((name, form_of(value)) for name, value in call_arguments.items()))
-        made = hand.functions.get(key, ...)
+        results = active_trace.functions.get(key, ...)
     except (TypeError, NotTraceableError):
-        return run(function, *given, **named)
-    if made is ...:
-        made = hand.functions[key] = _made(function, call_arguments, lanes)
-    if made is None:
-        return run(function, *given, **named)
+        return run(function, *operands, **named)
+    if results is ...:
+        results = active_trace.functions[key] = _made(function, call_arguments, lanes)
+    if results is None:
+        return run(function, *operands, **named)
     handed = [x for value in (lanes, *call_arguments.values()) for x in passed(value)]
-    returned = hand.builder.call(made.code, handed)
+    returned = active_trace.builder.call(results.code, handed)
     return changed(
-        made.result,
-        lambda x: x.kind(hand.builder.extract_value(returned, x.place), x.width) if isinstance(x, _Returned) else x,
+        results.result,
+        lambda x: (
+            x.kind(active_trace.builder.extract_value(returned, x.place), x.width) if isinstance(x, _Returned) else x
+        ),
     )
 
 
 def _made(function: Any, call_arguments: dict[str, Any], lanes: Any) -> _Function | None:
     """Return the machine code function for arguments of these forms, or None if it returns arrays."""
-    hand, outside, asking = trace(), trace().builder, trace().lanes
+    active_trace, outside, asking = trace(), trace().builder, trace().lanes
     handed = [x for value in (lanes, *call_arguments.values()) for x in passed(value)]
     kinds = [x.type for x in handed]
-    name = hand.module.get_unique_name(function.__name__)
-    begun = symbols.ir.Function(hand.module, symbols.ir.FunctionType(symbols.ir.VoidType(), kinds), name)
-    hand.builder = symbols.ir.IRBuilder(begun.append_basic_block())
+    name = active_trace.module.get_unique_name(function.__name__)
+    begun = symbols.ir.Function(active_trace.module, symbols.ir.FunctionType(symbols.ir.VoidType(), kinds), name)
+    active_trace.builder = symbols.ir.IRBuilder(begun.append_basic_block())
     arguments = iter(begun.args)
     asked_for = received(lanes, arguments)
-    hand.lanes = lambda: asked_for
+    active_trace.lanes = lambda: asked_for
     inner = {name: received(value, arguments) for name, value in call_arguments.items()}
     try:
         variant = run_bound(function, inner)
         every = list(leaves(variant))
         if any(isinstance(x, (View, Lambda)) for x in every):
-            del hand.module.globals[name]
+            del active_trace.module.globals[name]
             return None
         returned = [x for x in every if is_symbol(x)]
-        whole = symbols.ir.LiteralStructType([x.value.type for x in returned])
-        value: Any = symbols.ir.Constant(whole, symbols.ir.Undefined)
-        for place, x in enumerate(returned):
-            value = hand.builder.insert_value(value, x.value, place)
-        hand.builder.ret(value)
+        is_whole = symbols.ir.LiteralStructType([x.value.type for x in returned])
+        value: Any = symbols.ir.Constant(is_whole, symbols.ir.Undefined)
+        for position, x in enumerate(returned):
+            value = active_trace.builder.insert_value(value, x.value, position)
+        active_trace.builder.ret(value)
     finally:
-        hand.builder, hand.lanes = outside, asking
-    kind = symbols.ir.FunctionType(whole, kinds)
+        active_trace.builder, active_trace.lanes = outside, asking
+    kind = symbols.ir.FunctionType(is_whole, kinds)
     begun.ftype, begun.type = kind, kind.as_pointer()
-    begun.return_value = type(begun.return_value)(begun, whole)
+    begun.return_value = type(begun.return_value)(begun, is_whole)
     begun.linkage = "internal"
     count = itertools.count()
     result = changed(variant, lambda x: _Returned(next(count), x) if is_symbol(x) else x)
     return _Function(begun, result)
 
 
-def call_body(body: Any, given: tuple, named: dict[str, Any]) -> Any:
+def call_body(body: Any, operands: tuple, named: dict[str, Any]) -> Any:
     """Return the result of a registered body, a kernel or not."""
     if isinstance(body, types.FunctionType) and not any(hasattr(body, name) for name in ("body_of", "each", BODIES)):
-        return run(body, *given, **named)
-    return call(body, *given, **named)
+        return run(body, *operands, **named)
+    return call(body, *operands, **named)
 
 
-def _mapped(function: Any, items: tuple, partners: tuple, place: Any, shared: Any) -> tuple:
-    single, following = function.each
+def _mapped(function: Any, items: tuple, partners: tuple, position: Any, shared: Any) -> tuple:
+    one_lane, following = function.each
     results = []
     for item, partner in zip(items, partners, strict=True):
-        results.append(call_body(single, (item, partner, place, shared), {}))
-        place = call(following, place, item)
+        results.append(call_body(one_lane, (item, partner, position, shared), {}))
+        position = call(following, position, item)
     return tuple(results)
 
 
-def _either(first: Any, second: Any, condition: Any, given: tuple) -> Any:
+def _either(leading: Any, second: Any, condition: Any, operands: tuple) -> Any:
     """Return `first(*given)` where the condition is true, else `second(*given)`."""
     if not is_symbol(condition):
-        return call_body(first if condition else second, given, {})
+        return call_body(leading if condition else second, operands, {})
     if condition.width > 1:
-        return _either_in_lanes(first, second, condition, given)
-    builder, hand = trace().builder, trace()
-    single, other = hand.block(), hand.block()
-    builder.cbranch(condition.value, single, other)
+        return _either_in_lanes(leading, second, condition, operands)
+    builder, active_trace = trace().builder, trace()
+    one_lane, right_operand = active_trace.block(), active_trace.block()
+    builder.cbranch(condition.value, one_lane, right_operand)
     paths = []
-    for block, body in ((single, first), (other, second)):
+    for block, body in ((one_lane, leading), (right_operand, second)):
         builder.position_at_end(block)
-        value = call_body(body, given, {})
+        value = call_body(body, operands, {})
         paths.append(Path(builder.block, value))
     return joined(paths)
 
 
-def _either_in_lanes(first: Any, second: Any, condition: Truth, given: tuple) -> Any:
+def _either_in_lanes(leading: Any, second: Any, condition: Truth, operands: tuple) -> Any:
     """Return the same by lane: only one function runs if all lanes agree, otherwise both."""
-    builder, hand = trace().builder, trace()
-    single, other, mixed = hand.block(), hand.block(), hand.block()
-    builder.cbranch(all_of(condition).value, single, other)
-    builder.position_at_end(single)
-    value = call_body(first, given, {})
+    builder, active_trace = trace().builder, trace()
+    one_lane, right_operand, divergent = active_trace.block(), active_trace.block(), active_trace.block()
+    builder.cbranch(all_of(condition).value, one_lane, right_operand)
+    builder.position_at_end(one_lane)
+    value = call_body(leading, operands, {})
     paths = [Path(builder.block, value)]
-    builder.position_at_end(other)
-    rest = call_body(second, given, {})
-    paths.append(Path(builder.block, rest))
-    end = hand.block()
-    builder.cbranch(none_of(condition).value, end, mixed)
+    builder.position_at_end(right_operand)
+    remaining = call_body(second, operands, {})
+    paths.append(Path(builder.block, remaining))
+    end = active_trace.block()
+    builder.cbranch(none_of(condition).value, end, divergent)
     builder.position_at_end(end)
-    paths[-1] = Path(end, rest)
-    builder.position_at_end(mixed)
-    value = call_body(first, given, {})
-    value, rest = alike([value, rest])
-    pairs = zip(leaves(value), leaves(rest), strict=True)
+    paths[-1] = Path(end, remaining)
+    builder.position_at_end(divergent)
+    value = call_body(leading, operands, {})
+    value, remaining = alike([value, remaining])
+    pairs = zip(leaves(value), leaves(remaining), strict=True)
     blend = [a if a is b else symbols.selected(condition, a, b) for a, b in pairs]
     paths.append(Path(builder.block, rebuilt(value, iter(blend))))
     return joined(paths)
@@ -224,9 +226,9 @@ class Lambda:
     def __init__(self, node: ast.Lambda, at_work: Activation):
         self.node, self.at_work = node, at_work
 
-    def __call__(self, *given: Any) -> Any:
+    def __call__(self, *operands: Any) -> Any:
         names = [item.arg for item in self.node.args.args]
         inner = Activation(
-            self.at_work.function, self.at_work.names | dict(zip(names, given, strict=True)), self.at_work.free
+            self.at_work.function, self.at_work.names | dict(zip(names, operands, strict=True)), self.at_work.free
         )
         return RUNNERS[0](inner).value(self.node.body)

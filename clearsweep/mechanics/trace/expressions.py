@@ -43,8 +43,8 @@ COMPARED: dict[type, tuple[str, str, Callable]] = {
 }
 
 
-def _has_slope(*given: Any) -> bool:
-    return any(hasattr(x, "parts") for x in given)
+def _has_slope(*operands: Any) -> bool:
+    return any(hasattr(x, "parts") for x in operands)
 
 
 def as_answer(x: Any) -> Any:
@@ -55,12 +55,12 @@ def as_answer(x: Any) -> Any:
 def _one_of(holder: Any, index: Any) -> Any:
     """Return an item of a tuple whose index is known only at run time."""
     value = holder[len(holder) - 1]
-    for place in range(len(holder) - 2, -1, -1):
-        values = alike([holder[place], value])
+    for position in range(len(holder) - 2, -1, -1):
+        values = alike([holder[position], value])
         pairs = zip(leaves(values[0]), leaves(values[1]), strict=True)
-        chosen = symbols.compared("==", index, place)
-        made = [a if a is b else symbols.selected(chosen, a, b) for a, b in pairs]
-        value = rebuilt(values[0], iter(made))
+        chosen = symbols.compared("==", index, position)
+        results = [a if a is b else symbols.selected(chosen, a, b) for a, b in pairs]
+        value = rebuilt(values[0], iter(results))
     return value
 
 
@@ -126,9 +126,9 @@ class Expressions:
     def item(self, holder: Any, index: Any) -> Any:
         """Return an item of an array, a tuple or a state with slopes."""
         if isinstance(holder, np.ndarray):
-            given = index if isinstance(index, tuple) else (index,)
-            if any(map(is_symbol, given)):
-                return gathered(table_of(holder), given)
+            operands = index if isinstance(index, tuple) else (index,)
+            if any(map(is_symbol, operands)):
+                return gathered(table_of(holder), operands)
             value = holder[index]
             return value if isinstance(value, np.ndarray) else value.item()
         if hasattr(holder, "traced_item"):
@@ -145,9 +145,9 @@ class Expressions:
         """Return the result of a binary operation on values."""
         if isinstance(operation, ast.Pow):
             return self.power(a, b)
-        rule, plainly, emit = BINARY[type(operation)]
+        slope_rule_, plainly, emit = BINARY[type(operation)]
         if _has_slope(a, b):
-            return run(RULES[rule], a, b)
+            return run(RULES[slope_rule_], a, b)
         if is_symbol(a) or is_symbol(b):
             return emit(a, b, (self.at.number, trace().builder.block))
         return plainly(a, b)
@@ -187,13 +187,13 @@ class Expressions:
         left, answer = self.value(node.left), None
         for operation, item in zip(node.ops, node.comparators, strict=True):
             right = self.value(item)
-            single = self.compare(operation, left, right)
+            one_lane = self.compare(operation, left, right)
             if answer is None:
-                answer = single
-            elif is_symbol(answer) or is_symbol(single):
-                answer = symbols.both(answer, single)
+                answer = one_lane
+            elif is_symbol(answer) or is_symbol(one_lane):
+                answer = symbols.both(answer, one_lane)
             else:
-                answer = answer and single
+                answer = answer and one_lane
             left = right
         return answer
 
@@ -205,20 +205,20 @@ class Expressions:
             holds_true: Any = False
             if is_symbol(a) or (isinstance(b, tuple) and any(map(is_symbol, b))):
                 for x in b:
-                    single = self.compare(ast.Eq(), a, x)
+                    one_lane = self.compare(ast.Eq(), a, x)
                     holds_true = (
-                        symbols.one_of(holds_true, single)
-                        if is_symbol(holds_true) or is_symbol(single)
-                        else holds_true or single
+                        symbols.one_of(holds_true, one_lane)
+                        if is_symbol(holds_true) or is_symbol(one_lane)
+                        else holds_true or one_lane
                     )
             else:
                 holds_true = a in b
             if isinstance(operation, ast.In):
                 return holds_true
             return symbols.opposite(holds_true) if is_symbol(holds_true) else not holds_true
-        rule, sign, plainly = COMPARED[type(operation)]
+        slope_rule_, sign, plainly = COMPARED[type(operation)]
         if _has_slope(a, b):
-            return run(RULES[rule], a, b)
+            return run(RULES[slope_rule_], a, b)
         if is_symbol(a) or is_symbol(b):
             return symbols.compared(sign, a, b)
         return plainly(a, b)
@@ -226,8 +226,8 @@ class Expressions:
     def see_BoolOp(self, node: Any) -> Any:  # noqa: N802
         """Return the result of `and` or `or`, with short-circuit evaluation."""
         is_and, answer = isinstance(node.op, ast.And), None
-        for place, item in enumerate(node.values):
-            if place == 0:
+        for position, item in enumerate(node.values):
+            if position == 0:
                 answer = self.value(item)
                 continue
             if not is_symbol(answer):
@@ -241,14 +241,14 @@ class Expressions:
     def further(self, answer: Truth, node: Any, *, is_and: bool) -> Any:
         """Return the combination of a condition with a further one, evaluated only where necessary."""
         if answer.width > 1 or not any(isinstance(n, (ast.Call, ast.Subscript)) for n in ast.walk(node)):
-            other = as_answer(self.value(node))
-            return symbols.both(answer, other) if is_and else symbols.one_of(answer, other)
-        builder, hand = trace().builder, trace()
-        more, known = hand.block(), hand.block()
-        builder.cbranch(answer.value, *((more, known) if is_and else (known, more)))
+            right_operand = as_answer(self.value(node))
+            return symbols.both(answer, right_operand) if is_and else symbols.one_of(answer, right_operand)
+        builder, active_trace = trace().builder, trace()
+        more, constant_value = active_trace.block(), active_trace.block()
+        builder.cbranch(answer.value, *((more, constant_value) if is_and else (constant_value, more)))
         builder.position_at_end(more)
-        other = as_answer(self.value(node))
-        paths = [Path(builder.block, other), Path(known, not is_and)]
+        right_operand = as_answer(self.value(node))
+        paths = [Path(builder.block, right_operand), Path(constant_value, not is_and)]
         return joined(paths)
 
     def answer(self, node: Any) -> Any:
@@ -263,11 +263,11 @@ class Expressions:
             return self.value(node.body if condition else node.orelse)
         if condition.width > 1:
             return self.one_each(condition, node)
-        builder, hand = trace().builder, trace()
-        single, other = hand.block(), hand.block()
-        builder.cbranch(condition.value, single, other)
+        builder, active_trace = trace().builder, trace()
+        one_lane, right_operand = active_trace.block(), active_trace.block()
+        builder.cbranch(condition.value, one_lane, right_operand)
         paths = []
-        for block, side in ((single, node.body), (other, node.orelse)):
+        for block, side in ((one_lane, node.body), (right_operand, node.orelse)):
             builder.position_at_end(block)
             value = self.value(side)
             paths.append(Path(builder.block, value))
@@ -276,8 +276,8 @@ class Expressions:
     def one_each(self, condition: Truth, node: Any) -> Any:
         """Return one of two values in each lane."""
         outer, values = self.at.mask, []
-        for wanted, side in ((condition, node.body), (symbols.opposite(condition), node.orelse)):
-            self.at.mask = wanted if outer is None else symbols.both(outer, wanted)
+        for taken_mask, side in ((condition, node.body), (symbols.opposite(condition), node.orelse)):
+            self.at.mask = taken_mask if outer is None else symbols.both(outer, taken_mask)
             values.append(self.value(side))
         self.at.mask = outer
         a, b = alike(values)
@@ -287,16 +287,16 @@ class Expressions:
     def see_Call(self, node: Any) -> Any:  # noqa: N802
         """Return the result of a call."""
         function = self.value(node.func)
-        given = list(self.items(node.args))
+        operands = list(self.items(node.args))
         named: dict[str, Any] = {}
         for item in node.keywords:
             if item.arg is None:
                 named.update(self.value(item.value))
             else:
                 named[item.arg] = self.value(item.value)
-        if _has_slope(*given) and (rule := slope_rule(function)):
-            return run(rule, *given)
-        return call(function, *given, **named)
+        if _has_slope(*operands) and (slope_rule_ := slope_rule(function)):
+            return run(slope_rule_, *operands)
+        return call(function, *operands, **named)
 
     def seeLambda(self, node: Any) -> Any:  # noqa: N802
         """Return a function."""
@@ -313,13 +313,13 @@ class Expressions:
         if level == len(node.generators):
             yield self.value(node.elt)
             return
-        part, kept = node.generators[level], self.at.names
-        for item in list(self.value(part.iter)):
-            self.at.names = dict(kept)
-            self.assign(part.target, item)
-            if all(self.value(condition) for condition in part.ifs):
+        piece, kept_arrays = node.generators[level], self.at.names
+        for item in list(self.value(piece.iter)):
+            self.at.names = dict(kept_arrays)
+            self.assign(piece.target, item)
+            if all(self.value(condition) for condition in piece.ifs):
                 yield from self.comprehended(node, level + 1)
-        self.at.names = kept
+        self.at.names = kept_arrays
 
     def assign(self, target: Any, value: Any) -> None:
         """Assign a value to a target."""
@@ -333,8 +333,8 @@ class Expressions:
             items = list(value)
             if len(items) != len(target.elts):
                 raise NotTraceableError(f"unpacks {len(items)} values into {len(target.elts)}")
-            for part, item in zip(target.elts, items, strict=True):
-                self.assign(part, item)
+            for piece, item in zip(target.elts, items, strict=True):
+                self.assign(piece, item)
         elif isinstance(target, ast.Subscript):
             self.value(target.value)[self.index(target.slice)] = value
         else:

@@ -74,10 +74,10 @@ def _reduced(x: Any, low: Any) -> tuple[Any, Any, Any]:
     """Return n + SHIFT and two words of r with x + low = n ln 2 + r, |r| <= ln(2) / 2."""
     shifted = fma(x, LOG2_E, SHIFT)
     n = shifted - SHIFT
-    first = fma(-n, LN2_HIGH, x)  # exact
-    rest = fma(-n, LN2_LOW, low)
-    r = first + rest
-    return shifted, r, (first - r) + rest
+    leading = fma(-n, LN2_HIGH, x)  # exact
+    remaining = fma(-n, LN2_LOW, low)
+    r = leading + remaining
+    return shifted, r, (leading - r) + remaining
 
 
 def _beyond_linear(r: Any, r_low: Any) -> Any:
@@ -87,9 +87,9 @@ def _beyond_linear(r: Any, r_low: Any) -> Any:
 
 def _scaled(x: Any, shifted: Any) -> Any:
     """Return x 2^n in two steps, as 2^n may overflow or underflow where the result does not; -2048 <= n < 2048."""
-    moved = (bits_of(shifted) + 2048) & 4095  # n + 2048
-    half = moved >> 1
-    return x * number_of((half - 1) << 52) * number_of((moved - half - 1) << 52)
+    shifted_bits = (bits_of(shifted) + 2048) & 4095  # n + 2048
+    half_value = shifted_bits >> 1
+    return x * number_of((half_value - 1) << 52) * number_of((shifted_bits - half_value - 1) << 52)
 
 
 def _exp_of_sum(x: Any, low: Any) -> Any:
@@ -117,20 +117,20 @@ def _expm1_words(x: Any, down: int) -> tuple[Any, Any]:
     unit = 0.5**down
     a, b = scale - unit, scale * r
     a_low = where(scale < unit, scale - (a + unit), (scale - a) - unit)
-    first = a + b  # |a| > |b|, or a = 0
+    leading = a + b  # |a| > |b|, or a = 0
     square = r * r
-    half = 0.5 * square  # a separate word, as a and b may cancel
-    rest = fma(square * r, polynomial(r, EXPONENTIAL[1:]), fma(r_low, r, r_low) + fma(0.5 * r, r, -half))
-    c = scale * half
-    high = first + c
-    return high, (((a - first) + b) + ((first - high) + c)) + fma(scale, rest, a_low)
+    half_value = 0.5 * square  # a separate word, as a and b may cancel
+    remaining = fma(square * r, polynomial(r, EXPONENTIAL[1:]), fma(r_low, r, r_low) + fma(0.5 * r, r, -half_value))
+    c = scale * half_value
+    high = leading + c
+    return high, (((a - leading) + b) + ((leading - high) + c)) + fma(scale, remaining, a_low)
 
 
 def expm1(x: Any) -> Any:
     """Return e^x - 1."""
     high, low = _expm1_words(_between(x, -40.0, MOST), 1)
-    half = high + low
-    return where(abs(x) < 2.0**-54, x, half + half)
+    half_value = high + low
+    return where(abs(x) < 2.0**-54, x, half_value + half_value)
 
 
 def tanh(x: Any) -> Any:
@@ -143,8 +143,8 @@ def tanh(x: Any) -> Any:
     d_low = ((1.0 - d) + e) + e_low
     inverse = 1.0 / d
     t = e * inverse
-    rest = fma(-t, d, e) + fma(-t, d_low, e_low)
-    return where(size < 2.0**-28, x, copysign(fma(rest, inverse, t), x))
+    remaining = fma(-t, d, e) + fma(-t, d_low, e_low)
+    return where(size < 2.0**-28, x, copysign(fma(remaining, inverse, t), x))
 
 
 def sinh(x: Any) -> Any:
@@ -158,12 +158,12 @@ def sinh(x: Any) -> Any:
     d_low = fma(4.0, e_low, where(four < 1.0, (1.0 - d) + four, (four - d) + 1.0))
     inverse = 1.0 / d
     t = product(e, inverse)
-    rest = fma(-t, d, e) + fma(-t, d_low, e_low)
-    large = size > 40.0  # d may be infinite
-    t, rest = where(large, 0.25, t), where(large, 0.0, rest)
+    remaining = fma(-t, d, e) + fma(-t, d_low, e_low)
+    larger = size > 40.0  # d may be infinite
+    t, remaining = where(larger, 0.25, t), where(larger, 0.0, remaining)
     total = e + t
-    half = total + (((e - total) + t) + fma(rest, inverse, e_low))
-    return where(size < 2.0**-28, x, copysign(half + half, x))
+    half_value = total + (((e - total) + t) + fma(remaining, inverse, e_low))
+    return where(size < 2.0**-28, x, copysign(half_value + half_value, x))
 
 
 def cosh(x: Any) -> Any:
@@ -172,16 +172,16 @@ def cosh(x: Any) -> Any:
     shifted, r, r_low = _reduced(where(size > MOST_HYPERBOLIC, MOST_HYPERBOLIC, size), 0.0)
     scale = number_of((bits_of(shifted) + 1021) << 52)
     leading = 1.0 + r
-    rest = ((1.0 - leading) + r) + _beyond_linear(r, r_low)
-    high = leading + rest
-    u, u_low = scale * high, scale * ((leading - high) + rest)  # exp |x| / 4
-    small = where(size > 40.0, 2.0**60, u)
-    d = 16.0 * small
+    remaining = ((1.0 - leading) + r) + _beyond_linear(r, r_low)
+    high = leading + remaining
+    u, u_low = scale * high, scale * ((leading - high) + remaining)  # exp |x| / 4
+    smaller = where(size > 40.0, 2.0**60, u)
+    d = 16.0 * smaller
     inverse = 1.0 / d
-    rest = fma(-inverse, 16.0 * u_low, fma(-inverse, d, 1.0))
+    remaining = fma(-inverse, 16.0 * u_low, fma(-inverse, d, 1.0))
     total = u + inverse
-    half = total + (((u - total) + inverse) + fma(rest, inverse, u_low))
-    return half + half
+    half_value = total + (((u - total) + inverse) + fma(remaining, inverse, u_low))
+    return half_value + half_value
 
 
 # ---------------------------------------------------------------------------------------------- logarithms
@@ -189,10 +189,10 @@ def cosh(x: Any) -> Any:
 
 def _parted(x: Any) -> tuple[Any, Any]:
     """Return k and m with x = 2^k m, sqrt(1/2) <= m < sqrt(2), for 0 < x < inf."""
-    small = x < 2.0**-1022
-    moved = bits_of(where(small, x * 2.0**54, x)) + (ONE_BITS - ROOT_HALF_BITS)
-    k = number_of(((moved & EXPONENT_BITS) >> 52) + WHOLE_BITS) - where(small, WHOLE + 1077.0, WHOLE + 1023.0)
-    return k, number_of((moved & FRACTION_BITS) + ROOT_HALF_BITS)
+    smaller = x < 2.0**-1022
+    shifted_bits = bits_of(where(smaller, x * 2.0**54, x)) + (ONE_BITS - ROOT_HALF_BITS)
+    k = number_of(((shifted_bits & EXPONENT_BITS) >> 52) + WHOLE_BITS) - where(smaller, WHOLE + 1077.0, WHOLE + 1023.0)
+    return k, number_of((shifted_bits & FRACTION_BITS) + ROOT_HALF_BITS)
 
 
 def _log_with(k: Any, f: Any, correction: Any) -> Any:
@@ -202,10 +202,10 @@ def _log_with(k: Any, f: Any, correction: Any) -> Any:
     half_square = product(0.5 * f, f)
     series = product(z, polynomial(z, LOGARITHM))
     high = fma(k, LN2_HIGH, f)
-    lost = f - fma(-k, LN2_HIGH, high)
-    rest = fma(s, half_square + series, -half_square)  # log(1 + f) - f, as f - s f = (1 - s) f^2 / 2
+    rounding_error = f - fma(-k, LN2_HIGH, high)
+    remaining = fma(s, half_square + series, -half_square)  # log(1 + f) - f, as f - s f = (1 - s) f^2 / 2
     slope = fma(-2.0 * s, fma(-s, 1.0 - s, 1.0), 1.0)  # 1 / (1 + f) = (1 - s) / (1 + s), to 0.2 %
-    return high + (lost + fma(k, LN2_LOW, fma(correction, slope, rest)))
+    return high + (rounding_error + fma(k, LN2_LOW, fma(correction, slope, remaining)))
 
 
 def _with_limits(x: Any, value: Any) -> Any:
@@ -222,12 +222,12 @@ def log(x: Any) -> Any:
 def log1p(x: Any) -> Any:
     """Return log(1 + x)."""
     u = 1.0 + x
-    part = u - x
-    lost = (1.0 - part) + (x - (u - part))  # exact 1 + x = u + lost
+    item = u - x
+    rounding_error = (1.0 - item) + (x - (u - item))  # exact 1 + x = u + lost
     k, m = _parted(u)
-    whole = (k == 0.0) & (u > 0.0)
+    is_whole = (k == 0.0) & (u > 0.0)
     down = number_of((bits_of(SHIFT - k) + 1023) << 52)  # 2^-k
-    value = _log_with(k, where(whole, x, m - 1.0), where(whole | (k > 60.0), 0.0, lost * down))
+    value = _log_with(k, where(is_whole, x, m - 1.0), where(is_whole | (k > 60.0), 0.0, rounding_error * down))
     return where(abs(x) < 2.0**-54, x, _with_limits(u, value))
 
 
@@ -252,9 +252,9 @@ def _log_words(x: Any) -> tuple[Any, Any, Any, Any]:
 
 def _log_in_two(x: Any) -> tuple[Any, Any]:
     """Return ln x in two words for 0 < x < inf."""
-    k, first, second, third = _log_words(x)
-    a = fma(k, LN2_HIGH, first)
-    a_lost = first - fma(-k, LN2_HIGH, a)
+    k, leading, second, third = _log_words(x)
+    a = fma(k, LN2_HIGH, leading)
+    a_lost = leading - fma(-k, LN2_HIGH, a)
     b = a + second
     low = fma(k, LN2_LOW, third + (a_lost + ((a - b) + second)))
     high = b + low
@@ -263,13 +263,13 @@ def _log_in_two(x: Any) -> tuple[Any, Any]:
 
 def log2(x: Any) -> Any:
     """Return the logarithm of x to base 2, exact for powers of 2."""
-    k, first, second, third = _log_words(x)
-    high = first + second
-    low = ((first - high) + second) + third
-    part = product(high, LOG2_E)
-    rest = fma(low, LOG2_E, fma(high, LOG2_E_LOW, fma(high, LOG2_E, -part)))
-    total = k + part  # |k| > |part|, or k = 0
-    return _with_limits(x, total + (((k - total) + part) + rest))
+    k, leading, second, third = _log_words(x)
+    high = leading + second
+    low = ((leading - high) + second) + third
+    item = product(high, LOG2_E)
+    remaining = fma(low, LOG2_E, fma(high, LOG2_E_LOW, fma(high, LOG2_E, -item)))
+    total = k + item  # |k| > |part|, or k = 0
+    return _with_limits(x, total + (((k - total) + item) + remaining))
 
 
 def pow(x: Any, y: Any) -> Any:
@@ -277,17 +277,17 @@ def pow(x: Any, y: Any) -> Any:
     size, power = abs(x), abs(y)
     high, low = _log_in_two(size)
     exponent = y * high
-    rest = fma(y, low, fma(y, high, -exponent))
-    value = _exp_of_sum(_between(exponent, LEAST, MOST), where(abs(exponent) < -LEAST, rest, 0.0))
+    remaining = fma(y, low, fma(y, high, -exponent))
+    value = _exp_of_sum(_between(exponent, LEAST, MOST), where(abs(exponent) < -LEAST, remaining, 0.0))
 
     at_infinity = where(y > 0.0, math.inf, where(y < 0.0, 0.0, y))
     at_zero = where(y > 0.0, 0.0, where(y < 0.0, math.inf, y))
     value = where(size < math.inf, where(size == 0.0, at_zero, value), where(size == math.inf, at_infinity, x))
 
     rounded = power + WHOLE
-    whole = (rounded - WHOLE == power) | (power >= WHOLE)
-    odd = whole & (power < 2.0 * WHOLE) & (bits_of(where(power < WHOLE, rounded, power)) & 1 == 1)
-    value = where((copysign(1.0, x) < 0.0) & odd, -value, value)
+    is_whole = (rounded - WHOLE == power) | (power >= WHOLE)
+    is_odd = is_whole & (power < 2.0 * WHOLE) & (bits_of(where(power < WHOLE, rounded, power)) & 1 == 1)
+    value = where((copysign(1.0, x) < 0.0) & is_odd, -value, value)
     value = where((x < 0.0) & (x > -math.inf) & (rounded - WHOLE != power) & (power < WHOLE), math.nan, value)
     return where((y == 0.0) | (x == 1.0) | ((x == -1.0) & (power == math.inf)), 1.0, value)
 
@@ -299,20 +299,20 @@ def cos_and_sin(x: Any) -> tuple[Any, Any]:
     """Return cosine and sine of an angle x (rad); nan beyond LARGEST_ANGLE."""
     shifted = fma(x, TWO_OVER_PI, SHIFT)
     n = shifted - SHIFT
-    first = fma(-n, HALF_PI, x)  # exact
-    taken = product(n, HALF_PI_MIDDLE)
-    taken_low = fma(n, HALF_PI_MIDDLE, -taken)
-    r = first - taken
-    part = r - first
-    lost = (first - (r - part)) - (taken + part)
-    r_low = fma(-n, HALF_PI_LOW, lost - taken_low)
+    leading = fma(-n, HALF_PI, x)  # exact
+    middle_part = product(n, HALF_PI_MIDDLE)
+    taken_low = fma(n, HALF_PI_MIDDLE, -middle_part)
+    r = leading - middle_part
+    item = r - leading
+    rounding_error = (leading - (r - item)) - (middle_part + item)
+    r_low = fma(-n, HALF_PI_LOW, rounding_error - taken_low)
 
     z = r * r
-    half = 0.5 * z
-    sine = r + fma(r * z, polynomial(z, SINE), fma(-r_low, half, r_low))
-    high = 1.0 - half
-    half_low = fma(0.5 * r, r, -half)
-    cosine = high + (((1.0 - high) - half) + fma(z * z, polynomial(z, COSINE), fma(-r, r_low, -half_low)))
+    half_value = 0.5 * z
+    sine = r + fma(r * z, polynomial(z, SINE), fma(-r_low, half_value, r_low))
+    high = 1.0 - half_value
+    half_low = fma(0.5 * r, r, -half_value)
+    cosine = high + (((1.0 - high) - half_value) + fma(z * z, polynomial(z, COSINE), fma(-r, r_low, -half_low)))
 
     turns = bits_of(shifted)
     crossed = turns & 1 == 1
@@ -338,33 +338,33 @@ def atan2(y: Any, x: Any) -> Any:
     """Return the angle (rad) of the point (x, y), from -pi to pi, as C's atan2 does."""
     width, height = abs(x), abs(y)
     steep = height > width
-    large, small = where(steep, height, width), where(steep, width, height)
-    scale = where(large > 2.0**400, 2.0**-24, 2.0**600)  # no sum or inverse overflows, no remainder underflows
-    endless = large == math.inf
-    small = where(endless, where(small == math.inf, 1.0, 0.0), small * scale)
-    large = where(endless | (large == 0.0), 1.0, large * scale)
+    larger, smaller = where(steep, height, width), where(steep, width, height)
+    scale = where(larger > 2.0**400, 2.0**-24, 2.0**600)  # no sum or inverse overflows, no remainder underflows
+    endless = larger == math.inf
+    smaller = where(endless, where(smaller == math.inf, 1.0, 0.0), smaller * scale)
+    larger = where(endless | (larger == 0.0), 1.0, larger * scale)
 
-    middle = small > TAN_EIGHTH_PI * large  # there atan(b / a) = pi / 4 + atan((b - a) / (b + a))
-    up = where(middle, small - large, small)
-    up_low = where(middle, small - (up + large), 0.0)
-    down = where(middle, large + small, large)
-    down_low = where(middle, small - (down - large), 0.0)
+    is_middle = smaller > TAN_EIGHTH_PI * larger  # there atan(b / a) = pi / 4 + atan((b - a) / (b + a))
+    up = where(is_middle, smaller - larger, smaller)
+    up_low = where(is_middle, smaller - (up + larger), 0.0)
+    down = where(is_middle, larger + smaller, larger)
+    down_low = where(is_middle, smaller - (down - larger), 0.0)
     inverse = 1.0 / down
     t = up * inverse
     t_low = (fma(-t, down, up) + fma(-t, down_low, up_low)) * inverse
     z = t * t
-    rest = fma(z * t, polynomial(z, ARC), fma(-z, t_low, t_low))
+    remaining = fma(z * t, polynomial(z, ARC), fma(-z, t_low, t_low))
 
     # the angle is j pi / 4 + t + rest, mirrored at the diagonal and at the vertical
-    j = where(middle, 1.0, 0.0)
+    j = where(is_middle, 1.0, 0.0)
     left = copysign(1.0, x) < 0.0
     j = where(steep, 2.0 - j, j)
     j = where(left, 4.0 - j, j)
     mirrored = where(steep, -1.0, 1.0) * where(left, -1.0, 1.0)
-    t, rest = mirrored * t, mirrored * rest
+    t, remaining = mirrored * t, mirrored * remaining
     high = fma(j, QUARTER_PI, t)
-    lost = t - fma(-j, QUARTER_PI, high)
-    angle = high + (lost + fma(j, QUARTER_PI_LOW, rest))
+    rounding_error = t - fma(-j, QUARTER_PI, high)
+    angle = high + (rounding_error + fma(j, QUARTER_PI_LOW, remaining))
     return where((x != x) | (y != y), math.nan, copysign(angle, y))  # noqa: PLR0124 - only nan differs from itself
 
 

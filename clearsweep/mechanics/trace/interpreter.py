@@ -60,7 +60,7 @@ for _name in OURS:
 for_symbols(pow, functools.partial(call, functions.pow))
 
 
-def _refused(name: str, *given: Any) -> Any:
+def _refused(name: str, *operands: Any) -> Any:
     raise NotTraceableError(f"calls math.{name}, for which there is no body of ours")
 
 

@@ -37,14 +37,14 @@ def nothing(x: Any) -> Any:
     return type(x)(symbols.constant(x.item, 0, x.width), x.width) if is_symbol(x) else x
 
 
-def blended(lanes: Any, new: Any, old: Any) -> Any:
+def blended(lanes: Any, new: Any, old_value: Any) -> Any:
     """Return the new value in some lanes and the old one in the others; the new one if their forms differ."""
-    if new is old:
+    if new is old_value:
         return new
     try:
-        new, old = alike([new, old])
-        pairs = list(zip(leaves(new), leaves(old), strict=True))
-        made = [a if a is b else symbols.selected(lanes, a, b) for a, b in pairs]
+        new, old_value = alike([new, old_value])
+        pairs = list(zip(leaves(new), leaves(old_value), strict=True))
+        results = [a if a is b else symbols.selected(lanes, a, b) for a, b in pairs]
     except (NotTraceableError, ValueError, TypeError):
         return new
-    return rebuilt(new, iter(made))
+    return rebuilt(new, iter(results))

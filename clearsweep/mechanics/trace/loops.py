@@ -55,22 +55,22 @@ class _Mark:
 class _Variable:
     """A variable shared by the turns of a loop."""
 
-    def __init__(self, first: Any, kind: type, width: int):
+    def __init__(self, leading: Any, kind: type, width: int):
         self.kind, self.width = kind, width
-        self.first = symbols.as_kind(first, kind, width)
+        self.first = symbols.as_kind(leading, kind, width)
         self.phi: Any = None
 
-    def begin(self, before: Any) -> Symbol:
+    def begin(self, previous: Any) -> Symbol:
         """Emit its phi node; return its value within a turn."""
         self.phi = trace().builder.phi(symbols.form(self.kind.item, self.width))  # type: ignore[attr-defined]
-        self.phi.add_incoming(self.first, before)
+        self.phi.add_incoming(self.first, previous)
         phi_node: Symbol = self.kind(self.phi, self.width)
         return phi_node
 
     def wider(self, last: Any) -> tuple[type, int] | None:
         """Return the kind and width required for its value at the end of a turn, or None if they are unchanged."""
-        needed = symbols.kind_of(self.kind(None), last), max(self.width, symbols.width_of(last))
-        return None if needed == (self.kind, self.width) else needed
+        required = symbols.kind_of(self.kind(None), last), max(self.width, symbols.width_of(last))
+        return None if required == (self.kind, self.width) else required
 
     def close(self, last: Any) -> None:
         """Set its value in the next turn to its value at the end of this one."""
@@ -92,16 +92,17 @@ class _Carried:
             if all(isinstance(x, (Symbol, int, float, np.number, np.bool_, View)) for x in parts):
                 self.parts[name] = parts
         for name, parts in self.parts.items():
-            for place, x in enumerate(parts):
+            for position, x in enumerate(parts):
                 if not isinstance(x, View):
-                    kind = kinds.get((name, place)) or (symbols.kind_of(x), symbols.width_of(x))
-                    self.variables[name, place] = _Variable(x, *kind)
+                    kind = kinds.get((name, position)) or (symbols.kind_of(x), symbols.width_of(x))
+                    self.variables[name, position] = _Variable(x, *kind)
 
-    def begin(self, before: Any) -> None:
+    def begin(self, previous: Any) -> None:
         """Emit the phi nodes of all variables; bind their values in the activation."""
         for name, parts in self.parts.items():
             phi_node = [
-                x if isinstance(x, View) else self.variables[name, place].begin(before) for place, x in enumerate(parts)
+                x if isinstance(x, View) else self.variables[name, position].begin(previous)
+                for position, x in enumerate(parts)
             ]
             self.at.names[name] = rebuilt(self.at.names[name], iter(phi_node))
 
@@ -114,7 +115,7 @@ class _Carried:
             if name not in self.at.names or len(rows) != len(parts) or not _same_arrays(rows, parts):
                 wider[name] = None
                 continue
-            last |= {(name, place): x for place, x in enumerate(rows) if not isinstance(x, View)}
+            last |= {(name, position): x for position, x in enumerate(rows) if not isinstance(x, View)}
         wider |= {key: kind for key, x in last.items() if (kind := self.variables[key].wider(x))}
         if not wider:
             for key, x in last.items():
@@ -133,20 +134,20 @@ class Loops(Statements):
         """Run a loop over known values, over integers, or over the items of an array."""
         if node.orelse:
             raise NotTraceableError("has an else behind a loop")
-        known = node.iter
-        counted = isinstance(known, ast.Call) and isinstance(known.func, ast.Name)
-        if counted and self.at.look_up(known.func.id) in ABREAST:
-            return self.at_once(node, self.value(known.args[0]))
-        if counted and self.at.look_up(known.func.id) in LOOPS:
-            ends = [self.value(item) for item in known.args]
+        constant_value = node.iter
+        counted = isinstance(constant_value, ast.Call) and isinstance(constant_value.func, ast.Name)
+        if counted and self.at.look_up(constant_value.func.id) in ABREAST:
+            return self.at_once(node, self.value(constant_value.args[0]))
+        if counted and self.at.look_up(constant_value.func.id) in LOOPS:
+            ends = [self.value(item) for item in constant_value.args]
             if any(map(is_symbol, ends)):
                 return self.loop(node, self.bounds(ends))
             turns: Any = range(*[int(x) for x in ends])
             unused = isinstance(node.target, ast.Name) and node.target.id == "_"
-            if len(turns) > 1 and (unused or self.at.look_up(known.func.id) is not range):
+            if len(turns) > 1 and (unused or self.at.look_up(constant_value.func.id) is not range):
                 return self.loop(node, Bounds(turns.start, turns.stop, turns.step))
         else:
-            turns = self.value(known)
+            turns = self.value(constant_value)
             if isinstance(turns, View):
                 return self.loop(node, Bounds(0, turns.shape[0], source=turns))
             turns = turns.tolist() if isinstance(turns, np.ndarray) else turns
@@ -154,13 +155,13 @@ class Loops(Statements):
 
     def at_once(self, node: Any, count: Any) -> bool:
         """Run all turns of a loop simultaneously, each in a lane."""
-        hand = trace()
-        if count != WIDTH or hand.width != 1:
+        active_trace = trace()
+        if count != WIDTH or active_trace.width != 1:
             raise NotTraceableError(f"runs other than {WIDTH} turns at once, or within others")
-        hand.width = WIDTH
-        ended = self.written_out(node, [Abreast(0)])
-        hand.width = 1
-        return ended
+        active_trace.width = WIDTH
+        has_ended = self.written_out(node, [Abreast(0)])
+        active_trace.width = 1
+        return has_ended
 
     def bounds(self, ends: list[Any]) -> Bounds:
         """Return the Bounds of a range."""
@@ -202,10 +203,10 @@ class Loops(Statements):
         name = f"{LANES}of turn {len(self.at.loops)}"
         if trace().width > 1 and contains(node, ast.Continue):
             self.at.names[name] = all_lanes(trace().width)
-        ended = self.block(node.body)
+        has_ended = self.block(node.body)
         self.at.loops.pop()
         paths = list(inside.goes_on)
-        if not ended or any(x.startswith(LANES) for x in self.at.names):
+        if not has_ended or any(x.startswith(LANES) for x in self.at.names):
             paths.append(Path(trace().builder.block, self.at.names))
         if self.join(paths):
             return True
@@ -218,17 +219,17 @@ class Loops(Statements):
         """Emit a loop of blocks; return whether no path continues after it."""
         name, begin = self.begin_loop(node), _Mark(self.at)
         try:
-            ended = self.with_variables(node, bounds)
+            has_ended = self.with_variables(node, bounds)
         except Returns as returned:
             if begin.depth:
                 raise  # the outermost loop is emitted again
             begin.back()
             self.at.names[RETURNED] = changed(returned.value, nothing)
             self.at.names.setdefault(LANES, all_lanes(trace().width))
-            ended = self.with_variables(node, bounds)
-        if not ended:
+            has_ended = self.with_variables(node, bounds)
+        if not has_ended:
             self.at.names.pop(name, None)
-        return ended
+        return has_ended
 
     def with_variables(self, node: Any, bounds: Bounds) -> bool:
         """Emit a loop with variables of the required kinds."""
@@ -245,31 +246,31 @@ class Loops(Statements):
 
     def of_kinds(self, node: Any, bounds: Bounds, loop_carried: _Carried, left: list[Path]) -> dict[Any, Any]:
         """Emit a loop with these variables and record its exits; return the kinds of those that were too narrow."""
-        builder, hand = trace().builder, trace()
-        before, header = builder.block, hand.block()
+        builder, active_trace = trace().builder, trace()
+        previous, header = builder.block, active_trace.block()
         counter = _Variable(bounds.start, Whole, 1) if bounds.start is not None else None
         builder.branch(header)
         builder.position_at_end(header)
-        place = counter.begin(before) if counter else None
-        loop_carried.begin(before)
-        self.enter_turn(self.goes_on(node, bounds, place), left)
-        if place is not None:
-            self.assign(node.target, place if bounds.source is None else bounds.source[place])
+        position = counter.begin(previous) if counter else None
+        loop_carried.begin(previous)
+        self.enter_turn(self.goes_on(node, bounds, position), left)
+        if position is not None:
+            self.assign(node.target, position if bounds.source is None else bounds.source[position])
         inside = Loop([], [])
         if not self.turn(node, inside):
             wider = loop_carried.close()
             if wider:
                 return wider
             if counter:
-                counter.close(symbols.plus(place, bounds.step))
+                counter.close(symbols.plus(position, bounds.step))
             builder.branch(header)
         left += inside.breaks
         return {}
 
-    def goes_on(self, node: Any, bounds: Bounds, place: Any) -> Any:
+    def goes_on(self, node: Any, bounds: Bounds, position: Any) -> Any:
         """Return whether a loop has another turn, in any lane."""
-        if place is not None:
-            condition = symbols.compared("<" if bounds.step > 0 else ">", place, bounds.stop)
+        if position is not None:
+            condition = symbols.compared("<" if bounds.step > 0 else ">", position, bounds.stop)
         else:
             condition = self.answer(node.test)
         name = f"{LANES}of loop {len(self.at.loops) + 1}"

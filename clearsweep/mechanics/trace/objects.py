@@ -42,8 +42,8 @@ def shipped_for(name: str) -> Iterator[Path]:
     """In this context, compile code for a level and store it in the package, not in the user's cache; do not run it."""
     _WANTED.append(name)
     try:
-        with cache.kept_in_package() as place:
-            yield place
+        with cache.kept_in_package() as position:
+            yield position
     finally:
         _WANTED.pop()
 
@@ -53,16 +53,16 @@ def _own_level() -> str:
     """Return the level of this machine's processor; its own name if it is below all levels or of another kind."""
     if platform.machine().lower() in ("x86_64", "amd64"):
         has = llvm.get_host_cpu_features()
-        needed: tuple[str, ...] = ()
+        required: tuple[str, ...] = ()
         for name, features in reversed(LEVELS.items()):
-            needed += features
-            if not all(has.get(feature) for feature in needed):
+            required += features
+            if not all(has.get(feature) for feature in required):
                 break
-            best = name
+            nearest_name = name
         else:
-            return best
-        if needed != LEVELS["x86-64-v3"]:
-            return best
+            return nearest_name
+        if required != LEVELS["x86-64-v3"]:
+            return nearest_name
     if platform.machine().lower() == "aarch64" and platform.system() == "Linux":
         return "aarch64"
     return str(llvm.get_host_cpu_name())
@@ -93,30 +93,30 @@ def traced(function: Callable, scene: Any, items: str) -> ir.Module:
     items : a letter per array, 'f' for float64, 'i' for int64.
     """
 
-    def body(numbers: Bare, *rest: Any) -> None:
+    def body(numbers: Bare, *remaining: Any) -> None:
         view, places = View(numbers.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
-        run(function, (changed(scene, lambda _: view[next(places)]),), *rest)
+        run(function, (changed(scene, lambda _: view[next(places)]),), *remaining)
 
     return _module(body, items)
 
 
 def _module(body: Callable, items: str, width: int = 1) -> ir.Module:
     """Return the module of a body of pointers to numbers and to the items of arrays, and an integer."""
-    hand = Trace(width)
-    hand.module.triple = _triple()
+    active_trace = Trace(width)
+    active_trace.module.triple = _triple()
     kinds = [ADDRESS] * (1 + len(items)) + [WHOLE]
-    entry = ir.Function(hand.module, ir.FunctionType(ir.VoidType(), kinds), "entry")
+    entry = ir.Function(active_trace.module, ir.FunctionType(ir.VoidType(), kinds), "entry")
     for pointer in entry.args[1:-1]:
         pointer.add_attribute("noalias")  # so that loaded values need not be loaded again after every store
-    hand.builder = ir.IRBuilder(entry.append_basic_block())
-    with symbols.in_hand(hand):
+    active_trace.builder = ir.IRBuilder(entry.append_basic_block())
+    with symbols.in_hand(active_trace):
         arrays = [
             Bare(pointer, DOUBLE if item == "f" else WHOLE)
             for pointer, item in zip(entry.args[:-1], f"f{items}", strict=True)
         ]
         body(*arrays, Whole(entry.args[-1]))
-        hand.builder.ret_void()
-    return hand.module
+        active_trace.builder.ret_void()
+    return active_trace.module
 
 
 def optimised(module: ir.Module) -> Any:
@@ -186,24 +186,24 @@ def machine_code(function: Callable) -> Callable:
     Numbers are float64 and arguments of the code; integers, which may be loop bounds, are part of the code.  Arrays are
     float64 or int64.  The function returns numbers or nested tuples of them.
     """
-    made: dict[Any, Any] = {}
+    merged: dict[Any, Any] = {}
 
     @functools.wraps(function)
-    def called(*given: Any) -> Any:
-        arrays = [x for x in leaves(given) if isinstance(x, np.ndarray)]
-        numbers = np.array([float(x) for x in leaves(given) if isinstance(x, float)] or [0.0])
-        key = _form(given)
-        if key not in made:
-            made[key] = _of_numbers(function, given)
-        code, result, count = made[key]
+    def called(*operands: Any) -> Any:
+        arrays = [x for x in leaves(operands) if isinstance(x, np.ndarray)]
+        numbers = np.array([float(x) for x in leaves(operands) if isinstance(x, float)] or [0.0])
+        key = _form(operands)
+        if key not in merged:
+            merged[key] = _of_numbers(function, operands)
+        code, result, count = merged[key]
         results = np.empty(max(count, 1))
-        kept = [np.ascontiguousarray(array) for array in arrays]
-        function_at(code.address, len(kept) + 1)(
-            numbers.ctypes.data, *(array.ctypes.data for array in kept), results.ctypes.data, 0
+        kept_arrays = [np.ascontiguousarray(array) for array in arrays]
+        function_at(code.address, len(kept_arrays) + 1)(
+            numbers.ctypes.data, *(array.ctypes.data for array in kept_arrays), results.ctypes.data, 0
         )
-        for array, other in zip(arrays, kept, strict=True):
-            if other is not array:
-                array[...] = other
+        for array, right_operand in zip(arrays, kept_arrays, strict=True):
+            if right_operand is not array:
+                array[...] = right_operand
         values = iter(results.tolist())
         return changed(result, lambda x: next(values) if x is _PLACE else x)
 
@@ -213,22 +213,22 @@ def machine_code(function: Callable) -> Callable:
 _PLACE = object()  # placeholder of a number in a result
 
 
-def _form(given: Any) -> Any:
+def _form(operands: Any) -> Any:
     """Return the part of the arguments on which machine code depends."""
-    if isinstance(given, tuple):
-        return (type(given), *map(_form, given))
-    if isinstance(given, np.ndarray):
-        return given.dtype.kind, given.shape
-    return float if isinstance(given, float) else given
+    if isinstance(operands, tuple):
+        return (type(operands), *map(_form, operands))
+    if isinstance(operands, np.ndarray):
+        return operands.dtype.kind, operands.shape
+    return float if isinstance(operands, float) else operands
 
 
-def _of_numbers(function: Callable, given: tuple) -> tuple[Code, Any, int]:
-    """Return machine code for arguments of the form of `given`, its result without numbers, and the count of these."""
+def _of_numbers(function: Callable, operands: tuple) -> tuple[Code, Any, int]:
+    """Return machine code for arguments of the form of `operands`, its result without numbers, and their count."""
     cache_key: list[Any] = []
-    kinds = "".join(x.dtype.kind for x in leaves(given) if isinstance(x, np.ndarray))
+    kinds = "".join(x.dtype.kind for x in leaves(operands) if isinstance(x, np.ndarray))
 
-    def body(numbers: Any, *rest: Any) -> None:
-        *bare, out, _ = rest
+    def body(numbers: Any, *remaining: Any) -> None:
+        *bare, out, _ = remaining
         arrays, places = iter(bare), itertools.count()
         view = View(numbers.base, DOUBLE, (1 << 30,), (1,))
 
@@ -237,13 +237,13 @@ def _of_numbers(function: Callable, given: tuple) -> tuple[Code, Any, int]:
                 return viewed(next(arrays), x.shape)
             return view[next(places)] if isinstance(x, float) else x
 
-        value = call_body(function, changed(given, single_lane), {})
-        into, place = View(out.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
+        value = call_body(function, changed(operands, single_lane), {})
+        into, position = View(out.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
         for x in leaves(value):
             if isinstance(x, float) or symbols.is_symbol(x):
-                into[next(place)] = x
+                into[next(position)] = x
         cache_key.append(changed(value, lambda x: _PLACE if isinstance(x, float) or symbols.is_symbol(x) else x))
-        cache_key.append(next(place))
+        cache_key.append(next(position))
 
     content = object_of(_module(body, f"{kinds}f"))
     return loaded(content), *cache_key

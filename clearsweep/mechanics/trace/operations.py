@@ -69,14 +69,14 @@ class Arrays:
             product = a * b
             plain = product + c
             high, sum_low = _two_sum(c, _product_error(a, b, product))
-            total, rest = _two_sum(product, high)
-            fused = total + _sum_to_odd(sum_low, rest)
+            total, remaining = _two_sum(product, high)
+            fused = total + _sum_to_odd(sum_low, remaining)
             size = np.maximum(np.abs(product), np.maximum(np.abs(a), np.maximum(np.abs(b), np.abs(c))))
             splits = (size < 2.0**990) & (np.abs(product) > 2.0**-960)  # else an error overflows or is lost
         finite = np.isfinite(a) & np.isfinite(b) & np.isfinite(c) & (a != 0.0) & (b != 0.0)
         result = np.where(finite, fused, plain)
-        for place in zip(*np.nonzero(finite & ~splits), strict=True):
-            result[place] = Floats.fma(float(a[place]), float(b[place]), float(c[place]))
+        for position in zip(*np.nonzero(finite & ~splits), strict=True):
+            result[position] = Floats.fma(float(a[position]), float(b[position]), float(c[position]))
         return result
 
     where = staticmethod(np.where)
@@ -96,8 +96,8 @@ class Arrays:
 def _two_sum(a: Any, b: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return a + b and the error of that (Knuth 1998, The Art of Computer Programming 2, section 4.2.2)."""
     total = a + b
-    part = total - a
-    return total, (a - (total - part)) + (b - part)
+    item = total - a
+    return total, (a - (total - item)) + (b - item)
 
 
 def _product_error(a: np.ndarray, b: np.ndarray, product: np.ndarray) -> np.ndarray:
@@ -117,13 +117,13 @@ def _sum_to_odd(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return a + b; where it is not exact, the neighbour of the exact sum whose last bit is set."""
     total, error = _two_sum(a, b)
     bits = total.view(np.int64)
-    moved = bits + np.where((error > 0.0) == (total > 0.0), 1, -1)
-    return np.where((error != 0.0) & (bits & 1 == 0), moved, bits).view(np.float64)
+    shifted_bits = bits + np.where((error > 0.0) == (total > 0.0), 1, -1)
+    return np.where((error != 0.0) & (bits & 1 == 0), shifted_bits, bits).view(np.float64)
 
 
-def _of(*given: Any) -> Any:
+def _of(*operands: Any) -> Any:
     """Return the operations on the first value that is no plain number."""
-    for x in given:
+    for x in operands:
         if isinstance(x, np.ndarray):
             return Arrays
         if hasattr(x, "operations"):

@@ -21,7 +21,7 @@ class Path(NamedTuple):
 
 def changed(x: Any, change: Callable) -> Any:
     """Return nested tuples with every item changed."""
-    return rebuilt(x, iter([change(part) for part in leaves(x)]))
+    return rebuilt(x, iter([change(item) for item in leaves(x)]))
 
 
 def form_of(x: Any) -> Any:
@@ -35,9 +35,9 @@ def form_of(x: Any) -> Any:
     if isinstance(x, Symbol):
         return type(x), x.width
     if isinstance(x, View):
-        known = x.base if isinstance(x.base, ir.GlobalVariable) else None
+        constant_value = x.base if isinstance(x.base, ir.GlobalVariable) else None
         extents = tuple(map(form_of, (*x.shape, *x.strides, x.offset)))
-        return View, known, x.item, len(x.shape), extents, x.width
+        return View, constant_value, x.item, len(x.shape), extents, x.width
     if isinstance(x, np.ndarray):
         return np.ndarray, id(x)
     if isinstance(x, float):
@@ -50,43 +50,43 @@ def form_of(x: Any) -> Any:
 def passed(x: Any) -> list[Any]:
     """Return the parts of a value that are passed to a function of machine code."""
     names: list[Any] = []
-    for part in leaves(x):
-        if isinstance(part, Abreast):
-            names += passed(part.first)
-        elif isinstance(part, Symbol):
-            names.append(part.value)
-        elif isinstance(part, View):
-            if not isinstance(part.base, ir.GlobalVariable):
-                names.append(part.base)
-            names += passed((*part.shape, *part.strides, part.offset))
+    for item in leaves(x):
+        if isinstance(item, Abreast):
+            names += passed(item.first)
+        elif isinstance(item, Symbol):
+            names.append(item.value)
+        elif isinstance(item, View):
+            if not isinstance(item.base, ir.GlobalVariable):
+                names.append(item.base)
+            names += passed((*item.shape, *item.strides, item.offset))
     return names
 
 
 def received(x: Any, arguments: Iterator[Any]) -> Any:
     """Return a value as a function of machine code receives it."""
 
-    def single(part: Any) -> Any:
-        if isinstance(part, Abreast):
-            return Abreast(single(part.first))
-        if isinstance(part, Symbol):
-            return type(part)(next(arguments), part.width)
-        if isinstance(part, View):
-            base = part.base if isinstance(part.base, ir.GlobalVariable) else next(arguments)
-            shape, strides = (tuple(single(count) for count in counts) for counts in (part.shape, part.strides))
-            return View(base, part.item, shape, strides, part.width, single(part.offset))
-        return part
+    def one_lane(item: Any) -> Any:
+        if isinstance(item, Abreast):
+            return Abreast(one_lane(item.first))
+        if isinstance(item, Symbol):
+            return type(item)(next(arguments), item.width)
+        if isinstance(item, View):
+            base = item.base if isinstance(item.base, ir.GlobalVariable) else next(arguments)
+            shape, strides = (tuple(one_lane(count) for count in counts) for counts in (item.shape, item.strides))
+            return View(base, item.item, shape, strides, item.width, one_lane(item.offset))
+        return item
 
-    return changed(x, single)
+    return changed(x, one_lane)
 
 
 def leaves(x: Any) -> Iterator[Any]:
     """Yield the items of nested tuples and of numbers with slopes."""
     if isinstance(x, tuple):
-        for part in x:
-            yield from leaves(part)
+        for item in x:
+            yield from leaves(item)
     elif hasattr(x, "pieces"):
-        for part in x.pieces():
-            yield from leaves(part)
+        for item in x.pieces():
+            yield from leaves(item)
     else:
         yield x
 
@@ -94,23 +94,23 @@ def leaves(x: Any) -> Iterator[Any]:
 def rebuilt(x: Any, values: Iterator[Any]) -> Any:
     """Return nested tuples with their items replaced."""
     if isinstance(x, tuple):
-        parts = [rebuilt(part, values) for part in x]
+        parts = [rebuilt(item, values) for item in x]
         return type(x)(*parts) if hasattr(x, "_fields") else tuple(parts)
     if hasattr(x, "pieces"):
-        made = [rebuilt(part, values) for part in x.pieces()]
-        return x.remade(made) if hasattr(x, "remade") else type(x)(*made)
+        results = [rebuilt(item, values) for item in x.pieces()]
+        return x.remade(results) if hasattr(x, "remade") else type(x)(*results)
     return next(values)
 
 
 def alike(values: list[Any]) -> list[Any]:
     """Return values, with slopes added to all numbers where one of them has slopes."""
-    first = values[0]
+    leading = values[0]
     if all(isinstance(x, tuple) for x in values):
-        if any(len(x) != len(first) or type(x) is not type(first) for x in values):
+        if any(len(x) != len(leading) or type(x) is not type(leading) for x in values):
             raise NotTraceableError("returns tuples of different forms")
         columns = [alike(list(column)) for column in zip(*values, strict=True)]
         rows: Any = zip(*columns, strict=True) if columns else [() for _ in values]
-        return [type(first)(*row) if hasattr(first, "_fields") else tuple(row) for row in rows]
+        return [type(leading)(*row) if hasattr(leading, "_fields") else tuple(row) for row in rows]
     slopes = [x for x in values if hasattr(x, "parts")]
     if slopes and len(slopes) < len(values):
         return [x if hasattr(x, "parts") else type(slopes[0])(x, 0.0) for x in values]
@@ -131,29 +131,30 @@ def joined(paths: list[Path]) -> Any:
     rows = [list(leaves(value)) for value in values]
     if len({len(row) for row in rows}) != 1:
         raise NotTraceableError("gives different forms on different paths")
-    made = [meeting([path.block for path in paths], list(column), end) for column in zip(*rows, strict=True)]
+    results = [meeting([path.block for path in paths], list(column), end) for column in zip(*rows, strict=True)]
     for path in paths:
         builder.position_at_end(path.block)
         builder.branch(end)
     builder.position_at_end(end)
-    return rebuilt(values[0], iter(made))
+    return rebuilt(values[0], iter(results))
 
 
 def meeting(blocks: list[Any], column: list[Any], end: Any) -> Any:
     """Return the merged values in the block where other blocks end."""
-    first, builder = column[0], trace().builder
-    if all(x is first for x in column):
-        return first
+    leading, builder = column[0], trace().builder
+    if all(x is leading for x in column):
+        return leading
     if any(isinstance(x, (View, np.ndarray)) for x in column):
         return _view_of(blocks, [table_of(x) if isinstance(x, np.ndarray) else x for x in column], end)
     if not all(isinstance(x, (Symbol, int, float, np.number, np.bool_)) for x in column):
-        if all(type(x) is type(first) and x == first for x in column):
-            return first
+        if all(type(x) is type(leading) and x == leading for x in column):
+            return leading
         raise NotTraceableError("gives different things on different paths")
     if not any(map(is_symbol, column)) and all(
-        type(x) is type(first) and x == first and math.copysign(1.0, x) == math.copysign(1.0, first) for x in column
+        type(x) is type(leading) and x == leading and math.copysign(1.0, x) == math.copysign(1.0, leading)
+        for x in column
     ):
-        return first
+        return leading
     kind, width = kind_of(*column), width_of(*column)
     emitted = []
     for block, x in zip(blocks, column, strict=True):
@@ -167,9 +168,9 @@ def meeting(blocks: list[Any], column: list[Any], end: Any) -> Any:
 
 
 def _view_of(blocks: list[Any], column: list[Any], end: Any) -> View:
-    first, base = column[0], column[0].base
+    leading, base = column[0], column[0].base
     same = all(
-        isinstance(x, View) and (x.item, x.width, len(x.shape)) == (first.item, first.width, len(first.shape))
+        isinstance(x, View) and (x.item, x.width, len(x.shape)) == (leading.item, leading.width, len(leading.shape))
         for x in column
     )
     if not same:
@@ -180,8 +181,8 @@ def _view_of(blocks: list[Any], column: list[Any], end: Any) -> View:
         meeting(blocks, list(each), end)
         for each in zip(*((*x.shape, *x.strides, x.offset) for x in column), strict=True)
     ]
-    count = len(first.shape)
-    return View(base, first.item, tuple(extents[:count]), tuple(extents[count:-1]), first.width, extents[-1])
+    count = len(leading.shape)
+    return View(base, leading.item, tuple(extents[:count]), tuple(extents[count:-1]), leading.width, extents[-1])
 
 
 def _address_of(blocks: list[Any], bases: list[Any], end: Any) -> Any:

@@ -30,9 +30,9 @@ def rules_of_slopes(rules: dict[str, Callable]) -> None:
     RULES.update(rules)
 
 
-def rule_of_function(function: Any, rule: Callable) -> None:
+def rule_of_function(function: Any, slope_rule_: Callable) -> None:
     """Register the rule of a function for numbers with slopes."""
-    _SLOPE_RULES[function] = rule
+    _SLOPE_RULES[function] = slope_rule_
 
 
 def slope_rule(function: Any) -> Callable | None:
@@ -52,8 +52,8 @@ def traceable(function: Any, how: str = INSIDE) -> Any:
 def for_symbols(function: Any, emit: Callable) -> None:
     """Register the emitter of a Python function with symbols; without symbols, Python runs the function."""
 
-    def entered(*given: Any, **named: Any) -> Any:
-        flat = given[0] if len(given) == 1 and isinstance(given[0], (list, tuple)) else given
-        return emit(*given, **named) if any(map(is_symbol, flat)) else function(*given, **named)
+    def entered(*operands: Any, **named: Any) -> Any:
+        flat = operands[0] if len(operands) == 1 and isinstance(operands[0], (list, tuple)) else operands
+        return emit(*operands, **named) if any(map(is_symbol, flat)) else function(*operands, **named)
 
     PRIMITIVES[function] = entered

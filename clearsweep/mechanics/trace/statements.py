@@ -61,8 +61,8 @@ class Statements(Expressions):
 
     def stop(self, name: str, lanes: Any) -> None:
         """Deactivate some lanes."""
-        going = self.at.names.get(name, True)
-        self.at.names[name] = symbols.both(going, symbols.opposite(lanes))
+        is_running = self.at.names.get(name, True)
+        self.at.names[name] = symbols.both(is_running, symbols.opposite(lanes))
 
     def do_Assign(self, node: Any) -> bool:  # noqa: N802
         """Assign a value to names, items or places in arrays."""
@@ -84,8 +84,8 @@ class Statements(Expressions):
             self.assign(target, self.binary(node.op, self.at.look_up(target.id), self.value(node.value)))
             return False
         holder, index = self.value(target.value), self.index(target.slice)
-        old = self.item(holder, index)
-        holder[index] = self.binary(node.op, old, self.value(node.value))
+        old_value = self.item(holder, index)
+        holder[index] = self.binary(node.op, old_value, self.value(node.value))
         return False
 
     def do_If(self, node: Any) -> bool:  # noqa: N802
@@ -95,38 +95,40 @@ class Statements(Expressions):
             return self.block(node.body if condition else node.orelse)
         if condition.width > 1:
             return self.in_some(condition, node)
-        builder, hand, before = trace().builder, trace(), self.at.names
-        sides = (hand.block(), node.body), (hand.block(), node.orelse)
+        builder, active_trace, previous = trace().builder, trace(), self.at.names
+        sides = (active_trace.block(), node.body), (active_trace.block(), node.orelse)
         builder.cbranch(condition.value, sides[0][0], sides[1][0])
         paths = []
         for begin, statements in sides:
             builder.position_at_end(begin)
-            self.at.names = dict(before)
+            self.at.names = dict(previous)
             if not self.block(statements):
                 paths.append(Path(builder.block, self.at.names))
         return self.join(paths)
 
     def in_some(self, condition: Truth, node: Any) -> bool:
         """Run each branch in its lanes, if there are any; return whether no path continues."""
-        builder, hand, outer = trace().builder, trace(), self.at.mask
-        ended = []
-        for wanted, statements in ((condition, node.body), (symbols.opposite(condition), node.orelse)):
+        builder, active_trace, outer = trace().builder, trace(), self.at.mask
+        has_ended = []
+        for taken_mask, statements in ((condition, node.body), (symbols.opposite(condition), node.orelse)):
             if not statements:
-                ended.append(False)
+                has_ended.append(False)
                 continue
-            self.at.mask = wanted if outer is None else symbols.both(outer, wanted)
-            begin, skip = hand.block(), hand.block()
-            before = dict(self.at.names)
+            self.at.mask = taken_mask if outer is None else symbols.both(outer, taken_mask)
+            begin, skip = active_trace.block(), active_trace.block()
+            previous = dict(self.at.names)
             builder.cbranch(none_of(self.at.lanes_in_all()).value, skip, begin)
             builder.position_at_end(begin)
-            ended.append(self.block(statements))
+            has_ended.append(self.block(statements))
             inside = self.at.names
             for name, value in inside.items():  # a new name has no value in lanes of the other branch
-                if name not in before:
-                    before[name] = all_lanes(hand.width) if name.startswith(LANES) else changed(value, nothing)
-            self.join([Path(builder.block, inside), Path(skip, before)])
+                if name not in previous:
+                    previous[name] = (
+                        all_lanes(active_trace.width) if name.startswith(LANES) else changed(value, nothing)
+                    )
+            self.join([Path(builder.block, inside), Path(skip, previous)])
             self.at.mask = outer
-        return all(ended)
+        return all(has_ended)
 
     def join(self, paths: list[Path]) -> bool:
         """Continue where paths join, with their common variables; return whether there are no paths."""
@@ -136,10 +138,10 @@ class Statements(Expressions):
             trace().builder.position_at_end(paths[0].block)
             self.at.names = paths[0].value
             return False
-        known = [name for name in paths[0].value if all(name in path.value for path in paths)]
+        constant_value = [name for name in paths[0].value if all(name in path.value for path in paths)]
         builder, end = trace().builder, trace().block()
         met: dict[str, Any] = {}
-        for name in known:
+        for name in constant_value:
             column = [path.value[name] for path in paths]
             if all(x is column[0] for x in column):
                 met[name] = column[0]
@@ -150,10 +152,10 @@ class Statements(Expressions):
                 if len({len(row) for row in rows}) != 1:
                     continue
                 blocks = [path.block for path in paths]
-                made = [meeting(blocks, list(items), end) for items in zip(*rows, strict=True)]
+                results = [meeting(blocks, list(items), end) for items in zip(*rows, strict=True)]
             except NotTraceableError:
                 continue  # a name with different structures has no value from here on
-            met[name] = rebuilt(column[0], iter(made))
+            met[name] = rebuilt(column[0], iter(results))
         for path in paths:
             builder.position_at_end(path.block)
             builder.branch(end)

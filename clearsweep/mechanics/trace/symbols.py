@@ -48,9 +48,9 @@ def trace() -> Trace:
 
 
 @contextlib.contextmanager
-def in_hand(made: Trace) -> Iterator[None]:
+def in_hand(results: Trace) -> Iterator[None]:
     """Make a trace the current one in this context."""
-    _IN_HAND.append(made)
+    _IN_HAND.append(results)
     try:
         yield
     finally:
@@ -72,29 +72,29 @@ class Symbol:
     def __bool__(self) -> bool:
         raise NotTraceableError("decides on a number outside what is traced")
 
-    def __add__(self, other: Any) -> Any:
-        return plus(self, other)
+    def __add__(self, right_operand: Any) -> Any:
+        return plus(self, right_operand)
 
-    def __radd__(self, other: Any) -> Any:
-        return plus(other, self)
+    def __radd__(self, right_operand: Any) -> Any:
+        return plus(right_operand, self)
 
-    def __sub__(self, other: Any) -> Any:
-        return minus(self, other)
+    def __sub__(self, right_operand: Any) -> Any:
+        return minus(self, right_operand)
 
-    def __rsub__(self, other: Any) -> Any:
-        return minus(other, self)
+    def __rsub__(self, right_operand: Any) -> Any:
+        return minus(right_operand, self)
 
-    def __mul__(self, other: Any) -> Any:
-        return times(self, other)
+    def __mul__(self, right_operand: Any) -> Any:
+        return times(self, right_operand)
 
-    def __rmul__(self, other: Any) -> Any:
-        return times(other, self)
+    def __rmul__(self, right_operand: Any) -> Any:
+        return times(right_operand, self)
 
-    def __truediv__(self, other: Any) -> Any:
-        return over(self, other)
+    def __truediv__(self, right_operand: Any) -> Any:
+        return over(self, right_operand)
 
-    def __rtruediv__(self, other: Any) -> Any:
-        return over(other, self)
+    def __rtruediv__(self, right_operand: Any) -> Any:
+        return over(right_operand, self)
 
     def __neg__(self) -> Any:
         return negative(self)
@@ -119,10 +119,10 @@ class Abreast(Whole):
 
     __slots__ = ("first",)
 
-    def __init__(self, first: Any):
+    def __init__(self, leading: Any):
         each = ir.Constant(form(WHOLE, WIDTH), list(range(WIDTH)))
-        super().__init__(trace().builder.add(as_kind(first, Whole, WIDTH), each), WIDTH)
-        self.first = first
+        super().__init__(trace().builder.add(as_kind(leading, Whole, WIDTH), each), WIDTH)
+        self.first = leading
 
 
 class Truth(Symbol):
@@ -152,9 +152,9 @@ def is_symbol(x: Any) -> bool:
     return isinstance(x, Symbol)
 
 
-def width_of(*given: Any) -> int:
+def width_of(*operands: Any) -> int:
     """Return the width of a result of these values."""
-    return max((x.width for x in given if isinstance(x, Symbol)), default=1)
+    return max((x.width for x in operands if isinstance(x, Symbol)), default=1)
 
 
 def as_kind(x: Any, kind: type, width: int = 1) -> Any:
@@ -175,9 +175,9 @@ def as_kind(x: Any, kind: type, width: int = 1) -> Any:
     elif kind is Truth and not isinstance(x, Truth):
         raise NotTraceableError("takes a number for an answer")
     if width > x.width:
-        single = b.insert_element(ir.Constant(form(kind.item, width), ir.Undefined), value, WHOLE(0))  # type: ignore[attr-defined]
+        one_lane = b.insert_element(ir.Constant(form(kind.item, width), ir.Undefined), value, WHOLE(0))  # type: ignore[attr-defined]
         zeros = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
-        value = b.shuffle_vector(single, ir.Constant(single.type, ir.Undefined), zeros)
+        value = b.shuffle_vector(one_lane, ir.Constant(one_lane.type, ir.Undefined), zeros)
     return value
 
 
@@ -187,21 +187,23 @@ def number(x: Any, width: int = 1) -> Number:
     return x if isinstance(x, Number) and x.width == width else Number(as_kind(x, Number, width), width)
 
 
-def intrinsic(name: str, *given: Any) -> Number:
+def intrinsic(name: str, *operands: Any) -> Number:
     """Emit an LLVM intrinsic of numbers."""
-    width = width_of(*given)
+    width = width_of(*operands)
     kind = form(DOUBLE, width)
-    full = f"llvm.{name}.{'f64' if width == 1 else f'v{width}f64'}"
+    full_name = f"llvm.{name}.{'f64' if width == 1 else f'v{width}f64'}"
     module = trace().module
-    function = module.globals.get(full) or ir.Function(module, ir.FunctionType(kind, [kind] * len(given)), full)
-    return Number(trace().builder.call(function, [as_kind(x, Number, width) for x in given]), width)
+    function = module.globals.get(full_name) or ir.Function(
+        module, ir.FunctionType(kind, [kind] * len(operands)), full_name
+    )
+    return Number(trace().builder.call(function, [as_kind(x, Number, width) for x in operands]), width)
 
 
 # ---------------------------------------------------------------------------------------------- arithmetic
 
 
-def _is_float(*given: Any) -> bool:
-    return any(isinstance(x, (Number, float)) for x in given)
+def _is_float(*operands: Any) -> bool:
+    return any(isinstance(x, (Number, float)) for x in operands)
 
 
 def _emitted(kind: type, name: str, a: Any, b: Any, product: Any = None) -> Any:
@@ -215,10 +217,12 @@ def plus(a: Any, b: Any, where: Any = None) -> Any:
     if _is_float(a, b):
         fused = _fused(a, b, where, ())
         return _emitted(Number, "fadd", a, b) if fused is None else fused
-    for single, other in ((a, b), (b, a)):
-        if isinstance(single, Abreast) and width_of(other) == 1:
+    for one_lane, right_operand in ((a, b), (b, a)):
+        if isinstance(one_lane, Abreast) and width_of(right_operand) == 1:
             return Abreast(
-                plus(single.first, other) if is_symbol(single.first) or is_symbol(other) else single.first + other
+                plus(one_lane.first, right_operand)
+                if is_symbol(one_lane.first) or is_symbol(right_operand)
+                else one_lane.first + right_operand
             )
     return _emitted(Whole, "add", a, b)
 
@@ -238,17 +242,17 @@ def _fused(a: Any, b: Any, where: Any, taken_off: tuple[int, ...]) -> Any:
     if where is None:
         return None
     sides = [a, b]
-    for place in (0, 1):
-        side = sides[place]
+    for position in (0, 1):
+        side = sides[position]
         if isinstance(side, Number) and side.product == where:
             width, builder = width_of(a, b), trace().builder
             factors = [Number(factor, side.width) for factor in side.value.operands]
-            rest: Any = sides[1 - place]
-            if place in taken_off:
+            remaining: Any = sides[1 - position]
+            if position in taken_off:
                 factors[0] = Number(builder.fneg(factors[0].value), side.width)
-            elif 1 - place in taken_off:
-                rest = Number(builder.fneg(as_kind(rest, Number, width)), width)
-            return fma(factors[0], factors[1], rest)
+            elif 1 - position in taken_off:
+                remaining = Number(builder.fneg(as_kind(remaining, Number, width)), width)
+            return fma(factors[0], factors[1], remaining)
     return None
 
 
@@ -275,9 +279,9 @@ def whole_over(a: Any, b: Any, where: Any = None) -> Any:
         return floor_number(over(a, b))
     builder, width = trace().builder, width_of(a, b)
     x, y = as_kind(a, Whole, width), as_kind(b, Whole, width)
-    rest = builder.srem(x, y)
-    below = builder.icmp_signed("<", rest, constant(WHOLE, 0, width))
-    return Whole(builder.sub(builder.sdiv(x, y), builder.zext(below, form(WHOLE, width))), width)
+    remaining = builder.srem(x, y)
+    is_below = builder.icmp_signed("<", remaining, constant(WHOLE, 0, width))
+    return Whole(builder.sub(builder.sdiv(x, y), builder.zext(is_below, form(WHOLE, width))), width)
 
 
 def remainder(a: Any, b: Any, where: Any = None) -> Any:
@@ -286,9 +290,9 @@ def remainder(a: Any, b: Any, where: Any = None) -> Any:
         raise NotTraceableError("takes the remainder of numbers")
     builder, width = trace().builder, width_of(a, b)
     x, y = as_kind(a, Whole, width), as_kind(b, Whole, width)
-    rest = builder.srem(x, y)
-    below = builder.icmp_signed("<", rest, constant(WHOLE, 0, width))
-    return Whole(builder.select(below, builder.add(rest, y), rest), width)
+    remaining = builder.srem(x, y)
+    is_below = builder.icmp_signed("<", remaining, constant(WHOLE, 0, width))
+    return Whole(builder.select(is_below, builder.add(remaining, y), remaining), width)
 
 
 def negative(a: Any) -> Any:
@@ -329,11 +333,11 @@ def compared(sign: str, a: Any, b: Any) -> Any:
     return Truth(builder.icmp_signed(sign, as_kind(a, Whole, width), as_kind(b, Whole, width)), width)
 
 
-def kind_of(*given: Any) -> type:
+def kind_of(*operands: Any) -> type:
     """Return the common kind of several values: Number, Whole or Truth."""
-    if all(isinstance(x, (Truth, bool, np.bool_)) for x in given):
+    if all(isinstance(x, (Truth, bool, np.bool_)) for x in operands):
         return Truth
-    return Number if _is_float(*given) else Whole
+    return Number if _is_float(*operands) else Whole
 
 
 def selected(condition: Truth, a: Any, b: Any) -> Any:
@@ -346,16 +350,16 @@ def selected(condition: Truth, a: Any, b: Any) -> Any:
 def extreme(sign: str) -> Any:
     """Return the emitter of Python's `max` or `min` of several numbers."""
 
-    def emit(*given: Any) -> Any:
-        if len(given) == 1:
-            given = tuple(given[0])
-        best = given[0]
-        for x in given[1:]:
-            if is_symbol(best) or is_symbol(x):
-                best = selected(compared(sign, x, best), x, best)
+    def emit(*operands: Any) -> Any:
+        if len(operands) == 1:
+            operands = tuple(operands[0])
+        nearest_name = operands[0]
+        for x in operands[1:]:
+            if is_symbol(nearest_name) or is_symbol(x):
+                nearest_name = selected(compared(sign, x, nearest_name), x, nearest_name)
             else:
-                best = max(best, x) if sign == ">" else min(best, x)
-        return best
+                nearest_name = max(nearest_name, x) if sign == ">" else min(nearest_name, x)
+        return nearest_name
 
     return emit
 

@@ -18,7 +18,7 @@ MANY = 30  # distinct values of a parallel axis above which it is scattered and 
 
 
 class Axis(NamedTuple):
-    """One swept path and its values, in the order of the grid."""
+    """One swept path and its values: numbers ascend, names are in the order of the grid."""
 
     path: str
     name: str  # in words
@@ -137,6 +137,7 @@ def _with_fits(axis: Axis, fits: Iterable[Fit], *, drawn: bool) -> Axis:
 
 def _axis(path: str, values: tuple, unit: str, joints: int) -> Axis:
     numbers = [value for value in values if not isinstance(value, str)]
+    values = tuple(sorted(values)) if len(numbers) == len(values) else values
     scale = wording.scale(unit, numbers, speed=path.endswith("speed")) if numbers else wording.Scale(1.0, "")
     digits = DIGITS
     while digits < 16 and len({scale.given_number(value, digits) for value in numbers}) < len(set(numbers)):

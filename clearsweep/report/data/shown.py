@@ -40,9 +40,9 @@ def shown(study: Study, table: str, joint: Joint | None = None) -> list[tuple[st
     Without a `joint` those of all joints; where there are several, headings name them.
     """
     entries = {figure.name: figure.shown for figure in (*simulation.catalogue().figures, *COMPUTED)}
-    places = {each.name: place for place, each in enumerate(study.joints)}
+    places = {joint.name: place for place, joint in enumerate(study.joints)}
     sections = []
-    computed = (_computed(figure, each) for each in study.joints for figure in COMPUTED)
+    computed = (_computed(figure, joint) for joint in study.joints for figure in COMPUTED)
     for column in (*study.run.layout.columns, *computed):
         if column.name in study.cases and (joint is None or column.joint in ("", joint.name)):
             for entry in entries.get(column.figure, ()):

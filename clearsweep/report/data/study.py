@@ -20,6 +20,7 @@ from .leading import Lead, led_by
 from .rows import Rows, followed
 
 BASE = ("define", "mechanism", "drive", "loads", "life", "joints", "simulate", "save")  # of run.json: what makes a case
+MANY_AXES = 4  # swept axes above which a sentence on a case leaves out the values that most cases share
 WAYS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
 #: Figures of a joint computed here: force p99 over the ideal peak, depth (m) worn in 1000 hours, in a million strokes.
 RATIO, PER_HOURS, PER_STROKES = "p99_over_ideal", "wear_depth_1000_hours", "wear_depth_million_strokes"
@@ -84,9 +85,15 @@ class Study(NamedTuple):
         return tuple(axis for axis in self.swept() if not axis.scattered)
 
     def setting(self, case_id: str, without: Axis | None = None) -> str:
-        """Return the swept values of a case in words, all but those of one axis; '' without sweep."""
+        """Return the swept values of a case in words, all but those of one axis; '' without sweep.
+
+        Of more than MANY_AXES axes, values that most cases share are left out.
+        """
         values = [(axis, self._at(case_id, axis.path)) for axis in self.swept() if axis is not without]
-        return ", ".join(f"{axis.name} {axis.text(value)}" for axis, value in values if not pd.isna(value))
+        used = [(axis, value) for axis, value in values if not pd.isna(value)]
+        own = [each for each in used if len(used) <= MANY_AXES or each[1] != self._usual(each[0])]
+        words = [f"{axis.name} {axis.text(value)}" for axis, value in own]
+        return ", ".join([*words, "all else as in most cases"] if len(own) < len(used) else words)
 
     def value(self, case_id: str, path: str) -> float | str | None:
         """Return the SI value a case has at a dotted path, swept or not, or None."""
@@ -148,6 +155,13 @@ class Study(NamedTuple):
     def has(self, column: str) -> bool:
         """Return whether any finished case has this figure."""
         return not np.isnan(self.cases.largest(column))
+
+    def _usual(self, axis: Axis) -> float | str | None:
+        """Return the value of an axis that more than half of the finished cases have, or None."""
+        if axis.scattered or self.cases.empty:
+            return None
+        counts = np.bincount(self.places(axis) + 1, minlength=2)[1:]
+        return axis.values[int(counts.argmax())] if 2 * counts.max() > len(self.cases) else None
 
     def _at(self, case_id: str, path: str) -> float | str:
         return (self.failed if self.cases.place(case_id) < 0 else self.cases).at[case_id, path]

@@ -1,4 +1,4 @@
-"""One case, simulated again and drawn: orbit, force, output, drive, contact onsets and wear."""
+"""One case, simulated again and drawn: orbit, force, output, drive, contact onsets and wear; its pin forces as CSV."""
 
 import io
 from pathlib import Path
@@ -15,18 +15,21 @@ from ...language.errors import InputError
 from ...store import StoredRun, durable
 from ..blocks.picture import STYLE, Picture
 from ..data.study import Study, prepare, resolved
-from ..one_case import motion, worn
+from ..one_case import motion, pin_forces, worn
 from . import page
 
 SAMPLES = 1440  # per revolution at least, so that single contacts show
 COLUMNS = 2  # of panels in a PNG or SVG
-ENDINGS = (".html", ".png", ".svg")
+ENDINGS = (".html", ".png", ".svg", ".csv")
 
 
 def show(run: StoredRun, case_id: str, out: Path) -> Path:
-    """Simulate a case of a run again and draw it, as HTML, PNG or SVG by the ending of `out`; return `out`."""
+    """Simulate a case of a run again and draw it, as HTML, PNG or SVG by the ending of `out`; return `out`.
+
+    As CSV the file has the forces of the pins over time.
+    """
     if out.suffix.lower() not in ENDINGS:
-        raise InputError(f"{out}: cannot draw a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
+        raise InputError(f"{out}: cannot write a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
     durable.check_regular(out)
     with phases.phase("reading the run"):
         study = prepare(run)
@@ -34,10 +37,14 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
         raise InputError(f"no case {case_id!r} in this run; the column case_id of summary.parquet lists them")
     with phases.phase(f"simulating case {wording.short_id(case_id)}"):
         result = simulation.solve(to_draw(study, case_id))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    if out.suffix.lower() == ".csv":
+        forces = pin_forces.pin_forces(result.channels, study.joints)
+        durable.replace(out, forces.to_csv(index=False, lineterminator="\n").encode())
+        return out
     pictures = drawn(study, case_id, result)
     if not pictures:
         raise InputError(f"case {case_id}: nothing to draw, the case ended with {result.status!r}: {result.message}")
-    out.parent.mkdir(parents=True, exist_ok=True)
     with phases.phase("drawing"):
         if out.suffix.lower() == ".html":
             return page.save(_page(study, case_id, result, pictures), out)

@@ -182,7 +182,7 @@ def _setup(pairs: Pairs) -> list[tuple[str, str]]:
         here |= {axis.path: f"swept, {axis.listed()}" for axis in study.axes}
         values.append(here | {"model version": str(record.get("model_version"))})
     paths = list(dict.fromkeys([*values[0], *values[1]]))
-    settings = [(path, *(each.get(path, "nothing") for each in values)) for path in paths]
+    settings = [(path, *(value.get(path, "nothing") for value in values)) for path in paths]
     return [(path, f"A: {here}; B: {there}") for path, here, there in settings if here != there]
 
 

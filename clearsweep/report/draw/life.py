@@ -23,14 +23,14 @@ class DepthCurve(NamedTuple):
 
 def over_revolutions(ax: Axes, courses: Sequence[DepthCurve], unit: str, name: str, limit: float | None = None) -> None:
     """Draw a figure (SI, of `unit`) over revolutions, with the interval of each end, and any limit."""
-    scale = wording.scale(unit, [*(value for each in courses for value in each.values), limit])
-    ends = [each.revolutions[-1] for each in courses]
+    scale = wording.scale(unit, [*(value for history in courses for value in history.values), limit])
+    ends = [history.revolutions[-1] for history in courses]
     turns = wording.scale("revolutions", ends)
-    for each, colour in zip(courses, COLOURS, strict=False):
-        x, y = each.revolutions / turns.factor, each.values / scale.factor
-        ax.plot(x, y, color=colour, linewidth=1.4, marker="o", markersize=3, label=each.name)
-        if each.interval:
-            ax.plot(np.array(each.interval) / turns.factor, [y[-1]] * 2, color=colour, marker="|", linewidth=1.0)
+    for history, colour in zip(courses, COLOURS, strict=False):
+        x, y = history.revolutions / turns.factor, history.values / scale.factor
+        ax.plot(x, y, color=colour, linewidth=1.4, marker="o", markersize=3, label=history.name)
+        if history.interval:
+            ax.plot(np.array(history.interval) / turns.factor, [y[-1]] * 2, color=colour, marker="|", linewidth=1.0)
     if limit is not None:
         ax.axhline(limit / scale.factor, color=GREY, linewidth=1.0, linestyle=":")
     power = turns.unit.removesuffix("revolutions").rstrip()

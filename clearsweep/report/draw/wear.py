@@ -33,7 +33,7 @@ def around(ax: PolarAxes, depth: np.ndarray, place: int, scale: Scale, most: flo
 
 def along_length(ax: Axes, depths: tuple[np.ndarray, np.ndarray], scale: Scale) -> None:
     """Draw the depths (m, one per angular bin) of bearing and journal over the angle (rad) in each body's frame."""
-    for depth, (name, colour, dash) in zip((joined(each, SECTORS) for each in depths), BODIES, strict=True):
+    for depth, (name, colour, dash) in zip((joined(depth, SECTORS) for depth in depths), BODIES, strict=True):
         ax.plot(
             np.degrees(_angles(depth)), depth / scale.factor, color=colour, linestyle=dash, linewidth=1.2, label=name
         )

@@ -312,8 +312,10 @@ def _ideal(study: Study, case_id: str, saved: History) -> simulation.IdealMotion
 
 def _own(study: Study, saved: History) -> list[Column]:
     """Return the channels of the mechanism, without those of its joints and the time."""
-    channels = [each for each in study.run.layout.channels if each.name in saved.channels and each.name != TIME]
-    return [each for each in channels if not each.name.startswith("joints/")]
+    channels = [
+        channel for channel in study.run.layout.channels if channel.name in saved.channels and channel.name != TIME
+    ]
+    return [channel for channel in channels if not channel.name.startswith("joints/")]
 
 
 def _of_body(study: Study, saved: History, body: str) -> list[Column]:

@@ -44,7 +44,7 @@ class Axes:
     def plot(self, *values: Any, label: str | None = None, zorder: float = 2.0, **look: Any) -> list[None]:
         """Draw a line, or points, or both."""
         form = values[-1] if isinstance(values[-1], str) else ""
-        arrays = [np.asarray(each, float) for each in (values[:-1] if form else values)]
+        arrays = [np.asarray(value, float) for value in (values[:-1] if form else values)]
         x, y = arrays if len(arrays) == 2 else (np.arange(len(arrays[0]), dtype=float), *arrays)
         across = look.pop("transform", None) == ("x", self)
         if len(arrays) > 2 or x.ndim > 1:
@@ -141,7 +141,7 @@ class Axes:
         self, x: Any, low: Any, high: Any, *, color: str, alpha: float = 1.0, linewidth: float = 0.0
     ) -> None:
         """Fill the area between two lines."""
-        x, low, high = (np.asarray(each, float) for each in np.broadcast_arrays(x, low, high))
+        x, low, high = (np.asarray(array, float) for array in np.broadcast_arrays(x, low, high))
         there = np.isfinite(low) & np.isfinite(high)
         x, low, high = x[there], low[there], high[there]
         self._area(np.r_[x, x[::-1]], np.r_[low, high[::-1]], to_hex(color), alpha)
@@ -203,7 +203,7 @@ class Axes:
         self, x: Any, height: Any, width: float = 0.8, bottom: Any = 0.0, *, color: str, label: str = "", **look: Any
     ) -> None:
         """Draw vertical bars."""
-        x, height, bottom = (np.array(each, float) for each in np.broadcast_arrays(x, height, bottom))
+        x, height, bottom = (np.array(array, float) for array in np.broadcast_arrays(x, height, bottom))
         self._bars(x - 0.5 * width, x + 0.5 * width, bottom, bottom + height, color, look)
         self.yaxis.sticky |= {*bottom.tolist()}
         if label:

@@ -119,7 +119,7 @@ def _cells(item: Item, ax: Axes, box: Box) -> str:
             column = last
     rim = f"; stroke: {edge}; stroke-width: {wide:g}" if edge else ""
     sharp = "" if edge else ' shape-rendering="crispEdges"'
-    cells = "\n".join(f'<path d="{"".join(each)}" style="fill: {colour}{rim}"/>' for colour, each in shapes.items())
+    cells = "\n".join(f'<path d="{"".join(shape)}" style="fill: {colour}{rim}"/>' for colour, shape in shapes.items())
     return f"<g{sharp}>\n{cells}\n</g>"
 
 

@@ -81,7 +81,7 @@ class PolarSheet(Sheet):
             words.append(text(name, x, y, ax.xaxis.size, anchor, middle=True))
         for place, name in ticks["y"]:
             if place > 0.0:
-                x, y = (float(each) for each in ax.points(ax.named_at, place, box))
+                x, y = (float(point) for point in ax.points(ax.named_at, place, box))
                 words.append(text(name, x, y, ax.yaxis.size, "start", middle=True))
         words.append(text(ax.xaxis.label, middle, self.high - PAD - 0.22 * LABEL, LABEL, "middle"))
         return "\n".join(words)

@@ -85,7 +85,7 @@ class Side:
         """Take ticks and their labels."""
         if not {*style} <= {"rotation", "ha", "rotation_mode", "fontsize"}:
             raise UnsupportedError(f"style of ticks: {style}")
-        self.fixed = [float(each) for each in places], None if labels is None else [str(each) for each in labels]
+        self.fixed = [float(place) for place in places], None if labels is None else [str(label) for label in labels]
         self.style, self.size = style, style.get("fontsize", self.size)
 
     def ticks(self, length: float) -> list[tuple[float, str]]:
@@ -96,12 +96,12 @@ class Side:
         else:
             labels = None
             if self.locator is not None:
-                places = [float(each) for each in self.locator.tick_values(low, high)]
+                places = [float(value) for value in self.locator.tick_values(low, high)]
             elif self.log:
                 places = _decades(low, high)
             else:
                 most = max(2, min(_MOST, int(length / _TICK[self.axis_name])))
-                places = [float(each) for each in MaxNLocator(most, steps=_STEPS).tick_values(low, high)]
+                places = [float(value) for value in MaxNLocator(most, steps=_STEPS).tick_values(low, high)]
         names = labels if labels is not None else self._names(places)
         slack = 1e-9 * (high - low)
         seen = [

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from ...language import phases
-from ..blocks.section import Section
+from ..blocks.section import Detail, Section
 from ..data.study import Study
 from ..samples import counts
 from . import (
@@ -53,7 +53,8 @@ SECTIONS: tuple[Makes, ...] = (  # seen at once, in the order of the page
     trust.sections,
     lasting.sections,
 )
-SECOND = SECTIONS[SECTIONS.index(drivers.sections) :]  # in the second column of a wide page
+#: In the second column of a wide page; where no case is played, what drives it is in the first.
+SECOND = (*SECTIONS[SECTIONS.index(drivers.sections) :], explorer.leading)
 MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by subject
     (
         "Forces and output",
@@ -67,6 +68,7 @@ MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by sub
     (
         "Laws and errors",
         (
+            identified.more,
             budget.sections,
             law_check.sections,
             law_choice.sections,
@@ -79,6 +81,11 @@ MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by sub
 )
 
 
+def _long(section: Section) -> bool:
+    """Return whether a section shows a case in motion, which fills most of a column."""
+    return any(isinstance(block, Detail) for block in section.blocks)
+
+
 def of(study: Study) -> list[Section]:
     """Return the non-empty sections of a run."""
     listed: list[Section] = []
@@ -88,6 +95,7 @@ def of(study: Study) -> list[Section]:
         for number, (subject, sections) in enumerate(every):
             preparing.note(share=number / len(every))
             made = [section for section in sections(study) if section.blocks]
-            placed = [section._replace(subject=subject, second=sections in SECOND) for section in made]
+            second = sections in SECOND and (sections is not drivers.sections or any(map(_long, listed)))
+            placed = [section._replace(subject=subject, second=second) for section in made]
             listed += [counts.noted(study, section) for section in placed]
     return listed

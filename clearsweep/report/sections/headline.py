@@ -138,7 +138,7 @@ def _expected(study: Study) -> list[str]:
         return [
             f"No peak is predicted for 10⁶ revolutions: that takes {expected.NEEDED} independent ones in the window."
         ]
-    joint = next(each for each in study.joints if each.name == largest.joint)
+    joint = next(joint for joint in study.joints if joint.name == largest.joint)
     ends = wording.in_common_unit((largest.value, largest.high, largest.seen), "N")
     where = study.where(joint, " in joint {}") + _at(study, largest.case_id)
     return [expected.sentence(ends, where)]

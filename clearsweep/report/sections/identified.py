@@ -30,9 +30,17 @@ def sections(study: Study) -> list[Section]:
         Sentences(machine.sentences(identified, joints)),
         Gallery("Dashed: the ends of the 95 % interval; solid: the median.", _pictures(identified, sample, axes)),
         _parameters(identified, axes),
-        _fits(identified),
     ]
     return [Section("identify", "The machine that was measured", filled(blocks))]
+
+
+def more(study: Study) -> list[Section]:
+    """Return pairs of keys and the fit of each feature, or [] if nothing was identified."""
+    if not sections(study):
+        return []
+    identified, sample = study.run.grid["identified"], study.run.identify
+    pairs = Gallery("Darker: likelier.", _pairs(identified, sample, {axis.path: axis for axis in study.axes}))
+    return [Section("identify-more", "Identified pairs and measured features", filled([pairs, _fits(identified)]))]
 
 
 def cards(study: Study) -> list[tuple[str, str, str]]:
@@ -61,8 +69,8 @@ def _said(axis: Axis, each: dict[str, Any]) -> str:
 
 
 def _pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, Axis]) -> list[Picture]:
-    """Return the distributions of each key and of pairs of keys."""
-    weights, pictures = sample["weight"].to_numpy(), []
+    """Return the distribution of each key."""
+    weights = sample["weight"].to_numpy()
 
     def single(each: dict[str, Any]) -> Picture:
         axis, ends = axes[each["path"]], (each["low"], each["value"], each["high"])
@@ -72,17 +80,23 @@ def _pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, 
 
         return Picture(f"How likely: {axis.name}", "", f"{_said(axis, each)}.", paint)
 
+    return [single(each) for each in identified["parameters"]]
+
+
+def _pairs(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, Axis]) -> list[Picture]:
+    """Return the distributions of pairs of keys."""
+    weights = sample["weight"].to_numpy()
+
     def both(first: Axis, second: Axis) -> Picture:
         def paint(ax: Any) -> None:
             pair = (sample[first.path].to_numpy(), sample[second.path].to_numpy())
             posterior.pair(ax, pair, weights, (first, second))
 
         title = f"{first.name} and {second.name}"
-        return Picture(title, "Darker: likelier.", f"How likely pairs of {title} are.", paint)
+        return Picture(title, "", f"How likely pairs of {title} are.", paint)
 
-    pictures += [single(each) for each in identified["parameters"]]
     pairs = itertools.combinations([axes[each["path"]] for each in identified["parameters"]], 2)
-    return [*pictures, *(both(*pair) for pair in itertools.islice(pairs, PAIRS))]
+    return [both(*pair) for pair in itertools.islice(pairs, PAIRS)]
 
 
 def _parameters(identified: dict[str, Any], axes: dict[str, Axis]) -> Table:

@@ -22,7 +22,7 @@ CALLED = {"wear_depth_max": "wear depth", "clearance_growth": "growth of the cle
 
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if no case has a life or none finished."""
-    joint = next((each for each in study.joints if each.name == study.run.layout.life), None)
+    joint = next((joint for joint in study.joints if joint.name == study.run.layout.life), None)
     if joint is None or study.cases.empty:
         return []
     return [Section("life", "Life", filled([Points(_points(study, joint)), Gallery(NOTE, _pictures(study, joint))]))]
@@ -30,7 +30,7 @@ def sections(study: Study) -> list[Section]:
 
 def ends(study: Study) -> list[str]:
     """Return the shortest and the longest life in one sentence each, or [] if no case has a life."""
-    joint = next((each for each in study.joints if each.name == study.run.layout.life), None)
+    joint = next((joint for joint in study.joints if joint.name == study.run.layout.life), None)
     return [] if joint is None or study.cases.empty else _points(study, joint)
 
 
@@ -73,10 +73,10 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
         ("clearance_growth", "m", "growth of the clearance"),
         ("force_peak", "N", "force peak"),
     ):
-        courses = [_course(study, joint, name, *each, figure) for name, each in histories.items()]
+        courses = [_course(study, joint, name, *history, figure) for name, history in histories.items()]
         if courses:
-            ends = wording.in_common_unit((float(each.values[-1]) for each in courses), unit)
-            named = ", ".join(f"{each.name} {end}" for each, end in zip(courses, ends, strict=True))
+            ends = wording.in_common_unit((float(history.values[-1]) for history in courses), unit)
+            named = ", ".join(f"{history.name} {end}" for history, end in zip(courses, ends, strict=True))
             text = f"{title} over revolutions; at the end: {named}."
             of_limit = limit if figure == of and isinstance(limit, float) else None
             paint = partial(life.over_revolutions, courses=courses, unit=unit, name=title, limit=of_limit)

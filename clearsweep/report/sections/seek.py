@@ -70,7 +70,10 @@ def safest(study: Study) -> list[str]:
     none = [row for row in answers.rows if row[answers.column] is None]
     if none:
         many = f" in {len(none)} of {len(answers.rows)} searches" if len(answers.rows) > 1 else ""
-        return [f"{end} safe {name}: none of the range that was looked at{many}{_because(answers, none[0])}."]
+        return [
+            f"{end} safe {name}: none of the range that was looked at{many}{_because(answers, none[0])}.",
+            *_not_monotone(answers),
+        ]
     choose = min if answers.largest else max
     row = choose(answers.rows, key=lambda row: row[answers.column])
     text = f"{end} safe {name}: {answers.axis.text(row[answers.column])}"
@@ -78,7 +81,7 @@ def safest(study: Study) -> list[str]:
         text += f", which is safe in all {len(answers.rows)} searches"
     border = answers.interval(row)
     text += f"; the border is {border}" if border else "; the range that was looked at ends there"
-    return [f"{text}{_because(answers, row)}."]
+    return [f"{text}{_because(answers, row)}.", *_not_monotone(answers)]
 
 
 def card(study: Study) -> list[tuple[str, str, str]]:
@@ -94,6 +97,16 @@ def card(study: Study) -> list[tuple[str, str, str]]:
     return [
         (f"{end} safe {answers.axis.name}", answers.axis.text(row[answers.column]), _because(answers, row).strip(", "))
     ]
+
+
+def _not_monotone(answers: _Answers) -> list[str]:
+    """Return a sentence for each search in which fits beyond the first one that fails keep to the limits."""
+    sentences = []
+    for row in answers.rows:
+        if row.get("seek_beyond"):
+            at = f" at {answers.setting(row)}" if answers.others else ""
+            sentences.append(f"Not monotone{at}: {row['seek_beyond']} beyond the border also keep to the limits.")
+    return sentences
 
 
 def _because(answers: _Answers, row: dict[str, Any]) -> str:
@@ -211,13 +224,13 @@ def _pictures(answers: _Answers, title: str) -> list[Picture]:
     if len(answers.others) != 1 or not answers.others[0].numeric or len(rows) < PICTURED:
         return []
     (other,) = answers.others
-    found = sorted((row[other.path], row["seek_low"], row["seek_high"], row[answers.column]) for row in rows)
-    ends = "; ".join(f"{other.text(row[0])}: {answers.axis.text(row[3])}" for row in found)
+    results = sorted((row[other.path], row["seek_low"], row["seek_high"], row[answers.column]) for row in rows)
+    ends = "; ".join(f"{other.text(row[0])}: {answers.axis.text(row[3])}" for row in results)
     return [
         Picture(
             capital(f"{title.removeprefix('The ')} over {other.name}"),
             "Dot: the last value that is safe; bar: where the border is.",
             f"{title} over {other.name}. {ends}",
-            lambda ax: draw.intervals(ax, found, other, answers.axis),
+            lambda ax: draw.intervals(ax, results, other, answers.axis),
         )
     ]

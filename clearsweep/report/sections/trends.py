@@ -113,7 +113,7 @@ def _points(study: Study, answers: list[Answer]) -> list[str]:
     """Return one sentence for each answer."""
     said = []
     for word in (SHOWN, CONTRADICTED, OPEN):
-        titles = [each.title + study.where(each.joint, " ({})") for each in answers if each.answer == word]
+        titles = [answer.title + study.where(answer.joint, " ({})") for answer in answers if answer.answer == word]
         said += [f"{capital(word)}: {wording.sentence_list(titles)}."] if titles else []
     return said
 
@@ -121,7 +121,15 @@ def _points(study: Study, answers: list[Answer]) -> list[str]:
 def _table(study: Study, answers: list[Answer]) -> Table:
     columns = ("wear is", "joint", "answer", "measured", "median", "95 % from", "to", "number", "of")
     rows = [
-        (each.title, each.joint.title, each.answer, each.measure, *each.estimate, counted(each.number), each.counted)
-        for each in answers
+        (
+            answer.title,
+            answer.joint.title,
+            answer.answer,
+            answer.measure,
+            *answer.estimate,
+            counted(answer.number),
+            answer.counted,
+        )
+        for answer in answers
     ]
     return Table("wear_trends", "What the cases say", NOTE, tuple(map(Column, columns)), rows)

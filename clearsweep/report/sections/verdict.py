@@ -45,7 +45,7 @@ def _worst(study: Study) -> list[str]:
     if worst is None:
         return advice
     case_id, candidate = worst
-    joint = next(each for each in study.joints if each.name == candidate.joint)
+    joint = next(joint for joint in study.joints if joint.name == candidate.joint)
     said = [
         f"{heading} {_share(study, case_id, name)}"
         for heading, name in zip(lead.headings, candidate.columns, strict=True)

@@ -80,7 +80,7 @@ def worn_in(kind: str) -> dict[str, Any]:
 def worn_in_profiles() -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return the (nodes,) revolutions and (nodes, bins) depths (m) of both kinds of WORN_IN."""
     histories = {kind: run(worn_in(kind)).history for kind in WORN_IN}
-    return {kind: (each["revolutions"], each["crank_rod/profile_bearing"]) for kind, each in histories.items()}
+    return {kind: (history["revolutions"], history["crank_rod/profile_bearing"]) for kind, history in histories.items()}
 
 
 def apart(first: np.ndarray, second: np.ndarray) -> tuple[float, float]:

@@ -56,7 +56,7 @@ def depth_of_arc(angle: float) -> float:
     return share / (1.0 - share)
 
 
-@elastic_form(Compatible, odd=False)
+@elastic_form(Compatible, is_odd=False)
 def _compatible(elastic, pen):
     if pen <= 0.0:
         return as_type_of(0.0, pen)
@@ -76,12 +76,14 @@ def stored(q):
     its part 2 w, with a logarithm at small q, is integrated in closed form.
     """
     w = q * (calculus.log(4.0 / q) - 1.0)
-    rest = 0.0
+    energy_factor = 0.0
     for node, weight in NODES:
         t = q * (node * node)
-        inner = t * (calculus.log(4.0 / t) - 1.0)
-        rest += weight * inner * ((1.0 - t) * (2.0 - inner) / ((1.0 - inner) * (1.0 - inner)) - 2.0)
-    return 0.5 * q * (2.0 - q) * w * (2.0 - w) / ((1.0 - w) * (1.0 - w)) - q * (w + 0.5 * q + rest)
+        logarithm = t * (calculus.log(4.0 / t) - 1.0)
+        energy_factor += (
+            weight * logarithm * ((1.0 - t) * (2.0 - logarithm) / ((1.0 - logarithm) * (1.0 - logarithm)) - 2.0)
+        )
+    return 0.5 * q * (2.0 - q) * w * (2.0 - w) / ((1.0 - w) * (1.0 - w)) - q * (w + 0.5 * q + energy_factor)
 
 
 END_ENERGY = stored(END_SHARE)
@@ -95,8 +97,8 @@ def _elastic_energy_compatible(elastic, pen):
     if pen < END_DEPTH * c:
         share = pen / (c + pen)
         return elastic.stiffness * c * c * stored(share * inverse_lambert(0.25 * math.e * share))
-    more = pen - END_DEPTH * c
-    return elastic.stiffness * (END_ENERGY * c * c + END_FORCE * more * (c + more / END_DEPTH))
+    overshoot = pen - END_DEPTH * c
+    return elastic.stiffness * (END_ENERGY * c * c + END_FORCE * overshoot * (c + overshoot / END_DEPTH))
 
 
 def _make_compatible(joint: Joint) -> Compatible:

@@ -29,7 +29,7 @@ class Liu(NamedTuple):
     clearance: float  # c, m
 
 
-@elastic_form(Liu, odd=True)
+@elastic_form(Liu, is_odd=True)
 def _liu(elastic, pen):
     return elastic.stiffness * pen * math.sqrt(0.5 * pen / (elastic.clearance + pen))
 
@@ -82,11 +82,11 @@ class LiuTangent(NamedTuple):
     exponent: float  # n, 1
 
 
-@elastic_form(LiuTangent, odd=False)
+@elastic_form(LiuTangent, is_odd=False)
 def _liu_tangent(elastic, pen):
-    whole = elastic.clearance + pen
-    share = (1.5 * elastic.clearance + pen) / whole
-    return elastic.modulus * pen**elastic.exponent * share * math.sqrt(0.5 * pen / whole)
+    clearance_and_depth = elastic.clearance + pen
+    share = (1.5 * elastic.clearance + pen) / clearance_and_depth
+    return elastic.modulus * pen**elastic.exponent * share * math.sqrt(0.5 * pen / clearance_and_depth)
 
 
 def _make_literal(joint):
@@ -133,7 +133,7 @@ def arc_excess(angle):
     return angle * x / 6.0 * series
 
 
-@elastic_form(Foundation, odd=True)
+@elastic_form(Foundation, is_odd=True)
 def _foundation(elastic, pen):
     angle = 2.0 * math.atan(math.sqrt(pen / (2.0 * elastic.clearance + pen)))
     return elastic.stiffness * (pen * angle + elastic.clearance * arc_excess(angle))
@@ -193,7 +193,7 @@ def conformal_load(depth):
     return b2 * (b2 + 1.0) / (2.0 - math.log1p(b2) - 2.0 * b2 * b2)
 
 
-@elastic_form(Conformal, odd=False)
+@elastic_form(Conformal, is_odd=False)
 def _conformal(elastic, pen):
     depth = pen / elastic.clearance
     if depth < CONFORMAL_END:
@@ -210,8 +210,8 @@ def load_arc(load: np.ndarray) -> np.ndarray:
     low, high = np.zeros(np.shape(load)), np.full(np.shape(load), WIDEST)  # of b^2
     for _ in range(60):
         b2 = 0.5 * (low + high)
-        more = 2.0 * np.pi * b2 * (b2 + 1.0) < load * (2.0 - np.log1p(b2) - 2.0 * b2 * b2)
-        low, high = np.where(more, b2, low), np.where(more, high, b2)
+        overshoot = 2.0 * np.pi * b2 * (b2 + 1.0) < load * (2.0 - np.log1p(b2) - 2.0 * b2 * b2)
+        low, high = np.where(overshoot, b2, low), np.where(overshoot, high, b2)
     return 2.0 * np.arctan(np.sqrt(0.5 * (low + high)))
 
 

@@ -61,14 +61,14 @@ NODES = tuple((float(0.5 * x + 0.5), float(w * (0.5 * x + 0.5))) for x, w in zip
 FAMILIES = (elastic_force, parity)  # every type must be a member of these families
 
 
-def elastic_form(form, *, odd: bool):
+def elastic_form(form, *, is_odd: bool):
     """Return the decorator that registers the `elastic_force` of a type.
 
-    `odd` : whether the force at small penetration is an odd power of the root of the penetration.
+    `is_odd` : whether the force at small penetration is an odd power of the root of the penetration.
     """
 
     def register(body):
-        parity.member(form)(_odd if odd else _even)
+        parity.member(form)(_odd if is_odd else _even)
         return elastic_force.member(form)(body)
 
     return register
@@ -88,10 +88,10 @@ def static_penetration(elastic, load: float) -> float:
     while elastic_force(elastic, high) < load:
         high *= 2.0
     for _ in range(200):  # bisection works for any increasing law, within one unit in the last place
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
+        midpoint = 0.5 * (low + high)
+        if midpoint in (low, high):
             break
-        low, high = (middle, high) if elastic_force(elastic, middle) < load else (low, middle)
+        low, high = (midpoint, high) if elastic_force(elastic, midpoint) < load else (low, midpoint)
     return high
 
 

@@ -40,11 +40,13 @@ def inverse_lambert(w):
     z = v - q - math.log(v)
     base = 1.0 - v
     second = 2.0 * base * (base + 2.0 / 3.0 * z)
-    below = base * (second - 2.0 * z)  # v (1 + z (second - z) / below) is the root; its inverse needs one division
-    return below / (v * (below + z * (second - z)))
+    denominator = base * (
+        second - 2.0 * z
+    )  # v (1 + z (second - z) / below) is the root; its inverse needs one division
+    return denominator / (v * (denominator + z * (second - z)))
 
 
-@elastic_form(Logarithmic, odd=False)
+@elastic_form(Logarithmic, is_odd=False)
 def _logarithmic(elastic, pen):
     if pen <= 0.0:
         return 0.0
@@ -60,8 +62,10 @@ def _elastic_energy_logarithmic(elastic, pen):
     force = elastic_force(elastic, pen)
     if pen < LOGARITHMIC_END * elastic.depth:
         return 0.5 * force * pen - 0.25 * force * force / elastic.stiffness
-    end = LOGARITHMIC_END * elastic.depth  # where F = pen / (2 g); beyond along the tangent 1 / g
-    return 0.1875 * elastic.stiffness * end * end + 0.5 * (force + 0.5 * elastic.stiffness * end) * (pen - end)
+    end_force = LOGARITHMIC_END * elastic.depth  # where F = pen / (2 g); beyond along the tangent 1 / g
+    return 0.1875 * elastic.stiffness * end_force * end_force + 0.5 * (force + 0.5 * elastic.stiffness * end_force) * (
+        pen - end_force
+    )
 
 
 def logarithmic_of(joint: Joint, depth: float) -> Logarithmic:

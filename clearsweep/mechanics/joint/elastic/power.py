@@ -16,7 +16,7 @@ class Power(NamedTuple):
     exponent: float  # 1
 
 
-@elastic_form(Power, odd=False)
+@elastic_form(Power, is_odd=False)
 def _power(elastic, pen):
     return elastic.stiffness * pen**elastic.exponent
 
@@ -32,7 +32,7 @@ class PowerThreeHalves(NamedTuple):
     stiffness: float  # N m^-1.5
 
 
-@elastic_form(PowerThreeHalves, odd=True)
+@elastic_form(PowerThreeHalves, is_odd=True)
 def _power_three_halves(elastic, pen):
     return elastic.stiffness * pen * math.sqrt(pen)
 
@@ -53,7 +53,7 @@ class Linear(NamedTuple):
     stiffness: float  # N/m
 
 
-@elastic_form(Linear, odd=False)
+@elastic_form(Linear, is_odd=False)
 def _linear(elastic, pen):
     return elastic.stiffness * pen
 

@@ -99,10 +99,10 @@ def arc_from(ratio, sine, cosine):
     """Return the Arc that begins where sine and cosine have the given ratio; one of them must not be 0."""
     length = math.sqrt(sine * sine + cosine * cosine)
     sine, cosine = sine / length, cosine / length
-    slow = 1.0 - ratio * ratio
-    root = math.sqrt(slow)
+    one_minus_square = 1.0 - ratio * ratio
+    root = math.sqrt(one_minus_square)
     spread = (math.pi + 2.0 * math.atan(ratio * sine / root)) / root
-    return Arc(cosine, sine, 1.0 - (ratio * cosine) ** 2, slow, spread)
+    return Arc(cosine, sine, 1.0 - (ratio * cosine) ** 2, one_minus_square, spread)
 
 
 @kernel
@@ -110,11 +110,11 @@ def highest(law, motion, profile, start):
     """Return the largest value of `profile(law, motion, cosine, sine)` over the half circle from the angle `start`."""
     low, high = start, start + math.pi
     for _ in range(40):  # golden section search to 1e-8 of the arc
-        reach = 0.3819660112501051 * (high - low)
-        a, b = low + reach, high - reach
+        golden_step = 0.3819660112501051 * (high - low)
+        a, b = low + golden_step, high - golden_step
         if profile(law, motion, math.cos(a), math.sin(a)) < profile(law, motion, math.cos(b), math.sin(b)):
             low = a
         else:
             high = b
-    middle = 0.5 * (low + high)
-    return profile(law, motion, math.cos(middle), math.sin(middle))
+    midpoint = 0.5 * (low + high)
+    return profile(law, motion, math.cos(midpoint), math.sin(midpoint))

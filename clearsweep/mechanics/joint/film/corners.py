@@ -37,14 +37,14 @@ def _guards_corners(corners):
 
 @guard_values.member(Corners)
 def _guard_values_corners(corners, start, contact, root):
-    was, now, near = start.depth, contact.depth, corners.near
+    depth_before, depth_now, margin = start.depth, contact.depth, corners.near
     return (
-        now - corners.clamped if was < corners.clamped - near else NEVER,
-        corners.clamped - now if was > corners.clamped + near else NEVER,
-        now - corners.begin if was < corners.begin - near else NEVER,
-        corners.begin - now if was > corners.begin + near else NEVER,
-        now - corners.end if was < corners.end - near else NEVER,
-        corners.end - now if was > corners.end + near else NEVER,
+        depth_now - corners.clamped if depth_before < corners.clamped - margin else NEVER,
+        corners.clamped - depth_now if depth_before > corners.clamped + margin else NEVER,
+        depth_now - corners.begin if depth_before < corners.begin - margin else NEVER,
+        corners.begin - depth_now if depth_before > corners.begin + margin else NEVER,
+        depth_now - corners.end if depth_before < corners.end - margin else NEVER,
+        corners.end - depth_now if depth_before > corners.end + margin else NEVER,
     )
 
 

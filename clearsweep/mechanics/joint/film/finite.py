@@ -46,9 +46,16 @@ def butenschoen(force: float, b: float) -> Finite:
 @kernel
 def turning_number(law, ratio):
     """Return the Sommerfeld number of the wedge and sine and cosine of the attitude."""
-    slow = 1.0 - ratio * ratio
-    b, root = law.slenderness, math.sqrt(slow)
-    size = 0.5 * b * b * ratio / (slow * slow) * math.sqrt(math.pi**2 * slow + 16.0 * ratio * ratio)
+    one_minus_square = 1.0 - ratio * ratio
+    b, root = law.slenderness, math.sqrt(one_minus_square)
+    size = (
+        0.5
+        * b
+        * b
+        * ratio
+        / (one_minus_square * one_minus_square)
+        * math.sqrt(math.pi**2 * one_minus_square + 16.0 * ratio * ratio)
+    )
     size *= law.a1 * (ratio - 1.0) / (law.a2 + ratio)
     tilt = law.a3 + ratio * (law.a4 + ratio * (law.a5 + ratio * (law.a6 + ratio * law.a7)))
     # arctan(pi root / (2 ratio)), also for a ratio of 0
@@ -59,10 +66,16 @@ def turning_number(law, ratio):
 @kernel
 def squeeze_number(law, ratio):
     """Return the Sommerfeld number of the squeeze; the ratio has the sign of its rate."""
-    slow = 1.0 - ratio * ratio
-    b, root = law.slenderness, math.sqrt(slow)
+    one_minus_square = 1.0 - ratio * ratio
+    b, root = law.slenderness, math.sqrt(one_minus_square)
     arc = 0.25 * math.pi + 0.5 * math.atan(ratio / root)  # pi / 2 - arccos(ratio) / 2
-    size = 4.0 * b * b / (slow * slow * root) * (arc * (1.0 + 2.0 * ratio * ratio) + 1.5 * ratio * root)
+    size = (
+        4.0
+        * b
+        * b
+        / (one_minus_square * one_minus_square * root)
+        * (arc * (1.0 + 2.0 * ratio * ratio) + 1.5 * ratio * root)
+    )
     return size * law.a8 * (1.0 - ratio) / (-law.a9 - ratio)
 
 
@@ -71,11 +84,11 @@ bends.member(Finite)(None)
 
 @film_force.member(Finite)
 def _film_force_finite(law, motion):
-    ratio, squeeze_rate, spin = motion.ratio, motion.squeeze_rate, motion.spin
+    ratio, squeeze_rate, entrainment = motion.ratio, motion.squeeze_rate, motion.spin
     wedge, sine, cosine = turning_number(law, ratio)
     squeeze = squeeze_number(law, ratio if squeeze_rate >= 0.0 else -ratio)
-    radial = -law.force * (wedge * cosine * abs(spin) + squeeze * squeeze_rate)
-    return radial, law.force * wedge * sine * spin
+    radial = -law.force * (wedge * cosine * abs(entrainment) + squeeze * squeeze_rate)
+    return radial, law.force * wedge * sine * entrainment
 
 
 def _finite(joint):

@@ -23,42 +23,52 @@ class Long(NamedTuple):
 
 @film_force.member(Long)
 def _film_force_long(law, motion):
-    ratio, squeeze_rate, full = motion.ratio, motion.squeeze_rate, 2.0 + motion.ratio * motion.ratio
-    squeeze, wedge = squeeze_rate * full, motion.spin * ratio
+    ratio, squeeze_rate, two_plus_square = motion.ratio, motion.squeeze_rate, 2.0 + motion.ratio * motion.ratio
+    squeeze, wedge = squeeze_rate * two_plus_square, motion.spin * ratio
     if squeeze == 0.0 and wedge == 0.0:
-        still = as_type_of(0.0, squeeze * wedge)
-        return still, still
+        zero = as_type_of(0.0, squeeze * wedge)
+        return zero, zero
     arc = arc_from(ratio, squeeze, wedge)
-    c, s, d, slow, spread = arc.cosine, arc.sine, arc.ends, arc.slow, arc.spread
-    begin, inner = 1.0 + ratio * c, ratio * c * c
-    share, ends = 6.0 * law.force * wedge / full, (2.0 + ratio * c) / (begin * begin)
+    c, s, d, one_minus_square, spread = arc.cosine, arc.sine, arc.ends, arc.slow, arc.spread
+    film_at_start, ratio_cosine_square = 1.0 + ratio * c, ratio * c * c
+    share, end_term = 6.0 * law.force * wedge / two_plus_square, (2.0 + ratio * c) / (film_at_start * film_at_start)
     # the pressure of the wedge, 0 at the beginning, plus that of the squeeze
-    radial = share * (2.0 * s * s * ends - 2.0 * inner * c / d)
-    tangential = share * (spread - 2.0 * s * inner / d - 2.0 * s * c * ends)
-    rest = 2.0 * c + ratio * (1.0 + 2.0 * c * c) - ratio * ratio * inner
-    radial -= 6.0 * law.force * squeeze_rate * (spread + 2.0 * s * rest / (begin * begin * d)) / slow
-    tangential += 24.0 * law.force * squeeze_rate * c * c / (d * begin)
+    radial = share * (2.0 * s * s * end_term - 2.0 * ratio_cosine_square * c / d)
+    tangential = share * (spread - 2.0 * s * ratio_cosine_square / d - 2.0 * s * c * end_term)
+    cosine_terms = 2.0 * c + ratio * (1.0 + 2.0 * c * c) - ratio * ratio * ratio_cosine_square
+    radial -= (
+        6.0
+        * law.force
+        * squeeze_rate
+        * (spread + 2.0 * s * cosine_terms / (film_at_start * film_at_start * d))
+        / one_minus_square
+    )
+    tangential += 24.0 * law.force * squeeze_rate * c * c / (d * film_at_start)
     return radial, tangential
 
 
 @kernel
 def _pressure(law, motion, cosine, sine):
-    ratio, full = motion.ratio, 2.0 + motion.ratio * motion.ratio
-    squeeze, wedge = motion.squeeze_rate * full, motion.spin * ratio
+    ratio, two_plus_square = motion.ratio, 2.0 + motion.ratio * motion.ratio
+    squeeze, wedge = motion.squeeze_rate * two_plus_square, motion.spin * ratio
     length = math.sqrt(squeeze * squeeze + wedge * wedge)
     if length == 0.0:
         return 0.0
     s, c = squeeze / length, wedge / length
-    begin, here = 1.0 + ratio * c, 1.0 + ratio * cosine
-    drawn = sine * (1.0 + here) / (here * here) - s * (1.0 + begin) / (begin * begin)
-    pressed = (c - cosine) * (begin + here) / (begin * here) ** 2
-    return law.pressure * (wedge / full * drawn + motion.squeeze_rate * pressed)
+    film_at_start, film_at_angle = 1.0 + ratio * c, 1.0 + ratio * cosine
+    wedge_term = sine * (1.0 + film_at_angle) / (film_at_angle * film_at_angle) - s * (1.0 + film_at_start) / (
+        film_at_start * film_at_start
+    )
+    squeeze_term = (c - cosine) * (film_at_start + film_at_angle) / (film_at_start * film_at_angle) ** 2
+    return law.pressure * (wedge / two_plus_square * wedge_term + motion.squeeze_rate * squeeze_term)
 
 
 @film_pressure.member(Long)
 def _film_pressure_long(law, motion):
-    full = 2.0 + motion.ratio * motion.ratio
-    return highest(law, motion, _pressure, math.atan2(motion.squeeze_rate * full, motion.spin * motion.ratio))
+    two_plus_square = 2.0 + motion.ratio * motion.ratio
+    return highest(
+        law, motion, _pressure, math.atan2(motion.squeeze_rate * two_plus_square, motion.spin * motion.ratio)
+    )
 
 
 def _sizes(joint):
@@ -97,20 +107,22 @@ bends.member(PinkusSternlicht)(None)
 
 @film_force.member(PinkusSternlicht)
 def _film_force_pinkus_sternlicht(law, motion):
-    ratio, squeeze_rate, spin = motion.ratio, motion.squeeze_rate, motion.spin
+    ratio, squeeze_rate, entrainment = motion.ratio, motion.squeeze_rate, motion.spin
     squared = ratio * ratio
-    slow, full, speed = 1.0 - squared, 2.0 + squared, abs(squeeze_rate)
-    half_wedge = 0.5 * spin * ratio
-    weight = math.sqrt(slow * (half_wedge * half_wedge + squeeze_rate * squeeze_rate))  # eps |eps'| k
+    one_minus_square, two_plus_square, speed = 1.0 - squared, 2.0 + squared, abs(squeeze_rate)
+    half_wedge = 0.5 * entrainment * ratio
+    weight = math.sqrt(one_minus_square * (half_wedge * half_wedge + squeeze_rate * squeeze_rate))  # eps |eps'| k
     under = weight + 1.5 * ratio * speed
     if under == 0.0:
-        still = as_type_of(0.0, under)
-        return still, still
+        zero = as_type_of(0.0, under)
+        return zero, zero
     share = (weight + 3.0 * ratio * speed if squeeze_rate > 0.0 else weight) / under
     sign = 1.0 if squeeze_rate > 0.0 else -1.0
-    radial = -6.0 * law.force / (full * slow * math.sqrt(slow))
-    radial *= 4.0 * weight * ratio + sign * speed * full * math.pi * share
-    tangential = 6.0 * math.pi * law.force * ratio * spin / (full * math.sqrt(slow)) * share
+    radial = -6.0 * law.force / (two_plus_square * one_minus_square * math.sqrt(one_minus_square))
+    radial *= 4.0 * weight * ratio + sign * speed * two_plus_square * math.pi * share
+    tangential = (
+        6.0 * math.pi * law.force * ratio * entrainment / (two_plus_square * math.sqrt(one_minus_square)) * share
+    )
     return radial, tangential
 
 

@@ -81,22 +81,22 @@ def expansion(table, ratio, direction):
     depth = 0.5 * math.log((1.0 + ratio) / (1.0 - ratio)) / DEEPEST
     x = 2.0 * depth * depth - 1.0
     total = rate = as_type_of(0.0, x)
-    even, odd = as_type_of(1.0, x), as_type_of(direction, x)  # T_k and T_(k + 1)
-    before, after = as_type_of(0.0, x), as_type_of(1.0, x)  # their derivatives over k and k + 1
+    previous, current = as_type_of(1.0, x), as_type_of(direction, x)  # T_k and T_(k + 1)
+    previous_slope, current_slope = as_type_of(0.0, x), as_type_of(1.0, x)  # their derivatives over k and k + 1
     for pair in range(TERMS // 2):
-        first = 2 * pair * POWERS
-        a = as_type_of(load_item(table, first + POWERS - 1), x)
-        b = as_type_of(load_item(table, first + 2 * POWERS - 1), x)
+        offset = 2 * pair * POWERS
+        a = as_type_of(load_item(table, offset + POWERS - 1), x)
+        b = as_type_of(load_item(table, offset + 2 * POWERS - 1), x)
         for power in range(POWERS - 2, -1, -1):
-            a = a * x + load_item(table, first + power)
-            b = b * x + load_item(table, first + POWERS + power)
+            a = a * x + load_item(table, offset + power)
+            b = b * x + load_item(table, offset + POWERS + power)
         b = b * depth
-        total = total + a * even + b * odd
-        rate = rate + 2.0 * pair * a * before + (2.0 * pair + 1.0) * b * after
-        even = 2.0 * direction * odd - even
-        odd = 2.0 * direction * even - odd
-        before = 2.0 * direction * after - before
-        after = 2.0 * direction * before - after
+        total = total + a * previous + b * current
+        rate = rate + 2.0 * pair * a * previous_slope + (2.0 * pair + 1.0) * b * current_slope
+        previous = 2.0 * direction * current - previous
+        current = 2.0 * direction * previous - current
+        previous_slope = 2.0 * direction * current_slope - previous_slope
+        current_slope = 2.0 * direction * previous_slope - current_slope
     return total, rate
 
 
@@ -113,15 +113,15 @@ def _direction(motion):
 def _film_force_reynolds(law, motion):
     squeeze, wedge, size, stretch = _direction(motion)
     if size == 0.0:
-        still = as_type_of(0.0, size)
-        return still, still
+        zero = as_type_of(0.0, size)
+        return zero, zero
     sine, cosine = squeeze / size, wedge / size
     log_share, slope = expansion(law.power, motion.ratio, sine)
     radial, tangential = film_force(law.short, motion)
     share = math.exp(log_share)
     # P / c = (-S F_r + W F_t) / 2 of the short film, times the derivative of exp(g); W = wedge / stretch
-    turned = 0.5 * slope * cosine * (wedge / stretch * tangential - squeeze * radial) / size
-    return share * (radial - turned * cosine), share * (tangential - turned * sine * stretch)
+    tangential_share = 0.5 * slope * cosine * (wedge / stretch * tangential - squeeze * radial) / size
+    return share * (radial - tangential_share * cosine), share * (tangential - tangential_share * sine * stretch)
 
 
 @film_pressure.member(Reynolds)
@@ -133,8 +133,8 @@ def _film_pressure_reynolds(law, motion):
 
 
 def _reynolds(joint):
-    short = RECIPES["film", "short"].make(joint)
-    return Reynolds(short, *tables(0.5 * joint.length / joint.bearing_radius))
+    short_bearing = RECIPES["film", "short"].make(joint)
+    return Reynolds(short_bearing, *tables(0.5 * joint.length / joint.bearing_radius))
 
 
 register(

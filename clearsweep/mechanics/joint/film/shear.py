@@ -28,8 +28,8 @@ def _shear_couple_unsheared(shear, motion, rotation):
 
 @film_couples.member(Unsheared)
 def _film_couples_unsheared(shear, motion, rotation, moment):
-    nothing = as_type_of(0.0, moment)
-    return nothing, nothing
+    zero = as_type_of(0.0, moment)
+    return zero, zero
 
 
 register(

@@ -21,18 +21,22 @@ class Short(NamedTuple):
 def _film_force_short(law, motion):
     ratio, squeeze, wedge = motion.ratio, 2.0 * motion.squeeze_rate, motion.spin * motion.ratio
     if squeeze == 0.0 and wedge == 0.0:
-        still = as_type_of(0.0, squeeze * wedge)
-        return still, still
+        zero = as_type_of(0.0, squeeze * wedge)
+        return zero, zero
     arc = arc_from(ratio, squeeze, wedge)
-    c, s, d, slow, spread = arc.cosine, arc.sine, arc.ends, arc.slow, arc.spread
-    inner = (ratio * c) ** 2
+    c, s, d, one_minus_square, spread = arc.cosine, arc.sine, arc.ends, arc.slow, arc.spread
+    cosine_square = (ratio * c) ** 2
     # integrals over the arc of sin^2, sin cos, 1 over H^3 (Booker 1965)
-    across = 0.5 * spread / slow + s * ratio * (1.0 - 2.0 * c * c + inner) / (d * d * slow)
-    both = -2.0 * ratio * c * c * c / (d * d)
-    second = (spread + 2.0 * ratio * s / d) / slow
-    whole = 0.5 * (3.0 * second - spread + 2.0 * ratio * s * (1.0 + inner) / (d * d)) / slow
-    radial = 0.5 * law.force * (wedge * both - squeeze * (whole - across))
-    tangential = 0.5 * law.force * (wedge * across - squeeze * both)
+    squeeze_integral = 0.5 * spread / one_minus_square + s * ratio * (1.0 - 2.0 * c * c + cosine_square) / (
+        d * d * one_minus_square
+    )
+    wedge_integral = -2.0 * ratio * c * c * c / (d * d)
+    second = (spread + 2.0 * ratio * s / d) / one_minus_square
+    tangential_integral = (
+        0.5 * (3.0 * second - spread + 2.0 * ratio * s * (1.0 + cosine_square) / (d * d)) / one_minus_square
+    )
+    radial = 0.5 * law.force * (wedge * wedge_integral - squeeze * (tangential_integral - squeeze_integral))
+    tangential = 0.5 * law.force * (wedge * squeeze_integral - squeeze * wedge_integral)
     return radial, tangential
 
 

@@ -70,14 +70,14 @@ def _asperity_load_greenwood_tripp(transition, depth):
     if depth <= -highest:
         return as_type_of(0.0, depth)
     edge = max((transition.clearance - highest) / eccentricity, as_type_of(-1.0, depth))
-    reach = (
+    depth_range = (
         2.0 * calculus.atan(calculus.sqrt((1.0 - edge) / (1.0 + edge))) if edge > -1.0 else as_type_of(math.pi, depth)
     )
     total, distance = as_type_of(0.0, depth), transition.clearance - transition.mean_height
     for node, weight in NODES:
-        cosine = calculus.cos(reach * node)
+        cosine = calculus.cos(depth_range * node)
         total += weight * shared_load((distance - eccentricity * cosine) / transition.roughness) * cosine
-    return 2.0 * transition.load * reach * total
+    return 2.0 * transition.load * depth_range * total
 
 
 def bounds(transition) -> tuple[float, float]:

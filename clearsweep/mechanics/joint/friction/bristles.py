@@ -5,16 +5,23 @@ from typing import NamedTuple
 
 from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
-from ...compiled.family import family
+from ...compiled.choosing import where
+from ...compiled.family import family, kernel
 from ..contract import InternalState, internal_rates, internal_state
 from ..pieces import kinks, over_slip, with_kinks
 from ..recipe import register
-from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values
+from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, from_values, settled_state
 from .pieces import at_rest
 from .sliding import stribeck_coefficient
 
 SLIDING = COEFFICIENT._replace(low_open=True)
 BRISTLES = Field("bristle_stiffness", "1/m", "force of the bristles per load and bend, sigma0")
+
+
+@kernel
+def direction_of(slip):
+    """Return the sign of a sliding speed, 0 at rest."""
+    return where(slip > 0.0, 1.0, where(slip < 0.0, -1.0, 0.0))
 
 
 def _bend_of_sliding(friction):
@@ -38,6 +45,11 @@ def _friction_force_dahl(friction, normal, slip):
     return -normal * friction.bristle_stiffness * friction.bend
 
 
+@settled_state.member(Dahl)
+def _settled_state_dahl(friction, slip):
+    return (friction.coefficient * direction_of(slip) / friction.bristle_stiffness,)
+
+
 internal_state.member(Dahl)(_bend_of_sliding)
 kinks.member(Dahl)(at_rest)
 with_kinks(Dahl, over_slip)
@@ -46,8 +58,8 @@ with_kinks(Dahl, over_slip)
 @internal_rates.member(Dahl)
 def _internal_rates_dahl(friction, contact):
     slip = contact.slip
-    rest = 1.0 - friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip) / friction.coefficient
-    return (slip * math.copysign(abs(rest) ** friction.shape, rest),)
+    bend_deficit = 1.0 - friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip) / friction.coefficient
+    return (slip * math.copysign(abs(bend_deficit) ** friction.shape, bend_deficit),)
 
 
 register(
@@ -100,10 +112,15 @@ def _bend_rate_lugre(friction, slip):
 
 @friction_force.member(LuGre)
 def _friction_force_lugre(friction, normal, slip):
-    fall = math.exp(-((slip / friction.damping_velocity) ** 2))
+    decay = math.exp(-((slip / friction.damping_velocity) ** 2))
     share = friction.bristle_stiffness * friction.bend
-    share += friction.bristle_damping * fall * bend_rate(friction, slip)
+    share += friction.bristle_damping * decay * bend_rate(friction, slip)
     return -normal * (share + friction.viscous * slip)
+
+
+@settled_state.member(LuGre)
+def _settled_state_damped(friction, slip):
+    return (stribeck_coefficient(friction, slip) * direction_of(slip) / friction.bristle_stiffness,)
 
 
 internal_state.member(LuGre)(_bend_of_sliding)
@@ -122,9 +139,9 @@ def passive_velocity(friction: Mapping[str, float]) -> float:
     They are passive if sigma1 exp(-(v / v_d)^2) <= 4 g(v) / |v|; the left side times |v| is at most
     sigma1 v_d / sqrt(2 e).
     """
-    least = min(friction["coefficient"], friction["static_coefficient"])
+    least_coefficient = min(friction["coefficient"], friction["static_coefficient"])
     damping = friction["bristle_damping"]
-    return 4.0 * math.sqrt(2.0 * math.e) * least / damping if damping > 0.0 else math.inf
+    return 4.0 * math.sqrt(2.0 * math.e) * least_coefficient / damping if damping > 0.0 else math.inf
 
 
 def _with_damping_velocity(form):
@@ -197,13 +214,14 @@ def _bend_rate_elasto_plastic(friction, slip):
     bristle_force = (
         friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip)
     )  # negative while bristles relax
-    most = stribeck_coefficient(friction, slip)
+    steady_bend = stribeck_coefficient(friction, slip)
     elastic = friction.elastic_share * friction.coefficient
-    rise = math.sin(0.5 * math.pi * min(max((bristle_force - elastic) / (most - elastic), 0.0), 1.0))
-    return slip * (1.0 - rise * rise * bristle_force / most)
+    transition = math.sin(0.5 * math.pi * min(max((bristle_force - elastic) / (steady_bend - elastic), 0.0), 1.0))
+    return slip * (1.0 - transition * transition * bristle_force / steady_bend)
 
 
 friction_force.member(ElastoPlastic)(_friction_force_lugre)
+settled_state.member(ElastoPlastic)(_settled_state_damped)
 internal_state.member(ElastoPlastic)(_bend_of_sliding)
 kinks.member(ElastoPlastic)(at_rest)
 with_kinks(ElastoPlastic, over_slip)

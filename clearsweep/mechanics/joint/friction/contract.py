@@ -29,6 +29,29 @@ def _default_static_limit(friction):
     return 0.0
 
 
+@family
+def settled_state(friction, slip):
+    """Return the internal state of a law after it has slid at `slip` (m/s) for long, one number per field of state."""
+
+
+class Settled(NamedTuple):
+    """A friction law whose internal state is the settled one at any sliding speed, as for a machine without history."""
+
+    law: tuple
+
+
+@friction_force.member(Settled)
+def _friction_force_settled(friction, normal, slip):
+    law = friction.law
+    own = len(law) - len(law._field_defaults)
+    return friction_force(type(law)(*law[:own], *settled_state(law, slip)), normal, slip)
+
+
+def settled(friction):
+    """Return a law without history: itself, or Settled where its state is integrated."""
+    return Settled(friction) if type(friction) in settled_state.members else friction
+
+
 FAMILIES = (friction_force,)  # every type must be a member of these families
 
 

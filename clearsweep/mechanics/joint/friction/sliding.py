@@ -70,8 +70,8 @@ def _kinks_ambrosio(friction):
 
 @piecewise(Ambrosio, _kinks_ambrosio)
 def _force_in_piece_ambrosio(friction, piece, normal, slip):
-    inner = where(piece < 2.0, -friction.v0, friction.v0)
-    ramp = (slip - inner) / (friction.v1 - friction.v0)
+    dead_zone = where(piece < 2.0, -friction.v0, friction.v0)
+    ramp = (slip - dead_zone) / (friction.v1 - friction.v0)
     share = where(piece == 2.0, 0.0, where(piece == 0.0, -1.0, where(piece == 4.0, 1.0, ramp)))
     return -friction.coefficient * normal * share
 
@@ -158,10 +158,10 @@ class BengisuAkay(NamedTuple):
 @piecewise(BengisuAkay, _kinks_threlfall)
 def _force_in_piece_bengisu_akay(friction, piece, normal, slip):
     sign, rises = where(piece < 2.0, -1.0, 1.0), (piece == 1.0) | (piece == 2.0)
-    beyond = sign * slip - friction.velocity_scale
-    parabola = friction.static_coefficient * (1.0 - (beyond / friction.velocity_scale) ** 2)
-    fall = math.exp(-friction.decay * beyond)
-    falling = friction.coefficient + (friction.static_coefficient - friction.coefficient) * fall
+    speed_above = sign * slip - friction.velocity_scale
+    parabola = friction.static_coefficient * (1.0 - (speed_above / friction.velocity_scale) ** 2)
+    decay = math.exp(-friction.decay * speed_above)
+    falling = friction.coefficient + (friction.static_coefficient - friction.coefficient) * decay
     return -normal * (sign * where(rises, parabola, falling))
 
 
@@ -241,8 +241,8 @@ class Stribeck(NamedTuple):
 @kernel
 def stribeck_coefficient(friction, slip):
     """Return mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)."""
-    fall = math.exp(-(abs(slip / friction.stribeck_velocity) ** friction.shape))
-    return friction.coefficient + (friction.static_coefficient - friction.coefficient) * fall
+    decay = math.exp(-(abs(slip / friction.stribeck_velocity) ** friction.shape))
+    return friction.coefficient + (friction.static_coefficient - friction.coefficient) * decay
 
 
 with_kinks(Stribeck, over_slip)

@@ -43,8 +43,8 @@ def _plastic(law, elastic, pen, rate, onset_rate):
     if law.deepest < SHALLOW:
         force = elastic_force(elastic, pen)
         return force, share * force
-    rest = (pen - (1.0 - share) * law.deepest) / share
-    force = math.copysign(elastic_force(elastic, abs(rest)), rest)  # negative if the indentation is clear
+    recovered = (pen - (1.0 - share) * law.deepest) / share
+    force = math.copysign(elastic_force(elastic, abs(recovered)), recovered)  # negative if the indentation is clear
     return force, max(force, 0.0)
 
 
@@ -77,9 +77,9 @@ def softening(law, x):
     fit = SECOND[0] * x ** SECOND[1]
     if fit < share:
         share, power = fit, SECOND[1]
-    full = law.plastic * x**-0.5
-    if full < share:
-        share, power = full, -0.5
+    yield_slope = law.plastic * x**-0.5
+    if yield_slope < share:
+        share, power = yield_slope, -0.5
     if share > 1.0:
         share, power = 1.0, 0.0
     return share, power
@@ -99,26 +99,28 @@ def widening(x):
 @loss_form(YieldingSphere, pulls=False, times_elastic=True)
 def _yielding_sphere(law, elastic, pen, rate, onset_rate):
     deepens = law.deepest < SHALLOW
-    deepest = pen if deepens else as_type_of(law.deepest, pen)
-    x = max(deepest / law.yield_depth, 1.0)
-    share, fall = softening(law, x)
+    deepest_now = pen if deepens else as_type_of(law.deepest, pen)
+    x = max(deepest_now / law.yield_depth, 1.0)
+    share, slope = softening(law, x)
     area, growth = widening(x)
-    returned = share / math.sqrt(
+    recovered_share = share / math.sqrt(
         area
     )  # s, of the depth: F = (4/3) E* sqrt(R') (s pen)^1.5 with the flattened radius R'
     if deepens:
         force = share * elastic_force(elastic, pen)
         # the returned energy is 0.4 F s pen; this is its derivative
-        return force, returned * (1.0 + 0.4 * (2.0 * fall - 0.5 * growth)) * force
-    rest = (pen - (1.0 - returned) * deepest) / returned
-    force = share * math.copysign(elastic_force(elastic, abs(rest)), rest)  # negative if the indentation is clear
+        return force, recovered_share * (1.0 + 0.4 * (2.0 * slope - 0.5 * growth)) * force
+    recovered = (pen - (1.0 - recovered_share) * deepest_now) / recovered_share
+    force = share * math.copysign(
+        elastic_force(elastic, abs(recovered)), recovered
+    )  # negative if the indentation is clear
     return force, max(force, 0.0)
 
 
 @kinks.member(YieldingSphere)
 def _kinks_yielding_sphere(law):
-    full = (law.plastic / SECOND[0]) ** (1.0 / (0.5 + SECOND[1]))
-    places = SOFTENS, WIDENS, TURNS_FULLY, full, WIDEST
+    yield_slope = (law.plastic / SECOND[0]) ** (1.0 / (0.5 + SECOND[1]))
+    places = SOFTENS, WIDENS, TURNS_FULLY, yield_slope, WIDEST
     return tuple([law.yield_depth * place for place in places])
 
 

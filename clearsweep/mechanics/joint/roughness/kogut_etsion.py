@@ -25,8 +25,8 @@ def in_regimes(dimension: float, scale: float, hardness: float, modulus: float, 
     critical = critical_area(dimension, scale, 2.0 * modulus / (factor * hardness))
     force = 2.0 / 3.0 * factor * hardness / math.pi  # F_c r / a, Pa: that of a spot of critical interference
     pieces = [Piece(critical - math.log(REGIMES[-1][0]) / (dimension - 1.0), math.log(force * 3.0 / factor), 1.0)]
-    ends = [math.inf, *(critical - math.log(r) / (dimension - 1.0) for r, _, _ in REGIMES[:-1])]
-    for end, (_, share, power) in reversed(list(zip(ends, REGIMES, strict=True))):
+    upper_ends = [math.inf, *(critical - math.log(r) / (dimension - 1.0) for r, _, _ in REGIMES[:-1])]
+    for end, (_, share, power) in reversed(list(zip(upper_ends, REGIMES, strict=True))):
         steep = (dimension - 1.0) * (power - 1.0)  # F = F_c share r^power, r = (a_c / a)^(D - 1), F_c r = force a
         pieces.append(Piece(end, math.log(force * share) + steep * critical, 1.0 - steep))
     return Surface(dimension, scale, tuple(pieces))

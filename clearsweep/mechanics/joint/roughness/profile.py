@@ -91,15 +91,15 @@ def identify(x: tuple[float, ...], height: tuple[float, ...]) -> Identified:
     heights = heights - np.polyval(np.polyfit(places - places[0], heights, 1), places - places[0])  # remove the tilt
     lags = np.unique(np.geomspace(1, len(heights) // _REACH, 24).round().astype(int))
     distances = step * lags
-    power, height, hidden, residual = _fitted(distances, _structure(heights, lags))
+    power, height, cut_off, residual = _fitted(distances, _structure(heights, lags))
     dimension, scale = _fractal(power, height)
     pieces = []
     for piece in np.array_split(heights, PIECES):
-        squares = _structure(piece, lags) + hidden
+        squares = _structure(piece, lags) + cut_off
         pieces.append(_fractal(*np.polyfit(np.log(distances), np.log(squares), 1)))
     width = stdtrit(PIECES - 1, 0.975) * np.std(pieces, axis=0, ddof=1) / math.sqrt(PIECES)
-    off = residual / math.log(lags[-1] / lags[0])  # error of D if S had the residual at both ends
-    width *= math.hypot(1.0, off / float(width[0]))
+    unsolved = residual / math.log(lags[-1] / lags[0])  # error of D if S had the residual at both ends
+    width *= math.hypot(1.0, unsolved / float(width[0]))
     return Identified(
         dimension,
         math.exp(scale),
@@ -123,22 +123,22 @@ def _fitted(distances: np.ndarray, squares: np.ndarray) -> tuple[float, float, f
     """Return s, ln of the factor of t^s, B (m^2) and the rms residual of ln S, S the `squares` (m^2) over lags (m)."""
     from scipy.optimize import least_squares
 
-    log_distances, wanted = np.log(distances / distances[0]), np.log(squares / squares[0])
+    log_distances, target = np.log(distances / distances[0]), np.log(squares / squares[0])
 
     def residuals(guess: np.ndarray) -> np.ndarray:
-        power, height, hidden = guess
-        return np.log(np.maximum(np.exp(height + power * log_distances) - hidden, 1e-9)) - wanted
+        power, height, cut_off = guess
+        return np.log(np.maximum(np.exp(height + power * log_distances) - cut_off, 1e-9)) - target
 
-    start = [min(max(np.polyfit(log_distances, wanted, 1)[0], 0.1), 1.9), 0.0, 0.0]
+    start = [min(max(np.polyfit(log_distances, target, 1)[0], 0.1), 1.9), 0.0, 0.0]
     fit = least_squares(residuals, start, bounds=([0.0, -50.0, -0.95], [2.0, 50.0, 50.0]))
-    power, height, hidden = map(float, fit.x)
+    power, height, cut_off = map(float, fit.x)
     if not _NEAR < power < 2.0 - _NEAR:
         raise ValueError(
             f"has heights whose differences grow with the power {0.5 * power:.3g} of the distance; between 0 (noise) "
             "and 1 (a smooth line) they would be a fractal's"
         )
     height += math.log(squares[0]) - power * math.log(distances[0])
-    return power, height, hidden * float(squares[0]), float(np.sqrt(np.mean(fit.fun**2)))
+    return power, height, cut_off * float(squares[0]), float(np.sqrt(np.mean(fit.fun**2)))
 
 
 def _fractal(power: float, height: float) -> tuple[float, float]:

@@ -126,8 +126,8 @@ def in_series(elastic: tuple, surface: Surface, arc: Arc) -> Series:
         -1.0 if round(2.0 * power) % 2 else 1.0,
     )
     spots = contact_area(surface, largest_spot(surface, force, _psi(surface)), _psi(surface))
-    over = np.flatnonzero((spots >= _room(arc, force)) & (x - bulk > NOTICED))
-    return Series(term, float(np.exp(x[over[0]])) if over.size else math.inf, surface, arc)
+    rough_rows = np.flatnonzero((spots >= _room(arc, force)) & (x - bulk > NOTICED))
+    return Series(term, float(np.exp(x[rough_rows[0]])) if rough_rows.size else math.inf, surface, arc)
 
 
 _ORDERS = tuple(reversed(range(_POWERS)))
@@ -154,31 +154,34 @@ def _curve(elastic: tuple, surface: Surface, arc: Arc) -> tuple[np.ndarray, np.n
     """Return ln pen in uniform steps, and the logarithms of u (m) and of the force (N) at each step."""
     from scipy.interpolate import PchipInterpolator
 
-    def at(bulk: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def curve_at(bulk: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         force = np.log([elastic_force(elastic, depth) for depth in np.exp(bulk)])
         return np.log(np.exp(bulk) + pressed(surface, arc, force)), force
 
     coarse = np.linspace(math.log(SHALLOWEST), math.log(MOST), 800)
-    pen = at(coarse)[0]
+    pen = curve_at(coarse)[0]
     guess = PchipInterpolator(pen, coarse)
     first = max(math.log(LEAST), float(pen[0]))
     rows = math.ceil((float(pen[-1]) - first) / STEP)
     x = float(pen[-1]) - STEP * np.arange(rows, -1.0, -1.0)
     x = x[x >= pen[0]]
-    above = np.clip(np.searchsorted(pen, x), 1, len(pen) - 1)
-    low, high = coarse[above - 1], coarse[above]
+    upper = np.clip(np.searchsorted(pen, x), 1, len(pen) - 1)
+    low, high = coarse[upper - 1], coarse[upper]
     bulk, slope = guess(x), guess(x, 1)
-    pen, force = at(bulk)
+    pen, force = curve_at(bulk)
     for _ in range(MOST_STEPS):  # Newton's method with the slope of the guess, halving where that leaves the bracket
-        off = np.flatnonzero(np.abs(pen - x) > ENOUGH)
-        if not off.size:
+        unsolved = np.flatnonzero(np.abs(pen - x) > ENOUGH)
+        if not unsolved.size:
             break
-        now, residual = bulk[off], pen[off] - x[off]
-        low[off], high[off] = np.where(residual < 0.0, now, low[off]), np.where(residual > 0.0, now, high[off])
-        better = now - slope[off] * residual
-        inside = (better > low[off]) & (better < high[off])
-        bulk[off] = np.where(inside, better, 0.5 * (low[off] + high[off]))
-        pen[off], force[off] = at(bulk[off])
+        iterate, residual = bulk[unsolved], pen[unsolved] - x[unsolved]
+        low[unsolved], high[unsolved] = (
+            np.where(residual < 0.0, iterate, low[unsolved]),
+            np.where(residual > 0.0, iterate, high[unsolved]),
+        )
+        newton = iterate - slope[unsolved] * residual
+        inside = (newton > low[unsolved]) & (newton < high[unsolved])
+        bulk[unsolved] = np.where(inside, newton, 0.5 * (low[unsolved] + high[unsolved]))
+        pen[unsolved], force[unsolved] = curve_at(bulk[unsolved])
     return x, bulk, force
 
 

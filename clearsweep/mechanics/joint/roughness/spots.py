@@ -64,23 +64,23 @@ def spot_load(surface: Surface, area: np.ndarray) -> np.ndarray:
 def load(surface: Surface, largest: np.ndarray, psi: float = 1.0) -> np.ndarray:
     """Return the logarithm of the load (N) of all spots, from that of the area (m^2) of the largest."""
     largest = np.asarray(largest, dtype=float)
-    half = 0.5 * surface.dimension
+    half_dimension = 0.5 * surface.dimension
     total, low = np.full(largest.shape, -math.inf), -math.inf
     for upto, factor, power in surface.pieces:
         high = np.minimum(largest, upto)
         # integral of a^(p - 1), p = power - D / 2, over the part of the piece below the largest spot
-        p, inside = power - half, high > low
+        p, inside = power - half_dimension, high > low
         span = np.where(inside, high - low, 1.0)
         if low == -math.inf:
-            reached = -math.log(p)
+            log_pressure = -math.log(p)
         elif p == 0.0:
-            reached = np.log(span)
+            log_pressure = np.log(span)
         else:
-            reached = max(-p, 0.0) * span + np.log(-np.expm1(-abs(p) * span)) - math.log(abs(p))
-        part = factor + p * high + half * largest + reached
+            log_pressure = max(-p, 0.0) * span + np.log(-np.expm1(-abs(p) * span)) - math.log(abs(p))
+        part = factor + p * high + half_dimension * largest + log_pressure
         total = np.logaddexp(total, np.where(inside, part, -math.inf))
         low = upto
-    return total + math.log(half) + 0.5 * (2.0 - surface.dimension) * math.log(psi)
+    return total + math.log(half_dimension) + 0.5 * (2.0 - surface.dimension) * math.log(psi)
 
 
 def largest_spot(surface: Surface, force: np.ndarray, psi: float) -> np.ndarray:
@@ -89,9 +89,9 @@ def largest_spot(surface: Surface, force: np.ndarray, psi: float) -> np.ndarray:
     first = surface.pieces[0]
     area = (force - first.factor - share - math.log(surface.dimension / (2.0 - surface.dimension))) / first.power
     for _ in range(60):
-        now = load(surface, area, psi)
-        slope = 0.5 * surface.dimension * (1.0 + np.exp(share + spot_load(surface, area) - now))
-        step = (force - now) / slope
+        iterate = load(surface, area, psi)
+        slope = 0.5 * surface.dimension * (1.0 + np.exp(share + spot_load(surface, area) - iterate))
+        step = (force - iterate) / slope
         area += step
         if np.all(np.abs(step) < 1e-12 * (1.0 + np.abs(area))):
             break

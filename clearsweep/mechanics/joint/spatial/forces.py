@@ -44,39 +44,43 @@ class _ContactNow(NamedTuple):
 
 
 @kernel
-def _touch(point, context, laws, now):
-    at, normal, depth = point
-    gap, seen = context.gap, context.moving
-    arm = minus(at, gap.middle)
-    moving = plus(seen.velocity, cross(seen.spin, arm))  # neglects the rotation of the bearing over the depth
+def _touch(point, context, laws, contact_state):
+    position, normal, depth = point
+    gap, moving_frame = context.gap, context.moving
+    arm = minus(position, gap.middle)
+    moving = plus(
+        moving_frame.velocity, cross(moving_frame.spin, arm)
+    )  # neglects the rotation of the bearing over the depth
     rate = dot(moving, normal)
-    if now.mode == FREE:
+    if contact_state.mode == FREE:
         zero = as_type_of(0.0, depth)
-        nothing = Vector(zero, zero, zero)
+        no_force = Vector(zero, zero, zero)
         slip = math.sqrt(dot(moving, moving))
-        apart = Contact(normal=zero, tangential=zero, slip=slip, rate=rate, depth=depth, elastic=zero, raw=zero)
-        return Touch(nothing, nothing, nothing, nothing, apart)
-    pen = now.root * abs(now.root)
-    force, elastic = contact_force(laws.law, laws.elastic, abs(pen), rate, now.onset_rate)
+        apart_contact = Contact(normal=zero, tangential=zero, slip=slip, rate=rate, depth=depth, elastic=zero, raw=zero)
+        return Touch(no_force, no_force, no_force, no_force, apart_contact)
+    pen = contact_state.root * abs(contact_state.root)
+    force, elastic = contact_force(laws.law, laws.elastic, abs(pen), rate, contact_state.onset_rate)
     force, elastic = laws.share * force, laws.share * elastic
     lowest = lowest_force(laws.law)
-    raw = force - lowest
+    unclipped = force - lowest
     if pen < 0.0:
         sign = sign_beyond(laws.law, laws.elastic)
         force, elastic = sign * force, sign * elastic
-    pressing = force if now.mode != CLIPPED else as_type_of(0.0, force)
+    pressing = force if contact_state.mode != CLIPPED else as_type_of(0.0, force)
     rubbing = pressing if lowest == 0.0 else max(pressing, 0.0)
     sliding = plus_scaled(plus_scaled(moving, -rate, normal), depth, cross(gap.on_bearing, normal))
     square, round_ = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
     slip = math.copysign(math.sqrt(square), round_) if square > 0.0 else as_type_of(0.0, square)
     tangential = as_type_of(friction_force(laws.friction, rubbing, slip), slip)
     friction_per_slip = tangential / slip if square > 0.0 else as_type_of(0.0, slip)
-    pushed, rubbed = times(-pressing, normal), times(friction_per_slip, sliding)
-    whole = plus(pushed, rubbed)
+    normal_force, rubbed = times(-pressing, normal), times(friction_per_slip, sliding)
+    resultant_force = plus(normal_force, rubbed)
     contact = Contact(
-        normal=pressing, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=raw
+        normal=pressing, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=unclipped
     )
-    return Touch(pushed, whole, cross(arm, whole), times(depth, cross(normal, rubbed)), contact)
+    return Touch(
+        normal_force, resultant_force, cross(arm, resultant_force), times(depth, cross(normal, rubbed)), contact
+    )
 
 
 class _JointContext(NamedTuple):
@@ -92,33 +96,33 @@ class _JointContext(NamedTuple):
 @kernel
 def _now(context, number):
     """Return the present state of contact `number`."""
-    present, c = context.present, context.place.contact + number
-    return _ContactNow(present.mode[c], present.y[present.roots + c], present.latched[c])
+    state, c = context.present, context.place.contact + number
+    return _ContactNow(state.mode[c], state.y[state.roots + c], state.latched[c])
 
 
 @kernel
-def _laws_at(context, law, elastic, share, here):
-    """Return the laws with their internal state at the Offsets `here`."""
-    present, friction = context.present, context.joint.friction
+def _laws_at(context, law, elastic, share, law_offsets):
+    """Return the laws with their internal state at the Offsets `law_offsets`."""
+    state, friction = context.present, context.joint.friction
     return _Laws(
-        with_current_state(law, present.y, present.latched, here),
+        with_current_state(law, state.y, state.latched, law_offsets),
         elastic,
-        with_current_state(friction, present.y, present.latched, after_law(here, law)),
+        with_current_state(friction, state.y, state.latched, after_law(law_offsets, law)),
         share,
     )
 
 
 @kernel
-def _wall(context, number, end, here):
+def _wall(context, number, end, law_offsets):
     joint, gap = context.joint, context.gap
-    laws = _laws_at(context, joint.law, joint.elastic, SHARE, here)
+    laws = _laws_at(context, joint.law, joint.elastic, SHARE, law_offsets)
     return _touch(wall_point(joint.ends, joint, gap, end), context, laws, _now(context, number))
 
 
 @kernel
-def _flange(context, number, end, here):
+def _flange(context, number, end, law_offsets):
     joint, gap = context.joint, context.gap
-    laws = _laws_at(context, joint.axial_law, joint.axial_elastic, 1.0, here)
+    laws = _laws_at(context, joint.axial_law, joint.axial_elastic, 1.0, law_offsets)
     return _touch(flange_point(joint, gap, end), context, laws, _now(context, number))
 
 
@@ -170,25 +174,29 @@ def _force_at_end_spread_contact(contact):
 @kernel
 def _auxiliary_contacts(joint, gap, a, b):
     """Return the auxiliary Contacts from the Touches of both walls."""
-    force, whole = plus(a.normal, b.normal), plus(a.force, b.force)
+    force, resultant_force = plus(a.normal, b.normal), plus(a.force, b.force)
     square = dot(force, force)
     zero = as_type_of(0.0, square)
     resultant = math.sqrt(square) if square > 0.0 else zero
-    rest = dot(whole, whole) - square  # contribution of friction to the square of the resultant
-    rubbing = math.sqrt(rest) if rest > 0.0 else zero
+    friction_square = (
+        dot(resultant_force, resultant_force) - square
+    )  # contribution of friction to the square of the resultant
+    rubbing = math.sqrt(friction_square) if friction_square > 0.0 else zero
     difference = abs(force_at_end(a.contact) - force_at_end(b.contact))
     depth = max(a.contact.depth, b.contact.depth)
-    sine, left = sine_of_tilt(gap.axis), -overlap_of(joint, gap)
-    together = Contact(normal=resultant, tangential=rubbing, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero)
-    uneven = Contact(normal=difference, tangential=zero, slip=zero, rate=zero, depth=sine, elastic=zero, raw=left)
-    return _contact_of(joint.walls, together), _contact_of(joint.walls, uneven)
+    sine, flange_gap = sine_of_tilt(gap.axis), -overlap_of(joint, gap)
+    resultant_contact = Contact(
+        normal=resultant, tangential=rubbing, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero
+    )
+    uneven = Contact(normal=difference, tangential=zero, slip=zero, rate=zero, depth=sine, elastic=zero, raw=flange_gap)
+    return _contact_of(joint.walls, resultant_contact), _contact_of(joint.walls, uneven)
 
 
 @kernel
-def _context_of(joint, gap, place, present):
+def _context_of(joint, gap, offsets, state):
     """Return the _Course of a joint."""
     velocity = minus(gap.velocity, cross(gap.on_bearing, gap.middle))
-    return _JointContext(joint, gap, _Moving(velocity, minus(gap.on_journal, gap.on_bearing)), place, present)
+    return _JointContext(joint, gap, _Moving(velocity, minus(gap.on_journal, gap.on_bearing)), offsets, state)
 
 
 @kernel
@@ -202,9 +210,9 @@ def _loaded(gap, force, moment, twist, contacts):
 
 
 @load.member(Through)
-def _load_through(joint, gap, place, present):
-    context = _context_of(joint, gap, place, present)
-    second = after_law(after_law(place, joint.law), joint.friction)
+def _load_through(joint, gap, offsets, state):
+    context = _context_of(joint, gap, offsets, state)
+    second = after_law(after_law(offsets, joint.law), joint.friction)
     a, b = _walls(joint.walls, context, second)
     auxiliary = _auxiliary_contacts(joint, gap, a, b)
     contacts = (a.contact, b.contact, auxiliary[0], auxiliary[1])
@@ -212,9 +220,9 @@ def _load_through(joint, gap, place, present):
 
 
 @load.member(Flanged)
-def _load_flanged(joint, gap, place, present):
-    context = _context_of(joint, gap, place, present)
-    second = after_law(after_law(place, joint.law), joint.friction)
+def _load_flanged(joint, gap, offsets, state):
+    context = _context_of(joint, gap, offsets, state)
+    second = after_law(after_law(offsets, joint.law), joint.friction)
     third = after_law(after_law(second, joint.law), joint.friction)
     fourth = after_law(after_law(third, joint.axial_law), joint.friction)
     a, b = _walls(joint.walls, context, second)
@@ -257,18 +265,18 @@ def _histories_flanged(joint):
 @gap_histories.member(Through)
 @gap_histories.member(Flanged)
 def _gap_histories_through_or_flanged(joint, gap, side):
-    at, moving = in_fixed(gap.frame, gap.middle), in_fixed(gap.frame, gap.velocity)
-    return at.x, at.y, at.z, moving.x, moving.y, moving.z, tilt_of(gap.axis)
+    position, moving = in_fixed(gap.frame, gap.middle), in_fixed(gap.frame, gap.velocity)
+    return position.x, position.y, position.z, moving.x, moving.y, moving.z, tilt_of(gap.axis)
 
 
 @load_histories.member(Through)
 def _load_histories_through(joint, load):
-    a, b, whole, _ = load.contacts
-    return whole.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential)
+    a, b, resultant_force, _ = load.contacts
+    return resultant_force.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential)
 
 
 @load_histories.member(Flanged)
 def _load_histories_flanged(joint, load):
-    a, b, c, d, whole, _ = load.contacts
-    walls = (whole.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential))
+    a, b, c, d, resultant_force, _ = load.contacts
+    walls = (resultant_force.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential))
     return (*walls, c.normal, abs(c.tangential), d.normal, abs(d.tangential))

@@ -26,41 +26,44 @@ class Leaning(NamedTuple):
 
 
 @kernel
-def _leaning(center, off, outward, other, turn):
-    """Return the Leaning of a circle with its centre `off` the `other` axis; turn : 1, or -1 for the bore's circle."""
-    square = dot(off, off)
+def _leaning(center, radial_offset, outward, other_axis, rotation_sign):
+    """Return the Leaning of a circle whose centre is at `radial_offset` (m) from the axis of the other body.
+
+    rotation_sign : 1, or -1 for the bore's circle.
+    """
+    square = dot(radial_offset, radial_offset)
     inverse = 1.0 / math.sqrt(square) if square > 0.0 else as_type_of(0.0, square)
-    unit = times(inverse, off)
+    unit = times(inverse, radial_offset)
     lean = dot(unit, outward)
-    tangent = plus_scaled(plus_scaled(outward, -dot(outward, other), other), -lean, unit)
-    return Leaning(lean, center, times(inverse, tangent), times(turn, cross(outward, unit)))
+    tangent = plus_scaled(plus_scaled(outward, -dot(outward, other_axis), other_axis), -lean, unit)
+    return Leaning(lean, center, times(inverse, tangent), times(rotation_sign, cross(outward, unit)))
 
 
 @family
-def leaning_of(ends, joint, gap, end):
+def leaning_of(end_type, joint, gap, end):
     """Return the Leaning at one of the ENDS."""
 
 
 @leaning_of.member(InBore)
-def _leaning_of_in_bore(ends, joint, gap, end):
-    middle, zero = gap.middle, as_type_of(0.0, gap.middle.z)
-    center = Vector(middle.x, middle.y, middle.z + end * joint.half_journal)
-    off = plus_scaled(center, -dot(center, gap.axis), gap.axis)
-    return _leaning(center, off, Vector(zero, zero, zero + end), gap.axis, 1.0)
+def _leaning_of_in_bore(end_type, joint, gap, end):
+    midpoint, zero = gap.middle, as_type_of(0.0, gap.middle.z)
+    center = Vector(midpoint.x, midpoint.y, midpoint.z + end * joint.half_journal)
+    radial_offset = plus_scaled(center, -dot(center, gap.axis), gap.axis)
+    return _leaning(center, radial_offset, Vector(zero, zero, zero + end), gap.axis, 1.0)
 
 
 @leaning_of.member(AtEdges)
-def _leaning_of_at_edges(ends, joint, gap, end):
-    middle, zero = gap.middle, as_type_of(0.0, gap.middle.z)
+def _leaning_of_at_edges(end_type, joint, gap, end):
+    midpoint, zero = gap.middle, as_type_of(0.0, gap.middle.z)
     inward = times(-end * math.copysign(1.0, gap.axis.z), gap.axis)
     center = times(-joint.half_length, inward)
-    off = minus(middle, center)
-    off = Vector(off.x, off.y, zero)
-    return _leaning(center, off, inward, Vector(zero, zero, zero + 1.0), -1.0)
+    radial_offset = minus(midpoint, center)
+    radial_offset = Vector(radial_offset.x, radial_offset.y, zero)
+    return _leaning(center, radial_offset, inward, Vector(zero, zero, zero + 1.0), -1.0)
 
 
 @leaning_of.member(Overlapping)
-def _leaning_of_overlapping(ends, joint, gap, end):
+def _leaning_of_overlapping(end_type, joint, gap, end):
     if is_beyond(joint, gap, end):
         return leaning_of(AtEdges(), joint, gap, end)
     return leaning_of(InBore(), joint, gap, end)

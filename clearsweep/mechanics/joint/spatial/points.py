@@ -39,60 +39,60 @@ def farthest(px, py, kx, ky, radius):
 
     from where one step of Halley's method, whose error is the cube of what was left, goes to the last bit.
     """
-    lean, square = radius * (kx * kx + ky * ky), px * px + py * py
-    if not lean * lean < LITTLE * LITTLE * square:
+    tilt_square, square = radius * (kx * kx + ky * ky), px * px + py * py
+    if not tilt_square * tilt_square < LITTLE * LITTLE * square:
         return searched(px, py, kx, ky, radius)
     product = kx * px + ky * py
-    pulled, distance, inverse = radius * product, math.sqrt(square), 1.0 / square
-    along_both = pulled * product
+    radius_product, distance, inverse = radius * product, math.sqrt(square), 1.0 / square
+    along_both = radius_product * product
     share = along_both * inverse
-    less = share * (1.5 * (lean - share) * distance * inverse - 1.0)
-    root, beyond = distance + less, distance + less + lean
-    apart = less * (distance + root)
-    value = apart * beyond * beyond + along_both * (beyond + root)
-    first = 2.0 * (root * beyond * beyond + apart * beyond + along_both)
-    second = 2.0 * beyond * (beyond + 4.0 * root) + 2.0 * apart
-    root -= 2.0 * value * first / (2.0 * first * first - value * second)
-    beyond = root + lean
-    inverse = 1.0 / (root * beyond)
-    along_p, along_k = beyond * inverse, pulled * inverse
+    correction = share * (1.5 * (tilt_square - share) * distance * inverse - 1.0)
+    root, root_beyond = distance + correction, distance + correction + tilt_square
+    separation = correction * (distance + root)
+    value = separation * root_beyond * root_beyond + along_both * (root_beyond + root)
+    denominator = 2.0 * (root * root_beyond * root_beyond + separation * root_beyond + along_both)
+    second = 2.0 * root_beyond * (root_beyond + 4.0 * root) + 2.0 * separation
+    root -= 2.0 * value * denominator / (2.0 * denominator * denominator - value * second)
+    root_beyond = root + tilt_square
+    inverse = 1.0 / (root * root_beyond)
+    along_p, along_k = root_beyond * inverse, radius_product * inverse
     return px * along_p - along_k * kx, py * along_p - along_k * ky
 
 
 @kernel
 def searched(px, py, kx, ky, radius):
     """Return the same for a strongly inclined or centred circle, by Newton's method between bounds."""
-    lean = radius * (kx * kx + ky * ky)
+    tilt_square = radius * (kx * kx + ky * ky)
     product = kx * px + ky * py
     distance = math.sqrt(px * px + py * py)
-    low, high = max(-lean, 0.0 * lean), distance + max(-lean, 0.0 * lean)
+    low, high = max(-tilt_square, 0.0 * tilt_square), distance + max(-tilt_square, 0.0 * tilt_square)
     root = high
     for _ in range(MOST_STEPS):
-        inverse = 1.0 / (root + lean) if root + lean > 0.0 else as_type_of(0.0, root)
-        pull = radius * product * inverse
-        vx, vy = px - pull * kx, py - pull * ky
-        long = math.sqrt(vx * vx + vy * vy)
-        if long <= 0.0:
+        inverse = 1.0 / (root + tilt_square) if root + tilt_square > 0.0 else as_type_of(0.0, root)
+        radial_term = radius * product * inverse
+        vx, vy = px - radial_term * kx, py - radial_term * ky
+        offset_length = math.sqrt(vx * vx + vy * vy)
+        if offset_length <= 0.0:
             break
-        residual = long - root
+        residual = offset_length - root
         if residual > 0.0:
             low = root
         else:
             high = root
-        fall = 1.0 - pull * product * root * inverse * inverse / long
-        better = root + residual / fall if fall > 0.0 else 0.5 * (low + high)
-        if not low <= better <= high:
-            better = 0.5 * (low + high)
-        step, root = abs(better - root), better
+        residual_slope = 1.0 - radial_term * product * root * inverse * inverse / offset_length
+        newton = root + residual / residual_slope if residual_slope > 0.0 else 0.5 * (low + high)
+        if not low <= newton <= high:
+            newton = 0.5 * (low + high)
+        step, root = abs(newton - root), newton
         if step <= CLOSE * root:
             break
-    inverse = 1.0 / (root + lean) if root + lean > 0.0 else as_type_of(0.0, root)
-    pull = radius * product * inverse
-    vx, vy = px - pull * kx, py - pull * ky
-    long = math.sqrt(vx * vx + vy * vy)
-    if long <= 0.0:
+    inverse = 1.0 / (root + tilt_square) if root + tilt_square > 0.0 else as_type_of(0.0, root)
+    radial_term = radius * product * inverse
+    vx, vy = px - radial_term * kx, py - radial_term * ky
+    offset_length = math.sqrt(vx * vx + vy * vy)
+    if offset_length <= 0.0:
         return as_type_of(1.0, px), as_type_of(0.0, px)
-    return vx / long, vy / long
+    return vx / offset_length, vy / offset_length
 
 
 @family
@@ -102,29 +102,35 @@ def wall_point(ends, joint, gap, end):
 
 @wall_point.member(InBore)
 def _wall_point_in_bore(ends, joint, gap, end):
-    axis, middle, radius = gap.axis, gap.middle, joint.journal_radius
-    center = Vector(middle.x, middle.y, middle.z + end * joint.half_journal)
-    across = plus_scaled(center, -dot(center, axis), axis)
-    dx, dy = farthest(across.x, across.y, axis.x, axis.y, radius)
+    axis, midpoint, radius = gap.axis, gap.middle, joint.journal_radius
+    center = Vector(midpoint.x, midpoint.y, midpoint.z + end * joint.half_journal)
+    radial_offset = plus_scaled(center, -dot(center, axis), axis)
+    dx, dy = farthest(radial_offset.x, radial_offset.y, axis.x, axis.y, radius)
     rx, ry = radius * dx, radius * dy
-    at = Vector(center.x + rx, center.y + ry, center.z)
-    less = rx * axis.x + ry * axis.y
-    outward = Vector(across.x + rx - less * axis.x, across.y + ry - less * axis.y, across.z - less * axis.z)
+    position = Vector(center.x + rx, center.y + ry, center.z)
+    correction = rx * axis.x + ry * axis.y
+    outward = Vector(
+        radial_offset.x + rx - correction * axis.x,
+        radial_offset.y + ry - correction * axis.y,
+        radial_offset.z - correction * axis.z,
+    )
     distance = math.sqrt(dot(outward, outward))
     inverse = 1.0 / distance
-    return Point(at, times(inverse, outward), distance - joint.bearing_radius)
+    return Point(position, times(inverse, outward), distance - joint.bearing_radius)
 
 
 @wall_point.member(AtEdges)
 def _wall_point_at_edges(ends, joint, gap, end):
     axis, radius = times(math.copysign(1.0, gap.axis.z), gap.axis), joint.bearing_radius
     share = 1.0 / (1.0 + axis.z)
-    first = Vector(1.0 - axis.x * axis.x * share, -axis.x * axis.y * share, -axis.x)
+    denominator = Vector(1.0 - axis.x * axis.x * share, -axis.x * axis.y * share, -axis.x)
     second = Vector(-axis.x * axis.y * share, 1.0 - axis.y * axis.y * share, -axis.y)
     center = times(end * joint.half_length, axis)
     ox, oy = gap.middle.x - center.x, gap.middle.y - center.y
-    dx, dy = farthest(ox * first.x + oy * first.y, ox * second.x + oy * second.y, first.z, second.z, -radius)
-    edge = plus_scaled(plus_scaled(center, radius * dx, first), radius * dy, second)
+    dx, dy = farthest(
+        ox * denominator.x + oy * denominator.y, ox * second.x + oy * second.y, denominator.z, second.z, -radius
+    )
+    edge = plus_scaled(plus_scaled(center, radius * dx, denominator), radius * dy, second)
     hx, hy = edge.x - gap.middle.x, edge.y - gap.middle.y
     distance = math.sqrt(hx * hx + hy * hy)
     inverse = 1.0 / distance
@@ -139,12 +145,12 @@ def is_beyond(joint, gap, end):
 
     The circle's point is searched only if its centre is closer to the edge than the circle extends along the axis.
     """
-    axis, middle, out = gap.axis, gap.middle, end * math.copysign(1.0, gap.axis.z)
-    center = Vector(middle.x, middle.y, middle.z + end * joint.half_journal)
-    past, reach = out * dot(center, axis) - joint.half_length, joint.journal_radius * sine_of_tilt(axis)
-    if past > reach:
+    axis, midpoint, out = gap.axis, gap.middle, end * math.copysign(1.0, gap.axis.z)
+    center = Vector(midpoint.x, midpoint.y, midpoint.z + end * joint.half_journal)
+    overshoot, radial_reach = out * dot(center, axis) - joint.half_length, joint.journal_radius * sine_of_tilt(axis)
+    if overshoot > radial_reach:
         return True
-    if past < -reach:
+    if overshoot < -radial_reach:
         return False
     point = wall_point(InBore(), joint, gap, end)
     return out * dot(point.at, axis) > joint.half_length
@@ -169,20 +175,24 @@ def overlap_of(joint, gap):
 @kernel
 def flange_point(joint, gap, end):
     """Return the Point of the flange contact at one of the ENDS; for a parallel journal, the centre of its face."""
-    axis, middle = gap.axis, gap.middle
+    axis, midpoint = gap.axis, gap.middle
     facing = end * math.copysign(1.0, axis.z)
-    lean = axis.x * axis.x + axis.y * axis.y
-    reach = facing * joint.journal_radius / math.sqrt(lean) if lean > 0.0 else as_type_of(0.0, lean)
-    at = Vector(middle.x + reach * axis.x, middle.y + reach * axis.y, middle.z + end * joint.half_journal)
+    tilt_square = axis.x * axis.x + axis.y * axis.y
+    radial_reach = (
+        facing * joint.journal_radius / math.sqrt(tilt_square) if tilt_square > 0.0 else as_type_of(0.0, tilt_square)
+    )
+    position = Vector(
+        midpoint.x + radial_reach * axis.x, midpoint.y + radial_reach * axis.y, midpoint.z + end * joint.half_journal
+    )
     normal = times(facing, axis)
-    return Point(at, normal, dot(at, normal) - joint.half_length - joint.axial_clearance)
+    return Point(position, normal, dot(position, normal) - joint.half_length - joint.axial_clearance)
 
 
 @kernel
 def sine_of_tilt(axis):
     """Return the sine of the angle between bearing and journal; axis : as in SpatialGap."""
-    lean = axis.x * axis.x + axis.y * axis.y
-    return math.sqrt(lean) if lean > 0.0 else as_type_of(0.0, lean)
+    tilt_square = axis.x * axis.x + axis.y * axis.y
+    return math.sqrt(tilt_square) if tilt_square > 0.0 else as_type_of(0.0, tilt_square)
 
 
 @kernel
@@ -204,9 +214,11 @@ def jam_angle(joint) -> float:
     if (
         isinstance(joint.ends, Overlapping) and joint.half_journal > joint.half_length
     ):  # bearing_radius cos - half_length sin = journal_radius
-        long = std.hypot(joint.bearing_radius, joint.half_length)
-        return std.acos(joint.journal_radius / long) - std.atan2(joint.half_length, joint.bearing_radius)
-    long = std.hypot(joint.half_journal, joint.journal_radius)  # half_journal sin + journal_radius cos = bearing_radius
-    if long < joint.bearing_radius:
+        offset_length = std.hypot(joint.bearing_radius, joint.half_length)
+        return std.acos(joint.journal_radius / offset_length) - std.atan2(joint.half_length, joint.bearing_radius)
+    offset_length = std.hypot(
+        joint.half_journal, joint.journal_radius
+    )  # half_journal sin + journal_radius cos = bearing_radius
+    if offset_length < joint.bearing_radius:
         return std.inf
-    return std.asin(joint.bearing_radius / long) - std.atan2(joint.journal_radius, joint.half_journal)
+    return std.asin(joint.bearing_radius / offset_length) - std.atan2(joint.journal_radius, joint.half_journal)

@@ -62,12 +62,12 @@ def _bearing_length_in_bore(ends, joint, gap):
 
 @bearing_length.member(Overlapping)
 def _bearing_length_overlapping(ends, joint, gap):
-    whole, length = 2.0 * min(joint.half_journal, joint.half_length), overlap_of(joint, gap)
+    full_length, length = 2.0 * min(joint.half_journal, joint.half_length), overlap_of(joint, gap)
     zero = as_type_of(0.0, length)
-    if length >= whole:
-        return Overlap(zero + 0.5 * whole, zero + 1.0, zero)
-    length = max(length, 1e-9 * whole)  # the run ends when it is 0
-    return Overlap(0.5 * length, length / whole, zero - math.copysign(1.0, gap.middle.z))
+    if length >= full_length:
+        return Overlap(zero + 0.5 * full_length, zero + 1.0, zero)
+    length = max(length, 1e-9 * full_length)  # the run ends when it is 0
+    return Overlap(0.5 * length, length / full_length, zero - math.copysign(1.0, gap.middle.z))
 
 
 # ---------------------------------------------------------------------------------------------- one end
@@ -87,23 +87,29 @@ class End(NamedTuple):
 @kernel
 def end_of(context, number, end):
     """Return the End at one of the ENDS, contact `number` of the joint of a Course."""
-    joint, gap, seen, present = context.joint, context.gap, context.moving, context.present
+    joint, gap, moving_frame, state = context.joint, context.gap, context.moving, context.present
     c = context.place.contact + number
     point = wall_point(joint.ends, joint, gap, end)
-    moving = plus(seen.velocity, cross(seen.spin, minus(point.at, gap.middle)))
+    moving = plus(moving_frame.velocity, cross(moving_frame.spin, minus(point.at, gap.middle)))
     rate = dot(moving, point.normal)
-    return End(point, present.mode[c], present.y[present.roots + c], present.latched[c], moving, rate)
+    return End(point, state.mode[c], state.y[state.roots + c], state.latched[c], moving, rate)
 
 
 @kernel
-def _apart(here, at_end):
+def _apart(end_state, at_end):
     """Return the Touch of an unloaded end; at_end : N, from the other end's strip."""
-    zero = as_type_of(0.0, here.rate)
-    nothing, slip = Vector(zero, zero, zero), math.sqrt(dot(here.moving, here.moving))
-    seen = Contact(
-        normal=zero, tangential=zero, slip=slip, rate=here.rate, depth=here.point.depth, elastic=zero, raw=zero
+    zero = as_type_of(0.0, end_state.rate)
+    no_force, slip = Vector(zero, zero, zero), math.sqrt(dot(end_state.moving, end_state.moving))
+    moving_frame = Contact(
+        normal=zero,
+        tangential=zero,
+        slip=slip,
+        rate=end_state.rate,
+        depth=end_state.point.depth,
+        elastic=zero,
+        raw=zero,
     )
-    return Touch(nothing, nothing, nothing, nothing, as_spread(seen, at_end))
+    return Touch(no_force, no_force, no_force, no_force, as_spread(moving_frame, at_end))
 
 
 class _Bearing(NamedTuple):
@@ -117,17 +123,19 @@ class _Bearing(NamedTuple):
 
 
 @kernel
-def _bearing_of(context, here, end, overlap):
+def _bearing_of(context, end_state, end, overlap):
     """Return how the strip of an End, one of the ENDS, lies."""
-    gap, seen = context.gap, context.moving
+    gap, moving_frame = context.gap, context.moving
     leaning = leaning_of(context.joint.ends, context.joint, gap, end)
-    moving = plus(seen.velocity, cross(seen.spin, minus(leaning.center, gap.middle)))
-    lean_rate = dot(moving, leaning.across) + dot(seen.spin, leaning.about)
-    along_axis = seen.velocity.z + seen.spin.y * gap.middle.x - seen.spin.x * gap.middle.y
+    moving = plus(moving_frame.velocity, cross(moving_frame.spin, minus(leaning.center, gap.middle)))
+    lean_rate = dot(moving, leaning.across) + dot(moving_frame.spin, leaning.about)
+    along_axis = moving_frame.velocity.z + moving_frame.spin.y * gap.middle.x - moving_frame.spin.x * gap.middle.y
     length_rate = overlap.growth * along_axis
-    depth = here.root * here.root if touches(here.mode) else here.point.depth
+    depth = end_state.root * end_state.root if touches(end_state.mode) else end_state.point.depth
     fall_rate = overlap.half * lean_rate + 0.5 * length_rate * leaning.lean
-    strip = Strip(here.root, depth, depth - overlap.half * leaning.lean, here.rate, here.rate - fall_rate)
+    strip = Strip(
+        end_state.root, depth, depth - overlap.half * leaning.lean, end_state.rate, end_state.rate - fall_rate
+    )
     return _Bearing(end, leaning, overlap, length_rate, strip)
 
 
@@ -144,58 +152,58 @@ class StripForce(NamedTuple):
 
 
 @kernel
-def _strip_force(context, here, other, bearing):
+def _strip_force(context, end_state, other_end, bearing):
     """Return what the strip of an End bears; the law has the onset rate of that end if it touches, else the other's."""
-    joint, own, strip, overlap = context.joint, touches(here.mode), bearing.strip, bearing.overlap
+    joint, is_touching, strip, overlap = context.joint, touches(end_state.mode), bearing.strip, bearing.overlap
     zero = as_type_of(0.0, strip.depth)
     if not is_pressed(strip):
         return StripForce(zero, zero, zero, zero, zero, zero, zero)
-    part = pressed_part(strip, not touches(other.mode) or other.root < 0.0)
-    onset_rate = here.onset_rate if own else other.onset_rate
-    load = load_of(strip, part, (joint.law, joint.elastic), joint.walls.rule, onset_rate)
+    pressed_range = pressed_part(strip, not touches(other_end.mode) or other_end.root < 0.0)
+    onset_rate = end_state.onset_rate if is_touching else other_end.onset_rate
+    load = load_of(strip, pressed_range, (joint.law, joint.elastic), joint.walls.rule, onset_rate)
     share = 0.5 * overlap.share
-    force, inner = share * (load.outer + load.inner), share * load.inner
+    force, inner_load = share * (load.outer + load.inner), share * load.inner
     elastic, elastic_inner = share * (load.elastic_outer + load.elastic_inner), share * load.elastic_inner
     lowest = lowest_force(joint.law)
-    raw = force - lowest
+    unclipped = force - lowest
     if (
         lowest == 0.0
     ):  # forces are continuous where clipping begins or ends; otherwise these events would alternate endlessly
-        force = max(force, 0.0) if here.mode != CLIPPED else zero
-        inner = min(max(inner, 0.0), force)
+        force = max(force, 0.0) if end_state.mode != CLIPPED else zero
+        inner_load = min(max(inner_load, 0.0), force)
     if overlap.growth == 0.0 or elastic <= 0.0:
-        return StripForce(force, inner, elastic, elastic_inner, raw, zero, zero)
-    stored = _energy_per_length(joint, strip, part, overlap)
-    return StripForce(force, inner, elastic, elastic_inner, raw, stored * (force / elastic), stored)
+        return StripForce(force, inner_load, elastic, elastic_inner, unclipped, zero, zero)
+    stored = _energy_per_length(joint, strip, pressed_range, overlap)
+    return StripForce(force, inner_load, elastic, elastic_inner, unclipped, stored * (force / elastic), stored)
 
 
 @kernel
-def _energy_per_length(joint, strip, part, overlap):
+def _energy_per_length(joint, strip, pressed_range, overlap):
     """Return the derivative (N) of a strip's stored energy by its length, at constant depths."""
-    total, inverse = as_type_of(0.0, strip.depth), part.begin + part.end
+    total, inverse = as_type_of(0.0, strip.depth), pressed_range.begin + pressed_range.end
     inverse = 1.0 / inverse if inverse > 0.0 else as_type_of(0.0, inverse)
     for node, weight in nodes_of(joint.walls.rule):
-        x = part.begin + (part.end - part.begin) * node
-        total = total + 2.0 * weight * part.length * (x * inverse) * elastic_energy(joint.elastic, x * x)
+        x = pressed_range.begin + (pressed_range.end - pressed_range.begin) * node
+        total = total + 2.0 * weight * pressed_range.length * (x * inverse) * elastic_energy(joint.elastic, x * x)
     return 0.5 * overlap.share * total / (2.0 * overlap.half)
 
 
 @kernel
-def _pushed(context, here, bearing, borne):
+def _pushed(context, end_state, bearing, borne):
     """Return the normal force (N) of a strip on the journal, and its moment (N m) about the journal's middle.
 
     It acts along the normal at the end; the lean has a force and a couple; stored energy separates the bodies along
     the axis if that shortens the overlap.
     """
-    middle, leaning, lever = context.gap.middle, bearing.leaning, borne.inner * bearing.overlap.half
-    pressing, couple = times(-borne.force, here.point.normal), times(lever, leaning.across)
-    drawn = (0.5 * borne.inner * leaning.lean - borne.lengthening) * bearing.overlap.growth
+    midpoint, leaning, lever = context.gap.middle, bearing.leaning, borne.inner * bearing.overlap.half
+    pressing, couple = times(-borne.force, end_state.point.normal), times(lever, leaning.across)
+    growth_force = (0.5 * borne.inner * leaning.lean - borne.lengthening) * bearing.overlap.growth
     force = plus(pressing, couple)
-    moment = plus(cross(minus(here.point.at, middle), pressing), cross(minus(leaning.center, middle), couple))
+    moment = plus(cross(minus(end_state.point.at, midpoint), pressing), cross(minus(leaning.center, midpoint), couple))
     moment = plus_scaled(moment, lever, leaning.about)
     return (
-        Vector(force.x, force.y, force.z + drawn),
-        Vector(moment.x - drawn * middle.y, moment.y + drawn * middle.x, moment.z),
+        Vector(force.x, force.y, force.z + growth_force),
+        Vector(moment.x - growth_force * midpoint.y, moment.y + growth_force * midpoint.x, moment.z),
     )
 
 
@@ -210,65 +218,70 @@ class _StripFriction(NamedTuple):
 
 
 @kernel
-def _strip_friction(context, here, bearing, borne):
+def _strip_friction(context, end_state, bearing, borne):
     """Return the friction of a strip, at the centre of its elastic load."""
-    joint, gap, seen, half = context.joint, context.gap, context.moving, bearing.overlap.half
+    joint, gap, moving_frame, half_overlap = context.joint, context.gap, context.moving, bearing.overlap.half
     rubbing = borne.force if lowest_force(joint.law) == 0.0 else max(borne.force, 0.0)
     weight = borne.elastic if borne.elastic > 0.0 else as_type_of(1.0, borne.elastic)
-    inwards = min(max(borne.elastic_inner / weight, 0.0), 1.0) * half
-    normal, at = here.point.normal, minus(here.point.at, gap.middle)
-    arm, depth = Vector(at.x, at.y, at.z - bearing.end * inwards), here.point.depth - inwards * bearing.leaning.lean
-    moving = plus_scaled(plus(seen.velocity, cross(seen.spin, arm)), depth, cross(gap.on_bearing, normal))
+    inwards = min(max(borne.elastic_inner / weight, 0.0), 1.0) * half_overlap
+    normal, arm_point = end_state.point.normal, minus(end_state.point.at, gap.middle)
+    arm, depth = (
+        Vector(arm_point.x, arm_point.y, arm_point.z - bearing.end * inwards),
+        end_state.point.depth - inwards * bearing.leaning.lean,
+    )
+    moving = plus_scaled(
+        plus(moving_frame.velocity, cross(moving_frame.spin, arm)), depth, cross(gap.on_bearing, normal)
+    )
     sliding = plus_scaled(moving, -dot(moving, normal), normal)
     square, round_ = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
     slip = math.copysign(math.sqrt(square), round_) if square > 0.0 else as_type_of(0.0, square)
     tangential = as_type_of(friction_force(joint.friction, rubbing, slip), slip)
     force = times(tangential / slip if square > 0.0 else as_type_of(0.0, slip), sliding)
     twist = times(depth, cross(normal, force))
-    if touches(here.mode):
+    if touches(end_state.mode):
         return _StripFriction(force, arm, twist, tangential, slip)
-    speed = math.sqrt(dot(here.moving, here.moving))  # of a separate end: it bounds the time to the onset
+    speed = math.sqrt(dot(end_state.moving, end_state.moving))  # of a separate end: it bounds the time to the onset
     tangential = tangential * slip / speed if speed > 0.0 else as_type_of(0.0, speed)
     return _StripFriction(force, arm, twist, tangential, speed)
 
 
 @kernel
-def _touch(context, here, bearing, borne, at_end):
+def _touch(context, end_state, bearing, borne, at_end):
     """Return the Touch of an End, of which is known what its strip has Borne; at_end : N, as of a SpreadContact."""
     strip = bearing.strip
     if not is_pressed(strip):
-        return _apart(here, at_end)
+        return _apart(end_state, at_end)
     fall_rate = strip.rate - strip.inner_rate
     length_rate = bearing.length_rate
-    stored = borne.elastic * here.rate - borne.elastic_inner * fall_rate + borne.elastic_lengthening * length_rate
-    taken = borne.force * here.rate - borne.inner * fall_rate + borne.lengthening * length_rate
-    pushed, moment = _pushed(context, here, bearing, borne)
-    rubbed = _strip_friction(context, here, bearing, borne)
-    seen = SpreadContact(
+    stored = borne.elastic * end_state.rate - borne.elastic_inner * fall_rate + borne.elastic_lengthening * length_rate
+    power_taken = borne.force * end_state.rate - borne.inner * fall_rate + borne.lengthening * length_rate
+    normal_force, moment = _pushed(context, end_state, bearing, borne)
+    rubbed = _strip_friction(context, end_state, bearing, borne)
+    moving_frame = SpreadContact(
         normal=borne.force,
         tangential=rubbed.tangential,
         slip=rubbed.slip,
-        rate=here.rate,
-        depth=here.point.depth,
+        rate=end_state.rate,
+        depth=end_state.point.depth,
         elastic=borne.elastic,
         raw=borne.raw,
         stored=stored,
-        lost=taken - stored,
+        lost=power_taken - stored,
         at_end=at_end,
     )
     moment = plus(moment, cross(rubbed.arm, rubbed.force))
-    return Touch(pushed, plus(pushed, rubbed.force), moment, rubbed.twist, seen)
+    return Touch(normal_force, plus(normal_force, rubbed.force), moment, rubbed.twist, moving_frame)
 
 
 @kernel
 def spread_walls(context):
     """Return the Touches of both walls."""
-    first, second = end_of(context, 0, 1.0), end_of(context, 1, -1.0)
-    if not (touches(first.mode) or touches(second.mode)):
-        zero = as_type_of(0.0, first.rate)
-        return _apart(first, zero), _apart(second, zero)
+    first_end, second_end = end_of(context, 0, 1.0), end_of(context, 1, -1.0)
+    if not (touches(first_end.mode) or touches(second_end.mode)):
+        zero = as_type_of(0.0, first_end.rate)
+        return _apart(first_end, zero), _apart(second_end, zero)
     overlap = bearing_length(context.joint.ends, context.joint, context.gap)
-    a, b = _bearing_of(context, first, 1.0, overlap), _bearing_of(context, second, -1.0, overlap)
-    of_a, of_b = _strip_force(context, first, second, a), _strip_force(context, second, first, b)
+    a, b = _bearing_of(context, first_end, 1.0, overlap), _bearing_of(context, second_end, -1.0, overlap)
+    of_a, of_b = _strip_force(context, first_end, second_end, a), _strip_force(context, second_end, first_end, b)
     at_a, at_b = of_a.force - 0.5 * of_a.inner + 0.5 * of_b.inner, of_b.force - 0.5 * of_b.inner + 0.5 * of_a.inner
-    return _touch(context, first, a, of_a, at_a), _touch(context, second, b, of_b, at_b)
+    return _touch(context, first_end, a, of_a, at_a), _touch(context, second_end, b, of_b, at_b)

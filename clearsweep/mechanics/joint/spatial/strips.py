@@ -65,17 +65,17 @@ FEW, MANY = gauss(5), gauss(16)
 
 
 @family
-def nodes_of(rule):
+def nodes_of(quadrature):
     """Return (node, weight) of the rule that a Spread integrates with."""
 
 
 @nodes_of.member(Few)
-def _nodes_of_few(rule):
+def _nodes_of_few(quadrature):
     return FEW
 
 
 @nodes_of.member(Many)
-def _nodes_of_many(rule):
+def _nodes_of_many(quadrature):
     return MANY
 
 
@@ -91,43 +91,43 @@ def is_pressed(strip):
 
 
 @kernel
-def pressed_part(strip, turned):
-    """Return the Pressed part of a strip; turned : whether the other end is also past its separation, or apart."""
-    depth, inner = strip.depth, strip.inner
-    zero, whole = as_type_of(0.0, depth), as_type_of(1.0, depth)
-    if inner <= 0.0:
-        return Pressed(strip.root, zero, zero, depth / (depth - inner))
-    root = math.sqrt(inner)
+def pressed_part(strip, is_one_sided):
+    """Return the Pressed part of a strip; is_one_sided : whether the other end is past its separation or apart."""
+    depth, inner_depth = strip.depth, strip.inner
+    zero, unit = as_type_of(0.0, depth), as_type_of(1.0, depth)
+    if inner_depth <= 0.0:
+        return Pressed(strip.root, zero, zero, depth / (depth - inner_depth))
+    root = math.sqrt(inner_depth)
     if depth <= 0.0:
-        part = inner / (inner - depth)
-        return Pressed(zero, root, 1.0 - part, part)
-    if strip.root < 0.0 and turned:
-        return Pressed(strip.root, -root, zero, whole)
-    return Pressed(max(strip.root, PAST * root), root, zero, whole)
+        pressed_range = inner_depth / (inner_depth - depth)
+        return Pressed(zero, root, 1.0 - pressed_range, pressed_range)
+    if strip.root < 0.0 and is_one_sided:
+        return Pressed(strip.root, -root, zero, unit)
+    return Pressed(max(strip.root, PAST * root), root, zero, unit)
 
 
 @kernel
-def load_of(strip, part, laws, rule, onset_rate):
+def load_of(strip, pressed_range, laws, quadrature, onset_rate):
     """Return the StripLoad of a strip of which a part is Pressed; laws : (law, elastic).  Not clipped."""
     law, elastic = laws
     zero = as_type_of(0.0, strip.depth)
-    outer = inner = elastic_outer = elastic_inner = zero
-    total = part.begin + part.end
+    outer = inner_depth = elastic_outer = elastic_inner = zero
+    total = pressed_range.begin + pressed_range.end
     if total == 0.0:
-        return StripLoad(outer, inner, elastic_outer, elastic_inner)
+        return StripLoad(outer, inner_depth, elastic_outer, elastic_inner)
     inverse = 1.0 / total
-    for node, weight in nodes_of(rule):
-        x = part.begin + (part.end - part.begin) * node
-        share = part.first + part.length * (node * (part.begin + x) * inverse)
-        slice_ = 2.0 * weight * part.length * (x * inverse)
+    for node, weight in nodes_of(quadrature):
+        x = pressed_range.begin + (pressed_range.end - pressed_range.begin) * node
+        share = pressed_range.first + pressed_range.length * (node * (pressed_range.begin + x) * inverse)
+        slice_ = 2.0 * weight * pressed_range.length * (x * inverse)
         rate = strip.rate + (strip.inner_rate - strip.rate) * share
         force, stored = contact_force(law, elastic, x * x, rate, onset_rate)
         if x < 0.0:
             slice_ = slice_ * sign_beyond(law, elastic)
-        outer, inner = outer + slice_ * (1.0 - share) * force, inner + slice_ * share * force
+        outer, inner_depth = outer + slice_ * (1.0 - share) * force, inner_depth + slice_ * share * force
         elastic_outer = elastic_outer + slice_ * (1.0 - share) * stored
         elastic_inner = elastic_inner + slice_ * share * stored
-    return StripLoad(outer, inner, elastic_outer, elastic_inner)
+    return StripLoad(outer, inner_depth, elastic_outer, elastic_inner)
 
 
 @kernel
@@ -135,18 +135,18 @@ def pressed_between(depths):
     """Return the Pressed part between two linear depths (m), of length 0 if none is pressed."""
     strip = Strip(math.sqrt(max(depths[0], 0.0)), depths[0], depths[1], 0.0, 0.0)
     if is_pressed(strip):
-        return pressed_part(strip, turned=False)
+        return pressed_part(strip, is_one_sided=False)
     return Pressed(0.0, 0.0, 0.0, 0.0)
 
 
 @kernel
-def mean_elastic(elastic, rule, depths):
+def mean_elastic(elastic, quadrature, depths):
     """Return the mean elastic force (N) between two linear depths (m)."""
-    part, total = pressed_between(depths), 0.0
-    if part.length == 0.0:
+    pressed_range, total = pressed_between(depths), 0.0
+    if pressed_range.length == 0.0:
         return 0.0
-    inverse = 1.0 / (part.begin + part.end)
-    for node, weight in nodes_of(rule):
-        x = part.begin + (part.end - part.begin) * node
+    inverse = 1.0 / (pressed_range.begin + pressed_range.end)
+    for node, weight in nodes_of(quadrature):
+        x = pressed_range.begin + (pressed_range.end - pressed_range.begin) * node
         total += 2.0 * weight * (x * inverse) * elastic_force(elastic, x * x)
-    return part.length * total
+    return pressed_range.length * total

@@ -35,15 +35,15 @@ class Slope(NamedTuple):
 @kernel
 def pressed_ways(strip, depth):
     """Return (begin, end) (m) of the pressed part of a strip `depth` (m) deep at its begin; (0, 0) without contact."""
-    part = pressed_between((depth, depth - strip.lean * strip.reach))
-    return strip.reach * part.first, strip.reach * (part.first + part.length)
+    pressed_range = pressed_between((depth, depth - strip.lean * strip.reach))
+    return strip.reach * pressed_range.first, strip.reach * (pressed_range.first + pressed_range.length)
 
 
 @kernel
-def depth_before(strip, depth, way):
-    """Return the integral of the depth (m^2) up to `way` (m) along a strip; depth : at its begin, at least 0."""
-    most = min(way, pressed_ways(strip, depth)[1])
-    return most * (depth - 0.5 * strip.lean * most)
+def depth_before(strip, depth, distance):
+    """Return the integral of the depth (m^2) up to `distance` (m) along a strip; depth : at its begin, at least 0."""
+    stop_distance = min(distance, pressed_ways(strip, depth)[1])
+    return stop_distance * (depth - 0.5 * strip.lean * stop_distance)
 
 
 @kernel
@@ -92,8 +92,8 @@ def _load_share_spread(walls, joint, strip, depth, ways):
 @kernel
 def _borne(joint, strip, depth, low, high):
     """Return the integral (N m) of the elastic force of the whole joint between two places (m) along a strip."""
-    ends = depth - strip.lean * low, depth - strip.lean * high
-    return (high - low) * mean_elastic(joint.elastic, joint.walls.rule, ends)
+    end_depths = depth - strip.lean * low, depth - strip.lean * high
+    return (high - low) * mean_elastic(joint.elastic, joint.walls.rule, end_depths)
 
 
 class Loads(NamedTuple):
@@ -115,18 +115,18 @@ def _loads_along_end_contacts(walls, joint, strip, depth, load):
     cover, area = pressed_ways(strip, depth)[1], depth_before(strip, depth, strip.reach)
     if area <= 0.0:
         return Loads(0.0, 0.0, 0.0, 0.0)
-    deepest = max_depth(strip, depth)
-    return Loads(load / cover, area / cover, load * deepest / area, deepest)
+    deepest_point = max_depth(strip, depth)
+    return Loads(load / cover, area / cover, load * deepest_point / area, deepest_point)
 
 
 @loads_along.member(Spread)
 def _loads_along_spread(walls, joint, strip, depth, load):
-    (first, until), total = pressed_ways(strip, depth), _borne(joint, strip, depth, 0.0, strip.reach)
-    cover, deepest = until - first, max_depth(strip, depth)
+    (cover_start, cover_end), total = pressed_ways(strip, depth), _borne(joint, strip, depth, 0.0, strip.reach)
+    cover, deepest_point = cover_end - cover_start, max_depth(strip, depth)
     if total <= 0.0 or cover <= 0.0:
         return Loads(0.0, 0.0, 0.0, 0.0)
-    most = load * elastic_force(joint.elastic, deepest) / total
-    return Loads(load / cover, depth - strip.lean * (first + 0.5 * cover), most, deepest)
+    stop_distance = load * elastic_force(joint.elastic, deepest_point) / total
+    return Loads(load / cover, depth - strip.lean * (cover_start + 0.5 * cover), stop_distance, deepest_point)
 
 
 @kernel
@@ -149,10 +149,10 @@ def _bears_end_contacts(walls, step, j, wall):
 def _bears_spread(walls, step, j, wall):
     if touches(step.mode[j + wall]):
         return True
-    most = 0.0
+    stop_distance = 0.0
     for i in turns(PARTS + 1):
-        most = max(most, step.step_values[j + wall, FORCE, i])
-    return touches(step.mode[j + 1 - wall]) and most > 0.0
+        stop_distance = max(stop_distance, step.step_values[j + wall, FORCE, i])
+    return touches(step.mode[j + 1 - wall]) and stop_distance > 0.0
 
 
 # ---------------------------------------------------------------------------------------------- where it is
@@ -168,25 +168,25 @@ class Placed(NamedTuple):
 
 
 @family
-def placed(ends, joint, gap, point, end):
+def placed(end_depths, joint, gap, point, end):
     """Return the Placed of the strip of the wall contact at one of the ENDS, from its deepest Point."""
 
 
 @placed.member(InBore)
-def _placed_in_bore(ends, joint, gap, point, end):
+def _placed_in_bore(end_depths, joint, gap, point, end):
     facing = math.copysign(1.0, gap.axis.z)
     return Placed(end * point.normal.z, dot(point.at, gap.axis), end * joint.half_journal, facing)
 
 
 @placed.member(AtEdges)
-def _placed_at_edges(ends, joint, gap, point, end):
+def _placed_at_edges(end_depths, joint, gap, point, end):
     facing = math.copysign(1.0, gap.axis.z)
     out = end * facing
     return Placed(-out * dot(point.normal, gap.axis), out * joint.half_length, point.at.z - gap.middle.z, facing)
 
 
 @placed.member(Overlapping)
-def _placed_overlapping(ends, joint, gap, point, end):
+def _placed_overlapping(end_depths, joint, gap, point, end):
     if is_beyond(joint, gap, end):
         return placed(AtEdges(), joint, gap, point, end)
     return placed(InBore(), joint, gap, point, end)

@@ -71,11 +71,11 @@ def _make(form, joint: Joint):
     """Return the wear law `form` of a joint, or its running-in law."""
     wear = joint.wear
     pressure, bins = compiled_term("pressure", wear.pressure, joint), float(min(wear.bins, FINEST))
-    rest = bins, joint.length, pressure, wear.values.get("pv_limit", math.inf)
+    common = bins, joint.length, pressure, wear.values.get("pv_limit", math.inf)
     bearing, journal = wear.coefficients().values()
     if wear.running_in is None:
-        return form(*bearing, *journal, *rest)
-    return RunningIn(form(1.0, 1.0, *rest), bearing, journal, wear.running_in["distance"], *rest)
+        return form(*bearing, *journal, *common)
+    return RunningIn(form(1.0, 1.0, *common), bearing, journal, wear.running_in["distance"], *common)
 
 
 register(

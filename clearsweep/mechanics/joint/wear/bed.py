@@ -48,45 +48,52 @@ def antiderivative(joint, arc, psi):
 @kernel
 def arc_at(joint, workspace, share):
     """Return the Arc at a share (0 to 1) of a step."""
-    turned, depth = (
+    body_angles, depth = (
         (-value(workspace, ON_BEARING, share), -value(workspace, ON_JOURNAL, share)),
         value(workspace, DEEPEST, share),
     )
     surfaces = surfaces_of(joint)
-    depth_b, slope_b, curvature_b, _ = worn_at(surfaces.bearing, -turned[0])
-    depth_j, slope_j, curvature_j, _ = worn_at(surfaces.journal, -turned[1])
+    depth_b, slope_b, curvature_b, _ = worn_at(surfaces.bearing, -body_angles[0])
+    depth_j, slope_j, curvature_j, _ = worn_at(surfaces.journal, -body_angles[1])
     x, y = depth + joint.clearance + (depth_b + depth_j), slope_b + slope_j
     if depth <= 0.0:
-        return Arc(x, y, turned, 0.0, 0.0, 0.0, 0.0)
+        return Arc(x, y, body_angles, 0.0, 0.0, 0.0, 0.0)
     guess = math.sqrt(2.0 * depth / max(x + curvature_b + curvature_j, depth + BLUNT * joint.clearance))
-    low, high = arc_ends(surfaces, x, y, turned, (0.0, guess))
-    arc = Arc(x, y, turned, -low, high, depth, 0.0)
+    low, high = arc_ends(surfaces, x, y, body_angles, (0.0, guess))
+    arc = Arc(x, y, body_angles, -low, high, depth, 0.0)
     total = max(antiderivative(joint, arc, high) - antiderivative(joint, arc, -low), 0.0)
-    return Arc(x, y, turned, -low, high, depth, total)
+    return Arc(x, y, body_angles, -low, high, depth, total)
 
 
 @kernel
 def sum_over_force(joint, arc):
     """Return the integral of the pressure over an Arc divided by the magnitude of its resultant (Lobatto's rule)."""
-    normal_sum, across, reach = 0.0, 0.0, 0.5 * (arc.stop - arc.start)
+    normal_sum, tangential_sum, half_arc_ = 0.0, 0.0, 0.5 * (arc.stop - arc.start)
     for i in turns(POINTS):
-        psi = arc.start + reach * (1.0 + PLACES[i])
+        psi = arc.start + half_arc_ * (1.0 + PLACES[i])
         f, _, _ = overlap(surfaces_of(joint), arc.x, arc.y, psi, arc.turned)
         normal_sum += WEIGHTS[i] * f * math.cos(psi)
-        across += WEIGHTS[i] * f * math.sin(psi)
-    return arc.total / (reach * math.sqrt(normal_sum * normal_sum + across * across)) if arc.total > 0.0 else 0.0
+        tangential_sum += WEIGHTS[i] * f * math.sin(psi)
+    return (
+        arc.total / (half_arc_ * math.sqrt(normal_sum * normal_sum + tangential_sum * tangential_sum))
+        if arc.total > 0.0
+        else 0.0
+    )
 
 
 @kernel
 def rubbing_on(joint, workspace, arc, share):
     """Return the Rubbing on an Arc at a share (0 to 1) of a step."""
-    load, slid = max(value(workspace, FORCE, share), 0.0), workspace[WAY * POINTS] + workspace[WAY * POINTS + 1] * share
+    load, sliding_distance = (
+        max(value(workspace, FORCE, share), 0.0),
+        workspace[WAY * POINTS] + workspace[WAY * POINTS + 1] * share,
+    )
     return Rubbing(
         line_load=load,
         depth=arc.depth,
         slip=abs(value(workspace, SLIP_COURSE, share)),
         work=max(value(workspace, RUBBED_COURSE, share), 0.0),
-        slid=slid,
+        slid=sliding_distance,
         pressed=load * sum_over_force(joint, arc),
         clearance=joint.clearance,
     )
@@ -98,30 +105,30 @@ def enter_arc(joint, arc, body, area, bins):
 
     body : 0 bearing, 1 journal; area : worn cross-section over the radius of the body (m rad)
     """
-    width, per_width, before = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
-    start, stop = arc.start - arc.turned[body], arc.stop - arc.turned[body]
-    first, last = math.floor(start / width), math.floor(stop / width)
+    width, per_width, worn_so_far = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
+    start, stop_angle = arc.start - arc.turned[body], arc.stop - arc.turned[body]
+    first, last = math.floor(start / width), math.floor(stop_angle / width)
     at_start, per_total = antiderivative(joint, arc, arc.start), area / arc.total
     bin_index = first % bins.count
     for edge in range(first + 1, last + 2):
-        up_to = area
+        cumulative = area
         if edge <= last:
-            up_to = (antiderivative(joint, arc, edge * width + arc.turned[body]) - at_start) * per_total
-            up_to = min(max(up_to, before), area)
-        bins.depths[bins.first + bin_index] += (up_to - before) * per_width
-        before = up_to
+            cumulative = (antiderivative(joint, arc, edge * width + arc.turned[body]) - at_start) * per_total
+            cumulative = min(max(cumulative, worn_so_far), area)
+        bins.depths[bins.first + bin_index] += (cumulative - worn_so_far) * per_width
+        worn_so_far = cumulative
         bin_index = bin_index + 1 if bin_index + 1 < bins.count else 0
 
 
 @enter_span.member(WornOnBed)
 def _enter_span_worn_on_bed(joint, workspace, length, span, bins):
-    reach = 0.5 * (span[1] - span[0])
+    half_arc_ = 0.5 * (span[1] - span[0])
     for i in turns(POINTS):
-        share = span[0] + reach * (1.0 + PLACES[i])
+        share = span[0] + half_arc_ * (1.0 + PLACES[i])
         arc = arc_at(joint, workspace, share)
         if arc.total > 0.0:
             bearing, journal = wear_rate(joint.wear, rubbing_on(joint, workspace, arc, share))
-            pace = length * reach * WEIGHTS[i] * max(value(workspace, KAPPA_COURSE, share), 0.0)
+            pace = length * half_arc_ * WEIGHTS[i] * max(value(workspace, KAPPA_COURSE, share), 0.0)
             enter_arc(joint, arc, 0, pace * bearing / joint.bearing_radius, bins[0])
             enter_arc(joint, arc, 1, pace * journal / joint.journal_radius, bins[1])
 

@@ -78,7 +78,7 @@ def _default_local_clearance(joint, on_bearing, on_journal):
 
 
 @family
-def pressure_on(joint, step, j, place):
+def pressure_on(joint, step, j, index):
     """Return mean and largest pressure (Pa) on the bearing of joint `j` at one of the equidistant places of a Step."""
 
 
@@ -103,8 +103,8 @@ def half_arc(pressure, joint, radius, rubbing):
 
 
 @family
-def share_before(pressure, x, half):
-    """Return the share of the pressure before `x` (-1 to 1) on an arc of half-angle `half` (rad)."""
+def share_before(pressure, x, half_angle):
+    """Return the share of the pressure before `x` (-1 to 1) on an arc of half-angle `half_angle` (rad)."""
 
 
 @family
@@ -113,13 +113,13 @@ def smooth_within(pressure):
 
 
 @family
-def sum_over_load(pressure, half):
-    """Return the integral of the pressure (not of its vector) over an arc of half-angle `half` (rad), over the load."""
+def sum_over_load(pressure, half_angle):
+    """Return the integral of the scalar pressure over an arc of half-angle `half_angle` (rad), divided by the load."""
 
 
 @family
-def peak_over_mean(pressure, half):
-    """Return the largest over the mean pressure on an arc of half-angle `half` (rad)."""
+def peak_over_mean(pressure, half_angle):
+    """Return the largest over the mean pressure on an arc of half-angle `half_angle` (rad)."""
 
 
 PRESSURE_FAMILIES = (
@@ -142,6 +142,6 @@ def width_class(width):
     return min(max(int(2.0 * math.log2(2.0 * math.pi / max(width, 1e-300))), 0), CLASSES - 1)
 
 
-def class_width(place):
-    """Return the least width (rad) of an arc of class `place`."""
-    return 2.0 * math.pi * 2.0 ** (-0.5 * (place + 1))
+def class_width(index):
+    """Return the least width (rad) of an arc of class `index`."""
+    return 2.0 * math.pi * 2.0 ** (-0.5 * (index + 1))

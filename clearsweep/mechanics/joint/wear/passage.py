@@ -44,9 +44,9 @@ ROOM = FIRST + 2 * BODY  # the coefficients over the share of the step, then the
 
 def _lobatto(count):
     """Return `count` places from -1 to 1, both included, and the weights of their Lobatto rule."""
-    last = np.polynomial.legendre.Legendre.basis(count - 1)
-    places = np.concatenate([[-1.0], np.sort(last.deriv().roots().real), [1.0]])
-    return places, 2.0 / (count * (count - 1) * last(places) ** 2)
+    last_edge = np.polynomial.legendre.Legendre.basis(count - 1)
+    places = np.concatenate([[-1.0], np.sort(last_edge.deriv().roots().real), [1.0]])
+    return places, 2.0 / (count * (count - 1) * last_edge(places) ** 2)
 
 
 PLACES, WEIGHTS = _lobatto(POINTS)
@@ -96,31 +96,37 @@ def clearance_at(joint, workspace, x):
 
 
 @inlined
-def rubbing_of(joint, values, slid, clearance):
+def rubbing_of(joint, values, sliding_distance, clearance):
     """Return the Rubbing of a joint from its profiles' values at one time, in the order of the profiles."""
     (load, _, slip, depth, work), pressure = values, joint.wear.pressure
     load, slip, work = max(load, 0.0), abs(slip), max(work, 0.0)
-    rubbing = Rubbing(load, depth, slip, work, slid, 0.0, clearance)
-    over = sum_over_load(pressure, half_arc(pressure, joint, joint.bearing_radius, rubbing))
-    return Rubbing(load, depth, slip, work, slid, load * over, clearance)
+    rubbing = Rubbing(load, depth, slip, work, sliding_distance, 0.0, clearance)
+    load_sum = sum_over_load(pressure, half_arc(pressure, joint, joint.bearing_radius, rubbing))
+    return Rubbing(load, depth, slip, work, sliding_distance, load * load_sum, clearance)
 
 
 @inlined
 def rubbing_at(joint, workspace, x):
     """Return the Rubbing of a joint at the share `x` (0 to 1) of the step."""
     load, depth, slip = value(workspace, FORCE, x), value(workspace, DEPTH_COURSE, x), value(workspace, SLIP_COURSE, x)
-    slid = workspace[WAY * POINTS] + workspace[WAY * POINTS + 1] * x
+    sliding_distance = workspace[WAY * POINTS] + workspace[WAY * POINTS + 1] * x
     values = load, 0.0, slip, depth, value(workspace, RUBBED_COURSE, x)
-    return rubbing_of(joint, values, slid, clearance_at(joint, workspace, x))
+    return rubbing_of(joint, values, sliding_distance, clearance_at(joint, workspace, x))
 
 
 @inlined
-def _see_body(workspace, first, i, area, angle, half):
-    """Write the arc of a body at a point to `workspace`, whose part for the body begins at `first`."""
-    half = max(half, FAINT)
-    workspace[first + AREA * POINTS + i], workspace[first + MIDDLE * POINTS + i] = area, angle
-    workspace[first + HALF * POINTS + i], workspace[first + PER_HALF * POINTS + i] = half, 1.0 / half
-    workspace[first + START * POINTS + i], workspace[first + STOP * POINTS + i] = angle - half, angle + half
+def _see_body(workspace, first_edge, i, area, angle, half_angle):
+    """Write the arc of a body at a point to `workspace`, whose part for the body begins at `first_edge`."""
+    half_angle = max(half_angle, FAINT)
+    workspace[first_edge + AREA * POINTS + i], workspace[first_edge + MIDDLE * POINTS + i] = area, angle
+    workspace[first_edge + HALF * POINTS + i], workspace[first_edge + PER_HALF * POINTS + i] = (
+        half_angle,
+        1.0 / half_angle,
+    )
+    workspace[first_edge + START * POINTS + i], workspace[first_edge + STOP * POINTS + i] = (
+        angle - half_angle,
+        angle + half_angle,
+    )
 
 
 @kernel
@@ -129,17 +135,17 @@ def see_points(joint, workspace, length, low, high):
 
     length : of the step, in the unit of kappa.
     """
-    middle, reach, pressure = 0.5 * (low + high), 0.5 * (high - low), joint.wear.pressure
-    on_bearing, on_journal = length * reach / joint.bearing_radius, length * reach / joint.journal_radius
+    arc_middle, half_width, pressure = 0.5 * (low + high), 0.5 * (high - low), joint.wear.pressure
+    on_bearing, on_journal = length * half_width / joint.bearing_radius, length * half_width / joint.journal_radius
     for i in abreast(POINTS):
-        x = middle + reach * PLACES[i]
+        x = arc_middle + half_width * PLACES[i]
         rubbing = rubbing_at(joint, workspace, x)
         bearing, journal = wear_rate(joint.wear, rubbing)
         pace = WEIGHTS[i] * max(value(workspace, KAPPA_COURSE, x), 0.0)
-        half = half_arc(pressure, joint, joint.bearing_radius, rubbing)
-        _see_body(workspace, FIRST, i, on_bearing * pace * bearing, value(workspace, ON_BEARING, x), half)
-        half = half_arc(pressure, joint, joint.journal_radius, rubbing)
-        _see_body(workspace, FIRST + BODY, i, on_journal * pace * journal, value(workspace, ON_JOURNAL, x), half)
+        half_angle = half_arc(pressure, joint, joint.bearing_radius, rubbing)
+        _see_body(workspace, FIRST, i, on_bearing * pace * bearing, value(workspace, ON_BEARING, x), half_angle)
+        half_angle = half_arc(pressure, joint, joint.journal_radius, rubbing)
+        _see_body(workspace, FIRST + BODY, i, on_journal * pace * journal, value(workspace, ON_JOURNAL, x), half_angle)
 
 
 @inlined
@@ -147,8 +153,8 @@ def reach_of(workspace, row):
     """Return the least and the largest value of a row, compared in pairs for few dependent operations."""
     low = [min(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
     high = [max(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
-    least, largest = min(low[0], low[1]), max(high[0], high[1])
-    return min(least, min(low[2], low[3])), max(largest, max(high[2], high[3]))  # noqa: PLW3301 - in pairs
+    lowest, largest = min(low[0], low[1]), max(high[0], high[1])
+    return min(lowest, min(low[2], low[3])), max(largest, max(high[2], high[3]))  # noqa: PLW3301 - in pairs
 
 
 @inlined
@@ -157,9 +163,9 @@ def fit(workspace, row, values, weights):
     for i in abreast(POINTS):
         total = 0.0
         for k in range(PAIRS):
-            late = workspace[row * POINTS + PAIRS + k] * weights[PAIRS + k]
+            last_terms = workspace[row * POINTS + PAIRS + k] * weights[PAIRS + k]
             early = workspace[row * POINTS + PAIRS - 1 - k] * weights[PAIRS - 1 - k]
-            total += EVEN[k, i] * (late + early) + ODD[k, i] * (late - early)
+            total += EVEN[k, i] * (last_terms + early) + ODD[k, i] * (last_terms - early)
         workspace[values * POINTS + i] = total
 
 
@@ -200,10 +206,10 @@ def find_passing(workspace, end, edge, width):
     """
     row = START if end < 0.0 else STOP
     for i in abreast(POINTS):
-        before = workspace[row * POINTS + i - 1]  # before the first point is the previous row, which is not used
-        way = workspace[row * POINTS + i] - before
-        workspace[END * POINTS + i] = before
-        workspace[PER_WAY * POINTS + i] = where(way != 0.0, WAYS[i] / where(way != 0.0, way, 1.0), 0.0)
+        previous = workspace[row * POINTS + i - 1]  # before the first point is the previous row, which is not used
+        change = workspace[row * POINTS + i] - previous
+        workspace[END * POINTS + i] = previous
+        workspace[PER_WAY * POINTS + i] = where(change != 0.0, WAYS[i] / where(change != 0.0, change, 1.0), 0.0)
         workspace[END_COURSE * POINTS + i] = workspace[COURSE * POINTS + i] + end * workspace[HALF_COURSE * POINTS + i]
     for i in abreast(POINTS):
         workspace[END_SLOPE * POINTS + i] = TIMES[i] * workspace[END_COURSE * POINTS + i + 1]
@@ -211,8 +217,8 @@ def find_passing(workspace, end, edge, width):
     for k in abreast(POINTS):
         angle, x = edge + NUMBERS[k] * width, PLACES[0]
         for i in range(1, POINTS):
-            way = (angle - workspace[END * POINTS + i]) * workspace[PER_WAY * POINTS + i]
-            x += min(max(way, 0.0), WAYS[i])
+            change = (angle - workspace[END * POINTS + i]) * workspace[PER_WAY * POINTS + i]
+            x += min(max(change, 0.0), WAYS[i])
         slope = value(workspace, END_SLOPE, x)
         step = (angle - value(workspace, END_COURSE, x)) * slope / (slope * slope + FAINT)
         workspace[PASSING * POINTS + k] = min(max(x + min(max(step, -0.1), 0.1), -1.0), 1.0)
@@ -226,17 +232,17 @@ def crossed(joint, workspace, end, edge, width):
     """
     row, pressure = START if end < 0.0 else STOP, joint.wear.pressure
     rises = workspace[row * POINTS + POINTS - 1] > workspace[row * POINTS]
-    far = -1.0 if rises == (end < 0.0) else 1.0  # where the edge is within the arc, from the passage on
-    all_of_it = summed(workspace, AREA) if end > 0.0 else 0.0
+    edge_side = -1.0 if rises == (end < 0.0) else 1.0  # where the edge is within the arc, from the passage on
+    whole_area = summed(workspace, AREA) if end > 0.0 else 0.0
     for k in abreast(POINTS):
         swept, angle, total = workspace[PASSING * POINTS + k], edge + NUMBERS[k] * width, 0.0
         for j in turns(SOFT_NODES.size):
-            x = swept + (far - swept) * SOFT_NODES[j]
+            x = swept + (edge_side - swept) * SOFT_NODES[j]
             offset = angle - value(workspace, COURSE, x)
-            half = max(value(workspace, HALF_COURSE, x), FAINT)
-            share = share_before(pressure, -end * offset / half, half)
+            half_angle = max(value(workspace, HALF_COURSE, x), FAINT)
+            share = share_before(pressure, -end * offset / half_angle, half_angle)
             total += SOFT_WEIGHTS[j] * value(workspace, RATE, x) * share
-        workspace[WORN * POINTS + k] = all_of_it - end * abs(far - swept) * total
+        workspace[WORN * POINTS + k] = whole_area - end * abs(edge_side - swept) * total
 
 
 @kernel
@@ -259,8 +265,7 @@ def end_passes(workspace, edge, end, i):
 
 @kernel
 def piece(joint, workspace, edge, side, span):
-    """Return the wear before `edge` between two places, a `span`, in which the edge stays on one side of the arc's
-    ends.
+    """Return the wear before `edge` between two places, a `span`, in which the edge is on one side of the arc's ends.
 
     side : -1 before the arc, 1 behind it, 0 in it.
     """
@@ -268,10 +273,10 @@ def piece(joint, workspace, edge, side, span):
     if side < 0 or length <= 0.0:
         return 0.0
     for i in abreast(POINTS):
-        place = low + length * SOFT_NODES[i]
-        half = max(value(workspace, HALF_COURSE, place), FAINT)
-        share = share_before(joint.wear.pressure, (edge - value(workspace, COURSE, place)) / half, half)
-        workspace[TERM * POINTS + i] = SOFT_WEIGHTS[i] * value(workspace, RATE, place) * where(side == 0, share, 1.0)
+        position = low + length * SOFT_NODES[i]
+        half_angle = max(value(workspace, HALF_COURSE, position), FAINT)
+        share = share_before(joint.wear.pressure, (edge - value(workspace, COURSE, position)) / half_angle, half_angle)
+        workspace[TERM * POINTS + i] = SOFT_WEIGHTS[i] * value(workspace, RATE, position) * where(side == 0, share, 1.0)
     return length * summed(workspace, TERM)
 
 
@@ -288,12 +293,12 @@ def passed(joint, workspace, edge):
     """Return the wear (m rad) before an `edge` (rad) that the arc's ends pass."""
     total, low, side = 0.0, PLACES[0], side_of(workspace, edge, 0)
     for i in range(1, POINTS):
-        now = side_of(workspace, edge, i)
-        while side != now:
-            end = side if side != 0 else now  # the end of the arc that passes the edge
+        side_now = side_of(workspace, edge, i)
+        while side != side_now:
+            end = side if side != 0 else side_now  # the end of the arc that passes the edge
             x = max(low, end_passes(workspace, edge, end, i))
             total += piece(joint, workspace, edge, side, (low, x))
-            low, side = x, (0 if side != 0 else now)
+            low, side = x, (0 if side != 0 else side_now)
     return total + piece(joint, workspace, edge, side, (low, PLACES[POINTS - 1]))
 
 
@@ -309,21 +314,21 @@ class Edges(NamedTuple):
 @kernel
 def edges_of(pressure, workspace, width):
     """Return the number of the last edge before the arc, Edges, and the last edge met; `width` (rad) apart."""
-    (first, start), (stop, last) = reach_of(workspace, START), reach_of(workspace, STOP)
-    near = 1.0 - smooth_within(pressure)
+    (first_edge, start), (stop_edge, last_edge) = reach_of(workspace, START), reach_of(workspace, STOP)
+    smooth_limit = 1.0 - smooth_within(pressure)
     for i in abreast(POINTS):
-        margin = near * workspace[HALF * POINTS + i]
+        margin = smooth_limit * workspace[HALF * POINTS + i]
         workspace[TERM * POINTS + i] = workspace[START * POINTS + i] + margin
         workspace[(TERM + 1) * POINTS + i] = workspace[STOP * POINTS + i] - margin
     near_start, near_stop = reach_of(workspace, TERM)[1], reach_of(workspace, TERM + 1)[0]
-    passed_by_start, within_until = math.floor(start / width), math.floor(stop / width)
+    passed_by_start, within_until = math.floor(start / width), math.floor(stop_edge / width)
     edges = Edges(passed_by_start, math.floor(near_start / width), math.floor(near_stop / width), within_until)
-    return math.floor(first / width), edges, math.floor(last / width)
+    return math.floor(first_edge / width), edges, math.floor(last_edge / width)
 
 
 @kernel
-def worn_before(joint, workspace, edge, edges, last):
-    """Write the wear before an edge and those that follow, up to `last`, to WORN; return their number.
+def worn_before(joint, workspace, edge, edges, last_edge):
+    """Write the wear before an edge and those that follow, up to `last_edge`, to WORN; return their number.
 
     edges : Edges and their distance (rad).  Where the ends reverse or meet the same edges, each edge is processed
     alone.
@@ -334,9 +339,9 @@ def worn_before(joint, workspace, edge, edges, last):
         within(joint, workspace, angle, width)
         return min(POINTS, kinds.near_stop - edge + 1)
     starting, stopping = edge <= kinds.start, edge > kinds.stop
-    count = min(POINTS, (min(kinds.start, kinds.stop) if starting else last) - edge + 1)
-    alone = starting == stopping or count < SEVERAL
-    if alone or not steady(workspace, START if starting else STOP):
+    count = min(POINTS, (min(kinds.start, kinds.stop) if starting else last_edge) - edge + 1)
+    is_single = starting == stopping or count < SEVERAL
+    if is_single or not steady(workspace, START if starting else STOP):
         workspace[WORN * POINTS] = passed(joint, workspace, angle)
         return 1
     end = -1.0 if starting else 1.0
@@ -351,21 +356,21 @@ def enter_part(joint, workspace, bins):
     total = summed(workspace, AREA)
     if total <= 0.0:
         return
-    width, per_width, before = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
-    first, edges, last = edges_of(joint.wear.pressure, workspace, width)
-    if last - first > max(edges.near_stop - edges.near_start, 0):
+    width, per_width, previous = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
+    first_edge, edges, last_edge = edges_of(joint.wear.pressure, workspace, width)
+    if last_edge - first_edge > max(edges.near_stop - edges.near_start, 0):
         fit_points(workspace)
-    place, known, taken = first % bins.count, 0, 0
-    for edge in range(first + 1, last + 2):
-        up_to = total
-        if edge <= last:
-            if taken == known:
-                known, taken = worn_before(joint, workspace, edge, (edges, width), last), 0
-            up_to = min(max(workspace[WORN * POINTS + taken], before), total)
-            taken += 1
-        bins.depths[bins.first + place] += (up_to - before) * per_width
-        before = up_to
-        place = place + 1 if place + 1 < bins.count else 0
+    position, previous_sum, entered = first_edge % bins.count, 0, 0
+    for edge in range(first_edge + 1, last_edge + 2):
+        cumulative = total
+        if edge <= last_edge:
+            if entered == previous_sum:
+                previous_sum, entered = worn_before(joint, workspace, edge, (edges, width), last_edge), 0
+            cumulative = min(max(workspace[WORN * POINTS + entered], previous), total)
+            entered += 1
+        bins.depths[bins.first + position] += (cumulative - previous) * per_width
+        previous = cumulative
+        position = position + 1 if position + 1 < bins.count else 0
 
 
 @enter_span.member(None)

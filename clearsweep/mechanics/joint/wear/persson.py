@@ -29,21 +29,23 @@ class Persson(NamedTuple):
     modulus: float  # E*, Pa
 
 
-def pressure_over_load(angle, half):
-    """Return p R / f at `angle` (rad) from the middle of an arc of half-angle `half` (rad).
+def pressure_over_load(angle, half_angle):
+    """Return p R / f at `angle` (rad) from the middle of an arc of half-angle `half_angle` (rad).
 
     Ciavarella & Decuzzi 2001, with b = tan(half / 2), y = tan(angle / 2); the scale follows from the balance of forces.
     """
-    b2, y2 = np.tan(0.5 * half) ** 2, np.tan(0.5 * angle) ** 2
-    root, whole = np.sqrt(np.maximum(b2 - y2, 0.0)), np.sqrt(1.0 + b2)
-    return 2.0 * root / (math.pi * whole * (1.0 + y2)) + np.arctanh(root / whole) / (math.pi * b2 * (1.0 + b2))
+    b2, y2 = np.tan(0.5 * half_angle) ** 2, np.tan(0.5 * angle) ** 2
+    root, root_of_sum = np.sqrt(np.maximum(b2 - y2, 0.0)), np.sqrt(1.0 + b2)
+    return 2.0 * root / (math.pi * root_of_sum * (1.0 + y2)) + np.arctanh(root / root_of_sum) / (
+        math.pi * b2 * (1.0 + b2)
+    )
 
 
-def _beyond(x, half):
+def _beyond(x, half_angle):
     """Return the integral of p R / f over the arc beyond `x` (-1 to 1): Gauss's rule over arcsin of the place."""
     low, quarter = np.arcsin(x), 0.5 * math.pi
     t = low + 0.5 * (quarter - low) * (_NODES + 1.0)
-    values = pressure_over_load(half * np.sin(t), half) * half * np.cos(t)
+    values = pressure_over_load(half_angle * np.sin(t), half_angle) * half_angle * np.cos(t)
     return 0.5 * (quarter - low) * np.sum(_WEIGHTS * values)
 
 
@@ -67,20 +69,30 @@ def _shares(rests, squares):
     """Return the shares of the pressure beyond 1 - rest over rest^(3/2), at all pairs with squared half-angles."""
     halves = LIMIT * np.sqrt(squares)
     return np.array(
-        [[_beyond(1.0 - rest, half) / (2.0 * _beyond(0.0, half)) / rest**1.5 for half in halves] for rest in rests]
+        [
+            [
+                _beyond(1.0 - edge_distance, half_angle) / (2.0 * _beyond(0.0, half_angle)) / edge_distance**1.5
+                for half_angle in halves
+            ]
+            for edge_distance in rests
+        ]
     )
 
 
 def _share_powers(degree, widths):
     """Return the coefficients of the shares, by powers of the rest and of the squared half-angle."""
-    rest, square = (0.5 + 0.5 * chebyshev.chebpts1(count + 1) for count in (degree, widths))
-    rows, columns = (np.vander(points, increasing=True) for points in (rest, square))
-    return np.ascontiguousarray(np.linalg.solve(columns, np.linalg.solve(rows, _shares(rest, square)).T).T)
+    edge_distance, square = (0.5 + 0.5 * chebyshev.chebpts1(count + 1) for count in (degree, widths))
+    rows, columns = (np.vander(points, increasing=True) for points in (edge_distance, square))
+    return np.ascontiguousarray(np.linalg.solve(columns, np.linalg.solve(rows, _shares(edge_distance, square)).T).T)
 
 
 ARC = _powers(_arc, 14)  # by powers of z, to 2e-11
-SUM = _powers(_widths(lambda half: 2.0 * _beyond(0.0, half)), 8)  # by powers of the squared half-angle, to 1e-13
-PEAK = _powers(_widths(lambda half: pressure_over_load(0.0, half) * half / _beyond(0.0, half)), 10)  # to 2e-12
+SUM = _powers(
+    _widths(lambda half_angle: 2.0 * _beyond(0.0, half_angle)), 8
+)  # by powers of the squared half-angle, to 1e-13
+PEAK = _powers(
+    _widths(lambda half_angle: pressure_over_load(0.0, half_angle) * half_angle / _beyond(0.0, half_angle)), 10
+)  # to 2e-12
 SHARE = _share_powers(8, 7)  # (9, 8), to 1e-9
 
 
@@ -94,14 +106,14 @@ def _half_arc_persson(pressure, joint, radius, rubbing):
 
 
 @share_before.member(Persson)
-def _share_before_persson(pressure, x, half):
-    rest, square, share = max(1.0 - abs(x), 0.0), half * half * (1.0 / (LIMIT * LIMIT)), 0.0
+def _share_before_persson(pressure, x, half_angle):
+    edge_distance, square, share = max(1.0 - abs(x), 0.0), half_angle * half_angle * (1.0 / (LIMIT * LIMIT)), 0.0
     for i in range(SHARE.shape[0] - 1, -1, -1):
         column = 0.0
         for k in range(SHARE.shape[1] - 1, -1, -1):
             column = column * square + SHARE[i, k]
-        share = share * rest + column
-    return 0.5 + math.copysign(0.5 - share * rest * math.sqrt(rest), x)
+        share = share * edge_distance + column
+    return 0.5 + math.copysign(0.5 - share * edge_distance * math.sqrt(edge_distance), x)
 
 
 @smooth_within.member(Persson)
@@ -110,16 +122,16 @@ def _smooth_within_persson(pressure):
 
 
 @sum_over_load.member(Persson)
-def _sum_over_load_persson(pressure, half):
-    square, total = half * half * (1.0 / (LIMIT * LIMIT)), 0.0
+def _sum_over_load_persson(pressure, half_angle):
+    square, total = half_angle * half_angle * (1.0 / (LIMIT * LIMIT)), 0.0
     for i in range(SUM.size - 1, -1, -1):
         total = total * square + SUM[i]
     return total
 
 
 @peak_over_mean.member(Persson)
-def _peak_over_mean_persson(pressure, half):
-    square, total = half * half * (1.0 / (LIMIT * LIMIT)), 0.0
+def _peak_over_mean_persson(pressure, half_angle):
+    square, total = half_angle * half_angle * (1.0 / (LIMIT * LIMIT)), 0.0
     for i in range(PEAK.size - 1, -1, -1):
         total = total * square + PEAK[i]
     return total

@@ -28,10 +28,10 @@ def _half_arc_hertz_line(pressure, joint, radius, rubbing):
     return min(pressure.spread * math.sqrt(load) / radius, 0.5 * math.pi)
 
 
-def _beyond(rest):
+def _beyond(edge_distance):
     """Return the share of the load beyond 1 - rest, 0 < rest <= 1, over rest^(3/2), which is smooth."""
-    x = 1.0 - rest
-    return (0.5 - (x * np.sqrt(1.0 - x * x) + np.arcsin(x)) / math.pi) / rest**1.5
+    x = 1.0 - edge_distance
+    return (0.5 - (x * np.sqrt(1.0 - x * x) + np.arcsin(x)) / math.pi) / edge_distance**1.5
 
 
 #: Its coefficients by powers of `rest`, to 1e-9: avoids an arcsine in the most frequent evaluation.
@@ -39,12 +39,12 @@ BEYOND = Chebyshev.interpolate(_beyond, 9, domain=(0.0, 1.0)).convert(kind=Polyn
 
 
 @share_before.member(HertzLine)
-def _share_before_hertz_line(pressure, x, half):
-    rest = max(1.0 - abs(x), 0.0)
+def _share_before_hertz_line(pressure, x, half_angle):
+    edge_distance = max(1.0 - abs(x), 0.0)
     share = 0.0
     for i in range(BEYOND.size - 1, -1, -1):
-        share = share * rest + BEYOND[i]
-    return 0.5 + math.copysign(0.5 - share * rest * math.sqrt(rest), x)
+        share = share * edge_distance + BEYOND[i]
+    return 0.5 + math.copysign(0.5 - share * edge_distance * math.sqrt(edge_distance), x)
 
 
 @smooth_within.member(HertzLine)
@@ -53,12 +53,12 @@ def _smooth_within_hertz_line(pressure):
 
 
 @sum_over_load.member(HertzLine)
-def _sum_over_load_hertz_line(pressure, half):
+def _sum_over_load_hertz_line(pressure, half_angle):
     return 1.0  # half-spaces: all pressure has the direction of the load
 
 
 @peak_over_mean.member(HertzLine)
-def _peak_over_mean_hertz_line(pressure, half):
+def _peak_over_mean_hertz_line(pressure, half_angle):
     return 4.0 / math.pi
 
 
@@ -130,7 +130,7 @@ def _half_arc_mean_or_winkler(pressure, joint, radius, rubbing):
 
 
 @share_before.member(Mean)
-def _share_before_mean(pressure, x, half):
+def _share_before_mean(pressure, x, half_angle):
     return min(max(0.5 + 0.5 * x, 0.0), 1.0)
 
 
@@ -141,13 +141,13 @@ def _smooth_within_mean_or_winkler(pressure):
 
 
 @sum_over_load.member(Mean)
-def _sum_over_load_mean(pressure, half):
+def _sum_over_load_mean(pressure, half_angle):
     """Return theta0 / sin(theta0), from the balance of forces, integral p cos(psi) R dpsi = f."""
-    return half / math.sin(half) if half > 1e-3 else 1.0 + half * half / 6.0
+    return half_angle / math.sin(half_angle) if half_angle > 1e-3 else 1.0 + half_angle * half_angle / 6.0
 
 
 @peak_over_mean.member(Mean)
-def _peak_over_mean_mean(pressure, half):
+def _peak_over_mean_mean(pressure, half_angle):
     return 1.0
 
 
@@ -172,9 +172,9 @@ LAST = np.array([(-1.0) ** k / math.factorial(2 * k + 3) for k in range(10)])
 
 
 @inlined
-def _overlap_before(x, half):
+def _overlap_before(x, half_angle):
     """Return (sin(x half) - x half cos(half)) / half^3, half of at most pi / 2: its series, without cancellation."""
-    square, first, last = half * half, 0.0, 0.0
+    square, first, last = half_angle * half_angle, 0.0, 0.0
     power = square * x * x
     for k in range(FIRST.size - 1, -1, -1):
         first = first * square + FIRST[k]
@@ -183,22 +183,28 @@ def _overlap_before(x, half):
 
 
 @share_before.member(Winkler)
-def _share_before_winkler(pressure, x, half):
+def _share_before_winkler(pressure, x, half_angle):
     x = min(max(x, -1.0), 1.0)
-    return 0.5 + 0.5 * _overlap_before(x, half) / _overlap_before(1.0, half)
+    return 0.5 + 0.5 * _overlap_before(x, half_angle) / _overlap_before(1.0, half_angle)
 
 
 @sum_over_load.member(Winkler)
-def _sum_over_load_winkler(pressure, half):
+def _sum_over_load_winkler(pressure, half_angle):
     """Return 2 (sin t - t cos t) / (t - sin t cos t), from the balance of forces."""
-    return 4.0 * half * half * half * _overlap_before(1.0, half) / arc_excess(2.0 * half) if half > 1e-6 else 1.0
+    return (
+        4.0 * half_angle * half_angle * half_angle * _overlap_before(1.0, half_angle) / arc_excess(2.0 * half_angle)
+        if half_angle > 1e-6
+        else 1.0
+    )
 
 
 @peak_over_mean.member(Winkler)
-def _peak_over_mean_winkler(pressure, half):
+def _peak_over_mean_winkler(pressure, half_angle):
     """Return (1 - cos t) t / (sin t - t cos t)."""
-    sine = math.sin(0.5 * half)
-    return 2.0 * sine * sine / (half * half * _overlap_before(1.0, half)) if half > 1e-6 else 1.5
+    sine = math.sin(0.5 * half_angle)
+    return (
+        2.0 * sine * sine / (half_angle * half_angle * _overlap_before(1.0, half_angle)) if half_angle > 1e-6 else 1.5
+    )
 
 
 register(

@@ -64,17 +64,19 @@ def smoothed(depths: np.ndarray, width: float) -> "CubicSpline":
     return CubicSpline(np.arange(PLACES + 1) * STEP, np.append(values, values[0]), bc_type="periodic")
 
 
-def shapes_of(bearing: np.ndarray, journal: np.ndarray, clearance: float, least: float) -> tuple[Shape, Shape, float]:
+def shapes_of(
+    bearing: np.ndarray, journal: np.ndarray, clearance: float, least_share: float
+) -> tuple[Shape, Shape, float]:
     """Return the shapes of both bodies from the mean depths of their bins (m), and the width (rad) of the Gaussian.
 
-    least : AT_POINT or ON_SPRINGS.
+    least_share : AT_POINT or ON_SPRINGS.
     """
     width = WIDTH
     while True:
         splines = smoothed(bearing, width), smoothed(journal, width)
         knots = splines[0].x
         sharpest = math.fsum(float(np.min(spline(knots) + spline(knots, 2))) for spline in splines)
-        if clearance + sharpest >= least * clearance:
+        if clearance + sharpest >= least_share * clearance:
             return shape_of(splines[0]), shape_of(splines[1]), width
         width *= WIDER
 
@@ -86,24 +88,24 @@ def shape_of(spline: "CubicSpline") -> Shape:
         table[:, power] = spline.c[3 - power] * STEP**power
     pieces = table[:, :BEFORE] @ (1.0 / np.arange(1, 5)) * STEP
     table[:, BEFORE] = np.concatenate([[0.0], np.cumsum(pieces)[:-1]])
-    fine = np.linspace(0.0, 2.0 * math.pi, 16 * PLACES, endpoint=False)
-    values = spline(fine)
+    fine_angles = np.linspace(0.0, 2.0 * math.pi, 16 * PLACES, endpoint=False)
+    values = spline(fine_angles)
     return Shape(
         array_handle(table),
         float(values.min()),
         float(values.max()),
-        float(np.abs(spline(fine, 1)).max()),
-        float(np.max(-spline(fine, 2))),
-        float(np.min(values + spline(fine, 2))),
+        float(np.abs(spline(fine_angles, 1)).max()),
+        float(np.max(-spline(fine_angles, 2))),
+        float(np.min(values + spline(fine_angles, 2))),
         float(pieces.sum()),
     )
 
 
 @inlined
-def within_piece(place):
-    """Return the share of its piece before a `place`, counted in pieces, and the offset of its numbers."""
-    shifted = (place - 0.5) + SHIFT  # rounded to an integer, which is then in its last bits
-    return place - (shifted - SHIFT), (bits_of(shifted) & (PLACES - 1)) * NUMBERS
+def within_piece(position):
+    """Return the share of its piece before a `position`, counted in pieces, and the offset of its numbers."""
+    shifted = (position - 0.5) + SHIFT  # rounded to an integer, which is then in its last bits
+    return position - (shifted - SHIFT), (bits_of(shifted) & (PLACES - 1)) * NUMBERS
 
 
 @inlined
@@ -112,24 +114,24 @@ def worn_at(table, angle):
 
     For automatic differentiation, h and its first derivative carry the slopes of the angle.
     """
-    place = plain(angle) * PER_STEP
-    x, first = within_piece(place)
-    a, b = load_item(table, first + CONSTANT), load_item(table, first + FIRST)
-    c, d = load_item(table, first + SECOND), load_item(table, first + THIRD)
+    position = plain(angle) * PER_STEP
+    x, piece = within_piece(position)
+    a, b = load_item(table, piece + CONSTANT), load_item(table, piece + FIRST)
+    c, d = load_item(table, piece + SECOND), load_item(table, piece + THIRD)
     h = a + x * (b + x * (c + x * d))
     slope = (b + x * (2.0 * c + 3.0 * x * d)) * PER_STEP
-    bend = (2.0 * c + 6.0 * x * d) * (PER_STEP * PER_STEP)
+    curvature = (2.0 * c + 6.0 * x * d) * (PER_STEP * PER_STEP)
     third = 6.0 * d * (PER_STEP * PER_STEP * PER_STEP)
-    return chained(h, slope, angle), chained(slope, bend, angle), bend, third
+    return chained(h, slope, angle), chained(slope, curvature, angle), curvature, third
 
 
 @inlined
 def integral_at(shape, angle):
     """Return the integral of h (m rad) from 0 to an angle (rad) in the frame of the body."""
-    place = angle * PER_STEP
-    x, first = within_piece(place)
-    a, b = load_item(shape.table, first + CONSTANT), load_item(shape.table, first + FIRST)
-    c, d = load_item(shape.table, first + SECOND), load_item(shape.table, first + THIRD)
-    turns = math.floor(place * (1.0 / PLACES))
-    within = x * (a + x * (0.5 * b + x * (c * (1.0 / 3.0) + x * (0.25 * d)))) * STEP
-    return load_item(shape.table, first + BEFORE) + within + turns * shape.whole
+    position = angle * PER_STEP
+    x, piece = within_piece(position)
+    a, b = load_item(shape.table, piece + CONSTANT), load_item(shape.table, piece + FIRST)
+    c, d = load_item(shape.table, piece + SECOND), load_item(shape.table, piece + THIRD)
+    whole_turns = math.floor(position * (1.0 / PLACES))
+    integral_in_piece = x * (a + x * (0.5 * b + x * (c * (1.0 / 3.0) + x * (0.25 * d)))) * STEP
+    return load_item(shape.table, piece + BEFORE) + integral_in_piece + whole_turns * shape.whole

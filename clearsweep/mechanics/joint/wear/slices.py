@@ -68,24 +68,24 @@ END_SLOPES = np.array([[float(p * at ** max(p - 1, 0)) for p in range(BETWEEN + 
 
 @see.member(Through)
 @see.member(Flanged)
-def _see_through_or_flanged(joint, gap, turned, j, moment):
+def _see_through_or_flanged(joint, gap, body_angles, j, moment):
     for wall in range(len(ENDS)):
         if bears(joint.walls, moment.step, j, wall):
-            _see_wall(joint, gap, turned, (j + wall, ENDS[wall]), moment)
+            _see_wall(joint, gap, body_angles, (j + wall, ENDS[wall]), moment)
 
 
 @kernel
-def _see_wall(joint, gap, turned, contact, moment):
+def _see_wall(joint, gap, body_angles, contact, moment):
     """Record the position of a contact at one of the ENDS: its number, its end."""
     step, i, (c, end) = moment.step, moment.number, contact
     point = wall_point(joint.ends, joint, gap, end)
-    across = plus_scaled(point.normal, -dot(point.normal, gap.axis), gap.axis)
-    step.places[c, 0, i] = math.atan2(dot(across, cross(gap.axis, turned)), dot(across, turned))
+    transverse = plus_scaled(point.normal, -dot(point.normal, gap.axis), gap.axis)
+    step.places[c, 0, i] = math.atan2(dot(transverse, cross(gap.axis, body_angles)), dot(transverse, body_angles))
     step.places[c, 1, i] = math.atan2(point.normal.y, point.normal.x)
-    lies = placed(joint.ends, joint, gap, point, end)
-    step.axial[c, LEAN, i], step.axial[c, REACH, i] = lies.lean, bearing_length(joint.ends, joint, gap).half
-    step.axial[c, BEARING_START, i], step.axial[c, JOURNAL_START, i] = lies.on_bearing, lies.on_journal
-    step.axial[c, FACING, i] = lies.facing
+    placement = placed(joint.ends, joint, gap, point, end)
+    step.axial[c, LEAN, i], step.axial[c, REACH, i] = placement.lean, bearing_length(joint.ends, joint, gap).half
+    step.axial[c, BEARING_START, i], step.axial[c, JOURNAL_START, i] = placement.on_bearing, placement.on_journal
+    step.axial[c, FACING, i] = placement.facing
 
 
 # ---------------------------------------------------------------------------------------------- what is worn
@@ -130,19 +130,19 @@ def slice_of(joint, strips, low, high):
         weight *= max(step_values[KAPPA_COURSE, i] * step_values[FORCE, i] * abs(step_values[SLIP_COURSE, i]), 0.0)
         if weight <= 0.0:
             continue
-        strip, deep = _strip_at(joint, strips, i)
-        near, far, most = min(low, strip.reach), min(high, strip.reach), strips.at[MAX_DEPTH, i]
-        part = load_share(joint.walls, joint, strip, deep, (near, far))
-        first, until = pressed_ways(strip, deep)
-        first, until = max(first, near), min(until, far)
-        share += weight * part
+        strip, depth_at = _strip_at(joint, strips, i)
+        near_end, far_end, max_depth_ = min(low, strip.reach), min(high, strip.reach), strips.at[MAX_DEPTH, i]
+        slice_share = load_share(joint.walls, joint, strip, depth_at, (near_end, far_end))
+        cover_start, cover_end = pressed_ways(strip, depth_at)
+        cover_start, cover_end = max(cover_start, near_end), min(cover_end, far_end)
+        share += weight * slice_share
         work += weight
-        if until > first:
-            cover += weight * part * (until - first)
-            begin += weight * part * (first - low)
-            mean = deep - 0.5 * strip.lean * (first + until)
-            depth += weight * part * mean / most
-            load += weight * part
+        if cover_end > cover_start:
+            cover += weight * slice_share * (cover_end - cover_start)
+            begin += weight * slice_share * (cover_start - low)
+            mean = depth_at - 0.5 * strip.lean * (cover_start + cover_end)
+            depth += weight * slice_share * mean / max_depth_
+            load += weight * slice_share
     if load <= 0.0:
         return Slice(0.0, 0.0, 0.0, 0.0)
     return Slice(share / work, cover / load, depth / load, begin / load)
@@ -153,22 +153,22 @@ def note_edges(joint, step, strips, account):
     """Record pressure and pressure times sliding speed of a wall contact at equidistant places of the step."""
     law, step_values = joint.wear, strips.step_values
     for i in turns(PARTS + 1):
-        strip, deep = _strip_at(joint, strips, i)
+        strip, depth_at = _strip_at(joint, strips, i)
         load, slip = max(step_values[FORCE, i], 0.0), step_values[SLIP_COURSE, i]
-        loads = loads_along(joint.walls, joint, strip, deep, load)
+        loads = loads_along(joint.walls, joint, strip, depth_at, load)
         if loads.deepest <= 0.0:
             continue
-        even = rubbing_of(joint, (loads.even, 0.0, slip, loads.depth, 0.0), 0.0, joint.clearance)
-        most = rubbing_of(joint, (loads.most, 0.0, slip, loads.deepest, 0.0), 0.0, joint.clearance)
-        half, half_most = _half(joint, even), _half(joint, most)
-        if min(half, half_most) < LEAST:
+        mean_rubbing = rubbing_of(joint, (loads.even, 0.0, slip, loads.depth, 0.0), 0.0, joint.clearance)
+        max_depth_ = rubbing_of(joint, (loads.most, 0.0, slip, loads.deepest, 0.0), 0.0, joint.clearance)
+        half_angle, half_most = _half(joint, mean_rubbing), _half(joint, max_depth_)
+        if min(half_angle, half_most) < LEAST:
             continue
-        peak = most.pressed / (2.0 * joint.bearing_radius * half_most) * peak_over_mean(law.pressure, half_most)
+        peak = max_depth_.pressed / (2.0 * joint.bearing_radius * half_most) * peak_over_mean(law.pressure, half_most)
         time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * step_values[KAPPA_COURSE, i]
-        account[PRESSURE_TIME] += even.pressed / (2.0 * joint.bearing_radius * half) * time
+        account[PRESSURE_TIME] += mean_rubbing.pressed / (2.0 * joint.bearing_radius * half_angle) * time
         account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
-        account[PV_MAX] = max(account[PV_MAX], peak * most.slip)
-        if peak * most.slip > law.pv_limit:
+        account[PV_MAX] = max(account[PV_MAX], peak * max_depth_.slip)
+        if peak * max_depth_.slip > law.pv_limit:
             account[PV_BEYOND] += time
 
 
@@ -187,25 +187,28 @@ class Lies(NamedTuple):
 
 
 @kernel
-def enter_along(depths, factor, bins, lies):
+def enter_along(depths, factor, bins, placement):
     """Add `depths` (m) around a body, times a factor, to its bins over angle and length.
 
-    lies : position on the body; each bin is the mean over its length.
+    placement : position on the body; each bin is the mean over its length.
     """
-    per_length = lies.rows / (2.0 * lies.half)
-    first, last = _in_bins(lies.begin, lies.half, per_length), _in_bins(lies.end, lies.half, per_length)
-    row = min(max(math.floor(first), 0), lies.rows - 1)
-    while first < last:
-        until = last if row == lies.rows - 1 else min(last, row + 1.0)
-        part, start = factor * (until - first), bins.first + row * bins.count
+    per_length = placement.rows / (2.0 * placement.half)
+    cover_start, last = (
+        _in_bins(placement.begin, placement.half, per_length),
+        _in_bins(placement.end, placement.half, per_length),
+    )
+    row = min(max(math.floor(cover_start), 0), placement.rows - 1)
+    while cover_start < last:
+        cover_end = last if row == placement.rows - 1 else min(last, row + 1.0)
+        slice_share, start = factor * (cover_end - cover_start), bins.first + row * bins.count
         for k in turns(bins.count):
-            bins.depths[start + k] += part * depths[k]
-        first, row = until, row + 1
+            bins.depths[start + k] += slice_share * depths[k]
+        cover_start, row = cover_end, row + 1
 
 
 @kernel
-def _in_bins(at, half, per_length):
-    place = (at + half) * per_length
+def _in_bins(at, half_angle, per_length):
+    place = (at + half_angle) * per_length
     nearest = math.floor(place + 0.5)
     return nearest if abs(place - nearest) < NEAR else place
 
@@ -223,7 +226,7 @@ def _wear_wall_no_wear(law, joint, wall, c, shared):
 @kernel
 def fit_strip(joint, c, step):
     """Write the profiles of the angles of contact `c` to `step.workspace`; return its Strips."""
-    seen, at, strips = step.axial[c], step.strip, Strips(0.0, step.strip, step.step_values[c])
+    observed, at, strips = step.axial[c], step.strip, Strips(0.0, step.strip, step.step_values[c])
     for body in range(2):
         angles = step.places[c, body]
         without_leaps(angles)
@@ -233,17 +236,17 @@ def fit_strip(joint, c, step):
                 slope += END_SLOPES[side, i] * angles[i]
             step.places[c, SLOPES + body, side * (BETWEEN + 1)] = slope
     fit_places(step, c)
-    longest = 0.0
+    longest_slice = 0.0
     for i in turns(PARTS + 1):
         at[LEAN, i] = at[REACH, i] = 0.0
         for k in turns(BETWEEN + 2):
-            at[LEAN, i] += EVENLY[i, k] * seen[LEAN, k]
-            at[REACH, i] += EVENLY[i, k] * seen[REACH, k]
+            at[LEAN, i] += EVENLY[i, k] * observed[LEAN, k]
+            at[REACH, i] += EVENLY[i, k] * observed[REACH, k]
         at[REACH, i] = max(at[REACH, i], 0.0)
-        longest = max(longest, at[REACH, i])
-        strip, deep = _strip_at(joint, strips, i)
-        at[MAX_DEPTH, i] = max_depth(strip, deep)
-    return Strips(longest, at, step.step_values[c])
+        longest_slice = max(longest_slice, at[REACH, i])
+        strip, depth_at = _strip_at(joint, strips, i)
+        at[MAX_DEPTH, i] = max_depth(strip, depth_at)
+    return Strips(longest_slice, at, step.step_values[c])
 
 
 @kernel
@@ -260,23 +263,23 @@ def fit_depth(strips, workspace, share):
 def put_slices(joint, strips, step):
     """Write the Slices of a strip to `step.scratch`, after the bins; return the largest load per length (1/m)."""
     rows = int(joint.wear_rows)
-    first, long, largest = 2 * step.scratch.size // 3, 2.0 * strips.reach / rows, 0.0
+    cover_start, slice_length, largest = 2 * step.scratch.size // 3, 2.0 * strips.reach / rows, 0.0
     for k in range((rows + 1) // 2):
-        low = k * long
-        seen = slice_of(joint, strips, low, min(low + long, strips.reach))
-        if seen.share > 0.0:
-            largest = max(largest, seen.share / seen.cover)
-        here = first + k * len(seen)
-        for i in range(len(seen)):
-            step.scratch[here + i] = seen[i]
+        low = k * slice_length
+        observed = slice_of(joint, strips, low, min(low + slice_length, strips.reach))
+        if observed.share > 0.0:
+            largest = max(largest, observed.share / observed.cover)
+        slot = cover_start + k * len(observed)
+        for i in range(len(observed)):
+            step.scratch[slot + i] = observed[i]
     return largest
 
 
 @kernel
 def slice_at(step, k):
     """Return Slice `k` of the written ones."""
-    here = 2 * step.scratch.size // 3 + 4 * k
-    return Slice(step.scratch[here], step.scratch[here + 1], step.scratch[here + 2], step.scratch[here + 3])
+    slot = 2 * step.scratch.size // 3 + 4 * k
+    return Slice(step.scratch[slot], step.scratch[slot + 1], step.scratch[slot + 2], step.scratch[slot + 3])
 
 
 class Group(NamedTuple):
@@ -293,15 +296,15 @@ def group_from(step, begin, slices, largest):
     share = cover = depth = load = 0.0
     end = begin
     while end < slices:
-        seen = slice_at(step, end)
-        if seen.share <= 0.0:
+        observed = slice_at(step, end)
+        if observed.share <= 0.0:
             break
-        here = seen.share / seen.cover
+        slot = observed.share / observed.cover
         if end == begin:
-            load = here
-        if abs(here - load) > ALIKE * largest:
+            load = slot
+        if abs(slot - load) > ALIKE * largest:
             break
-        share, cover, depth = share + seen.share, cover + seen.cover, depth + seen.share * seen.depth
+        share, cover, depth = share + observed.share, cover + observed.cover, depth + observed.share * observed.depth
         end += 1
     return Group(begin, max(end, begin + 1), Slice(share, cover, depth / share if share > 0.0 else 0.0, 0.0))
 
@@ -310,25 +313,25 @@ def group_from(step, begin, slices, largest):
 def enter_group(joint, end, c, shared, strips, group):
     """Add the wear of a Group of slices of the Strips of contact `c` at one of the ENDS."""
     step, worn = shared
-    workspace, count, rows, whole = step.workspace, int(joint.wear.bins), int(joint.wear_rows), group.whole
-    fit_courses(step, c, whole.cover / whole.share)
-    fit_depth(strips, workspace, whole.depth)
+    workspace, count, rows, total = step.workspace, int(joint.wear.bins), int(joint.wear_rows), group.whole
+    fit_courses(step, c, total.cover / total.share)
+    fit_depth(strips, workspace, total.depth)
     scratch = Bins(step.scratch, 0, count), Bins(step.scratch, worn.stride, count)
     enter_wear(joint, workspace, step.step_values[c], step.length, scratch)
-    note_arc(joint, step, worn.account[c], whole.cover / joint.wear.length)
-    seen, first = step.axial[c, :, BETWEEN // 2 + 1], 2 * (c if end == ENDS[0] else c - 1) * worn.stride
-    long = 2.0 * strips.reach / rows
+    note_arc(joint, step, worn.account[c], total.cover / joint.wear.length)
+    observed, cover_start = step.axial[c, :, BETWEEN // 2 + 1], 2 * (c if end == ENDS[0] else c - 1) * worn.stride
+    slice_length = 2.0 * strips.reach / rows
     for body in range(2):
-        half = joint.half_length if body == 0 else joint.half_journal
-        way = -end * (seen[FACING] if body == 0 else 1.0)
+        half_angle = joint.half_length if body == 0 else joint.half_journal
+        direction = -end * (observed[FACING] if body == 0 else 1.0)
         depths = step.scratch[body * worn.stride : body * worn.stride + count]
-        bins = Bins(worn.depths, first + body * worn.stride, count)
+        bins = Bins(worn.depths, cover_start + body * worn.stride, count)
         for k in range(group.begin, group.end):
-            part = slice_at(step, k)
-            near = seen[BEARING_START + body] + way * (k * long + part.begin)
-            far = near + way * part.cover
-            factor = part.share * whole.cover / (part.cover * whole.share)
-            enter_along(depths, factor, bins, Lies(min(near, far), max(near, far), half, rows))
+            slice_share = slice_at(step, k)
+            near_end = observed[BEARING_START + body] + direction * (k * slice_length + slice_share.begin)
+            far_end = near_end + direction * slice_share.cover
+            factor = slice_share.share * total.cover / (slice_share.cover * total.share)
+            enter_along(depths, factor, bins, Lies(min(near_end, far_end), max(near_end, far_end), half_angle, rows))
         for k in turns(count):
             depths[k] = 0.0
 

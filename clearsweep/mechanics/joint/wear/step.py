@@ -107,21 +107,21 @@ class Moment(NamedTuple):
 
 
 @family
-def see(joint, gap, turned, j, moment):
-    """Record the positions of a joint's contacts, the first being `j`, at a Moment; turned : result of body_angles."""
+def see(joint, gap, body_angles, j, moment):
+    """Record the positions of a joint's contacts, the first being `j`, at a Moment; body_angles : (2,) rad."""
 
 
 @see.member(None)
-def _default_see(joint, gap, turned, j, moment):
+def _default_see(joint, gap, body_angles, j, moment):
     step, i = moment.step, moment.number
     if not touches(step.mode[j]):
         return
     side = joint.side
-    angle, turn, depth, rate = contact_angle(joint, gap)
-    proximal, distal = turned
+    angle, correction, depth, rate = contact_angle(joint, gap)
+    proximal, distal = body_angles
     bearing, journal = (proximal, distal) if side > 0.0 else (distal, proximal)
     step.places[j, 0, i], step.places[j, 1, i], step.places[j, 2, i] = angle - bearing, angle - journal, depth
-    on_proximal, on_distal = turn - gap.spin_proximal, turn - gap.spin_distal
+    on_proximal, on_distal = correction - gap.spin_proximal, correction - gap.spin_distal
     step.places[j, SLOPES, i] = on_proximal if side > 0.0 else on_distal
     step.places[j, SLOPES + 1, i] = on_distal if side > 0.0 else on_proximal
     step.places[j, SLOPES + 2, i] = rate
@@ -162,11 +162,11 @@ def fit_courses(step, j, length):
 @kernel
 def without_leaps(angles):
     """Remove jumps by full turns from angles (rad) at the quarters of a step."""
-    turn, taken, before = 2.0 * math.pi, 0.0, angles[0]
+    correction, offset, previous = 2.0 * math.pi, 0.0, angles[0]
     for i in range(1, BETWEEN + 2):
-        here = angles[i]
-        taken += math.floor((here - before) * (1.0 / turn) + 0.5)
-        angles[i], before = here - turn * taken, here
+        angle_now = angles[i]
+        offset += math.floor((angle_now - previous) * (1.0 / correction) + 0.5)
+        angles[i], previous = angle_now - correction * offset, angle_now
 
 
 @kernel
@@ -190,13 +190,13 @@ def note_way(step, j, account):
 
     Simpson's rule over the profile of the sliding speed.
     """
-    workspace, step_values, way = step.workspace, step.step_values[j], 0.0
+    workspace, step_values, distance = step.workspace, step.step_values[j], 0.0
     for i in turns(PARTS + 1):
         weight = 1.0 if i in (0, PARTS) else 4.0 if i % 2 else 2.0
-        way += weight * step_values[KAPPA_COURSE, i] * abs(step_values[SLIP_COURSE, i])
-    way *= step.length / (3.0 * PARTS)
-    workspace[WAY * POINTS], workspace[WAY * POINTS + 1] = account[SLID], way
-    account[SLID] += way
+        distance += weight * step_values[KAPPA_COURSE, i] * abs(step_values[SLIP_COURSE, i])
+    distance *= step.length / (3.0 * PARTS)
+    workspace[WAY * POINTS], workspace[WAY * POINTS + 1] = account[SLID], distance
+    account[SLID] += distance
 
 
 @kernel
@@ -218,11 +218,11 @@ def _default_pressure_on(joint, step, j, place):
     )
     clearance = clearance_at(joint, step.workspace, place / PARTS)
     rubbing = rubbing_of(joint, (load, 0.0, slip, depth, 0.0), 0.0, clearance)
-    half = half_arc(law.pressure, joint, joint.bearing_radius, rubbing)
-    if half < LEAST:  # at an onset or a separation, where there is no load either
+    half_angle = half_arc(law.pressure, joint, joint.bearing_radius, rubbing)
+    if half_angle < LEAST:  # at an onset or a separation, where there is no load either
         return 0.0, 0.0
-    mean = rubbing.pressed / (2.0 * joint.bearing_radius * half)
-    return mean, mean * peak_over_mean(law.pressure, half)
+    mean_pressure = rubbing.pressed / (2.0 * joint.bearing_radius * half_angle)
+    return mean_pressure, mean_pressure * peak_over_mean(law.pressure, half_angle)
 
 
 @kernel
@@ -234,14 +234,16 @@ def note_pressure(joint, step, j, account):
         FIRST,
         FIRST + 2 * POINTS,
     )  # in the workspace used by the bodies later
-    for first in range(2):  # the first places, as many as are processed at once, then the last
+    for batch_start in range(2):  # the first places, as many as are processed at once, then the last
         for i in abreast(POINTS):
-            workspace[means + first + i], workspace[peaks + first + i] = pressure_on(joint, step, j, first + i)
+            workspace[means + batch_start + i], workspace[peaks + batch_start + i] = pressure_on(
+                joint, step, j, batch_start + i
+            )
     for i in turns(PARTS + 1):
-        mean, peak = workspace[means + i], workspace[peaks + i]
+        mean_pressure, peak = workspace[means + i], workspace[peaks + i]
         slip, share = abs(step_values[SLIP_COURSE, i]), (0.5 if i in (0, PARTS) else 1.0) / PARTS
         time = share * step.length * step_values[KAPPA_COURSE, i]
-        account[PRESSURE_TIME] += mean * time
+        account[PRESSURE_TIME] += mean_pressure * time
         account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
         account[PV_MAX] = max(account[PV_MAX], peak * slip)
         if peak * slip > joint.wear.pv_limit:
@@ -286,8 +288,8 @@ def _default_wear_contact(law, joint, j, shared):
     fit_places(step, j)
     note_way(step, j, worn.account[j])
     note_pressure(joint, step, j, worn.account[j])
-    count, first = int(law.bins), 2 * j * worn.stride
-    bins = Bins(worn.depths, first, count), Bins(worn.depths, first + worn.stride, count)
+    count, batch_start = int(law.bins), 2 * j * worn.stride
+    bins = Bins(worn.depths, batch_start, count), Bins(worn.depths, batch_start + worn.stride, count)
     enter_wear(joint, step.workspace, step.step_values[j], step.length, bins)
     note_arc(joint, step, worn.account[j], 1.0)
 

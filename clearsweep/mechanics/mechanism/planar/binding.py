@@ -22,20 +22,20 @@ def bound_of(value: Planar, machine: MachineType, courses: list) -> list[int]:
 
     if not machine.free:
         value = value._replace(drive=Steady(1.0, value.turn.start))
-    place, loops, looks = function_of(value, "place"), function_of(value, "loops"), []
+    place, loops, snapshots = function_of(value, "place"), function_of(value, "loops"), []
     angles = range(0, len(courses[0][0]) - 1, max((len(courses[0][0]) - 1) // LOOKS, 1))
     for k in angles:
         time = 2.0 * np.pi * k / (len(courses[0][0]) - 1)
         y = np.array([*(path[0][k] for path in courses), *(0.0 for _ in courses), time])
-        looks.append(np.array(loops(value, place(value, y))))
-    rows = np.array(looks)
-    never = {Coordinate(ANGLE, machine.spanning_tree.crank), *(Coordinate(RUN, j) for j in machine.sprung)}
-    may = [i for i, item in enumerate(machine.spanning_tree.coordinates) if item not in never]
+        snapshots.append(np.array(loops(value, place(value, y))))
+    rows = np.array(snapshots)
+    fixed_coordinates = {Coordinate(ANGLE, machine.spanning_tree.crank), *(Coordinate(RUN, j) for j in machine.sprung)}
+    may = [i for i, item in enumerate(machine.spanning_tree.coordinates) if item not in fixed_coordinates]
     scale = np.max(np.abs(rows), axis=(0, 2), keepdims=True)
     rows = (rows / scale)[:, :, may]
     rows /= np.maximum(np.max(np.abs(rows), axis=(0, 1)), 1e-300)
     count = rows.shape[1]
-    choices = {tuple(sorted(qr(look, mode="r", pivoting=True)[1][:count])) for look in rows}
+    choices = {tuple(sorted(qr(snapshot, mode="r", pivoting=True)[1][:count])) for snapshot in rows}
     if len(may) <= 8:
         choices |= set(itertools.combinations(range(len(may)), count))
 

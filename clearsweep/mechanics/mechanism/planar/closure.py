@@ -67,9 +67,9 @@ class Closure:
         self.first = np.concatenate([[0], np.cumsum(sizes)])  # row of each joint, and of what comes behind them
         self.rows = int(self.first[-1]) + 1 + len(self.springs)
         if self.rows != 3 * len(self.names):
-            free = 3 * len(self.names) - self.rows + 1
+            freedoms = 3 * len(self.names) - self.rows + 1
             raise MobilityError(
-                f"without clearance it can move in {free} ways (3 for each body that moves, less 2 for each joint); "
+                f"without clearance it can move in {freedoms} ways (3 per moving body, less 2 per joint); "
                 "the drive needs exactly 1"
             )
 
@@ -79,71 +79,74 @@ class Closure:
         closure.offsets = offsets
         return closure
 
-    def end(self, at: At, q: np.ndarray, first: np.ndarray) -> End:
-        """Return a point of a body; q, first : (..., 3 bodies)."""
-        return self._end(at, _columns(q), _columns(first), _turned(_columns(q)))
+    def end(self, at: At, q: np.ndarray, q_rates: np.ndarray) -> End:
+        """Return a point of a body; q, q_rates : (..., 3 bodies)."""
+        return self._end(at, _columns(q), _columns(q_rates), _turned(_columns(q)))
 
-    def _end(self, at: At, q: list, first: list, turned: list) -> End:
+    def _end(self, at: At, q: list, q_rates: list, directions: list) -> End:
         x, y = self.machine.bodies[at.body].points[at.point]
         if at.body == GROUND:
             return End(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         i, center = self.index[at.body], self.machine.bodies[at.body].center
-        x, y, (c, s), rate = x - center[0], y - center[1], turned[i], first[3 * i + 2]
+        x, y, (c, s), rate = x - center[0], y - center[1], directions[i], q_rates[3 * i + 2]
         arm_x, arm_y = c * x - s * y, s * x + c * y
         return End(
             q[3 * i] + arm_x,
             q[3 * i + 1] + arm_y,
-            first[3 * i] - rate * arm_y,
-            first[3 * i + 1] + rate * arm_x,
+            q_rates[3 * i] - rate * arm_y,
+            q_rates[3 * i + 1] + rate * arm_x,
             -rate * rate * arm_x,
             -rate * rate * arm_y,
             -arm_y,
             arm_x,
         )
 
-    def evaluate(self, q, angles, first=None):
+    def evaluate(self, q, angles, q_rates=None):
         """Return constraints (..., rows), derivatives (..., rows, 3 bodies), and what the second derivative lacks.
 
-        q, first : (..., 3 bodies); angles : (...) rad.
+        q, q_rates : (..., 3 bodies); angles : (...) rad.
         """
-        first = np.zeros_like(q) if first is None else first
-        columns, rates = _columns(q), _columns(first)
-        turned = _turned(columns)
+        q_rates = np.zeros_like(q) if q_rates is None else q_rates
+        columns, rates = _columns(q), _columns(q_rates)
+        directions = _turned(columns)
         values, lacking = (np.zeros((*q.shape[:-1], self.rows)) for _ in range(2))
         jacobian = np.zeros((*q.shape[:-1], self.rows, q.shape[-1]))
         for row, joint in zip(self.first, self.machine.joints, strict=False):
             if isinstance(joint, Slot):
-                put_component(self, joint, joint.axis + 0.5 * math.pi, (q, first), (values, jacobian, lacking), row)
+                put_component(self, joint, joint.axis + 0.5 * math.pi, (q, q_rates), (values, jacobian, lacking), row)
                 continue
-            near, far = (self._end(at, columns, rates, turned) for at in (joint.proximal, joint.distal))
-            both = ((joint.proximal.body, -1.0, near), (joint.distal.body, 1.0, far))
-            ends = [(3 * self.index[body], sign, end) for body, sign, end in both if body != GROUND]
-            gap_x, gap_y = far.x - near.x, far.y - near.y
-            bend_x, bend_y = far.ddx - near.ddx, far.ddy - near.ddy
+            near_end, far_end = (self._end(at, columns, rates, directions) for at in (joint.proximal, joint.distal))
+            signed_ends = ((joint.proximal.body, -1.0, near_end), (joint.distal.body, 1.0, far_end))
+            ends = [(3 * self.index[body], sign, body_end) for body, sign, body_end in signed_ends if body != GROUND]
+            gap_x, gap_y = far_end.x - near_end.x, far_end.y - near_end.y
+            bend_x, bend_y = far_end.ddx - near_end.ddx, far_end.ddy - near_end.ddy
             if isinstance(joint, Guide | Stretch):
-                angle, rate = (self.angle(joint.proximal.body, each) for each in (q, first))
+                angle, rate = (self.angle(joint.proximal.body, each) for each in (q, q_rates))
                 c, s = np.cos(angle + joint.axis), np.sin(angle + joint.axis)
                 values[..., row] = self.angle(joint.distal.body, q) - angle
                 values[..., row + 1] = c * gap_y - s * gap_x
-                sliding_rate = c * (far.dx - near.dx) + s * (far.dy - near.dy)
+                sliding_rate = c * (far_end.dx - near_end.dx) + s * (far_end.dy - near_end.dy)
                 lacking[..., row + 1] = (
                     c * bend_y - s * bend_x - 2.0 * rate * sliding_rate - rate**2 * (c * gap_y - s * gap_x)
                 )
-                for i, sign, end in ends:
+                for i, sign, body_end in ends:
                     jacobian[..., row, i + 2] = sign
                     jacobian[..., row + 1, i], jacobian[..., row + 1, i + 1] = -sign * s, sign * c
-                    jacobian[..., row + 1, i + 2] = sign * (c * end.lever_y - s * end.lever_x)
+                    jacobian[..., row + 1, i + 2] = sign * (c * body_end.lever_y - s * body_end.lever_x)
                     if sign < 0.0:
                         jacobian[..., row + 1, i + 2] -= c * gap_x + s * gap_y
             else:
                 x, y = self.offsets.get(joint.name, (0.0, 0.0))
                 values[..., row], values[..., row + 1] = gap_x - x, gap_y - y
                 lacking[..., row], lacking[..., row + 1] = bend_x, bend_y
-                for i, sign, end in ends:
+                for i, sign, body_end in ends:
                     jacobian[..., row, i] = jacobian[..., row + 1, i + 1] = sign
-                    jacobian[..., row, i + 2], jacobian[..., row + 1, i + 2] = sign * end.lever_x, sign * end.lever_y
+                    jacobian[..., row, i + 2], jacobian[..., row + 1, i + 2] = (
+                        sign * body_end.lever_x,
+                        sign * body_end.lever_y,
+                    )
         for row, joint in enumerate(self.springs, self.first[-1]):
-            put_component(self, joint, joint.axis, (q, first), (values, jacobian, lacking), row)
+            put_component(self, joint, joint.axis, (q, q_rates), (values, jacobian, lacking), row)
         values[..., -1] = q[..., 3 * self.crank + 2] - angles
         jacobian[..., -1, 3 * self.crank + 2] = 1.0
         return values, jacobian, lacking
@@ -200,41 +203,41 @@ class Closure:
     def derivatives(self, q, angles, jacobian=None) -> tuple[np.ndarray, np.ndarray]:
         """Return first and second derivatives of `q` by the crank's angle; jacobian : of the constraints, if known."""
         jacobian = self.evaluate(q, angles)[1] if jacobian is None else jacobian
-        right = np.zeros((*q.shape[:-1], self.rows, 1))
-        right[..., -1, :] = 1.0
-        first = np.linalg.solve(jacobian, right)[..., 0]
-        _, _, lacking = self.evaluate(q, angles, first)
-        return first, np.linalg.solve(jacobian, -lacking[..., None])[..., 0]
+        right_side = np.zeros((*q.shape[:-1], self.rows, 1))
+        right_side[..., -1, :] = 1.0
+        q_rates = np.linalg.solve(jacobian, right_side)[..., 0]
+        _, _, lacking = self.evaluate(q, angles, q_rates)
+        return q_rates, np.linalg.solve(jacobian, -lacking[..., None])[..., 0]
 
     def start(self, angle: float) -> np.ndarray:
         """Return the machine closed at an angle of its crank, near the angles given for that.  Raises ClosureError."""
         rng = np.random.default_rng(0)
         solutions: list[tuple[float, np.ndarray]] = []
-        given = np.array([self.machine.start.get(name, 0.0) for name in self.names])
+        values_given = np.array([self.machine.start.get(name, 0.0) for name in self.names])
         is_given = np.array([name in self.machine.start for name in self.names])
         for attempt in range(ATTEMPTS):
             spread = 0.0 if attempt == 0 else 0.1 + 3.0 * attempt / ATTEMPTS
-            angles = given + np.where(is_given, 0.2 * spread, spread) * rng.uniform(-1.0, 1.0, given.size)
+            angles = values_given + np.where(is_given, 0.2 * spread, spread) * rng.uniform(-1.0, 1.0, values_given.size)
             angles[self.crank] = angle
             q = self._relaxed(self._hung(angles), angle)
             if np.all(np.isfinite(q)):
-                turned = np.remainder(q[2::3] - given + math.pi, 2.0 * math.pi) - math.pi
-                turned[self.crank] = 0.0
-                if attempt == 0 and np.max(np.abs(turned)) < 0.5 * math.pi:
-                    return self._near(q, given)
-                solutions.append((float(np.sum(turned**2 * np.where(is_given, 100.0, 1.0))), q))
+                directions = np.remainder(q[2::3] - values_given + math.pi, 2.0 * math.pi) - math.pi
+                directions[self.crank] = 0.0
+                if attempt == 0 and np.max(np.abs(directions)) < 0.5 * math.pi:
+                    return self._near(q, values_given)
+                solutions.append((float(np.sum(directions**2 * np.where(is_given, 100.0, 1.0))), q))
         if not solutions:
             raise ClosureError(
-                "its lengths do not let it close where the crank begins", self._farthest(given, angle), angle
+                "its lengths do not let it close where the crank begins", self._farthest(values_given, angle), angle
             )
-        return self._near(min(solutions, key=lambda item: item[0])[1], given)
+        return self._near(min(solutions, key=lambda item: item[0])[1], values_given)
 
-    def _near(self, q, given):
+    def _near(self, q, values_given):
         """Return `q` with its angles, but the crank's, within half a turn of those given."""
         q = q.copy()
         for i in range(len(self.names)):
             if i != self.crank:
-                q[3 * i + 2] -= 2.0 * math.pi * np.round((q[3 * i + 2] - given[i]) / (2.0 * math.pi))
+                q[3 * i + 2] -= 2.0 * math.pi * np.round((q[3 * i + 2] - values_given[i]) / (2.0 * math.pi))
         return q
 
     def _hung(self, angles) -> np.ndarray:
@@ -259,11 +262,11 @@ class Closure:
                 spanning_tree = next(name for name in self.names if name not in placed)
                 raise MobilityError(f"body {spanning_tree!r} hangs nowhere: no joints lead from it to the ground")
             ends = (joint.proximal, joint.distal)
-            springs, free = ends if joint.proximal.body in placed else ends[::-1]
-            there, here = (self.end(at, q, np.zeros_like(q)) for at in (springs, free))
-            i = 3 * self.index[free.body]
-            q[i : i + 2] += there.x - here.x, there.y - here.y
-            placed.add(free.body)
+            springs, freedoms = ends if joint.proximal.body in placed else ends[::-1]
+            pose_at, position = (self.end(at, q, np.zeros_like(q)) for at in (springs, freedoms))
+            i = 3 * self.index[freedoms.body]
+            q[i : i + 2] += pose_at.x - position.x, pose_at.y - position.y
+            placed.add(freedoms.body)
         return q
 
     def _relaxed(self, q, angle) -> np.ndarray:
@@ -288,13 +291,13 @@ class Closure:
             return np.full_like(q, math.nan)
         return self.closed(q, angle)
 
-    def _farthest(self, given, angle) -> str:
+    def _farthest(self, values_given, angle) -> str:
         """Return the body whose joint stays open where a machine does not close."""
-        angles = given.copy()
+        angles = values_given.copy()
         angles[self.crank] = angle
         values, _, _ = self.evaluate(self._hung(angles), angle)
-        worst = int(np.argmax(np.abs(values[: self.first[-1]])))
-        joint = self.machine.joints[int(np.searchsorted(self.first, worst, side="right")) - 1]
+        worst_row = int(np.argmax(np.abs(values[: self.first[-1]])))
+        joint = self.machine.joints[int(np.searchsorted(self.first, worst_row, side="right")) - 1]
         return joint.distal.body if joint.distal.body != GROUND else joint.proximal.body
 
     # ------------------------------------------------------------------------------------------ a turn
@@ -302,40 +305,40 @@ class Closure:
     def turn(self, start: float) -> Turn:
         """Return a turn of the crank from the angle `start` on, its end included.  Raises ClosureError."""
         angles = start + 2.0 * math.pi * np.arange(STATIONS + 1) / STATIONS
-        every = STATIONS // COARSE
+        all_items = STATIONS // COARSE
         coarse = np.empty((COARSE + 1, 3 * len(self.names)))
         coarse[0] = self.start(start)
         jacobian = self.evaluate(coarse[0], start)[1]
         self._check(jacobian, start)
         for k in range(COARSE):
-            way = angles[every * k], angles[every * (k + 1)]
-            coarse[k + 1], jacobian = self._continued(coarse[k], jacobian, *way)
-        rough = Turn(angles[::every], coarse, *self.derivatives(coarse, angles[::every]))
+            angle_interval = angles[all_items * k], angles[all_items * (k + 1)]
+            coarse[k + 1], jacobian = self._continued(coarse[k], jacobian, *angle_interval)
+        rough = Turn(angles[::all_items], coarse, *self.derivatives(coarse, angles[::all_items]))
         q, jacobian = self._closed(between(rough, angles).q, angles)
         turn = Turn(angles, q, *self.derivatives(q, angles, jacobian))
         self._check_all(turn, jacobian)
         return turn
 
-    def _continued(self, q, jacobian, before: float, after: float) -> tuple[np.ndarray, np.ndarray]:
+    def _continued(self, q, jacobian, start_angle_: float, end_angle: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the machine at another angle of its crank, by as many steps as that takes, with its derivatives."""
         parts = 1
         while parts <= FINEST:
-            here, slopes_here, angle, far = q, jacobian, before, False
-            for part in range(parts):
-                following = before + (after - before) * (part + 1) / parts
-                first, second = self.derivatives(here, angle, slopes_here)
+            position, slopes_here, angle, far_end = q, jacobian, start_angle_, False
+            for step_index in range(parts):
+                following = start_angle_ + (end_angle - start_angle_) * (step_index + 1) / parts
+                q_rates, second = self.derivatives(position, angle, slopes_here)
                 step = following - angle
-                guess = here + first * step + 0.5 * second * step**2
-                there, slopes_there = self._closed(guess, following)
-                far = not np.all(np.isfinite(there)) or np.max(np.abs((there - guess)[2::3])) > FAR
-                if far:
+                guess = position + q_rates * step + 0.5 * second * step**2
+                pose_at, slopes_there = self._closed(guess, following)
+                far_end = not np.all(np.isfinite(pose_at)) or np.max(np.abs((pose_at - guess)[2::3])) > FAR
+                if far_end:
                     break
-                here, slopes_here, angle = there, slopes_there, following
-            if not far:
-                self._check(slopes_here, after)
-                return here, slopes_here
+                position, slopes_here, angle = pose_at, slopes_there, following
+            if not far_end:
+                self._check(slopes_here, end_angle)
+                return position, slopes_here
             parts *= 4
-            q, jacobian, before = here, slopes_here, angle
+            q, jacobian, start_angle_ = position, slopes_here, angle
         raise ClosureError("its lengths do not let the crank turn on", self._weakest(slopes_here)[1], angle)
 
     def _check_all(self, turn: Turn, jacobian) -> None:

@@ -13,19 +13,19 @@ def put_component(closure: Any, joint: Slot | Stretch, axis: float, motion: tupl
     motion : coordinates and their derivatives by the crank's angle, each (..., 3 bodies); out : as in
     `Closure.evaluate`.
     """
-    (q, first), (values, jacobian, lacking) = motion, out
-    near, far = (closure.end(at, q, first) for at in (joint.proximal, joint.distal))
-    turned, rate = closure.angle(joint.proximal.body, q) + axis, closure.angle(joint.proximal.body, first)
-    c, s = np.cos(turned), np.sin(turned)
-    x, y, dx, dy = far.x - near.x, far.y - near.y, far.dx - near.dx, far.dy - near.dy
-    for body, sign, end in ((joint.proximal.body, -1.0, near), (joint.distal.body, 1.0, far)):
+    (q, q_rates), (values, jacobian, lacking) = motion, out
+    near_end, far_end = (closure.end(at, q, q_rates) for at in (joint.proximal, joint.distal))
+    axis_angle, rate = closure.angle(joint.proximal.body, q) + axis, closure.angle(joint.proximal.body, q_rates)
+    c, s = np.cos(axis_angle), np.sin(axis_angle)
+    x, y, dx, dy = far_end.x - near_end.x, far_end.y - near_end.y, far_end.dx - near_end.dx, far_end.dy - near_end.dy
+    for body, sign, body_end in ((joint.proximal.body, -1.0, near_end), (joint.distal.body, 1.0, far_end)):
         if body == GROUND:
             continue
         i = 3 * closure.index[body]
         jacobian[..., row, i], jacobian[..., row, i + 1] = sign * c, sign * s
-        jacobian[..., row, i + 2] = sign * (c * end.lever_x + s * end.lever_y)
+        jacobian[..., row, i + 2] = sign * (c * body_end.lever_x + s * body_end.lever_y)
         if sign < 0.0:
             jacobian[..., row, i + 2] += c * y - s * x
     values[..., row] = c * x + s * y
-    bend = c * (far.ddx - near.ddx) + s * (far.ddy - near.ddy)
-    lacking[..., row] = bend + 2.0 * rate * (c * dy - s * dx) - rate**2 * values[..., row]
+    axial_curvature = c * (far_end.ddx - near_end.ddx) + s * (far_end.ddy - near_end.ddy)
+    lacking[..., row] = axial_curvature + 2.0 * rate * (c * dy - s * dx) - rate**2 * values[..., row]

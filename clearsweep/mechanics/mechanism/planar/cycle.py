@@ -31,32 +31,35 @@ def cycle_of(columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]], start: fl
 
 
 @kernel
-def at_angle(given, column, angle):
+def at_angle(values_given, column, angle):
     """Return value and derivative of a column of a Cycle at a crank angle (rad), continuous over turns."""
-    stations, columns = int(given.stations), int(given.columns)
-    turns = (angle - given.start) * (0.5 / math.pi)
-    whole = math.floor(turns)
-    position = (turns - whole) * stations
+    stations, columns = int(values_given.stations), int(values_given.columns)
+    revolutions = (angle - values_given.start) * (0.5 / math.pi)
+    total = math.floor(revolutions)
+    position = (revolutions - total) * stations
     station = min(int(position), stations - 1)
     t, h = position - station, 2.0 * math.pi / stations
-    near = WIDTH * (columns * station + column)
-    far = near + WIDTH * columns
+    near_end = WIDTH * (columns * station + column)
+    far_end = near_end + WIDTH * columns
     f0, d0, s0 = (
-        load_item(given.table, near),
-        h * load_item(given.table, near + 1),
-        h * h * load_item(given.table, near + 2),
+        load_item(values_given.table, near_end),
+        h * load_item(values_given.table, near_end + 1),
+        h * h * load_item(values_given.table, near_end + 2),
     )
     f1, d1, s1 = (
-        load_item(given.table, far),
-        h * load_item(given.table, far + 1),
-        h * h * load_item(given.table, far + 2),
+        load_item(values_given.table, far_end),
+        h * load_item(values_given.table, far_end + 1),
+        h * h * load_item(values_given.table, far_end + 2),
     )
-    rise = f1 - f0 - d0 - 0.5 * s0
-    tilt, bend = d1 - d0 - s0, s1 - s0
-    a3, a4 = 10.0 * rise - 4.0 * tilt + 0.5 * bend, -15.0 * rise + 7.0 * tilt - bend
-    a5 = 6.0 * rise - 3.0 * tilt + 0.5 * bend
+    value_defect = f1 - f0 - d0 - 0.5 * s0
+    slope_defect, slope_change = d1 - d0 - s0, s1 - s0
+    a3, a4 = (
+        10.0 * value_defect - 4.0 * slope_defect + 0.5 * slope_change,
+        -15.0 * value_defect + 7.0 * slope_defect - slope_change,
+    )
+    a5 = 6.0 * value_defect - 3.0 * slope_defect + 0.5 * slope_change
     value = f0 + t * (d0 + t * (0.5 * s0 + t * (a3 + t * (a4 + t * a5))))
     slope = d0 + t * (s0 + t * (3.0 * a3 + t * (4.0 * a4 + t * 5.0 * a5)))
-    first, last = WIDTH * column, WIDTH * (columns * stations + column)
-    winding = load_item(given.table, last) - load_item(given.table, first)
-    return value + winding * whole, slope / h
+    first_offset, last_offset = WIDTH * column, WIDTH * (columns * stations + column)
+    winding = load_item(values_given.table, last_offset) - load_item(values_given.table, first_offset)
+    return value + winding * total, slope / h

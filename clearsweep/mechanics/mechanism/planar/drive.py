@@ -47,10 +47,10 @@ def _driven_steady(drive, time):
 @driven.member(Scheduled)
 def _driven_scheduled(drive, time):
     row = row_of(drive.table, _WIDTH, int(drive.rows), plain(time))
-    gone, speed = time - load_item(drive.table, row), load_item(drive.table, row + 2)
+    elapsed, speed = time - load_item(drive.table, row), load_item(drive.table, row + 2)
     acceleration = load_item(drive.table, row + 3)
-    angle = load_item(drive.table, row + 1) + gone * (speed + 0.5 * acceleration * gone)
-    return angle, speed + acceleration * gone, acceleration
+    angle = load_item(drive.table, row + 1) + elapsed * (speed + 0.5 * acceleration * elapsed)
+    return angle, speed + acceleration * elapsed, acceleration
 
 
 @family
@@ -87,8 +87,8 @@ def schedule(drive: Schedule) -> np.ndarray:
     angles = np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * steps))
     accelerations = np.append(np.diff(speeds) / steps, 0.0)
     rows = np.stack([times, angles, speeds, accelerations], -1)
-    first, angle, speed, acceleration = rows[max(int(np.searchsorted(times, 0.0, side="right")) - 1, 0)]
-    rows[:, 1] += drive.start_angle - (angle - first * (speed - 0.5 * acceleration * first))
+    first_row, angle, speed, acceleration = rows[max(int(np.searchsorted(times, 0.0, side="right")) - 1, 0)]
+    rows[:, 1] += drive.start_angle - (angle - first_row * (speed - 0.5 * acceleration * first_row))
     return rows
 
 
@@ -97,6 +97,6 @@ def when(drive: Schedule, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
     rows = schedule(drive)
     row = rows[np.clip(np.searchsorted(rows[:, 1], angles, side="right") - 1, 0, len(rows) - 1)]
     travel, speed, acceleration = angles - row[:, 1], row[:, 2], row[:, 3]
-    then = np.sqrt(np.maximum(speed**2 + 2.0 * acceleration * travel, 0.0))
-    gone = np.where(travel == 0.0, 0.0, 2.0 * travel / np.where(speed + then == 0.0, 1.0, speed + then))
-    return row[:, 0] + gone, then, acceleration
+    end_speed = np.sqrt(np.maximum(speed**2 + 2.0 * acceleration * travel, 0.0))
+    elapsed = np.where(travel == 0.0, 0.0, 2.0 * travel / np.where(speed + end_speed == 0.0, 1.0, speed + end_speed))
+    return row[:, 0] + elapsed, end_speed, acceleration

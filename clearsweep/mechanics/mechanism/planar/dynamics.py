@@ -34,7 +34,7 @@ class Dynamics(Bodies):
         if machine.dependent:
             self._bind()
         self.ways = {body: self.way(body) for body in range(1, machine.bodies)}
-        self.tree = {body: self.columns(way) for body, way in self.ways.items()}
+        self.tree = {body: self.columns(path) for body, path in self.ways.items()}
         self.moved: dict[int, Columns] = {body: self.unbound(columns) for body, columns in self.tree.items()}
         self.spins: dict[int, Row] = {
             g: self.dependent.get(Coordinate(ANGLE, g), {Coordinate(ANGLE, g): "1.0"}) for g in machine.groups
@@ -48,17 +48,17 @@ class Dynamics(Bodies):
         self.dependent = {item: {} for item in self.machine.dependent}
         for item in self.every:
             if any(item in row for row in rows):
-                moved = solver.solved([self.lines.minus(row.get(item)) for row in rows])
-                for other, value in moved.items():
-                    self.dependent[other][item] = value
+                change = solver.solved([self.lines.minus(row.get(item)) for row in rows])
+                for other_item, value in change.items():
+                    self.dependent[other_item][item] = value
         self.bound_bias = solver.solved([self.lines.minus(equation.bias) for equation in loops])
 
     def unbound(self, columns: Columns) -> Columns:
         """Return derivatives by the independent coordinates."""
         free = {item: vector for item, vector in columns.items() if item not in self.dependent}
         for item in columns:
-            for other, value in self.dependent.get(item, {}).items():
-                free[other] = self.sum(free.get(other, (None, None)), self.scaled(value, columns[item]))
+            for other_item, value in self.dependent.get(item, {}).items():
+                free[other_item] = self.sum(free.get(other_item, (None, None)), self.scaled(value, columns[item]))
         return free
 
     def entry(self, first: Coordinate, second: Coordinate) -> str | None:
@@ -86,42 +86,42 @@ class Dynamics(Bodies):
         scaled: Matrix = {}  # L D
         inverse: dict[Coordinate, str] = {}
         for j, b in enumerate(unknown):
-            used = [lines.minus(lines.product(scaled[b, k], lower[b, k])) for k in unknown[:j]]
-            inverse[b] = lines.let(f"1.0 / {number(lines.total(self.entry(b, b), *used))}")
+            eliminated = [lines.minus(lines.product(scaled[b, k], lower[b, k])) for k in unknown[:j]]
+            inverse[b] = lines.let(f"1.0 / {number(lines.total(self.entry(b, b), *eliminated))}")
             for a in unknown[j + 1 :]:
-                used = [lines.minus(lines.product(scaled[a, k], lower[b, k])) for k in unknown[:j]]
-                scaled[a, b] = lines.total(self.entry(a, b), *used)
+                eliminated = [lines.minus(lines.product(scaled[a, k], lower[b, k])) for k in unknown[:j]]
+                scaled[a, b] = lines.total(self.entry(a, b), *eliminated)
                 lower[a, b] = lines.let(lines.product(scaled[a, b], inverse[b]))
         return lower, inverse
 
-    def forward(self, lower: Matrix, right: Row) -> Row:
+    def forward(self, lower: Matrix, right_side: Row) -> Row:
         """Return L^-1 times a column."""
         lines = self.lines
-        done: Row = {}
+        solved_: Row = {}
         for i, a in enumerate(self.unknown):
-            used = [lines.minus(lines.product(lower[a, k], done[k])) for k in self.unknown[:i]]
-            done[a] = lines.total(right.get(a), *used)
-        return done
+            eliminated = [lines.minus(lines.product(lower[a, k], solved_[k])) for k in self.unknown[:i]]
+            solved_[a] = lines.total(right_side.get(a), *eliminated)
+        return solved_
 
-    def solved(self, right: Row) -> Row:
+    def solved(self, right_side: Row) -> Row:
         """Return the accelerations of the coordinates for generalised forces."""
         lines = self.lines
         lower, inverse = self.factored()
-        left = self.forward(lower, right)
+        left_side = self.forward(lower, right_side)
         accelerations: Row = {}
         for i in range(len(self.unknown) - 1, -1, -1):
             a = self.unknown[i]
-            used = [lines.minus(lines.product(lower[k, a], accelerations[k])) for k in self.unknown[i + 1 :]]
-            accelerations[a] = lines.total(lines.product(left[a], inverse[a]), *used)
+            eliminated = [lines.minus(lines.product(lower[k, a], accelerations[k])) for k in self.unknown[i + 1 :]]
+            accelerations[a] = lines.total(lines.product(left_side[a], inverse[a]), *eliminated)
         return accelerations
 
     def with_bound(self, accelerations: Row) -> Row:
         """Return the accelerations, extended by those of dependent coordinates."""
-        lines, every = self.lines, dict(accelerations)
+        lines, all_items = self.lines, dict(accelerations)
         for item, row in self.dependent.items():
-            parts = (lines.product(value, accelerations.get(other)) for other, value in row.items())
-            every[item] = lines.total(self.bound_bias[item], *parts)
-        return every
+            parts = (lines.product(value, accelerations.get(other_item)) for other_item, value in row.items())
+            all_items[item] = lines.total(self.bound_bias[item], *parts)
+        return all_items
 
     def forces(self) -> tuple[dict[int, list[Vector]], dict[int, list]]:
         """Return the terms of the forces on the bodies and of the moments about their centres of mass."""
@@ -134,16 +134,16 @@ class Dynamics(Bodies):
         for i, j in enumerate(machine.open):
             site = machine.sites[j]
             load = tuple(lines.let(f"loads[{i}].{part}") for part in ("fx", "fy"))
-            ends = (
+            spring_ends = (
                 (site.link.proximal, site.near, self.minus(load), "moment_proximal"),
                 (site.link.distal, site.far, load, "moment_distal"),
             )
-            for body, point, pull, own in ends:
-                force[body].append(pull)
-                moment[body] += [lines.let(f"loads[{i}].{own}"), self.moment(body, point, pull)]
-        for body, point, pull, torque in self.applied():
-            force[body].append(pull)
-            moment[body] += [torque, self.moment(body, point, pull)]
+            for body, point, pull_term, own_values in spring_ends:
+                force[body].append(pull_term)
+                moment[body] += [lines.let(f"loads[{i}].{own_values}"), self.moment(body, point, pull_term)]
+        for body, point, pull_term, torque in self.applied():
+            force[body].append(pull_term)
+            moment[body] += [torque, self.moment(body, point, pull_term)]
         return force, moment
 
     def moment(self, body: int, point: Vector, force: Vector) -> str | None:
@@ -154,21 +154,24 @@ class Dynamics(Bodies):
     def generalised(self, driven: str | None) -> Row:
         """Return the generalised forces of all coordinates, minus inertia terms from rates and from a driven crank."""
         lines = self.lines
-        known = self.with_bound({self.crank: driven})  # accelerations that are known before those of the coordinates
+        known_values = self.with_bound(
+            {self.crank: driven}
+        )  # accelerations that are known before those of the coordinates
         force, moment = self.forces()
         terms: dict[Coordinate, list] = {item: [] for item in self.every}
         for body, columns in self.moved.items():
             mass, inertia = mass_of(lines, body)
             tree = self.tree[body]
-            moved = self.sum(
-                self.bias(self.ways[body]), self.combination({i: tree[i] for i in tree if i in known}, known)
+            change = self.sum(
+                self.bias(self.ways[body]),
+                self.combination({i: tree[i] for i in tree if i in known_values}, known_values),
             )
-            left = self.sum((None, None), *force[body], self.minus(self.scaled(mass, moved)))
+            left_side = self.sum((None, None), *force[body], self.minus(self.scaled(mass, change)))
             for item, column in columns.items():
-                terms[item] += lines.dot(column, left)
+                terms[item] += lines.dot(column, left_side)
             group = self.spanning_tree.group[body]
             if group != 0:
-                spun = lines.minus(lines.product(inertia, known.get(Coordinate(ANGLE, group))))
+                spun = lines.minus(lines.product(inertia, known_values.get(Coordinate(ANGLE, group))))
                 spins = lines.total(*moment[body], spun)
                 for item, value in self.spins[group].items():
                     terms[item].append(lines.product(value, spins))
@@ -183,25 +186,25 @@ class Dynamics(Bodies):
         if not (machine.free or machine.steady):
             lines.text.append("_, _, alpha = driven(mechanism.drive, pose.time)")
             alpha = "alpha"
-        right = self.generalised(alpha)
+        right_side = self.generalised(alpha)
         if machine.free:
             torque = lines.let(f"torque_at(mechanism.drive, {self.rate[crank]})")
-            solution = self.solved(right | {crank: lines.total(right[crank], torque)})
+            solution = self.solved(right_side | {crank: lines.total(right_side[crank], torque)})
         else:
-            solution = self.solved(right)
-            pulled = (lines.product(self.entry(crank, item), solution[item]) for item in self.unknown)
-            torque = lines.total(*pulled, lines.minus(right[crank]))
+            solution = self.solved(right_side)
+            coupling_terms = (lines.product(self.entry(crank, item), solution[item]) for item in self.unknown)
+            torque = lines.total(*coupling_terms, lines.minus(right_side[crank]))
         accelerations = packed([solution[item] for item in self.unknown])
-        every = self.with_bound(solution | ({} if machine.free else {crank: alpha}))
-        return f"Motion({accelerations}, {number(self.output(every))}, {number(torque)})", every
+        all_items = self.with_bound(solution | ({} if machine.free else {crank: alpha}))
+        return f"Motion({accelerations}, {number(self.output(all_items))}, {number(torque)})", all_items
 
     def output(self, accelerations: Row) -> str | None:
         """Return the acceleration of the output."""
         body, point, direction = self.machine.aim
         if point is None:
             return accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body]))
-        way = self.way(body, point)
-        acceleration = self.sum(self.bias(way), self.combination(self.columns(way), accelerations))
+        path = self.way(body, point)
+        acceleration = self.sum(self.bias(path), self.combination(self.columns(path), accelerations))
         return self.lines.total(*self.lines.dot(acceleration, direction))
 
 
@@ -229,9 +232,11 @@ def impact_masses(machine: MachineType) -> str:
             continue
         gap = tuple(lines.let(f"relative[{i}].{part}") for part in ("x", "y"))
         columns = write.unbound(write.columns(write.between(*write.site(j))))
-        right = {item: lines.total(*lines.dot(column, gap)) for item, column in columns.items()}
-        left = write.forward(lower, right)
-        yielded = lines.total(*(lines.product(left[item], left[item], inverse[item]) for item in write.unknown))
+        right_side = {item: lines.total(*lines.dot(column, gap)) for item, column in columns.items()}
+        left_side = write.forward(lower, right_side)
+        yielded = lines.total(
+            *(lines.product(left_side[item], left_side[item], inverse[item]) for item in write.unknown)
+        )
         square = lines.total(*lines.dot(gap, gap))
         masses.append(f"({square} / {yielded} if {yielded} > 0.0 else as_type_of(0.0, {yielded}))")
     return lines.function("impact_masses", tupled(masses))

@@ -37,8 +37,8 @@ def function_of(mechanism, name: str) -> Callable:
 def written(name: str) -> Callable:
     """Return the function `name`, generated for the type of machine at its first call."""
 
-    def dispatch(mechanism, *rest):
-        return _functions(kinds_of(mechanism))[name](mechanism, *rest)
+    def dispatch(mechanism, *remainder):
+        return _functions(kinds_of(mechanism))[name](mechanism, *remainder)
 
     dispatch.body_of = functools.partial(function_of, name=name)
     return dispatch
@@ -82,8 +82,12 @@ def _again(take: Callable) -> Callable:
     """Return the extra Newton step `take` for numbers differentiated twice; others need none."""
 
     @kernel
-    def again(mechanism, known, dependent):
-        return take(mechanism, known, dependent) if any(isinstance(value(x), Dual) for x in dependent) else dependent
+    def again(mechanism, known_values, dependent):
+        return (
+            take(mechanism, known_values, dependent)
+            if any(isinstance(value(x), Dual) for x in dependent)
+            else dependent
+        )
 
     return again
 
@@ -92,8 +96,8 @@ def source(kinds: tuple) -> str:
     """Return the code of all functions of a type of machine."""
     machine = machine_type(kinds)
     solvers = (step, closed) if machine.dependent else (loops,) if machine.spanning_tree.loop_joints else ()
-    moving = rubbing.accelerate if machine.rubs else dynamics.accelerate
-    return "\n\n".join(write(machine) for write in (*solvers, moving, *_WRITERS))
+    accelerate_source = rubbing.accelerate if machine.rubs else dynamics.accelerate
+    return "\n\n".join(write(machine) for write in (*solvers, accelerate_source, *_WRITERS))
 
 
 # ---------------------------------------------------------------------------------------------- what is seen
@@ -117,14 +121,16 @@ def _between_walls(write: Bodies, j: int, place: Vector, velocity: Vector) -> tu
     """Return the fields of a GuideGap."""
     lines, link = write.lines, write.machine.sites[j].link
     guide_axis = write.axis(j)
-    left, spin = write.left(guide_axis), write.spin(link.proximal)
-    x, y = (lines.total(*lines.dot(axis, place)) for axis in (guide_axis, left))
-    vx, vy = (lines.total(*lines.dot(axis, velocity)) for axis in (guide_axis, left))  # minus the rotation of the walls
-    seen = (lines.total(vx, lines.product(spin, y)), lines.total(vy, lines.minus(lines.product(spin, x))))
+    left_side, spin = write.left(guide_axis), write.spin(link.proximal)
+    x, y = (lines.total(*lines.dot(axis, place)) for axis in (guide_axis, left_side))
+    vx, vy = (
+        lines.total(*lines.dot(axis, velocity)) for axis in (guide_axis, left_side)
+    )  # minus the rotation of the walls
+    observed = (lines.total(vx, lines.product(spin, y)), lines.total(vy, lines.minus(lines.product(spin, x))))
     (c, s), (cd, sd) = (write.direction(body) for body in (link.proximal, link.distal))
     cosine = lines.total(lines.product(c, cd), lines.product(s, sd))
     sine = lines.total(lines.product(c, sd), lines.minus(lines.product(s, cd)))
-    return (x, y, *seen, spin, write.spin(link.distal), *guide_axis, cosine, sine)
+    return (x, y, *observed, spin, write.spin(link.distal), *guide_axis, cosine, sine)
 
 
 def _energy(machine: MachineType) -> str:
@@ -137,8 +143,8 @@ def _energy(machine: MachineType) -> str:
         spin = write.spin(body)
         doubled.append(lines.product(inertia, spin, spin))
         falling.append(lines.product(mass, velocity[1]))
-    kinetic, fall = lines.product("0.5", lines.total(*doubled)), lines.total(*falling)
-    power = [lines.minus(lines.product("mechanism.gravity", fall))]
+    kinetic, potential_terms = lines.product("0.5", lines.total(*doubled)), lines.total(*falling)
+    power = [lines.minus(lines.product("mechanism.gravity", potential_terms))]
     for body, point, force, torque in write.applied():
         velocity = write.combination(write.columns(write.way(body, point)), write.rate)
         power += [*lines.dot(force, velocity), lines.product(torque, write.spin(body))]
@@ -167,7 +173,7 @@ def _describe(machine: MachineType) -> str:
 def _center(write: Bodies, masses: tuple[int, ...]) -> list[str | None]:
     """Return position and velocity of the centre of mass of a body or of an elastic link's masses."""
     lines, ways = write.lines, [write.way(body) for body in masses]
-    centers = [(*write.place(way), *write.combination(write.columns(way), write.rate)) for way in ways]
+    centers = [(*write.place(path), *write.combination(write.columns(path), write.rate)) for path in ways]
     if not masses[1:]:
         return list(centers[0])
     weights = [mass_of(lines, body)[0] for body in masses]
@@ -202,7 +208,17 @@ def _crank_rate(machine: MachineType) -> str:
 
 
 def _rubs(machine: MachineType) -> str:
-    return Lines("mechanism").function("rubs", str(len(machine.rubs)))
+    return Lines("mechanism").function(
+        "rubs", tupled([f"mechanism.loads[{rub.load}].friction" for rub in machine.rubs])
+    )
+
+
+def _with_rubs(machine: MachineType) -> str:
+    """Return the code of a function that replaces the laws of friction loads."""
+    loads = [f"mechanism.loads[{i}]" for i in range(len(machine.loads))]
+    for i, rub in enumerate(machine.rubs):
+        loads[rub.load] = f"mechanism.loads[{rub.load}]._replace(friction=laws[{i}])"
+    return Lines("mechanism", "laws").function("with_rubs", f"mechanism._replace(loads={tupled(loads)})")
 
 
 def _aim(write: Bodies) -> tuple[str | None, str | None]:
@@ -212,9 +228,9 @@ def _aim(write: Bodies) -> tuple[str | None, str | None]:
     if point is None:
         group = machine.spanning_tree.group[body]
         return (f"pose.turns[{machine.groups.index(group)}].angle", write.spin(body)) if group else (None, None)
-    way = write.way(body, point)
-    velocity = write.combination(write.columns(way), write.rate)
-    return lines.total(*lines.dot(write.place(way), guide_axis)), lines.total(*lines.dot(velocity, guide_axis))
+    path = write.way(body, point)
+    velocity = write.combination(write.columns(path), write.rate)
+    return lines.total(*lines.dot(write.place(path), guide_axis)), lines.total(*lines.dot(velocity, guide_axis))
 
 
 _WRITERS = (
@@ -227,4 +243,5 @@ _WRITERS = (
     _output_and_crank,
     _crank_rate,
     _rubs,
+    _with_rubs,
 )

@@ -53,9 +53,9 @@ def _sweep(here, y, h, nodes, rates, weight):
             total = A[0, i] * rates[row, 0]
             for j in range(1, STAGES):
                 total += A[j, i] * rates[row, j]
-            there = y[row] + h * total
-            rates[2 + row, i] = abs(there - nodes[row, i]) * weight[row]
-            nodes[row, i] = there
+            predicted = y[row] + h * total
+            rates[2 + row, i] = abs(predicted - nodes[row, i]) * weight[row]
+            nodes[row, i] = predicted
     farthest = 0.0
     for row in range(2):
         for i in range(STAGES):
@@ -66,7 +66,7 @@ def _sweep(here, y, h, nodes, rates, weight):
 @kernel
 def _error(h, rates, weight):
     """Return the error of a step over the allowed one, from how its rates decay in Legendre's polynomials."""
-    last = before = 0.0
+    last = previous = 0.0
     for row in range(2):
         for m in range(STAGES - 4, STAGES):
             total = SERIES[0, m] * rates[row, 0]
@@ -76,10 +76,10 @@ def _error(h, rates, weight):
             if m >= STAGES - 2:
                 last += size * size
             else:
-                before += size * size
-    if not last + before < math.inf:
+                previous += size * size
+    if not last + previous < math.inf:
         return math.inf
-    return math.sqrt(last) * (last / before if last < before else 1.0)
+    return math.sqrt(last) * (last / previous if last < previous else 1.0)
 
 
 @kernel
@@ -93,28 +93,32 @@ def _found(here, y, h, nodes, rates, weight):
         nodes[0, i] = y[0] + h * C[i] * y[1]
         nodes[2, i] = y[2] + h * C[i]
     for _ in range(SWEEPS):
-        moved = _sweep(here, y, h, nodes, rates, weight)
-        if moved < CLOSE_STAGES:
+        change = _sweep(here, y, h, nodes, rates, weight)
+        if change < CLOSE_STAGES:
             return _error(h, rates, weight)
-        if not moved < math.inf:
+        if not change < math.inf:
             break
     return math.inf
 
 
-def motion_entry(machine, given, y, nodes, rates, times, states, powers, most):
-    """Integrate the crank from the state `y`, up to `most` steps; from bare pointers.
+def motion_entry(machine, settings, y, nodes, rates, times, states, powers, capacity):
+    """Integrate the crank from the state `y`, up to `capacity` steps; from bare pointers.
 
-    given : (4,) the angle (rad) and the time (s) at which to stop, the nominal rate (rad/s); then the steps taken;
-    times : (most + 1,) s; states : (most + 1, 2); powers : (most, 2, STAGES) h times the sum of rates and RISE.
+    settings : (4,) the angle (rad) and the time (s) at which to stop, the nominal rate (rad/s); then the steps taken;
+    times : (capacity + 1,) s; states : (capacity + 1, 2); powers : (capacity, 2, STAGES), h times rates and RISE.
     """
-    here, given, y = machine[0], shaped(given, (4,)), shaped(y, (3,))
+    here, settings, y = machine[0], shaped(settings, (4,)), shaped(y, (3,))
     nodes, rates = shaped(nodes, (3, STAGES)), shaped(rates, (4, STAGES))
-    times, states, powers = shaped(times, (most + 1,)), shaped(states, (most + 1, 2)), shaped(powers, (most, 2, STAGES))
-    weight = 1.0 / ALLOWED, 1.0 / (ALLOWED * given[2])
-    turn = 2.0 * math.pi / given[2]
-    length, highest, count, going = FIRST * turn, y[0], 0, True
+    times, states, powers = (
+        shaped(times, (capacity + 1,)),
+        shaped(states, (capacity + 1, 2)),
+        shaped(powers, (capacity, 2, STAGES)),
+    )
+    weight = 1.0 / ALLOWED, 1.0 / (ALLOWED * settings[2])
+    full_turn = 2.0 * math.pi / settings[2]
+    length, highest, count, is_running = FIRST * full_turn, y[0], 0, True
     times[0], states[0, 0], states[0, 1] = y[2], y[0], y[1]
-    while going:
+    while is_running:
         error = _found(here, y, length, nodes, rates, weight)
         factor = SHRINK
         if error < math.inf:
@@ -132,9 +136,9 @@ def motion_entry(machine, given, y, nodes, rates, times, states, powers, most):
             times[count], states[count, 0], states[count, 1] = y[2], y[0], y[1]
             highest = max(highest, y[0])
         length *= factor
-        going = y[0] < given[0] and y[2] < given[1] and y[0] >= highest - 2.0 * math.pi and count < most
-        going = going and length > SHORTEST * turn
-    given[3] = count
+        is_running = y[0] < settings[0] and y[2] < settings[1] and y[0] >= highest - 2.0 * math.pi and count < capacity
+        is_running = is_running and length > SHORTEST * full_turn
+    settings[3] = count
 
 
 class FreeMotion(NamedTuple):
@@ -152,8 +156,8 @@ class FreeMotion(NamedTuple):
             values = powers[STAGES - 1]
             for k in range(STAGES - 2, -1, -1):
                 values = values * share + powers[k]
-            there: np.ndarray = start + values * share
-            return there
+            predicted: np.ndarray = start + values * share
+            return predicted
 
         return at
 
@@ -173,14 +177,14 @@ class Passage:
         step = np.searchsorted(self._reached, angles) - 1
         begun, passed = step < 0, (step >= 0) & (step < len(motion.times) - 1)
         times[:, begun] = np.array([[motion.times[0]], [motion.states[0, 1]]])
-        step, wanted = step[passed], angles[passed]
+        step, target = step[passed], angles[passed]
         low, high, state = np.zeros(len(step)), np.ones(len(step)), motion.over(step)
         share, length = 0.5 * (low + high), np.diff(motion.times)[step]
         for _ in range(HALVINGS):
             angle, rate = state(share)
-            low, high = np.where(angle < wanted, share, low), np.where(angle < wanted, high, share)
+            low, high = np.where(angle < target, share, low), np.where(angle < target, high, share)
             with np.errstate(divide="ignore", invalid="ignore"):
-                newton = share - (angle - wanted) / (rate * length)
+                newton = share - (angle - target) / (rate * length)
             following = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
             change, share = np.max(np.abs(following - share), initial=0.0), following
             if change < CLOSE:
@@ -190,13 +194,13 @@ class Passage:
 
 
 def _integrated(drive: Motor, machine: tuple, rate: float, end: float) -> FreeMotion:
-    turns = max((end - drive.start_angle) / (2.0 * math.pi), 1.0)
-    most = math.ceil(STEPS * (turns + 1.0))
-    given = np.array([end, LONGEST * turns * 2.0 * math.pi / rate, rate, 0.0])
-    times, states, powers = np.empty(most + 1), np.empty((most + 1, 2)), np.empty((most, 2, STAGES))
+    revolutions = max((end - drive.start_angle) / (2.0 * math.pi), 1.0)
+    capacity = math.ceil(STEPS * (revolutions + 1.0))
+    settings = np.array([end, LONGEST * revolutions * 2.0 * math.pi / rate, rate, 0.0])
+    times, states, powers = np.empty(capacity + 1), np.empty((capacity + 1, 2)), np.empty((capacity, 2, STAGES))
     parameters, y = flatten(machine), np.array([drive.start_angle, drive.initial_speed, 0.0])
     code = entry(motion_entry, machine, "fffffff", parameters)
-    arrays = given, y, np.zeros((3, STAGES)), np.zeros((4, STAGES)), times, states, powers
-    invoke(code.code, code.parameters, arrays, most)
-    count = int(given[3])
+    arrays = settings, y, np.zeros((3, STAGES)), np.zeros((4, STAGES)), times, states, powers
+    invoke(code.code, code.parameters, arrays, capacity)
+    count = int(settings[3])
     return FreeMotion(times[: count + 1], states[: count + 1], powers[:count])

@@ -25,7 +25,7 @@ from ....contracts.machine import (
     Stretch,
     Tabled,
 )
-from ...joint.friction.contract import friction_force
+from ...joint.friction.contract import friction_force, settled
 from ..contract import IdealMotion
 from .closure import STATIONS, Closure, MobilityError
 from .drive import drive_of, torque_at, when
@@ -44,7 +44,7 @@ class Ideal:
     """A machine without clearance, closed over a turn of its crank."""
 
     def __init__(self, machine: Machine):
-        self.whole, self.machine = machine, determined(machine)
+        self.whole, self.machine = machine, _without_history(determined(machine))
         self.closure = Closure(self.machine)
         self.stations = stations_of(self.machine)
         self.turn = self.stations.turn
@@ -63,12 +63,12 @@ class Ideal:
         q = self.closure.closed(between(self.turn, angles).q, angles)
         return Turn(angles, q, *self.closure.derivatives(q, angles))
 
-    def output_at(self, there: Turn) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def output_at(self, turn: Turn) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the output and its first two derivatives by the crank's angle."""
-        aim, q, first, second = self.machine.aim, there.q, there.first, there.second
+        aim, q, derivative, second_derivative = self.machine.aim, turn.q, turn.first, turn.second
         i = 3 * self.closure.index[aim.body]
         if not aim.point:
-            return q[:, i + 2], first[:, i + 2], second[:, i + 2]
+            return q[:, i + 2], derivative[:, i + 2], second_derivative[:, i + 2]
         body = self.machine.bodies[aim.body]
         x, y = np.subtract(body.points[aim.point], body.center)
         c, s = math.cos(aim.direction), math.sin(aim.direction)
@@ -77,22 +77,25 @@ class Ideal:
             x * sine + y * cosine
         )  # of the arm, along and across the direction
         aside = c * (-x * sine - y * cosine) + s * (x * cosine - y * sine)
-        turned, bent = first[:, i + 2], second[:, i + 2]
+        angle_derivative, angle_second = derivative[:, i + 2], second_derivative[:, i + 2]
         return (
             c * q[:, i] + s * q[:, i + 1] + forward,
-            c * first[:, i] + s * first[:, i + 1] + aside * turned,
-            c * second[:, i] + s * second[:, i + 1] + aside * bent - forward * turned**2,
+            c * derivative[:, i] + s * derivative[:, i + 1] + aside * angle_derivative,
+            c * second_derivative[:, i]
+            + s * second_derivative[:, i + 1]
+            + aside * angle_second
+            - forward * angle_derivative**2,
         )
 
     def apart(self, offsets: Mapping, angle: float) -> Turn:
         """Return the machine at a crank angle with joints displaced by `offsets`; nan if that is impossible."""
-        near, apart = int(np.argmin(np.abs(self.turn.angles - angle))), self.closure.apart(offsets)
-        q = apart.closed(self.turn.q[near], angle)
+        near_end, gap_pose = int(np.argmin(np.abs(self.turn.angles - angle))), self.closure.apart(offsets)
+        q = gap_pose.closed(self.turn.q[near_end], angle)
         if not np.all(np.isfinite(q)):
             return Turn(np.array(angle), q, q, q)
-        return Turn(np.array(angle), q, *apart.derivatives(q, angle))
+        return Turn(np.array(angle), q, *gap_pose.derivatives(q, angle))
 
-    def read(self, item: Coordinate, there: Turn) -> tuple[np.ndarray, np.ndarray]:
+    def read(self, item: Coordinate, turn: Turn) -> tuple[np.ndarray, np.ndarray]:
         """Return a coordinate of the whole machine and its derivative by the crank's angle, each (...).
 
         A coordinate that the ideal machine does not determine keeps its initial value.
@@ -101,17 +104,22 @@ class Ideal:
             name = [name for name in self.whole.bodies if name != GROUND][item.of - 1]
             if name not in self.closure.index:
                 initial = self.whole.bodies[name].initial
-                return np.full(there.q.shape[:-1], start_of(initial, item.kind)[0]), np.zeros(there.q.shape[:-1])
+                return np.full(turn.q.shape[:-1], start_of(initial, item.kind)[0]), np.zeros(turn.q.shape[:-1])
             i = 3 * self.closure.index[name] + {ANGLE: 2, SHIFT_X: 0, SHIFT_Y: 1}[item.kind]
-            return there.q[..., i], there.first[..., i]
+            return turn.q[..., i], turn.first[..., i]
         joint = self.whole.joints[item.of]
-        turned, spin = (
-            joint.axis + self.closure.angle(joint.proximal.body, there.q),
-            self.closure.angle(joint.proximal.body, there.first),
+        angle_derivative, spin = (
+            joint.axis + self.closure.angle(joint.proximal.body, turn.q),
+            self.closure.angle(joint.proximal.body, turn.first),
         )
-        c, s = np.cos(turned), np.sin(turned)
-        near, far = (self.closure.end(at, there.q, there.first) for at in (joint.proximal, joint.distal))
-        x, y, dx, dy = far.x - near.x, far.y - near.y, far.dx - near.dx, far.dy - near.dy
+        c, s = np.cos(angle_derivative), np.sin(angle_derivative)
+        near_end, far_end = (self.closure.end(at, turn.q, turn.first) for at in (joint.proximal, joint.distal))
+        x, y, dx, dy = (
+            far_end.x - near_end.x,
+            far_end.y - near_end.y,
+            far_end.dx - near_end.dx,
+            far_end.dy - near_end.dy,
+        )
         return c * x + s * y, c * dx + s * dy + spin * (c * y - s * x)
 
     def coordinate_over_turn(self, item: Coordinate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -124,10 +132,12 @@ class Ideal:
 
         form : returns the compiled form of the machine, for a free crank.
         """
-        there, (time, rate) = self.at(angles), self.passed(angles, form)
-        place, first, second = self.output_at(there)
-        acceleration, reactions, torque = self.balance(there, rate, time)
-        return IdealMotion(place, first * rate, second * rate**2 + first * acceleration, reactions, torque)
+        turn, (time, rate) = self.at(angles), self.passed(angles, form)
+        place, derivative, second_derivative = self.output_at(turn)
+        acceleration, reactions, torque = self.balance(turn, rate, time)
+        return IdealMotion(
+            place, derivative * rate, second_derivative * rate**2 + derivative * acceleration, reactions, torque
+        )
 
     def passed(self, angles: np.ndarray, form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:
         """Return the times (s) at which the crank passes angles (rad), and its rates (rad/s); nan if it never does.
@@ -139,112 +149,112 @@ class Ideal:
             return (angles - drive.start_angle) / drive.speed, np.full(len(angles), drive.speed)
         if isinstance(drive, Schedule):
             return when(drive, angles)[:2]
-        far = float(np.max(angles))
-        if self._passage is None or self._passage.end < far:
-            self._passage = Passage(drive, form(), self.rate(), far)
+        far_end = float(np.max(angles))
+        if self._passage is None or self._passage.end < far_end:
+            self._passage = Passage(drive, form(), self.rate(), far_end)
         return self._passage.at(angles)
 
     # ------------------------------------------------------------------------------------------ forces
 
     def balance(
-        self, there: Turn, rate: np.ndarray, time: np.ndarray
+        self, turn: Turn, rate: np.ndarray, time: np.ndarray
     ) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
         """Return the crank's angular acceleration (N,), the force (N, 2) N on each joint's distal body, and the torque.
 
         The torque (N,) N m is the drive's on the crank, by virtual work: joints do none as the crank turns.
         """
-        outside = self.outside(there, rate, time)
-        multipliers_of = self._multipliers(there)
+        applied_forces = self.outside(turn, rate, time)
+        multipliers_of = self._multipliers(turn)
         reactions: dict[str, np.ndarray] = {}
         rows = self.closure.first
         rubbing, forces = (
-            np.zeros_like(outside),
+            np.zeros_like(applied_forces),
             [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))],
         )
         for _ in range(SWEEPS):
-            acceleration = self.accelerated(there, rate, time, outside + rubbing)
-            moved = there.second * (rate**2)[:, None] + there.first * acceleration[:, None]
-            left = outside + rubbing - self.inertia * moved
-            multipliers = multipliers_of(left)
+            acceleration = self.accelerated(turn, rate, time, applied_forces + rubbing)
+            change = turn.second * (rate**2)[:, None] + turn.first * acceleration[:, None]
+            left_side = applied_forces + rubbing - self.inertia * change
+            multipliers = multipliers_of(left_side)
             reactions = {
-                joint.name: self._reaction(joint, there, multipliers[:, begin:end])
+                joint.name: self._reaction(joint, turn, multipliers[:, begin:end])
                 for joint, begin, end in zip(self.machine.joints, rows, rows[1:], strict=False)
             }
             if not forces:
                 break
-            before, rubbing = rubbing, self._rubbed(forces, there, rate, reactions)
-            if np.max(np.abs(rubbing - before)) <= SETTLED * np.max(np.abs(rubbing)):
+            previous, rubbing = rubbing, self._rubbed(forces, turn, rate, reactions)
+            if np.max(np.abs(rubbing - previous)) <= SETTLED * np.max(np.abs(rubbing)):
                 break
-        return acceleration, reactions, -np.sum(there.first * left, -1)
+        return acceleration, reactions, -np.sum(turn.first * left_side, -1)
 
-    def _multipliers(self, there: Turn) -> Callable[[np.ndarray], np.ndarray]:
+    def _multipliers(self, turn: Turn) -> Callable[[np.ndarray], np.ndarray]:
         """Return a function that gives the multipliers (N, rows) of the constraints from forces (N, 3 bodies)."""
-        if len(there.angles) < STATIONS:
-            turned = self.closure.evaluate(there.q, there.angles)[1].transpose(0, 2, 1)
-            return lambda left: np.linalg.solve(turned, left[..., None])[..., 0]
-        inverse = self.stations.inverse_at(self.closure, there)
-        return lambda left: np.einsum("nij,nj->ni", inverse, left)
+        if len(turn.angles) < STATIONS:
+            angle_derivative = self.closure.evaluate(turn.q, turn.angles)[1].transpose(0, 2, 1)
+            return lambda left_side: np.linalg.solve(angle_derivative, left_side[..., None])[..., 0]
+        inverse = self.stations.inverse_at(self.closure, turn)
+        return lambda left_side: np.einsum("nij,nj->ni", inverse, left_side)
 
-    def outside(self, there: Turn, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
+    def outside(self, turn: Turn, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Return the forces (N, 3 bodies) of gravity and of all loads except friction, about the centres of mass."""
-        force = np.zeros_like(there.q)
+        force = np.zeros_like(turn.q)
         force[:, 1::3] -= self.inertia[1::3] * self.machine.gravity
         for load in self.machine.loads:
             if isinstance(load, Spring):
-                self._spring(load, there, rate, force)
+                self._spring(load, turn, rate, force)
             elif isinstance(load, Tabled):
-                parts = by_rows(self.tables[load.name], there.angles if load.over == "angle" else time)
-                self._add(force, there, load.at, parts[:, :2], parts[:, 2])
+                parts = by_rows(self.tables[load.name], turn.angles if load.over == "angle" else time)
+                self._add(force, turn, load.at, parts[:, :2], parts[:, 2])
             elif isinstance(load, Push):
-                pull = np.tile([load.fx, load.fy], (len(there.q), 1))
-                self._add(force, there, load.at, pull, np.full(len(there.q), load.torque))
+                pull = np.tile([load.fx, load.fy], (len(turn.q), 1))
+                self._add(force, turn, load.at, pull, np.full(len(turn.q), load.torque))
         return force
 
-    def accelerated(self, there: Turn, rate, time, force: np.ndarray) -> np.ndarray:
+    def accelerated(self, turn: Turn, rate, time, force: np.ndarray) -> np.ndarray:
         """Return the crank's angular acceleration (rad/s^2): generalised force over generalised inertia."""
         drive = self.machine.drive
         if isinstance(drive, Constant):
             return np.zeros(len(rate))
         if isinstance(drive, Schedule):
-            return when(drive, there.angles)[2]
+            return when(drive, turn.angles)[2]
         drive_torque = torque_at(drive_of(drive), rate)
-        left = force - self.inertia * there.second * (rate**2)[:, None]
-        mass = np.sum(self.inertia * there.first**2, -1)
-        return (drive_torque + np.sum(there.first * left, -1)) / mass
+        left_side = force - self.inertia * turn.second * (rate**2)[:, None]
+        mass = np.sum(self.inertia * turn.first**2, -1)
+        return (drive_torque + np.sum(turn.first * left_side, -1)) / mass
 
-    def _add(self, force, there: Turn, at: At, pull: np.ndarray, torque) -> None:
+    def _add(self, force, turn: Turn, at: At, pull: np.ndarray, torque) -> None:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
         if at.body == GROUND:
             return
-        i, end = 3 * self.closure.index[at.body], self.closure.end(at, there.q, there.first)
+        i, end = 3 * self.closure.index[at.body], self.closure.end(at, turn.q, turn.first)
         force[:, i : i + 2] += pull
         force[:, i + 2] += end.lever_x * pull[:, 0] + end.lever_y * pull[:, 1] + torque
 
-    def _spring(self, load: Spring, there: Turn, rate, force) -> None:
-        first, second = (self.closure.end(at, there.q, there.first) for at in (load.first, load.second))
-        x, y = second.x - first.x, second.y - first.y
+    def _spring(self, load: Spring, turn: Turn, rate, force) -> None:
+        derivative, second_derivative = (self.closure.end(at, turn.q, turn.first) for at in (load.first, load.second))
+        x, y = second_derivative.x - derivative.x, second_derivative.y - derivative.y
         length = np.hypot(x, y)
         direction = np.stack([x, y], -1) / length[:, None]
-        opening = (x * (second.dx - first.dx) + y * (second.dy - first.dy)) / length
+        opening = (x * (second_derivative.dx - derivative.dx) + y * (second_derivative.dy - derivative.dy)) / length
         pull = load.stiffness * (length - load.free_length) + load.damping * rate * opening
-        self._add(force, there, load.first, pull[:, None] * direction, 0.0)
-        self._add(force, there, load.second, -pull[:, None] * direction, 0.0)
+        self._add(force, turn, load.first, pull[:, None] * direction, 0.0)
+        self._add(force, turn, load.second, -pull[:, None] * direction, 0.0)
 
-    def _rubbed(self, forces: list, there: Turn, rate, reactions) -> np.ndarray:
+    def _rubbed(self, forces: list, turn: Turn, rate, reactions) -> np.ndarray:
         """Return the forces (N, 3 bodies) of friction in joints under their reactions."""
-        generalized = np.zeros_like(there.q)
+        generalized = np.zeros_like(turn.q)
         for load in forces:
             joint = next(joint for joint in self.machine.joints if joint.name == load.joint)
             normal = np.hypot(*reactions[joint.name].T)
             if isinstance(load, Braking):
                 normal = np.full(len(rate), load.normal)
-            turns = [self.closure.angle(at.body, there.first) * rate for at in (joint.distal, joint.proximal)]
+            turns = [self.closure.angle(at.body, turn.first) * rate for at in (joint.distal, joint.proximal)]
             slip = load.radius * (turns[0] - turns[1])
             if isinstance(joint, Guide):
-                slip = self.read(Coordinate(RUN, self.machine.joints.index(joint)), there)[1] * rate
+                slip = self.read(Coordinate(RUN, self.machine.joints.index(joint)), turn)[1] * rate
             rub = np.array([friction_force(load.friction, n, v) for n, v in zip(normal, slip, strict=True)])
             direction = (
-                joint.axis + self.closure.angle(joint.proximal.body, there.q) if isinstance(joint, Guide) else 0.0
+                joint.axis + self.closure.angle(joint.proximal.body, turn.q) if isinstance(joint, Guide) else 0.0
             )
             pull = (
                 rub[:, None] * np.stack([np.cos(direction), np.sin(direction)], -1) if isinstance(joint, Guide) else 0.0
@@ -252,13 +262,13 @@ class Ideal:
             for at, sign in ((joint.distal, 1.0), (joint.proximal, -1.0)):
                 zero = np.zeros((len(rate), 2))
                 torque = 0.0 if isinstance(joint, Guide) else sign * load.radius * rub
-                self._add(generalized, there, at, zero + sign * pull, torque)
+                self._add(generalized, turn, at, zero + sign * pull, torque)
         return generalized
 
-    def _reaction(self, joint, there: Turn, multipliers: np.ndarray) -> np.ndarray:
+    def _reaction(self, joint, turn: Turn, multipliers: np.ndarray) -> np.ndarray:
         """Return the force (N, 2) N on a joint's distal body from the multipliers of its constraints."""
         if isinstance(joint, Guide | Stretch | Slot):
-            direction = joint.axis + self.closure.angle(joint.proximal.body, there.q)
+            direction = joint.axis + self.closure.angle(joint.proximal.body, turn.q)
             return -multipliers[:, -1:] * np.stack([-np.sin(direction), np.cos(direction)], -1)
         return -multipliers
 
@@ -269,9 +279,11 @@ class Ideal:
             return drive.speed
         if isinstance(drive, Schedule):
             return float(np.max(np.abs(drive.speeds)))
-        known = max(abs(drive.initial_speed), abs(drive.no_load_speed) if math.isfinite(drive.no_load_speed) else 0.0)
-        if known > 0.0:
-            return known
+        known_values = max(
+            abs(drive.initial_speed), abs(drive.no_load_speed) if math.isfinite(drive.no_load_speed) else 0.0
+        )
+        if known_values > 0.0:
+            return known_values
         mass = float(np.mean(np.sum(self.inertia * turn.first**2, -1)))
         return math.sqrt(4.0 * math.pi * abs(drive.stall_torque) / mass) or 1.0
 
@@ -299,6 +311,15 @@ def determined(machine: Machine) -> Machine:
 def _constraints(machine: Machine) -> int:
     """Return the number of equations of joints and drive, with springs at rest."""
     return 1 + sum({Slot: 1, Stretch: 3}.get(type(joint), 2) for joint in machine.joints)
+
+
+def _without_history(machine: Machine) -> Machine:
+    """Return a machine whose bristles are bent as after long sliding: at a crank angle there is no motion before it."""
+    loads = (
+        load._replace(friction=settled(load.friction)) if isinstance(load, Rubbing | Braking) else load
+        for load in machine.loads
+    )
+    return machine._replace(loads=tuple(loads))
 
 
 def _bodies_of(load: Any) -> set[str]:
@@ -345,12 +366,12 @@ def ideal_of(machine: Machine) -> Ideal:
 
 def key_of(machine: Machine) -> bytes:
     """Return a key that equal machines share; a machine is pickled only once."""
-    known = _KEYS.get(id(machine))
-    if known is None:
+    known_values = _KEYS.get(id(machine))
+    if known_values is None:
         if len(_KEYS) >= MOST_KEYS:
             _KEYS.clear()
-        known = _KEYS[id(machine)] = machine, pickle.dumps(machine)
-    return known[1]
+        known_values = _KEYS[id(machine)] = machine, pickle.dumps(machine)
+    return known_values[1]
 
 
 MOST_KEYS = 256

@@ -169,8 +169,8 @@ class Kinematics:
             g = self.spanning_tree.group[self.machine.sites[j].link.proximal]
             if g != 0:
                 swept = self.lines.product("2.0", self.rate[Coordinate(ANGLE, g)], self.rate[Coordinate(RUN, j)])
-                across = self.scaled(swept, self.left(self.axis(j)))
-                terms.append(self.signed(sign, across))
+                transverse = self.scaled(swept, self.left(self.axis(j)))
+                terms.append(self.signed(sign, transverse))
         return self.sum((None, None), *terms)
 
 
@@ -211,8 +211,8 @@ class Bodies(Kinematics):
     def _springing(self, path: str, load: LoadKind) -> list[tuple[int, Vector, Vector, None]]:
         """Return the forces of a spring and damper at both ends."""
         lines = self.lines
-        (first, near), (second, far) = load.ends
-        between = self.between(self.way(first, near), self.way(second, far))
+        (first, near_end), (second, far_end) = load.ends
+        between = self.between(self.way(first, near_end), self.way(second, far_end))
         reach, velocity = self.place(between), self.combination(self.columns(between), self.rate)
         length = lines.let(f"math.sqrt({lines.total(*lines.dot(reach, reach))})")
         unit = self.scaled(lines.let(f"1.0 / {length}"), reach)
@@ -220,7 +220,7 @@ class Bodies(Kinematics):
         longer = lines.total(length, lines.minus(lines.let(f"{path}.free_length")))
         pull = lines.total(lines.product(f"{path}.stiffness", longer), lines.product(f"{path}.damping", rate))
         force = tuple(lines.let(part) for part in self.scaled(pull, unit))
-        return [(first, near, force, None), (second, far, self.minus(force), None)]
+        return [(first, near_end, force, None), (second, far_end, self.minus(force), None)]
 
 
 def _less(signs: dict, others: dict) -> dict:

@@ -80,21 +80,21 @@ class Braked(NamedTuple):
 
 
 @kernel
-def by_table(given, at):
+def by_table(values_given, at):
     """Return force x, y (N) and torque (N m) of a Table at an angle (rad) or time (s)."""
-    rows = int(given.rows)
-    first, last = load_item(given.table, 0), load_item(given.table, _WIDTH * (rows - 1))
+    rows = int(values_given.rows)
+    first, last = load_item(values_given.table, 0), load_item(values_given.table, _WIDTH * (rows - 1))
     now = plain(at)
-    turned = given.span * math.floor((now - first) / given.span) if given.span > 0.0 else 0.0
+    turned = values_given.span * math.floor((now - first) / values_given.span) if values_given.span > 0.0 else 0.0
     now = min(max(now - turned, first), last)
-    row = row_of(given.table, _WIDTH, rows - 1, now)
-    remaining = at - (turned + load_item(given.table, row))
-    if given.span == 0.0 and (plain(at) < first or plain(at) > last):
-        remaining = 0.0 * remaining + (now - load_item(given.table, row))
+    row = row_of(values_given.table, _WIDTH, rows - 1, now)
+    remaining = at - (turned + load_item(values_given.table, row))
+    if values_given.span == 0.0 and (plain(at) < first or plain(at) > last):
+        remaining = 0.0 * remaining + (now - load_item(values_given.table, row))
     return (
-        _polynomial(given.table, row + 1, remaining),
-        _polynomial(given.table, row + 1 + _POWERS, remaining),
-        _polynomial(given.table, row + 1 + 2 * _POWERS, remaining),
+        _polynomial(values_given.table, row + 1, remaining),
+        _polynomial(values_given.table, row + 1 + _POWERS, remaining),
+        _polynomial(values_given.table, row + 1 + 2 * _POWERS, remaining),
     )
 
 
@@ -130,11 +130,11 @@ def _periodic(knots: np.ndarray, columns: np.ndarray) -> np.ndarray:
     return PchipInterpolator(long, values).c[:, more : more + len(knots) - 1]
 
 
-def by_rows(given: Table, at: np.ndarray) -> np.ndarray:
+def by_rows(values_given: Table, at: np.ndarray) -> np.ndarray:
     """Return force x, y (N) and torque (N m) of a Table at angles (N,) rad or times (N,) s."""
-    rows = given.table.array.reshape(-1, _WIDTH)
+    rows = values_given.table.array.reshape(-1, _WIDTH)
     first, last = rows[0, 0], rows[-1, 0]
-    now = first + np.remainder(at - first, given.span) if given.span > 0.0 else np.clip(at, first, last)
+    now = first + np.remainder(at - first, values_given.span) if values_given.span > 0.0 else np.clip(at, first, last)
     row = rows[np.clip(np.searchsorted(rows[:, 0], now, side="right") - 1, 0, len(rows) - 2)]
     remaining, parts = (now - row[:, 0])[:, None], row[:, 1:].reshape(-1, _PARTS, _POWERS)
     return ((parts[..., 0] * remaining + parts[..., 1]) * remaining + parts[..., 2]) * remaining + parts[..., 3]

@@ -69,8 +69,8 @@ class Solver:
             if (chosen, among) not in kept:
                 terms = []
                 for k, item in enumerate(among):
-                    rest = minor(chosen[1:], among[:k] + among[k + 1 :])
-                    term = lines.product(self.rows[chosen[0]].get(item), rest)
+                    remainder = minor(chosen[1:], among[:k] + among[k + 1 :])
+                    term = lines.product(self.rows[chosen[0]].get(item), remainder)
                     terms.append(term if k % 2 == 0 else lines.minus(term))
                 kept[chosen, among] = lines.total(*terms)
             return kept[chosen, among]
@@ -82,42 +82,44 @@ class Solver:
             inverse[item, row] = lines.let(part if (i + k) % 2 == 0 else lines.minus(part))
         return inverse
 
-    def solved(self, right: list[str | None]) -> dict[Coordinate, str | None]:
+    def solved(self, right_side: list[str | None]) -> dict[Coordinate, str | None]:
         """Return the unknowns for right-hand sides, one for each equation."""
         lines = self.lines
         done: dict[Coordinate, str | None] = {}
         for block, unknown, inverse in self.blocks:
-            left = {}
+            left_side = {}
             for row in block:
-                known = (lines.product(self.rows[row].get(item), value) for item, value in done.items())
-                left[row] = lines.total(right[row], *map(lines.minus, known))
+                known_values = (lines.product(self.rows[row].get(item), value) for item, value in done.items())
+                left_side[row] = lines.total(right_side[row], *map(lines.minus, known_values))
             for item in unknown:
-                done[item] = lines.total(*(lines.product(inverse[item, row], left[row]) for row in block))
+                done[item] = lines.total(*(lines.product(inverse[item, row], left_side[row]) for row in block))
         return done
 
-    def transposed(self, right: dict[Coordinate, str | None]) -> list[str | None]:
+    def transposed(self, right_side: dict[Coordinate, str | None]) -> list[str | None]:
         """Return the multipliers, one for each equation, from the transposed equations."""
         lines = self.lines
         done: dict[int, str | None] = {}
         for block, unknown, inverse in reversed(self.blocks):
-            left = {}
+            left_side = {}
             for item in unknown:
-                known = (lines.product(self.rows[row].get(item), value) for row, value in done.items())
-                left[item] = lines.total(right[item], *map(lines.minus, known))
+                known_values = (lines.product(self.rows[row].get(item), value) for row, value in done.items())
+                left_side[item] = lines.total(right_side[item], *map(lines.minus, known_values))
             for row in block:
-                done[row] = lines.total(*(lines.product(inverse[item, row], left[item]) for item in unknown))
+                done[row] = lines.total(*(lines.product(inverse[item, row], left_side[item]) for item in unknown))
         return [done[row] for row in range(len(self.rows))]
 
 
 def _blocks(rows: list[Row], dependent: tuple[Coordinate, ...]) -> list[tuple[tuple[int, ...], tuple[Coordinate, ...]]]:
     """Return blocks of equations with as many new unknowns as equations, smallest first."""
-    left, known, blocks = list(range(len(rows))), set(), []
-    while left:
-        for chosen in (some for size in range(1, len(left) + 1) for some in itertools.combinations(left, size)):
-            unknown = {item for row in chosen for item in rows[row] if item in dependent and item not in known}
+    left_side, known_values, blocks = list(range(len(rows))), set(), []
+    while left_side:
+        for chosen in (
+            some for size in range(1, len(left_side) + 1) for some in itertools.combinations(left_side, size)
+        ):
+            unknown = {item for row in chosen for item in rows[row] if item in dependent and item not in known_values}
             if len(unknown) == len(chosen):
                 break
         blocks.append((chosen, tuple(item for item in dependent if item in unknown)))
-        known |= unknown
-        left = [row for row in left if row not in chosen]
+        known_values |= unknown
+        left_side = [row for row in left_side if row not in chosen]
     return blocks

@@ -79,13 +79,13 @@ class MachineType(NamedTuple):
     @property
     def whole(self) -> list[tuple[int, ...]]:
         """Return the moving bodies, with the masses of an elastic link grouped."""
-        found: list[tuple[int, ...]] = []
+        chains: list[tuple[int, ...]] = []
         for body in range(1, self.bodies):
             if body in self.segments:
-                found[-1] = (*found[-1], body)
+                chains[-1] = (*chains[-1], body)
             else:
-                found.append((body,))
-        return found
+                chains.append((body,))
+        return chains
 
 
 def kinds_of(value: Any) -> Any:

@@ -6,33 +6,38 @@ from ..contract import (
     crank_rate,
     describe,
     energy,
-    friction_loads,
+    friction_laws,
     friction_powers,
+    friction_slips,
     gaps,
     impact_masses,
     load_power,
     output_error,
     place,
+    with_friction_laws,
 )
 from .cycle import at_angle
 from .equations import written
 from .form import Planar
-from .rubbing import rubbed_powers
+from .rubbing import rubbed_powers, rubbed_slips
 
-_placed, _gaps_of, _accelerated, _masses, _energy_of, _described, _angles, _judged, _rate_of, _rubs_of = map(
-    written,
-    (
-        "place",
-        "gaps",
-        "accelerate",
-        "impact_masses",
-        "energy",
-        "describe",
-        "body_angles",
-        "output",
-        "crank_rate",
-        "rubs",
-    ),
+_placed, _gaps_of, _accelerated, _masses, _energy_of, _described, _angles, _judged, _rate_of, _rubs_of, _with_rubs = (
+    map(
+        written,
+        (
+            "place",
+            "gaps",
+            "accelerate",
+            "impact_masses",
+            "energy",
+            "describe",
+            "body_angles",
+            "output",
+            "crank_rate",
+            "rubs",
+            "with_rubs",
+        ),
+    )
 )
 
 
@@ -75,9 +80,19 @@ def _load_power_planar(mechanism, motion):
     return total
 
 
-@friction_loads.member(Planar)
-def _friction_loads_planar(mechanism):
+@friction_laws.member(Planar)
+def _friction_laws_planar(mechanism):
     return _rubs_of(mechanism)
+
+
+@with_friction_laws.member(Planar)
+def _with_friction_laws_planar(mechanism, laws):
+    return _with_rubs(mechanism, laws)
+
+
+@friction_slips.member(Planar)
+def _friction_slips_planar(mechanism, motion):
+    return rubbed_slips(motion)
 
 
 @friction_powers.member(Planar)

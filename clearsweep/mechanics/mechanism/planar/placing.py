@@ -8,9 +8,9 @@ from .writer import Lines, number, packed, tupled
 
 _CLOSED = """def closed(mechanism, known, dependent):
     for _ in range({attempts}):
-        found = step(mechanism, known, dependent)
+        updated = step(mechanism, known, dependent)
         change = max({changes}, 0.0)
-        dependent = found
+        dependent = updated
         if change < {near}:
             return dependent
     return ({nan},)
@@ -85,22 +85,24 @@ def place(machine: MachineType) -> str:
 
 def _close(write: _Placing) -> None:
     """Write the solution for dependent coordinates and their rates."""
-    machine, lines, known = write.machine, write.lines, write.known()
-    bare = tupled([f"plain({name})" for name in known])
+    machine, lines, known_values = write.machine, write.lines, write.known()
+    bare = tupled([f"plain({name})" for name in known_values])
     angle = lines.let(f"plain({write.name(Coordinate(ANGLE, machine.spanning_tree.crank))})")
     guess = tupled([f"at_angle(mechanism.turn, {1 + i}, {angle})[0]" for i in range(len(machine.dependent))])
     lines.text += [
         f"dependent = closed(mechanism, {bare}, {guess})",
-        f"dependent = step(mechanism, {tupled(known)}, dependent)",
-        f"dependent = again(mechanism, {tupled(known)}, dependent)",
+        f"dependent = step(mechanism, {tupled(known_values)}, dependent)",
+        f"dependent = again(mechanism, {tupled(known_values)}, dependent)",
     ]
     write.take_dependent()
     rows = [equation.columns for equation in equations(write, moving=False)]
-    solver, right = Solver(lines, rows, machine.dependent), []
+    solver, right_side = Solver(lines, rows, machine.dependent), []
     for row in rows:
-        moved = (lines.product(value, write.rate[item]) for item, value in row.items() if item not in machine.dependent)
-        right.append(lines.minus(lines.total(*moved)))
-    write.rate |= solver.solved(right)
+        change = (
+            lines.product(value, write.rate[item]) for item, value in row.items() if item not in machine.dependent
+        )
+        right_side.append(lines.minus(lines.total(*change)))
+    write.rate |= solver.solved(right_side)
 
 
 def _pose(write: _Placing) -> str:
@@ -135,7 +137,7 @@ def step(machine: MachineType) -> str:
 def closed(machine: MachineType) -> str:
     """Return the code that closes nearly closed loops; nan if that fails."""
     count = len(machine.dependent)
-    changes = ", ".join(f"abs(found[{i}] - dependent[{i}])" for i in range(count))
+    changes = ", ".join(f"abs(updated[{i}] - dependent[{i}])" for i in range(count))
     nan = ", ".join(["math.nan"] * count)
     return _CLOSED.format(attempts=ATTEMPTS, changes=changes, near=NEAR, nan=nan)
 

@@ -36,25 +36,28 @@ _SOLVED = """def accelerate(mechanism, pose, loads):
             break
     motion = under_friction(mechanism, pose, loads, rub)[0]
     valid = 1.0 if change <= {jams} * largest else math.nan
-    return RubbedMotion(motion.accelerations, motion.output, motion.torque, {power})
+    return RubbedMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
 """
 
 
 _GIVEN = """def accelerate(mechanism, pose, loads):
     rub = {friction}
     motion = under_friction(mechanism, pose, loads, rub)[0]
-    return RubbedMotion(motion.accelerations, motion.output, motion.torque, {power})
+    return RubbedMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
 """
 
 
 #: Karnopp 1985: below the band each couple or force makes the slip decay with the rate of the crank,
-#: within its limits; several are iterated (projected Gauss-Seidel).
+#: within its limits, which may depend on reactions; several are iterated (projected Gauss-Seidel).
 _STICKING = """def accelerate(mechanism, pose, loads):
+    _, normal, pace = under_friction(mechanism, pose, loads, {zeros})
     rub = {friction}
-    pace = under_friction(mechanism, pose, loads, rub)[2]
-    yields, stuck, limits, slips = {yields}, {stuck}, {limits}, {slips}
+    _, normal, pace = under_friction(mechanism, pose, loads, rub)
+    yields, stuck, slips = {yields}, {stuck}, {slips}
+    change, largest = 0.0, 0.0
     for _ in range({sweeps}):
         before = rub
+        rub = {sliding}
 {turns}
         change, largest = 0.0, 0.0
         for i in range({count}):
@@ -63,7 +66,8 @@ _STICKING = """def accelerate(mechanism, pose, loads):
         if change <= {near} * largest:
             break
     motion = under_friction(mechanism, pose, loads, rub)[0]
-    return RubbedMotion(motion.accelerations, motion.output, motion.torque, {power})
+    valid = 1.0 if change <= {jams} * largest else math.nan
+    return RubbedMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
 """
 
 
@@ -74,6 +78,7 @@ class RubbedMotion(NamedTuple):
     output: float
     torque: float  # N m
     powers: tuple  # W, of each friction; nan without convergence
+    slips: tuple  # at which its law is evaluated: m/s, or rad/s for a couple of a given size
 
 
 @family
@@ -89,6 +94,21 @@ def _rubbed_powers_motion(motion):
 @rubbed_powers.member(RubbedMotion)
 def _rubbed_powers_rubbed_motion(motion):
     return motion.powers
+
+
+@family
+def rubbed_slips(motion):
+    """Return the sliding speed that the law of each friction is evaluated at."""
+
+
+@rubbed_slips.member(Motion)
+def _rubbed_slips_motion(motion):
+    return ()
+
+
+@rubbed_slips.member(RubbedMotion)
+def _rubbed_slips_rubbed_motion(motion):
+    return motion.slips
 
 
 class Reacting(Dynamics):
@@ -132,8 +152,8 @@ class Reacting(Dynamics):
                 continue
             reaction = reactions.get(rub.joint) or self._through(rub.joint, missing)
             if machine.sites[rub.joint].link.slides:
-                across = lines.total(*lines.dot(self.left(self.axis(rub.joint)), reaction))
-                sizes.append(f"abs({across})")
+                transverse = lines.total(*lines.dot(self.left(self.axis(rub.joint)), reaction))
+                sizes.append(f"abs({transverse})")
             else:
                 sizes.append(f"math.sqrt({lines.total(*lines.dot(reaction, reaction))})")
         return [size if size == "0.0" else lines.let(size) for size in sizes]
@@ -150,12 +170,12 @@ class Reacting(Dynamics):
             return lines.total(distal, lines.minus(proximal))
         way, axis = self.between(*self.site(rub.joint)), self.axis(rub.joint)
         columns = self.columns(way)
-        moved = self.sum(
+        change = self.sum(
             self.bias(way),
             self.combination({item: columns[item] for item in columns if item in accelerations}, accelerations),
         )
-        across = lines.total(*lines.dot(self.left(axis), self.combination(columns, self.rate)))
-        return lines.total(*lines.dot(axis, moved), lines.product(self.spin(link.proximal), across))
+        transverse = lines.total(*lines.dot(self.left(axis), self.combination(columns, self.rate)))
+        return lines.total(*lines.dot(axis, change), lines.product(self.spin(link.proximal), transverse))
 
     def _missing(self, accelerations: Row) -> tuple[dict[int, Vector], dict[int, str | None]]:
         """Return force and moment of the joints on each body."""
@@ -165,25 +185,25 @@ class Reacting(Dynamics):
         couples: dict[int, str | None] = {0: None}
         for body, way in self.ways.items():
             mass, inertia = mass_of(lines, body)
-            moved = self.sum(self.bias(way), self.combination(self.tree[body], accelerations))
-            there = [tuple(map(lines.minus, pull)) for pull in force[body]]
-            missing[body] = self.sum(self.scaled(mass, moved), *there)
+            change = self.sum(self.bias(way), self.combination(self.tree[body], accelerations))
+            safe_yield = [tuple(map(lines.minus, pull)) for pull in force[body]]
+            missing[body] = self.sum(self.scaled(mass, change), *safe_yield)
             spun = lines.product(inertia, accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body])))
             couples[body] = lines.total(spun, *map(lines.minus, moment[body]))
         return missing, couples
 
     def _multipliers(self, missing: dict, couples: dict) -> dict[int, Vector]:
         """Return the force on the distal body of each joint that closes a loop."""
-        lines, machine, right = self.lines, self.machine, {}
+        lines, machine, right_side = self.lines, self.machine, {}
         if not machine.dependent:
             return {}
         for item in machine.dependent:
             terms = [part for body in self.ways for part in self._work(item, body, missing)]
             if item.kind == ANGLE:
                 terms += [couples[body] for body in self.ways if self.spanning_tree.group[body] == item.of]
-            right[item] = lines.total(*terms)
+            right_side[item] = lines.total(*terms)
         rows = [equation.columns for equation in equations(self, moving=False)]
-        multipliers = Solver(lines, rows, machine.dependent).transposed(right)
+        multipliers = Solver(lines, rows, machine.dependent).transposed(right_side)
         results, row = {}, 0
         for j in self.spanning_tree.loop_joints:
             if machine.sites[j].link.slides:
@@ -218,76 +238,88 @@ def accelerate(machine: MachineType) -> str:
     sizes, paces = write.normals(accelerations), [write.pace(rub, accelerations) for rub in machine.rubs if rub.sticks]
     returned = (motion, tupled(sizes), tupled([number(pace) for pace in paces])) if paces else (motion, tupled(sizes))
     first = write.lines.function("under_friction", tupled(list(returned)))
-    seen, friction, power = Bodies(machine, "mechanism", "pose"), [], []
-    for i, rub in enumerate(machine.rubs):
-        slip, path = _slip(seen, rub), f"mechanism.loads[{rub.load}]"
-        if rub.given and machine.sites[rub.joint].link.slides:
-            friction.append(f"friction_force({path}.friction, {path}.normal, {slip})")
-        elif rub.given:
-            arm = f"{path}.radius"
-            friction.append(f"{arm} * friction_force({path}.friction, {path}.normal, {arm} * {slip})")
-        elif machine.sites[rub.joint].link.slides:
-            friction.append(f"friction_force({path}.friction, normal[{i}], {slip})")
-        else:
-            friction.append(f"{path}.radius * friction_force({path}.friction, normal[{i}], {path}.radius * {slip})")
-        power.append(f"rub[{i}] * {slip}")
+    kinematics = Bodies(machine, "mechanism", "pose")
+    rubs = [_rubbed(kinematics, i, rub) for i, rub in enumerate(machine.rubs)]
+    friction, power = [rub.force for rub in rubs], [f"rub[{i}] * {rub.slip}" for i, rub in enumerate(rubs)]
+    places = {
+        "zeros": tupled(["0.0"] * len(rubs)),
+        "friction": tupled(friction),
+        "sweeps": SWEEPS,
+        "count": len(rubs),
+        "near": SETTLED,
+        "jams": JAMS,
+        "speeds": tupled([rub.speed for rub in rubs]),
+    }
     if any(rub.sticks for rub in machine.rubs):
-        return f"{first}\n\n{_sticking(machine, seen, friction, power)}"
-    given = all(rub.given for rub in machine.rubs)
-    head, body = (_GIVEN if given else _SOLVED).split("\n", 1)
-    text = body.format(
-        zeros=tupled(["0.0"] * len(friction)),
-        friction=tupled(friction),
-        sweeps=SWEEPS,
-        count=len(friction),
-        near=SETTLED,
-        jams=JAMS,
-        power=tupled(power if given else [f"valid * ({each})" for each in power]),
-    )
-    slips = "".join(f"    {line}\n" for line in seen.lines.text)
+        template, places = _STICKING, places | _sticking(machine, rubs)
+    else:
+        template = _GIVEN if all(rub.given for rub in machine.rubs) else _SOLVED
+    head, body = template.split("\n", 1)
+    valid = template is not _GIVEN
+    text = body.format(power=tupled([f"valid * ({each})" for each in power] if valid else power), **places)
+    slips = "".join(f"    {line}\n" for line in kinematics.lines.text)
     return f"{first}\n\n{head}\n{slips}{text}"
 
 
-def _sticking(machine: MachineType, seen: Bodies, friction: list[str], power: list[str]) -> str:
-    """Return the code of `accelerate` for a machine in which joints stick."""
+class _Rubbed(NamedTuple):
+    """The code of one friction."""
+
+    path: str  # of the load
+    arm: str  # m, of the couple; '' in a guide
+    normal: str  # N
+    slip: str  # rad/s or m/s, between the bodies
+    speed: str  # at which the law is evaluated
+
+    @property
+    def force(self) -> str:
+        """Return the code of the couple (N m) or force (N) while the surfaces slide."""
+        force = f"friction_force({self.path}.friction, {self.normal}, {self.speed})"
+        return f"{self.arm} * {force}" if self.arm else force
+
+    @property
+    def limit(self) -> str:
+        """Return the code of the largest couple (N m) or force (N) while the surfaces stick."""
+        most = f"static_limit({self.path}.friction) * {self.normal}"
+        return f"{self.arm} * {most}" if self.arm else most
+
+
+def _rubbed(kinematics: Bodies, i: int, rub: Rub) -> _Rubbed:
+    path, slip = f"mechanism.loads[{rub.load}]", _slip(kinematics, rub)
+    arm = "" if kinematics.machine.sites[rub.joint].link.slides else f"{path}.radius"
+    normal = f"{path}.normal" if rub.given else f"normal[{i}]"
+    return _Rubbed(path, arm, normal, slip, f"{arm} * {slip}" if arm else slip)
+
+
+def _sticking(machine: MachineType, rubs: list[_Rubbed]) -> dict[str, str]:
+    """Return the further code of a machine in which joints stick, by its places in _STICKING."""
     sticking = [i for i, rub in enumerate(machine.rubs) if rub.sticks]
-    paths = {i: f"mechanism.loads[{machine.rubs[i].load}]" for i in sticking}
-    slips = {i: _slip(seen, machine.rubs[i]) for i in sticking}
-    reach = {i: "1.0" if machine.sites[machine.rubs[i].joint].link.slides else f"{paths[i]}.radius" for i in sticking}
     rate = f"abs(pose.turns[{machine.groups.index(machine.spanning_tree.crank)}].rate)"
 
-    def with_one(i: int, value: str, name: str = "rub") -> str:
-        return tupled([value if j == i else f"{name}[{j}]" for j in range(len(friction))])
+    def with_one(i: int, value: str) -> str:
+        return tupled([value if j == i else f"rub[{j}]" for j in range(len(rubs))])
 
-    yields, stuck, limits, turns = [], [], [], []
+    sliding, yields, stuck, turns = [rub.force for rub in rubs], [], [], []
     for k, i in enumerate(sticking):
+        sliding[i] = f"where(stuck[{k}], rub[{i}], {rubs[i].force})"
         pushed = with_one(i, f"rub[{i}] + 1.0")
         yields.append(f"under_friction(mechanism, pose, loads, {pushed})[2][{k}] - pace[{k}]")
-        stuck.append(f"abs({reach[i]} * {slips[i]}) < {paths[i]}.friction.band")
-        limits.append(f"{reach[i]} * {paths[i]}.normal * static_limit({paths[i]}.friction)")
+        stuck.append(f"abs({rubs[i].speed}) < {rubs[i].path}.friction.band")
         turns += [
-            "pace = under_friction(mechanism, pose, loads, rub)[2]",
+            "_, normal, pace = under_friction(mechanism, pose, loads, rub)",
             f"there = where(yields[{k}] > {LEAST_YIELD}, yields[{k}], 1.0)",
+            f"limit = {rubs[i].limit}",
             f"wanted = rub[{i}] - (pace[{k}] + {rate} * slips[{k}]) / there",
-            f"wanted = min(max(wanted, -limits[{k}]), limits[{k}])",
+            "wanted = min(max(wanted, -limit), limit)",
             f"held = where(yields[{k}] > {LEAST_YIELD}, wanted, rub[{i}])",
             f"rub = {with_one(i, f'where(stuck[{k}], held, rub[{i}])')}",
         ]
-    head, body = _STICKING.split("\n", 1)
-    text = body.format(
-        friction=tupled(friction),
-        yields=tupled(yields),
-        stuck=tupled(stuck),
-        limits=tupled(limits),
-        slips=tupled([slips[i] for i in sticking]),
-        sweeps=SWEEPS,
-        turns="\n".join(f"        {turn}" for turn in turns),
-        count=len(friction),
-        near=SETTLED,
-        power=tupled(power),
-    )
-    lines = "".join(f"    {line}\n" for line in seen.lines.text)
-    return f"{head}\n{lines}{text}"
+    return {
+        "sliding": tupled(sliding),
+        "yields": tupled(yields),
+        "stuck": tupled(stuck),
+        "slips": tupled([rubs[i].slip for i in sticking]),
+        "turns": "\n".join(f"        {turn}" for turn in turns),
+    }
 
 
 def _slip(write: Bodies, rub: Rub) -> str:

@@ -24,23 +24,25 @@ def in_segments(machine: Machine) -> Machine:
         bodies |= _chain(name, body, body.elastic) if body.elastic else {name: body}
         stretches += _springs(name, body, body.elastic) if body.elastic else []
 
-    def moved(at: At) -> At:
+    def change(at: At) -> At:
         elastic = links.get(at.body)
         return At(node(at.body, elastic.segments), at.point) if elastic and at.point == elastic.far else at
 
-    joints = tuple(each._replace(proximal=moved(each.proximal), distal=moved(each.distal)) for each in machine.joints)
+    joints = tuple(
+        joint._replace(proximal=change(joint.proximal), distal=change(joint.distal)) for joint in machine.joints
+    )
     start = {
         each: angle
         for name, angle in machine.start.items()
         for each in ([node(name, i) for i in range(links[name].segments + 1)] if name in links else [name])
     }
     loads = tuple(
-        load._replace(**{end: moved(getattr(load, end)) for end in ("at", "first", "second") if hasattr(load, end)})
+        load._replace(**{end: change(getattr(load, end)) for end in ("at", "first", "second") if hasattr(load, end)})
         for load in machine.loads
     )
     aim = machine.aim
     if aim.point:
-        aim = aim._replace(body=moved(At(aim.body, aim.point)).body)
+        aim = aim._replace(body=change(At(aim.body, aim.point)).body)
     return machine._replace(bodies=bodies, joints=(*joints, *stretches), start=start, loads=loads, aim=aim)
 
 
@@ -57,22 +59,22 @@ def axial_rate(body: Body) -> float:
 
 def _line(body: Body, elastic: Elastic) -> tuple[np.ndarray, np.ndarray]:
     """Return the first point of the line (m, in the frame of the link) and the way to its second."""
-    near, far = (np.array(body.points[point]) for point in (elastic.near, elastic.far))
-    return near, far - near
+    near_end, far_end = (np.array(body.points[point]) for point in (elastic.near, elastic.far))
+    return near_end, far_end - near_end
 
 
 def _chain(name: str, body: Body, elastic: Elastic) -> dict[str, Body]:
     """Return the masses of a link by name."""
-    (near, way), count = _line(body, elastic), elastic.segments
+    (near_end, way), count = _line(body, elastic), elastic.segments
     share = np.full(count + 1, 1.0 / count)
     share[[0, -1]] *= 0.5
-    aside = np.array(body.center) - (near + 0.5 * way)  # of the centre of mass from the middle of the line
-    places = [near + way * (i / count) + aside for i in range(count + 1)]
+    aside = np.array(body.center) - (near_end + 0.5 * way)  # of the centre of mass from the middle of the line
+    places = [near_end + way * (i / count) + aside for i in range(count + 1)]
     away = math.fsum(
         part * body.mass * float(np.sum((at - body.center) ** 2)) for part, at in zip(share, places, strict=True)
     )
     inertia = float(body.inertia - away) / (count + 1)  # may be negative: the masses rotate together
-    joints = {f"~{i}": tuple(map(float, near + way * (i / count))) for i in range(1, count + 1)}
+    joints = {f"~{i}": tuple(map(float, near_end + way * (i / count))) for i in range(1, count + 1)}
     points = {**body.points, **joints}
     return {
         node(name, i): Body(float(part) * body.mass, inertia, (float(at[0]), float(at[1])), points)

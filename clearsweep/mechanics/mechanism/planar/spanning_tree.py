@@ -89,30 +89,30 @@ def _tree(count: int, links: tuple) -> tuple:
 
 def _following(links: tuple, layer: list, placed: list, parents: list, used: set) -> list:
     """Return the children of the bodies in `layer`; record them in `parents`, and their joints in `used`."""
-    found: list[int] = []
+    order: list[int] = []
     for j, link in enumerate(links):
-        for near, far in ((link.proximal, link.distal), (link.distal, link.proximal)):
-            if not link.open and near in layer and far not in placed and far not in found:
-                parents[far] = (near, j)
+        for near_end, far_end in ((link.proximal, link.distal), (link.distal, link.proximal)):
+            if not link.open and near_end in layer and far_end not in placed and far_end not in order:
+                parents[far_end] = (near_end, j)
                 used.add(j)
-                found.append(far)
-                found += _chained(links, far, [*placed, *found], parents, used)
-    return found
+                order.append(far_end)
+                order += _chained(links, far_end, [*placed, *order], parents, used)
+    return order
 
 
 def _chained(links: tuple, body: int, placed: list, parents: list, used: set) -> list:
     """Return the masses of the elastic link of `body`, attached in a chain: no spring closes a loop."""
-    found: list[int] = []
+    order: list[int] = []
     pending = [body]
     while pending:
-        near = pending.pop()
+        near_end = pending.pop()
         for j, link in enumerate(links):
-            if not link.sprung or near not in (link.proximal, link.distal):
+            if not link.sprung or near_end not in (link.proximal, link.distal):
                 continue
-            far = link.distal if near == link.proximal else link.proximal
-            if far not in placed and far not in found:
-                parents[far] = (near, j)
+            far_end = link.distal if near_end == link.proximal else link.proximal
+            if far_end not in placed and far_end not in order:
+                parents[far_end] = (near_end, j)
                 used.add(j)
-                found.append(far)
-                pending.append(far)
-    return found
+                order.append(far_end)
+                pending.append(far_end)
+    return order

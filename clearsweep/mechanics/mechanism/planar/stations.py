@@ -23,8 +23,8 @@ class Alike:
     def __init__(self, value: Any):
         self.value = value
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Alike)
+    def __eq__(self, other_item: object) -> bool:
+        return isinstance(other_item, Alike)
 
     def __hash__(self) -> int:
         return 0
@@ -47,13 +47,13 @@ class Stations:
         start, step = self.turn.angles[0], 2.0 * math.pi / STATIONS
         nearest = np.rint((angles - start) / step)
         elsewhere = np.abs(start + nearest * step - angles) > SAME * np.spacing(np.max(np.abs(angles)))
-        whole = np.floor(nearest / STATIONS)
-        return (nearest - STATIONS * whole).astype(int), whole, elsewhere
+        total = np.floor(nearest / STATIONS)
+        return (nearest - STATIONS * total).astype(int), total, elsewhere
 
     def at(self, angles: np.ndarray, closed: Any) -> Turn:
         """Return the machine at crank angles (N,) rad, by `closed`, (n,) rad -> Turn, where they are no stations."""
-        station, whole, elsewhere = self.find(angles)
-        q = self.turn.q[station] + whole[:, None] * winding_of(self.turn)
+        station, total, elsewhere = self.find(angles)
+        q = self.turn.q[station] + total[:, None] * winding_of(self.turn)
         there = Turn(angles, q, self.turn.first[station], self.turn.second[station])
         if elsewhere.any():
             for values, new in zip(there[1:], closed(angles[elsewhere])[1:], strict=True):
@@ -83,7 +83,7 @@ def geometry_of(machine: Machine) -> bytes:
     """Return the key of whatever determines the positions of a machine: no mass, no load, no speed."""
     bodies = {name: (tuple(body.center), dict(body.points), body.initial) for name, body in machine.bodies.items()}
     joints = [
-        each._replace(stiffness=0.0, damping=0.0) if isinstance(each, Stretch) else each for each in machine.joints
+        joint._replace(stiffness=0.0, damping=0.0) if isinstance(joint, Stretch) else joint for joint in machine.joints
     ]
     return pickle.dumps((bodies, joints, machine.driven, dict(machine.start), machine.drive.start_angle))
 

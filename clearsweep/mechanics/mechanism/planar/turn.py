@@ -18,8 +18,8 @@ class Turn(NamedTuple):
 def between(turn: Turn, angles: np.ndarray) -> Turn:
     """Return a machine at crank angles (N,) from its Turn, by quintic interpolation between stations."""
     step = 2.0 * math.pi / (len(turn.angles) - 1)
-    whole = np.floor((angles - turn.angles[0]) / (2.0 * math.pi))
-    position = (angles - turn.angles[0] - 2.0 * math.pi * whole) / step
+    total = np.floor((angles - turn.angles[0]) / (2.0 * math.pi))
+    position = (angles - turn.angles[0] - 2.0 * math.pi * total) / step
     k = np.minimum(position.astype(int), len(turn.angles) - 2)
     t = (position - k)[:, None]
     f0, d0, s0, f1, d1, s1 = (part[k + i] for i in (0, 1) for part in (turn.q, turn.first, turn.second))
@@ -27,7 +27,7 @@ def between(turn: Turn, angles: np.ndarray) -> Turn:
     rise, tilt, bend = f1 - f0 - d0 - 0.5 * s0, d1 - d0 - s0, s1 - s0
     a, b, c = 10 * rise - 4 * tilt + 0.5 * bend, -15 * rise + 7 * tilt - bend, 6 * rise - 3 * tilt + 0.5 * bend
     winding = winding_of(turn)
-    q = f0 + t * (d0 + t * (0.5 * s0 + t * (a + t * (b + t * c)))) + whole[:, None] * winding
+    q = f0 + t * (d0 + t * (0.5 * s0 + t * (a + t * (b + t * c)))) + total[:, None] * winding
     first = (d0 + t * (s0 + t * (3 * a + t * (4 * b + t * 5 * c)))) / step
     return Turn(angles, q, first, (s0 + t * (6 * a + t * (12 * b + t * 20 * c))) / step**2)
 

@@ -120,14 +120,14 @@ def _hung(assembly: Assembly, hang: Hang, numbers: Mapping) -> tuple:
     """Return the attachment of a body in compiled form."""
     if not hang.joint:
         return Loose()
-    near, far = (_point(assembly, at) for at in _ends(assembly, hang))
+    near_end, far_end = (_point(assembly, at) for at in _ends(assembly, hang))
     joint = _joint(assembly, hang.joint)
     if hang.joint == assembly.machine.driven:
-        return Driven(near, far)
+        return Driven(near_end, far_end)
     if isinstance(joint, Guide):
-        return Slide(numbers[hang.parent], near, far, Vector(math.cos(joint.axis), math.sin(joint.axis), 0.0))
+        return Slide(numbers[hang.parent], near_end, far_end, Vector(math.cos(joint.axis), math.sin(joint.axis), 0.0))
     kind = {SPHERICAL: Ball, CYLINDRICAL: Sleeve}.get(assembly.ideal.get(hang.joint, ""), Hinge)
-    return kind(numbers[hang.parent], near, far)
+    return kind(numbers[hang.parent], near_end, far_end)
 
 
 def _opening(assembly: Assembly, name: str, joint, numbers: Mapping) -> Opening:
@@ -196,10 +196,12 @@ def _along(assembly: Assembly, hang: Hang, body_poses: Mapping) -> tuple[list, l
     """Return displacement and speed of a sliding body."""
     axis = body_poses[hang.parent].angle + _joint(assembly, hang.joint).axis
     direction = np.array([math.cos(axis), math.sin(axis)])
-    (near, moving), (far, following) = (_planar_point(assembly, at, body_poses) for at in _ends(assembly, hang))
+    (near_end, moving), (far_end, following) = (_planar_point(assembly, at, body_poses) for at in _ends(assembly, hang))
     spin = body_poses[hang.parent].spin
     turned = spin * np.array([-direction[1], direction[0]])
-    return [float(direction @ (far - near))], [float(direction @ (following - moving) + turned @ (far - near))]
+    return [float(direction @ (far_end - near_end))], [
+        float(direction @ (following - moving) + turned @ (far_end - near_end))
+    ]
 
 
 def _planar_point(assembly: Assembly, at: At, body_poses: Mapping) -> tuple[np.ndarray, np.ndarray]:
@@ -214,8 +216,14 @@ def _planar_point(assembly: Assembly, at: At, body_poses: Mapping) -> tuple[np.n
 def _height(assembly: Assembly, body: str, joints: Mapping) -> float:
     """Return the height (m) of a loose body's centre of mass, with the first of its open joints centred."""
     joint = next(joint for joint in assembly.machine.joints if joint.name in joints and body in _bodies(joint))
-    own, other = (joint.proximal, joint.distal) if joint.proximal.body == body else (joint.distal, joint.proximal)
-    return _height_of_point(assembly, other, joints) - _point(assembly, own).z + assembly.solids[body].center[2]
+    own_values, other_item = (
+        (joint.proximal, joint.distal) if joint.proximal.body == body else (joint.distal, joint.proximal)
+    )
+    return (
+        _height_of_point(assembly, other_item, joints)
+        - _point(assembly, own_values).z
+        + assembly.solids[body].center[2]
+    )
 
 
 def _bodies(joint) -> tuple[str, str]:
@@ -230,15 +238,15 @@ def _height_of_point(assembly: Assembly, at: At, joints: Mapping) -> float:
     hang = next(hang for hang in spanning_tree(assembly.machine, joints, assembly.ideal) if hang.body == at.body)
     if not hang.joint:
         return height
-    near, far = _ends(assembly, hang)
-    return height - _point(assembly, far).z + _height_of_point(assembly, near, joints)
+    near_end, far_end = _ends(assembly, hang)
+    return height - _point(assembly, far_end).z + _height_of_point(assembly, near_end, joints)
 
 
 def _lengths(assembly: Assembly, hang: Hang) -> list[float]:
     """Return the displacement (m) of a body for a unit of each of its coordinates."""
     reach = (
         extent(assembly.machine.bodies[hang.body])
-        or max(extent(each) for each in assembly.machine.bodies.values())
+        or max(extent(body) for body in assembly.machine.bodies.values())
         or 1.0
     )
     if hang.joint == assembly.machine.driven:

@@ -53,9 +53,9 @@ class Dynamics(Posed):
             self.alpha.append(None)
             self.bias.append(None)
             return
-        own, near = self.own(body), self.near(body)
+        own_values, near_end = self.own(body), self.near(body)
         shift = self.shift(body, f"pose.q[{part.coordinate}]")
-        reach = self.all_of(near, shift)
+        reach = self.all_of(near_end, shift)
         moving = dict(self.moving[p])
         spinning: dict[int, str] = {}
         for u, spin in self.spinning[p].items():
@@ -73,7 +73,7 @@ class Dynamics(Posed):
             turned = self.let(f"times(pose.rates[{at}], {self.z_of(p)})")
             alpha = self.all_of(alpha, self.cross(self.spin(p), turned))
         for u, spin in spinning.items():
-            moving[u] = self.all_of(moving.get(u), self.cross(spin, own))
+            moving[u] = self.all_of(moving.get(u), self.cross(spin, own_values))
         self.spinning.append(spinning)
         self.moving.append({u: v for u, v in moving.items() if v is not None})
         self.angular.append({u: angular.get(u) or self._in_own(body, u, spin) for u, spin in spinning.items()})
@@ -82,7 +82,7 @@ class Dynamics(Posed):
         if spun is None:
             self.bias.append(at_hinge)
         else:
-            self.bias.append(self.let(f"transported({at_hinge or ZERO}, {alpha or ZERO}, {spun}, {own})"))
+            self.bias.append(self.let(f"transported({at_hinge or ZERO}, {alpha or ZERO}, {spun}, {own_values})"))
 
     def _carried(self, body: int, arm: str | None) -> str | None:
         """Return the acceleration of a point of a body, without the accelerations of the speeds."""
@@ -114,7 +114,11 @@ class Dynamics(Posed):
             turn = first + (part.form is Sleeve)
             spinning[turn], axes[turn] = self.z_of(p), Unit(2)
         if not part.turns_freely:  # it shares its z axis with its parent
-            axes |= {u: seen for u, seen in self.angular[p].items() if isinstance(seen, Unit) and seen.axis == 2}
+            axes |= {
+                u: observed
+                for u, observed in self.angular[p].items()
+                if isinstance(observed, Unit) and observed.axis == 2
+            }
         return axes
 
     def _in_own(self, body: int, u: int, spin: str) -> str | None:
@@ -181,8 +185,10 @@ class Dynamics(Posed):
             if a in self.moving[body]:
                 terms.append(f"dot({self.moving[body][a]}, {force})")
             if a in self.angular[body] and moment is not None:
-                seen = self.angular[body][a]
-                terms.append(f"{moment}.{AXES[seen.axis]}" if isinstance(seen, Unit) else f"dot({seen}, {moment})")
+                observed = self.angular[body][a]
+                terms.append(
+                    f"{moment}.{AXES[observed.axis]}" if isinstance(observed, Unit) else f"dot({observed}, {moment})"
+                )
         return self.lines.total(*terms)
 
     def solved(self) -> list[str | None]:
@@ -191,7 +197,7 @@ class Dynamics(Posed):
         lower: dict[tuple[int, int], str | None] = {}
         scaled: dict[tuple[int, int], str | None] = {}
         inverse: list[str | None] = []
-        left: list[str | None] = []
+        left_side: list[str | None] = []
         for j in range(count):
             used = [lines.minus(lines.product(scaled[j, k], lower[j, k])) for k in range(j)]
             inverse.append(lines.let(f"1.0 / {number(lines.total(self.entry(j, j), *used))}"))
@@ -200,26 +206,26 @@ class Dynamics(Posed):
                 scaled[a, j] = lines.total(self.entry(a, j), *used)
                 lower[a, j] = lines.let(lines.product(scaled[a, j], inverse[j]))
         for a in range(count):
-            used = [lines.minus(lines.product(lower[a, k], left[k])) for k in range(a)]
-            left.append(lines.total(self.right(a), *used))
+            used = [lines.minus(lines.product(lower[a, k], left_side[k])) for k in range(a)]
+            left_side.append(lines.total(self.right(a), *used))
         accelerations: list[str | None] = [None] * count
         for a in range(count - 1, -1, -1):
             used = [lines.minus(lines.product(lower[k, a], accelerations[k])) for k in range(a + 1, count)]
-            accelerations[a] = lines.total(lines.product(left[a], inverse[a]), *used)
+            accelerations[a] = lines.total(lines.product(left_side[a], inverse[a]), *used)
         return accelerations
 
     def coordinates(self, accelerations: list[str | None]) -> list[str]:
         """Return the accelerations of the coordinates."""
         values = []
         for i, part in enumerate(self.tree.parts):
-            own = [number(accelerations[part.speed + k]) for k in range(SPEEDS[part.form])]
+            own_values = [number(accelerations[part.speed + k]) for k in range(SPEEDS[part.form])]
             if part.turns_freely:
-                body, alpha = i + 1, f"Vector({', '.join(own[:3])})"
+                body, alpha = i + 1, f"Vector({', '.join(own_values[:3])})"
                 spin = self.let(f"in_body({self.frame(body)}, {self.spin(body)})")
                 turned = f"accelerated(pose.turnings[{i}], {spin}, {alpha}, mechanism.speed)"
                 values += [f"{self.let(turned)}[{k}]" for k in range(4)]
-                own = own[3:]
-            values += own
+                own_values = own_values[3:]
+            values += own_values
         return values
 
     def output(self, accelerations: list[str | None]) -> str | None:
@@ -234,8 +240,8 @@ class Dynamics(Posed):
             terms.append(f"dot(mechanism.aim.direction, {still})")
         for u in {**self.moving[body], **self.spinning[body]}:
             if u != self.known:
-                moved = self.all_of(self.moving[body].get(u), self.cross(self.spinning[body].get(u), arm))
-                terms.append(f"{number(accelerations[u])} * dot(mechanism.aim.direction, {moved})")
+                change = self.all_of(self.moving[body].get(u), self.cross(self.spinning[body].get(u), arm))
+                terms.append(f"{number(accelerations[u])} * dot(mechanism.aim.direction, {change})")
         return lines.total(*terms)
 
 

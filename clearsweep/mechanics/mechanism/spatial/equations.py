@@ -20,8 +20,8 @@ def written(name: str) -> Callable:
     def body_of(mechanism):
         return _functions(kinds_of(mechanism))[name]
 
-    def dispatch(mechanism, *rest):
-        return body_of(mechanism)(mechanism, *rest)
+    def dispatch(mechanism, *remainder):
+        return body_of(mechanism)(mechanism, *remainder)
 
     dispatch.body_of = body_of
     return dispatch

@@ -51,12 +51,12 @@ def _put_center(write: Writer, body: int) -> None:
         lines.text.append(f"r{body} = Vector(y[{k + 4}], y[{k + 5}], y[{k + 6}])")
         lines.text.append(f"v{body} = Vector(y[{n + k + 4}], y[{n + k + 5}], y[{n + k + 6}])")
         return
-    near, own = write.near(body), write.own(body)
+    near_end, own_values = write.near(body), write.own(body)
     shift, rising = write.shift(body, f"y[{k}]"), write.shift(body, f"y[{n + k}]")
-    reach = write.all_of(near, shift)
-    lines.text.append(f"r{body} = {write.all_of(f'r{p}' if p else None, reach, own)}")
+    reach = write.all_of(near_end, shift)
+    lines.text.append(f"r{body} = {write.all_of(f'r{p}' if p else None, reach, own_values)}")
     at_hinge = write.all_of(f"v{p}", write.cross(f"w{p}", reach)) if p else None
-    turned = None if part.form is Slide and not p else write.cross(f"w{body}", own)
+    turned = None if part.form is Slide and not p else write.cross(f"w{body}", own_values)
     velocity = write.all_of(at_hinge, rising, turned)
     lines.text.append(f"v{body} = {velocity}")
 
@@ -75,13 +75,13 @@ def gaps(tree: MachineType) -> str:
             for body, middle in zip((bearing, journal), middles, strict=True)
         ]
         apart, velocity = (write.difference(*pair[::-1]) for pair in (places, moving))
-        seen = (
+        observed = (
             apart,
             velocity,
             write.fixed(bearing, f"{site}.axis"),
             *(write.spin(b) or ZERO for b in (bearing, journal)),
         )
-        written.append(f"SpatialGap({', '.join(f'in_body({frame}, {each})' for each in seen)}, {frame})")
+        written.append(f"SpatialGap({', '.join(f'in_body({frame}, {each})' for each in observed)}, {frame})")
     return write.lines.function("gaps", tupled(written))
 
 

@@ -32,7 +32,7 @@ def spanning_tree(machine: Machine, opened: Collection[str], ideal: Mapping[str,
     """
     closed = [joint for joint in machine.joints if joint.name not in opened]
     crank = next(joint for joint in closed if joint.name == machine.driven)
-    found = [Hang(crank.distal.body, crank.name)]
+    hangs_ = [Hang(crank.distal.body, crank.name)]
     used, placed = {crank.name}, {GROUND, crank.distal.body}
     while len(placed) < len(machine.bodies):
         for joint in closed:
@@ -40,13 +40,13 @@ def spanning_tree(machine: Machine, opened: Collection[str], ideal: Mapping[str,
             hangs = [body for body in ends if body not in placed]
             if len(hangs) == 1:
                 (parent,) = [body for body in ends if body in placed]
-                found.append(Hang(hangs[0], joint.name, parent))
+                hangs_.append(Hang(hangs[0], joint.name, parent))
                 used.add(joint.name)
                 placed.add(hangs[0])
                 break
         else:
             body = next(body for body in machine.bodies if body not in placed)
-            found.append(Hang(body, ""))
+            hangs_.append(Hang(body, ""))
             placed.add(body)
     for joint in closed:
         if joint.name not in used:
@@ -55,21 +55,21 @@ def spanning_tree(machine: Machine, opened: Collection[str], ideal: Mapping[str,
                 "closes a loop of joints without clearance, which is not known in space: give clearance to "
                 f"{joint.name} or to another joint of that loop",
             )
-    _check_ways(machine, opened, ideal, found)
-    return found
+    _check_ways(machine, opened, ideal, hangs_)
+    return hangs_
 
 
-def _check_ways(machine: Machine, opened: Collection[str], ideal: Mapping[str, str], found: list[Hang]) -> None:
+def _check_ways(machine: Machine, opened: Collection[str], ideal: Mapping[str, str], hangs_: list[Hang]) -> None:
     """Raise UntiedError if pins keep both bodies of an open joint in the plane."""
     flat = {GROUND}
-    for hang in found:
+    for hang in hangs_:
         if hang.parent in flat and hang.joint and ideal.get(hang.joint, REVOLUTE) not in TILTING:
             flat.add(hang.body)
     for joint in machine.joints:
         if joint.name in opened and {joint.proximal.body, joint.distal.body} <= flat:
             pins = [
                 hang.joint
-                for hang in found[1:]
+                for hang in hangs_[1:]
                 if hang.body in flat and not isinstance(_joint(machine, hang.joint), Guide)
             ]
             raise UntiedError(

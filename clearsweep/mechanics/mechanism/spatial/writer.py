@@ -24,7 +24,7 @@ class Writer:
 
     def all_of(self, *vectors: str | None) -> str | None:
         """Return the sum of vectors."""
-        there = [each for each in vectors if each is not None]
+        there = [vector for vector in vectors if vector is not None]
         total = there[0] if there else None
         for each in there[1:]:
             total = self.let(f"plus({total}, {each})")
@@ -102,6 +102,6 @@ class Posed(Writer):
         """Return the velocity of a body's centre of mass."""
         return self.let(f"pose.velocities[{body - 1}]") if body else None
 
-    def fixed(self, body: int, own: str) -> str | None:
+    def fixed(self, body: int, own_values: str) -> str | None:
         """Return a vector of a body's frame in the fixed frame."""
-        return self.let(f"in_fixed({self.frame(body)}, {own})") if body else self.let(own)
+        return self.let(f"in_fixed({self.frame(body)}, {own_values})") if body else self.let(own_values)

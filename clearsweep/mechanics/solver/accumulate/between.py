@@ -16,14 +16,14 @@ def look_between(at, between):
 
     between : (2 coordinates + 1, MOMENTS), at every quarter from the start to the end of the step, then the end again.
     """
-    y, end, f = at[0].y, at[0].end, at[0].f
+    y, end_value, f = at[0].y, at[0].end, at[0].f
     for i in range(between.shape[0]):
-        for place in abreast(MOMENTS):
-            x = PLACES[place]
+        for index in abreast(MOMENTS):
+            x = PLACES[index]
             u = 2.0 * x - 1.0
             total = f[i, STAGES - 1]
             for m in range(STAGES - 2, -1, -1):
                 total = total * u + f[i, m]
-            between[i, place] = y[i] + x * total
-        for place in range(BETWEEN + 1, MOMENTS):
-            between[i, place] = end[i]
+            between[i, index] = y[i] + x * total
+        for index in range(BETWEEN + 1, MOMENTS):
+            between[i, index] = end_value[i]

@@ -9,11 +9,11 @@ from ..event import evaluate_dense
 @kernel
 def highest_node(o, column, sign):
     """Return the node of the stage with the largest value of an observable times `sign`."""
-    best = 0
+    largest = 0
     for m in range(1, NODES.size):
-        if sign * o[column, NODES[m]] > sign * o[column, NODES[best]]:
-            best = m
-    return best
+        if sign * o[column, NODES[m]] > sign * o[column, NODES[largest]]:
+            largest = m
+    return largest
 
 
 @kernel
@@ -35,22 +35,22 @@ def refined_peak(at, column, sign, node):
     fa = sign * observable_at(at, a, column)
     fb = sign * observable_at(at, b, column)
     fc = sign * observable_at(at, c, column)
-    best = max(fa, fb, fc)
+    largest = max(fa, fb, fc)
     for _ in range(3):
-        bend = (fa - fb) / (a - b) - (fb - fc) / (b - c)
-        if bend * (a - c) >= 0.0:  # not concave: the maximum is at an end
+        curvature = (fa - fb) / (a - b) - (fb - fc) / (b - c)
+        if curvature * (a - c) >= 0.0:  # not concave: the maximum is at an end
             break
-        x = 0.5 * (a + b) - 0.5 * (a - c) * (fa - fb) / ((a - b) * bend)
+        x = 0.5 * (a + b) - 0.5 * (a - c) * (fa - fb) / ((a - b) * curvature)
         x = min(max(x, 0.0), 1.0)
         if x in (a, b, c):
             break
         fx = sign * observable_at(at, x, column)
-        best = max(best, fx)
+        largest = max(largest, fx)
         if abs(x - a) > abs(x - c):  # drop the farther end
             a, fa, b, fb = b, fb, x, fx
         else:
             b, fb, c, fc = x, fx, b, fb
-    return best
+    return largest
 
 
 @kernel

@@ -101,10 +101,10 @@ def add_courses(at):
     totals, worn = work.totals, work.wear.code != 0
     for j in range(work.mode.size):
         if acts(work.mode[j]):
-            spent = totals.spent
-            fill(totals.histogram, j, totals.bins, (spent[:, BEGUN], spent[:, ENDED], spent[:, DENSITY]))
+            histograms = totals.spent
+            fill(totals.histogram, j, totals.bins, (histograms[:, BEGUN], histograms[:, ENDED], histograms[:, DENSITY]))
             if work.film[j, 1] < math.inf:
-                totals.histogram[j, 0, 0] += total_of(spent[j, PULLED])
+                totals.histogram[j, 0, 0] += total_of(histograms[j, PULLED])
             if worn or work.limit_depth[j] < math.inf or work.film[j, 1] < math.inf:
                 follow_contact(at, j, work.end[work.time] - work.y[work.time])
 
@@ -155,15 +155,15 @@ def note_film(at, h, j):
     dry = film_column(contacts, j, DRY)
     row[DRY_FORCE_TIME] += h * integral_of_size(o, dry, weights)
     row[LOAD_TIME] += h * integral_of_size(o, column_of(j, NORMAL), weights)
-    best = max(o[dry, START], o[dry, END])
+    largest = max(o[dry, START], o[dry, END])
     if highest_inside(o, dry, 1.0) > 0.9 * row[DRY_MAX]:
-        best = max(best, highest_between(at, dry, 1.0))
-    row[DRY_MAX] = max(row[DRY_MAX], best)
+        largest = max(largest, highest_between(at, dry, 1.0))
+    row[DRY_MAX] = max(row[DRY_MAX], largest)
     pressure = film_column(contacts, j, PRESSURE)
-    best = max(o[pressure, START], o[pressure, END])
-    if best > 0.95 * row[PRESSURE_MAX]:  # between the ends of a step only the interpolant gives it
-        best = max(best, refined_peak(at, pressure, 1.0, NODES.size // 2))
-    row[PRESSURE_MAX] = max(row[PRESSURE_MAX], best)
+    largest = max(o[pressure, START], o[pressure, END])
+    if largest > 0.95 * row[PRESSURE_MAX]:  # between the ends of a step only the interpolant gives it
+        largest = max(largest, refined_peak(at, pressure, 1.0, NODES.size // 2))
+    row[PRESSURE_MAX] = max(row[PRESSURE_MAX], largest)
     row[SPEED_MOST] = max(row[SPEED_MOST], o[film_column(contacts, j, SPEED), END])
 
 
@@ -181,47 +181,55 @@ def note_friction(at, h):
 def seek_maxima(at):
     """Raise maxima that may lie between the stages to those of the dense output, see `totals.accumulate_step`."""
     work = at[0]
-    whole, step, turns, counted = work.totals.whole, work.step, work.turns, work.stepper[STEPPER_IN_WINDOW] != 0.0
+    total, step, revolutions, counted = work.totals.whole, work.step, work.turns, work.stepper[STEPPER_IN_WINDOW] != 0.0
     for j in range(work.mode.size):
         row = work.totals.joint[j]
         if step[sum_of(j, HIGHEST_FORCE)] > NO_PEAK:
-            best = highest_between(at, column_of(j, NORMAL), 1.0)
-            row[PEAK], turns.highest[j] = max(row[PEAK], best), max(turns.highest[j], best)
+            largest = highest_between(at, column_of(j, NORMAL), 1.0)
+            row[PEAK], revolutions.highest[j] = max(row[PEAK], largest), max(revolutions.highest[j], largest)
             if counted:
-                row[FORCE_MAX] = max(row[FORCE_MAX], best)
+                row[FORCE_MAX] = max(row[FORCE_MAX], largest)
         if step[sum_of(j, HIGHEST_DEPTH)] > NO_PEAK:
             row[DEPTH_MAX] = max(row[DEPTH_MAX], highest_between(at, column_of(j, DEPTH), 1.0))
         if work.rubs[j] != 0 and step[sum_of(j, HIGHEST_LOAD)] > NO_PEAK:
             row[LOAD_MAX] = max(row[LOAD_MAX], highest_between(at, column_of(j, LOAD), 1.0))
-    for column, place, within in (
+    for column, index, is_inside in (
         (ACCELERATION, ACCELERATION_MAX, HIGHEST_ACCELERATION),
         (TORQUE, TORQUE_MAX, HIGHEST_TORQUE),
     ):
-        if step[within] > NO_PEAK:
-            best = highest_between(at, column, math.copysign(1.0, work.o[column, END]))
-            whole[place] = max(whole[place], best)
+        if step[is_inside] > NO_PEAK:
+            largest = highest_between(at, column, math.copysign(1.0, work.o[column, END]))
+            total[index] = max(total[index], largest)
     if step[HIGHEST_ERROR] > NO_PEAK:
         sign = math.copysign(1.0, work.o[ERROR, END])
-        whole[ERROR_MAX] = max(whole[ERROR_MAX], refined_peak(at, ERROR, sign, NODES.size // 2))
+        total[ERROR_MAX] = max(total[ERROR_MAX], refined_peak(at, ERROR, sign, NODES.size // 2))
 
 
 @kernel
 def note_speed(at, h):
     """Update the extreme speeds (rad/s) of a free crank, from the cubic through the ends of the step."""
     work = at[0]
-    whole, place = work.totals.whole, work.independent + work.time // 2
-    begin, end = work.y[place], work.end[place]
-    first, last = h * work.k[place, START], h * work.k[place, END]
-    lean, bend = 3.0 * (end - begin) - 2.0 * first - last, first + last - 2.0 * (end - begin)
-    low, high = min(begin, end), max(begin, end)
-    root = lean * lean - 3.0 * bend * first
+    total, index = work.totals.whole, work.independent + work.time // 2
+    start_value, end_value = work.y[index], work.end[index]
+    start_slope, end_slope = h * work.k[index, START], h * work.k[index, END]
+    linear_term, curvature = (
+        3.0 * (end_value - start_value) - 2.0 * start_slope - end_slope,
+        start_slope + end_slope - 2.0 * (end_value - start_value),
+    )
+    low, high = min(start_value, end_value), max(start_value, end_value)
+    root = linear_term * linear_term - 3.0 * curvature * start_slope
     if root >= 0.0:
-        away = lean + math.copysign(math.sqrt(root), lean)  # both stationary points without cancellation
-        for u in (-away / (3.0 * bend) if bend != 0.0 else 2.0, -first / away if away != 0.0 else 2.0):
+        root_sum = linear_term + math.copysign(
+            math.sqrt(root), linear_term
+        )  # both stationary points without cancellation
+        for u in (
+            -root_sum / (3.0 * curvature) if curvature != 0.0 else 2.0,
+            -start_slope / root_sum if root_sum != 0.0 else 2.0,
+        ):
             if 0.0 < u < 1.0:
-                value = begin + u * (first + u * (lean + u * bend))
+                value = start_value + u * (start_slope + u * (linear_term + u * curvature))
                 low, high = min(low, value), max(high, value)
-    whole[SPEED_MIN], whole[SPEED_MAX] = min(whole[SPEED_MIN], low), max(whole[SPEED_MAX], high)
+    total[SPEED_MIN], total[SPEED_MAX] = min(total[SPEED_MIN], low), max(total[SPEED_MAX], high)
 
 
 @kernel

@@ -82,9 +82,9 @@ def step_width(contacts):
 
 
 @inlined
-def sum_of(contact, which):
+def sum_of(contact, quantity):
     """Return the place of a sum of a contact: SUM_STORED to HIGHEST_LOAD."""
-    return SUMS + SUMS_OF_CONTACT * contact + which
+    return SUMS + SUMS_OF_CONTACT * contact + quantity
 
 
 @inlined
@@ -94,9 +94,9 @@ def course_of(contacts, contact):
 
 
 @inlined
-def sum_along(tried, weights):
+def sum_along(trial, weights):
     """Write the sums of powers and squares over the stages, with `weights`, to `step`, for acting contacts."""
-    o, step = tried.o, tried.step
+    o, step = trial.o, trial.step
     drive = gravity = square = 0.0
     for row in range(weights.size):
         if weights[row] != 0.0:
@@ -104,10 +104,10 @@ def sum_along(tried, weights):
             drive, gravity = drive + share * o[DRIVE, row], gravity + share * o[GRAVITY, row]
             square = square + share * (o[ACCELERATION, row] * o[ACCELERATION, row])
     step[SUM_DRIVE], step[SUM_GRAVITY], step[SUM_ACCELERATION] = drive, gravity, square
-    for c in range(tried.mode.size):
-        if not acts(tried.mode[c]):
+    for c in range(trial.mode.size):
+        if not acts(trial.mode[c]):
             continue
-        block, first = CONTACTS + CONTACT_WIDTH * c, SUMS + SUMS_OF_CONTACT * c
+        block, start_slope = CONTACTS + CONTACT_WIDTH * c, SUMS + SUMS_OF_CONTACT * c
         stored = lost = rubbed = total = square = 0.0
         for row in range(weights.size):
             if weights[row] != 0.0:
@@ -115,8 +115,12 @@ def sum_along(tried, weights):
                 stored, lost = stored + share * o[block + STORED, row], lost + share * o[block + LOST, row]
                 rubbed = rubbed - share * (o[block + TANGENTIAL, row] * o[block + SLIP, row])
                 total, square = total + share * force, square + share * (force * force)
-        step[first + SUM_STORED], step[first + SUM_LOST], step[first + SUM_RUBBED] = stored, lost, rubbed
-        step[first + SUM_FORCE], step[first + SUM_FORCE_SQUARE] = total, square
+        step[start_slope + SUM_STORED], step[start_slope + SUM_LOST], step[start_slope + SUM_RUBBED] = (
+            stored,
+            lost,
+            rubbed,
+        )
+        step[start_slope + SUM_FORCE], step[start_slope + SUM_FORCE_SQUARE] = total, square
 
 
 @inlined
@@ -147,41 +151,41 @@ def integral_of_size(o, column, weights):
 
 
 @inlined
-def follow_along(tried):
+def follow_along(trial):
     """Write the profiles of dt/dtau and of the forces of acting contacts to `step`: polynomials through the stages."""
-    contacts = tried.mode.size
-    follow_column(tried, KAPPA, course_of(contacts, -1))
+    contacts = trial.mode.size
+    follow_column(trial, KAPPA, course_of(contacts, -1))
     for c in range(contacts):
-        if acts(tried.mode[c]):
-            follow_column(tried, column_of(c, NORMAL), course_of(contacts, c))
+        if acts(trial.mode[c]):
+            follow_column(trial, column_of(c, NORMAL), course_of(contacts, c))
 
 
 @inlined
-def follow_column(tried, column, first):
-    """Write the profile of an observable to `step`, starting at `first`."""
-    tried.step[first] = tried.o[column, START]
+def follow_column(trial, column, start_slope):
+    """Write the profile of an observable to `step`, starting at `start_slope`."""
+    trial.step[start_slope] = trial.o[column, START]
     for i in abreast(PARTS):
-        total = COURSE[0, i] * tried.o[column, NODES[0]]
+        total = COURSE[0, i] * trial.o[column, NODES[0]]
         for m in range(1, NODES.size):
-            total += COURSE[m, i] * tried.o[column, NODES[m]]
-        tried.step[first + 1 + i] = total
+            total += COURSE[m, i] * trial.o[column, NODES[m]]
+        trial.step[start_slope + 1 + i] = total
 
 
 @inlined
-def sum_up(tried, weights):
+def sum_up(trial, weights):
     """Write the sums, profiles and maxima of a step to `step`; its rows of `weights` are filled."""
-    sum_along(tried, weights)
-    follow_along(tried)
-    look_for_speeds(tried)
-    look_for_peaks(tried)
+    sum_along(trial, weights)
+    follow_along(trial)
+    look_for_speeds(trial)
+    look_for_peaks(trial)
 
 
 @inlined
-def look_for_speeds(tried):
+def look_for_speeds(trial):
     """Write the largest speed of journals in free flight at the start and all stages but the last to `step`."""
-    o, step = tried.o, tried.step
-    for c in range(tried.mode.size):
-        if not meets(tried.mode[c]):
+    o, step = trial.o, trial.step
+    for c in range(trial.mode.size):
+        if not meets(trial.mode[c]):
             continue
         fastest = o[column_of(c, SLIP), START] * o[KAPPA, START]
         for row in range(END):
@@ -190,13 +194,13 @@ def look_for_speeds(tried):
 
 
 @inlined
-def look_for_peaks(tried):
+def look_for_peaks(trial):
     """Write the highest values of observables that may have a peak to `step`; of contacts, only acting ones."""
-    o, step = tried.o, tried.step
+    o, step = trial.o, trial.step
     step[HIGHEST_ACCELERATION] = highest_inside(o, ACCELERATION, math.copysign(1.0, o[ACCELERATION, END]))
     step[HIGHEST_TORQUE] = highest_inside(o, TORQUE, math.copysign(1.0, o[TORQUE, END]))
-    for c in range(tried.mode.size):
-        if not acts(tried.mode[c]):
+    for c in range(trial.mode.size):
+        if not acts(trial.mode[c]):
             continue
         step[sum_of(c, HIGHEST_FORCE)] = highest_inside(o, column_of(c, NORMAL), 1.0)
         step[sum_of(c, HIGHEST_DEPTH)] = highest_inside(o, column_of(c, DEPTH), 1.0)
@@ -209,11 +213,11 @@ def highest_inside(o, column, sign):
     A peak rises at the start of the step and falls at its end, or nearly so.  The slopes are those of parabolas through
     three nodes at either end, a tenth of the step outside, so that a peak near an end counts in both steps.
     """
-    rise = fall = 0.0
+    start_slope = end_slope = 0.0
     for m in range(3):
-        rise += RISE[m] * o[column, NODES[FIRST[m]]]
-        fall += FALL[m] * o[column, NODES[FINAL[m]]]
-    if not (sign * rise > 0.0 > sign * fall):
+        start_slope += RISE[m] * o[column, NODES[FIRST[m]]]
+        end_slope += FALL[m] * o[column, NODES[FINAL[m]]]
+    if not (sign * start_slope > 0.0 > sign * end_slope):
         return NO_PEAK
     highest = sign * o[column, START]
     for m in range(STAGES):

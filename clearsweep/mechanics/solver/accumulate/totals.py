@@ -158,33 +158,33 @@ def accumulate_step(accumulators, time):
 
 
 @inlined
-def raise_to(maxima, place, value):
+def raise_to(maxima, index, value):
     """Raise a maximum to a value."""
-    maxima[place] = max(maxima[place], value)
+    maxima[index] = max(maxima[index], value)
 
 
 @inlined
-def seek_above(step, place, some, least):
-    """Request a search between the stages for the maximum at `place`, if `some`, where it exceeds `least`."""
-    if some and step[place] > least:
+def seek_above(step, index, some, least):
+    """Request a search between the stages for the maximum at `index`, if `some`, where it exceeds `least`."""
+    if some and step[index] > least:
         step[NEEDS_PEAK_SEARCH] = 1.0
     else:
-        step[place] = NO_PEAK
+        step[index] = NO_PEAK
 
 
 @inlined
 def enter_powers(accumulators, counted):
     """Integrate powers and squares with the weights of the method, at its order."""
-    whole, joint, step, h = accumulators.whole, accumulators.joint, accumulators.step, accumulators.step[LENGTH]
-    whole[WORK_DRIVE] += h * step[SUM_DRIVE]
-    whole[WORK_GRAVITY] += h * step[SUM_GRAVITY]
+    total, joint, step, h = accumulators.whole, accumulators.joint, accumulators.step, accumulators.step[LENGTH]
+    total[WORK_DRIVE] += h * step[SUM_DRIVE]
+    total[WORK_GRAVITY] += h * step[SUM_GRAVITY]
     if counted:
-        whole[ACCELERATION_SQUARE] += h * step[SUM_ACCELERATION]
+        total[ACCELERATION_SQUARE] += h * step[SUM_ACCELERATION]
     for j in range(accumulators.mode.size):
         if acts(accumulators.mode[j]):
-            whole[ENERGY_STORED] += h * step[sum_of(j, SUM_STORED)]
-            whole[ENERGY_LOST] += h * step[sum_of(j, SUM_LOST)]
-            whole[ENERGY_RUBBED] += h * step[sum_of(j, SUM_RUBBED)]
+            total[ENERGY_STORED] += h * step[sum_of(j, SUM_STORED)]
+            total[ENERGY_LOST] += h * step[sum_of(j, SUM_LOST)]
+            total[ENERGY_RUBBED] += h * step[sum_of(j, SUM_RUBBED)]
             if counted:
                 joint[j, FORCE_SQUARE] += h * step[sum_of(j, SUM_FORCE_SQUARE)]
                 joint[j, FORCE_TIME] += h * step[sum_of(j, SUM_FORCE)]
@@ -192,10 +192,10 @@ def enter_powers(accumulators, counted):
                 if accumulators.rubs[j] != 0 and accumulators.film[j, 1] == math.inf:
                     joint[j, FRICTION_ENERGY] += h * step[sum_of(j, SUM_RUBBED)]
     kinetic = accumulators.o[KINETIC, END]
-    gain = kinetic - whole[KINETIC_START] + whole[ENERGY_STORED] + whole[ENERGY_LOST] + whole[ENERGY_RUBBED]
-    imbalance = abs(whole[WORK_DRIVE] + whole[WORK_GRAVITY] - gain)
-    raise_to(whole, RESIDUAL, imbalance if imbalance <= math.inf else math.inf)  # a maximum skips nan
-    raise_to(whole, KINETIC_MAX, kinetic)
+    gain = kinetic - total[KINETIC_START] + total[ENERGY_STORED] + total[ENERGY_LOST] + total[ENERGY_RUBBED]
+    imbalance = abs(total[WORK_DRIVE] + total[WORK_GRAVITY] - gain)
+    raise_to(total, RESIDUAL, imbalance if imbalance <= math.inf else math.inf)  # a maximum skips nan
+    raise_to(total, KINETIC_MAX, kinetic)
 
 
 @inlined
@@ -204,16 +204,16 @@ def enter_contact(accumulators, j, counted, duration):
     o, joint, step = accumulators.o, accumulators.joint, accumulators.step
     force, depth, load = column_of(j, NORMAL), column_of(j, DEPTH), column_of(j, LOAD)
     seek_above(step, sum_of(j, HIGHEST_FORCE), True, 0.9 * min(joint[j, PEAK], accumulators.since[j]))
-    best = max(o[force, START], o[force, END])
-    raise_to(joint, (j, PEAK), best)
-    accumulators.highest[j] = best
+    largest = max(o[force, START], o[force, END])
+    raise_to(joint, (j, PEAK), largest)
+    accumulators.highest[j] = largest
     # with a film, of the eccentricity: the least distance from the bearing is needed, too
     margin = 0.02 * accumulators.clearance[j] if accumulators.film[j, 1] < math.inf else 0.0
     seek_above(step, sum_of(j, HIGHEST_DEPTH), counted, 0.98 * joint[j, DEPTH_MAX] - margin)
     step[sum_of(j, HIGHEST_LOAD)] = NO_PEAK
     if not counted:
         return
-    raise_to(joint, (j, FORCE_MAX), best)
+    raise_to(joint, (j, FORCE_MAX), largest)
     raise_to(joint, (j, DEPTH_MAX), max(o[depth, START], o[depth, END]))
     enter_course(accumulators, j, duration)
     if accumulators.rubs[j] != 0:
@@ -227,22 +227,24 @@ def enter_contact(accumulators, j, counted, duration):
 @inlined
 def enter_course(accumulators, j, duration):
     """Distribute the step's time (s) over bins by the profile of contact `j`'s force, all parts of the step at once."""
-    step, contacts, spent, bins = accumulators.step, accumulators.mode.size, accumulators.spent, accumulators.bins
+    step, contacts, histograms, bins = accumulators.step, accumulators.mode.size, accumulators.spent, accumulators.bins
     force, kappa, film = course_of(contacts, j), course_of(contacts, -1), accumulators.film[j, 1] < math.inf
     for i in abreast(PARTS):
-        spent[j, LASTING, i] = max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)
-    share = duration / total_of(spent[j, LASTING])
+        histograms[j, LASTING, i] = max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)
+    share = duration / total_of(histograms[j, LASTING])
     for i in abreast(PARTS):
-        begin, end = step[force + i], step[force + i + 1]
-        lasting = spent[j, LASTING, i] * share
-        pulls = film and begin * end < 0.0  # part of the time; noise of a contact close to 0 is excluded
-        pushing = lasting * where(pulls, max(begin, end) / where(pulls, abs(end - begin), 1.0), 1.0)
-        begin, end = max(begin, 0.0), max(end, 0.0)
-        here, there = force_bin(begin), force_bin(end)
-        part = ramp_of((begin, end), (here, there), pushing)
-        bins[j, i], bins[j, i + 1] = here, there
-        spent[j, BEGUN, i], spent[j, ENDED, i], spent[j, DENSITY, i] = part
-        spent[j, PULLED, i] = lasting - pushing
+        start_value, end_value = step[force + i], step[force + i + 1]
+        lasting = histograms[j, LASTING, i] * share
+        pulls = film and start_value * end_value < 0.0  # part of the time; noise of a contact close to 0 is excluded
+        pushing = lasting * where(
+            pulls, max(start_value, end_value) / where(pulls, abs(end_value - start_value), 1.0), 1.0
+        )
+        start_value, end_value = max(start_value, 0.0), max(end_value, 0.0)
+        begin_bin, end_bin = force_bin(start_value), force_bin(end_value)
+        ramp = ramp_of((start_value, end_value), (begin_bin, end_bin), pushing)
+        bins[j, i], bins[j, i + 1] = begin_bin, end_bin
+        histograms[j, BEGUN, i], histograms[j, ENDED, i], histograms[j, DENSITY, i] = ramp
+        histograms[j, PULLED, i] = lasting - pushing
     highest = bins[j, HIGHEST_BIN]
     for i in range(PARTS + 1):
         highest = max(highest, bins[j, i])
@@ -252,18 +254,20 @@ def enter_course(accumulators, j, duration):
 @inlined
 def enter_motion(accumulators, counted):
     """Add the largest slider acceleration (m/s^2), torque (N m) and slider error (m)."""
-    o, whole, step = accumulators.o, accumulators.whole, accumulators.step
-    best, sign = max(abs(o[ERROR, START]), abs(o[ERROR, END])), math.copysign(1.0, o[ERROR, END])
-    rise, fall = sign * o[ERROR_RATE, START], sign * o[ERROR_RATE, END]
-    highest = best + 0.25 * step[LENGTH] * o[KAPPA, START] * min(rise, -fall)  # a parabola's rise above the higher end
-    step[HIGHEST_ERROR] = highest if rise > 0.0 and fall < 0.0 else NO_PEAK
-    for column, place, within in (
+    o, total, step = accumulators.o, accumulators.whole, accumulators.step
+    largest, sign = max(abs(o[ERROR, START]), abs(o[ERROR, END])), math.copysign(1.0, o[ERROR, END])
+    start_slope, end_slope = sign * o[ERROR_RATE, START], sign * o[ERROR_RATE, END]
+    highest = largest + 0.25 * step[LENGTH] * o[KAPPA, START] * min(
+        start_slope, -end_slope
+    )  # a parabola's rise above the higher end
+    step[HIGHEST_ERROR] = highest if start_slope > 0.0 and end_slope < 0.0 else NO_PEAK
+    for column, index, is_inside in (
         (ACCELERATION, ACCELERATION_MAX, HIGHEST_ACCELERATION),
         (TORQUE, TORQUE_MAX, HIGHEST_TORQUE),
     ):
-        seek_above(step, within, counted, 0.98 * whole[place])
+        seek_above(step, is_inside, counted, 0.98 * total[index])
         if counted:
-            raise_to(whole, place, max(abs(o[column, START]), abs(o[column, END])))
-    seek_above(step, HIGHEST_ERROR, counted, whole[ERROR_MAX])
+            raise_to(total, index, max(abs(o[column, START]), abs(o[column, END])))
+    seek_above(step, HIGHEST_ERROR, counted, total[ERROR_MAX])
     if counted:
-        raise_to(whole, ERROR_MAX, best)
+        raise_to(total, ERROR_MAX, largest)

@@ -30,49 +30,49 @@ class Turns(NamedTuple):
 def take_start(at):
     """Record the state at a mark at the start of the run."""
     work = at[0]
-    turns, i = work.turns, work.turns.passed[0]
-    if i < turns.marks.size and turns.marks[i] <= work.y[work.independent]:
-        for c in range(turns.states.shape[1]):
-            turns.states[i, c] = work.y[c]
-        turns.passed[0] = i + 1
+    revolutions, i = work.turns, work.turns.passed[0]
+    if i < revolutions.marks.size and revolutions.marks[i] <= work.y[work.independent]:
+        for c in range(revolutions.states.shape[1]):
+            revolutions.states[i, c] = work.y[c]
+        revolutions.passed[0] = i + 1
 
 
 @kernel
 def take_peaks(at, i, x):
     """Split the largest forces of the step into those before and after mark `i`, at the share `x` of the step."""
     work = at[0]
-    turns, row = work.turns, END
+    revolutions, row = work.turns, END
     if x < 1.0:
         evaluate_dense(at, x)
         row = SCRATCH
     for j in range(work.mode.size):
-        column, highest = column_of(j, NORMAL), turns.highest[j]
-        here = work.o[column, row] if highest > 0.0 else 0.0
-        after = max(here, work.o[column, END]) if highest > 0.0 else 0.0
-        before = here
+        column, highest = column_of(j, NORMAL), revolutions.highest[j]
+        begin_bin = work.o[column, row] if highest > 0.0 else 0.0
+        after = max(begin_bin, work.o[column, END]) if highest > 0.0 else 0.0
+        before = begin_bin
         if highest > after:
-            rises = x < 1.0 and observable_at(at, min(x + BESIDE, 1.0), column) > here
-            before, after = (here, highest) if rises else (highest, after)
+            rises = x < 1.0 and observable_at(at, min(x + BESIDE, 1.0), column) > begin_bin
+            before, after = (begin_bin, highest) if rises else (highest, after)
             if x < 1.0:
                 evaluate_dense(at, x)
-        turns.peaks[i, j] = max(turns.since[j], before)
-        turns.since[j], turns.highest[j] = 0.0, after
+        revolutions.peaks[i, j] = max(revolutions.since[j], before)
+        revolutions.since[j], revolutions.highest[j] = 0.0, after
 
 
 @kernel
 def note_turns(at):
     """Record and pass the marks within the current step."""
     work = at[0]
-    turns = work.turns
-    i = turns.passed[0]
-    while i < turns.marks.size and turns.marks[i] <= work.end[work.independent]:
+    revolutions = work.turns
+    i = revolutions.passed[0]
+    while i < revolutions.marks.size and revolutions.marks[i] <= work.end[work.independent]:
         x = 1.0
-        if turns.marks[i] < work.end[work.independent]:
-            x = share_at(at, work.independent, turns.marks[i])
+        if revolutions.marks[i] < work.end[work.independent]:
+            x = share_at(at, work.independent, revolutions.marks[i])
         take_peaks(at, i, x)
         if x < 1.0:
             dense_state(x, work.y, work.f, work.z)
-        for c in range(turns.states.shape[1]):
-            turns.states[i, c] = work.z[c] if x < 1.0 else work.end[c]
+        for c in range(revolutions.states.shape[1]):
+            revolutions.states[i, c] = work.z[c] if x < 1.0 else work.end[c]
         i += 1
-    turns.passed[0] = i
+    revolutions.passed[0] = i

@@ -1,4 +1,4 @@
-"""The workers of a run: find missing cases, compile once, run the cases of one or more grids."""
+"""Runs the missing cases of one or more grids: compiles once, and hands cases to the workers."""
 
 import secrets
 import shutil
@@ -47,8 +47,8 @@ class Pending(NamedTuple):
     alike: bool = False  # they take about as long as the cases before
 
 
-class WorkerPool:
-    """The workers of a run, started for the first missing case; they run the cases of one or more grids.
+class CaseRunner:
+    """Runs cases of one or more grids with workers that are started for the first missing case.
 
     `ran`, `case_seconds` : number of cases and s of work; `ready` : when the first case could begin, or None.
     """
@@ -121,7 +121,7 @@ class WorkerPool:
         if not self.run(grid, ids, np.sort(ids)):
             return None
         rows = self.directory.rows()
-        names = grid.optimise.columns([each.name for each in grid.layout.columns]) if grid.optimise else []
+        names = grid.optimise.columns([column.name for column in grid.layout.columns]) if grid.optimise else []
         names = [*order.lead_of(grid.layout, grid.verdict.limits).columns] if grid.checked_laws else names
         places = np.searchsorted(rows["id"], ids[first:])
         new_results = store.read_results(self.directory, store.ResultSchema.of(grid), rows[places], names)
@@ -135,7 +135,7 @@ class WorkerPool:
         """Return the peak revolutions of finished cases, or None for one that is not found again."""
         cases = [grid.case_at(each.point) for each in worst]
         workers = self.workers or self.hire(len(cases))
-        found: list[Peak | None] = []
+        results: list[Peak | None] = []
         tasks = [
             _submitted(workers, self.simulator, case, each.joint, each.revolutions or case.simulate.revolutions)
             for case, each in zip(cases, worst, strict=True)
@@ -153,8 +153,8 @@ class WorkerPool:
                 reason, peak = "its motion is another one here", peak if same else None
             if peak is None:
                 progress.say(f"case {each.case_id}: the revolution of its largest peak is left out ({reason})")
-            found.append(peak)
-        return found
+            results.append(peak)
+        return results
 
     def _hired(self, kinds_of_scenes: list[Case], pending: int) -> executors.Executor:
         """Return started workers with compiled code."""
@@ -255,7 +255,7 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
     kept = [store.Working(directory, secrets.token_hex(8)) for _ in parts]
 
     def look() -> list[phases.Progress]:
-        return [found for working in kept if (found := working.read())]
+        return [results for working in kept if (results := working.read())]
 
     try:
         compiling = progress.Compiling(len(parts), look)
@@ -270,7 +270,9 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
     if any(isinstance(failure, BrokenExecutor) for failure in failures):
         workers.restart()
     elif compile_failure := next(filter(None, failures), None):
-        progress.say(f"compiling in advance failed ({brief(compile_failure)}); the cases themselves will show it")
+        progress.say(
+            f"compiling in advance failed ({brief(compile_failure)}); cases that need this code will report it"
+        )
 
 
 def _failure(future: Future) -> Exception | None:

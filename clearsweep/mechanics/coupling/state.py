@@ -1,0 +1,117 @@
+"""The size of a scene's state, and the internal states of its friction loads, which come last in the state vector.
+
+Friction loads act in joints without clearance, have a given size, or come from a preload.  No separation resets their
+states, as these surfaces never part.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiled.dual import rate_or_slope
+from ..compiled.family import inlined, kernel, map_joints
+from ..joint.contract import every_internal_state, integrated, internal_rates, internal_state, states_of
+from ..joint.places import after_number, extent, form_of, with_internal_state
+from ..mechanism.contract import friction_laws, friction_slips, with_friction_laws
+
+NEVER_RESET = -1  # in the place of a contact whose separation resets a number
+
+
+class Sliding(NamedTuple):
+    """What the internal state of a law follows where surfaces always touch."""
+
+    slip: float  # m/s
+
+
+def _room(law):
+    """Return how many numbers of internal state a law of a friction load has in the state vector."""
+    form = form_of(law)
+    return len(form._field_defaults) if integrated(form) else 0
+
+
+def _after(place, law):
+    return place + _room(law)
+
+
+@inlined
+def states_of_friction(scene):
+    """Return how many numbers of internal state all friction loads have in the state vector."""
+    count = 0
+    for law in friction_laws(scene.mechanism):
+        count += _room(law)
+    return count
+
+
+@kernel
+def size_of(scene):
+    """Return the number of contacts, the length of the state vector, and the number of latched values."""
+    size = extent(scene.joints)
+    many = 2 * len(scene.coordinates) + 1 + size.contact + size.internal + states_of_friction(scene)
+    return size.contact, many, size.contact + size.latched
+
+
+def every_state(scene) -> list[tuple]:
+    """Return (index of its contact or NEVER_RESET, InternalState, initial value) of every integrated number."""
+    of_joints = every_internal_state(scene.joints) if states_of(scene).integrated else []
+    return of_joints + [
+        (NEVER_RESET, declared, began)
+        for law in friction_laws(scene.mechanism)
+        if integrated(type(law))
+        for declared, began in zip(internal_state(law), law[len(law) - len(internal_state(law)) :], strict=True)
+    ]
+
+
+def _first(scene):
+    size = extent(scene.joints)
+    return 2 * len(scene.coordinates) + 1 + size.contact + size.internal
+
+
+@kernel
+def _current(law, _, place, y):
+    return with_internal_state(law, y, place) if _room(law) else law
+
+
+_current_laws = map_joints(_current, _after)
+
+
+@inlined
+def with_friction_states(scene, y):
+    """Return the scene with the internal states of its friction loads from the state `y`."""
+    if not states_of_friction(scene):
+        return scene
+    laws = friction_laws(scene.mechanism)
+    laws = _current_laws(laws, laws, _first(scene), y)
+    return scene._replace(mechanism=with_friction_laws(scene.mechanism, laws))
+
+
+class _Rates(NamedTuple):
+    """Destination of the rates of internal states, or of their slopes."""
+
+    kappa: float  # s
+    out: np.ndarray  # (n,)
+
+
+@kernel
+def _put(rate, _, place, shared):
+    shared.out[place] = rate_or_slope(shared.kappa * rate)
+
+
+_put_each = map_joints(_put, after_number)
+
+
+@kernel
+def _put_law(law, slip, place, shared):
+    if _room(law):
+        rates = internal_rates(law, Sliding(slip))
+        _put_each(rates, rates, place, shared)
+
+
+_put_laws = map_joints(_put_law, _after)
+
+
+@inlined
+def put_friction_rates(scene, y, motion, kappa, out):
+    """Put the rates of the internal states of friction loads with respect to tau into `out`, or their slopes."""
+    if states_of_friction(scene):
+        laws = friction_laws(with_friction_states(scene, y).mechanism)
+        _put_laws(laws, friction_slips(scene.mechanism, motion), _first(scene), _Rates(kappa, out))

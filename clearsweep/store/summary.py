@@ -1,0 +1,111 @@
+"""Writes `summary.parquet`: the rows of all batches in case_id order, in bounded memory."""
+
+import contextlib
+import itertools
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from . import durable
+from .batch import GROUP_ROWS, ResultSchema, array_of, field_of, read_summary, summary_schema, with_verdict
+from .directory import RunDirectory
+
+HELD_ROWS = 131072  # rows of the summary in memory at a time, from whole batches: those of a block
+
+
+def write_summary(
+    path: Path,
+    run: RunDirectory,
+    form: ResultSchema,
+    rows: np.ndarray,
+    mark: str,
+    watch: Callable[[pa.Table, int], None] = lambda *_: None,
+) -> None:
+    """Write the given rows of the summary; `watch` receives every group and the number of rows before it."""
+    schema = summary_schema(form)
+    verdict_fields = [field_of(column) for column in form.verdict.columns]
+    whole = pa.schema([*schema, *verdict_fields], {"clearsweep": mark})
+    with (
+        os.fdopen(durable.create(path), "wb") as file,
+        pq.ParquetWriter(file, whole, write_page_checksum=True, use_dictionary=repetitive(whole)) as writer,
+    ):
+        for number, group in enumerate(summary_groups(run, schema, rows)):
+            table = with_verdict(form.verdict, group)
+            watch(table, number * GROUP_ROWS)
+            writer.write_table(table.replace_schema_metadata(whole.metadata))
+
+
+def repetitive(schema: pa.Schema) -> list[str]:
+    """Return the columns in which few values are different: to look for them in others takes most of the writing."""
+    return [field.name for field in schema if field.type == pa.string() and field.name != "case_id"]
+
+
+def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> Iterator[pa.Table]:
+    """Yield the given rows of the summary, GROUP_ROWS at a time; every batch is read once.
+
+    Up to HELD_ROWS they are kept in memory.  Of more, the rows of some batches at a time go, sorted, to a file without
+    a name; each group is then picked from these files.  They are streams, not files of Arrow, as those are read in
+    advance by threads of its own (see `batch.open_table`).
+    """
+    pieces = places_by_value((np.cumsum(np.bincount(rows["batch"]))[rows["batch"]] - 1) // HELD_ROWS)
+    if len(pieces) < 2:
+        yield from _groups(*_rows_of_batches(run, schema, rows))
+        return
+    cuts = np.arange(0, len(rows) + GROUP_ROWS, GROUP_ROWS)
+    with contextlib.ExitStack() as files:
+        sorted_rows = []
+        for places in pieces:
+            file = files.enter_context(tempfile.TemporaryFile(dir=run.scratch if run.scratch.is_dir() else None))
+            bounds = np.searchsorted(places, cuts)
+            table, order = _rows_of_batches(run, schema, rows[places])
+            with pa.ipc.new_stream(file, schema) as writer:
+                for first, last in itertools.pairwise(bounds.tolist()):
+                    columns = table.take(_indices(order[first:last])).columns
+                    writer.write_batch(
+                        pa.RecordBatch.from_arrays([column.combine_chunks() for column in columns], schema=schema)
+                    )
+            file.seek(0)
+            sorted_rows.append((places, bounds, pa.ipc.open_stream(file)))
+        for k in range(len(cuts) - 1):
+            group = pa.Table.from_batches([reader.read_next_batch() for *_, reader in sorted_rows], schema)
+            order = np.argsort(np.concatenate([places[bounds[k] : bounds[k + 1]] for places, bounds, _ in sorted_rows]))
+            yield group.take(_indices(order)).combine_chunks()
+
+
+def _groups(table: pa.Table, order: np.ndarray) -> Iterator[pa.Table]:
+    """Yield the rows of a table in an order, GROUP_ROWS at a time."""
+    places = _indices(order)
+    # column by column: one of them fits into the processor's cache, all of them do not
+    ordered = pa.Table.from_arrays([column.take(places) for column in table.columns], schema=table.schema)
+    for first in range(0, len(order), GROUP_ROWS):
+        yield ordered.slice(first, GROUP_ROWS)
+
+
+def places_by_value(numbers: np.ndarray) -> list[np.ndarray]:
+    """Return the places, ascending, of the values that are equal, for each of them; the values are small."""
+    if not len(numbers):
+        return []
+    narrow = np.ascontiguousarray(numbers, "u2" if numbers.max() < 2**16 else "u4")  # of two bytes: sorted by counting
+    order = np.argsort(narrow, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(narrow[order])) + 1)
+
+
+def _rows_of_batches(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> tuple[pa.Table, np.ndarray]:
+    """Return the batches with the given rows of the summary as one table, and where each row is in it."""
+    tables, starts, count = [pa.Table.from_batches([], schema)], np.zeros(len(run.batches), int), 0
+    for number in np.flatnonzero(np.bincount(rows["batch"])).tolist():
+        batch = run.batches[number]
+        table = read_summary(batch.summary, schema.names) if batch.table is None else batch.table
+        columns = table.select(schema.names)
+        tables.append(columns if columns.schema.equals(schema) else columns.cast(schema))
+        starts[number], count = count, count + len(table)
+    return pa.concat_tables(tables).combine_chunks(), starts[rows["batch"]] + rows["row"]
+
+
+def _indices(values: np.ndarray) -> pa.Array:
+    return array_of([None, np.ascontiguousarray(values, "i8")], pa.int64(), len(values))

@@ -1,0 +1,229 @@
+"""Friction with internal state in joints without clearance: bristles, and surfaces that stick, by reaction or size."""
+
+import copy
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from test_given_friction import FOUR_BAR
+
+import clearsweep
+from clearsweep.mechanics.joint.friction.bristles import Dahl, LuGre
+from clearsweep.mechanics.joint.friction.contract import friction_force, settled, settled_state
+from clearsweep.mechanics.joint.friction.sliding import Tanh
+from clearsweep.mechanics.mechanism.planar import loads as planar_loads
+from clearsweep.verify.measured.stick_slip import LAW
+
+FAR = 1e4  # m, length of a spring: its direction is nearly constant
+LENGTH = 1.001  # m, from the crank's pivot to the slider at the start
+DAHL = {"law": "dahl", "coefficient": 0.2, "bristle_stiffness": 1e3}
+
+
+def block(friction, force, *, end=25.0, stiffness=0.0, **simulate):
+    """Return the grid of a block of 1 kg on an ideal guide under 1 N, pulled along it by a table over time.
+
+    It is the slider of a machine whose pin has so much clearance that it never touches.
+    """
+    return {
+        "mechanism": {
+            "type": "slider-crank",
+            "crank": {"length": 1e-3, "mass": 1.0, "inertia": 1e-3},
+            "rod": {"length": 1.0, "mass": 1.0, "inertia": 1.0},
+            "slider": {"mass": 1.0},
+            "gravity": 0.0,
+        },
+        "drive": {"speed": 2.0 * math.pi / end},
+        "loads": {
+            "weight": {"on": "slider", "force": [0.0, -1.0]},
+            "pull": {"on": "slider", "table": {"time [s]": [0.0, end], "fx [N]": force}},
+            "spring": {
+                "between": ["ground", "slider"],
+                "anchor": [LENGTH - FAR, 0.0],
+                "stiffness": stiffness,
+                "free_length": FAR,
+            },
+            "rub": {"on": "slider-ground", "friction": friction},
+        },
+        "joints": {
+            "rod-slider": {"clearance": 3.0, "bearing_radius": 4.0, "contact": {"law": "hertz", "stiffness": 1e9}}
+        },
+        "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-12} | simulate,
+        "save": {"orbits": "all"},
+    }
+
+
+def moved(grid, times):
+    """Return place (m) and speed (m/s) of the block at times (s), and the summary of its case."""
+    path = clearsweep.simulate(clearsweep.load_case(grid), times=times)
+    assert path.status == "ok"
+    return path["slider/x"] - LENGTH, path["slider/v"], path.summary
+
+
+# ---------------------------------------------------------------------------------------------- bristles
+
+
+@pytest.mark.compiled
+def test_stick_slip_of_the_lugre_paper_on_a_guide_without_clearance():
+    """Against an integration of the paper's own three equations: creep, break-away and the first slip."""
+
+    def paper(t, state):
+        x, v, z = state
+        fall = 1.0 + 0.5 * math.exp(-((v / LAW["stribeck_velocity"]) ** 2))
+        bending = v - LAW["bristle_stiffness"] * abs(v) * z / fall
+        friction = LAW["bristle_stiffness"] * z + LAW["bristle_damping"] * bending + LAW["viscous"] * v
+        return v, 2.0 * (0.1 * t - x) - friction, bending
+
+    times = np.array([1.0, 3.0, 5.0, 7.3, 7.6, 8.0, 9.0, 10.0, 10.3, 12.0])
+    exact = solve_ivp(paper, (0.0, 12.0), [0.0, 0.0, 0.0], "Radau", times, rtol=1e-9, atol=1e-13, max_step=0.05).y
+    x, v, summary = moved(block({"law": "lugre"} | LAW, [0.0, 5.0], stiffness=2.0), times)
+    np.testing.assert_allclose(x, exact[0], atol=2e-7)
+    np.testing.assert_allclose(v, exact[1], atol=1e-6)
+    assert summary["energy_residual"] < 1e-9
+
+
+def test_bristles_resist_before_they_slide():
+    """Dahl's bristles under a force that grows slowly: x = -(mu / sigma0) ln(1 - F / (mu N))."""
+    times = np.array([2.0, 5.0, 10.0, 15.0, 20.0])
+    x, _, _ = moved(block(DAHL, [0.0, 0.2], stiffness=0.0), times)
+    exact = -0.2 / 1e3 * np.log1p(-0.2 * times / 25.0 / 0.2)
+    np.testing.assert_allclose(x, exact, atol=2e-6)  # it sways by sqrt(m / (sigma0 N)) times the speed of the force
+
+
+def test_bristles_take_the_energy_that_their_force_over_the_way_says():
+    """A spring draws the block out from rest; the friction is mu N (1 - exp(-sigma0 x / mu)) as long as it goes on."""
+    grid = block(DAHL, [1.0, 1.0], end=2.0)
+    times = np.linspace(0.0, 0.5, 11)[1:]
+    x, v, _ = moved(grid, times)
+    friction = 0.2 * (x - 0.2 / 1e3 * -np.expm1(-1e3 * x / 0.2))
+    np.testing.assert_allclose(0.5 * v**2, 1.0 * x - friction, rtol=1e-8)
+
+
+def test_an_implicit_run_of_bristles_agrees_with_an_explicit_one():
+    times = np.array([1.0, 5.0, 7.6, 8.0])
+    runs = [
+        moved(block({"law": "elasto-plastic"} | LAW, [0.0, 5.0], stiffness=2.0, method=method), times)
+        for method in ("explicit", "implicit")
+    ]
+    np.testing.assert_allclose(runs[0][0], runs[1][0], atol=1e-7)
+    assert runs[0][2]["steps"] != runs[1][2]["steps"]
+
+
+def four_bar(on, friction, **changes):
+    """Return the grid of the four-bar with friction on one joint."""
+    grid = copy.deepcopy(FOUR_BAR)
+    grid["loads"] = {"blade": {"on": on, "friction": friction}}
+    for path, value in changes.items():
+        section, key = path.split("__")
+        grid[section][key] = value
+    return grid
+
+
+BRUSH = {"static_coefficient": 0.2, "stribeck_velocity": 0.5, "bristle_stiffness": 2e4, "bristle_damping": 1.0}
+
+
+def test_bristles_of_a_pin_that_turns_on_settle_to_stribecks_curve():
+    """The crank's pin turns at a constant speed, so its bristles stay bent and the couple is that without them."""
+    torques = []
+    for law in ({"law": "lugre"} | BRUSH, {"law": "stribeck", "velocity_scale": 1e-4} | dict(list(BRUSH.items())[:2])):
+        grid = four_bar("ground-crank", law | {"coefficient": 0.1, "radius": 0.01})
+        scene = clearsweep.load_case(grid)
+        assert len(scene.start) == len(scene.built.start) + 1 + ("bristle_stiffness" in law)
+        path = clearsweep.simulate(scene, times=np.linspace(0.005, 0.03, 6))
+        assert path.summary["energy_residual"] < 1e-7
+        torques.append(path["crank/torque"])
+    np.testing.assert_allclose(*torques, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "friction",
+    [
+        {"law": "lugre", "coefficient": 0.1, "radius": 0.01} | BRUSH,
+        {
+            "law": "lugre",
+            "torque": "1 N*m",
+            "static_torque": "1.5 N*m",
+            "stribeck_velocity": "5 rad/s",
+            "bristle_stiffness": "1e4 N*m",
+            "bristle_damping": "10 N*m*s",
+        },
+        {"law": "dahl", "torque": "1 N*m", "bristle_stiffness": "1e3 N*m"},
+        {"law": "elasto-plastic", "coefficient": 0.1, "radius": 0.01} | BRUSH,
+    ],
+)
+def test_bristles_of_a_rocker_are_in_the_ledger_of_energy(friction):
+    summary = clearsweep.simulate(clearsweep.load_case(four_bar("rocker-ground", friction))).summary
+    assert summary["energy_residual"] < 1e-7
+    assert summary["rocker_ground_friction_power"] > 0.0
+
+
+def test_a_preload_may_have_bristles():
+    grid = copy.deepcopy(FOUR_BAR) | {"loads": {}}
+    del grid["loads"]
+    friction = {"law": "lugre", "coefficient": 0.1, "preload": "200 N"} | BRUSH
+    grid["joints"]["coupler-rocker"]["friction"] = friction
+    scene = clearsweep.load_case(grid)
+    assert len(scene.start) == len(scene.built.start) + 1 + 2  # those of the contact, then those of the preload
+    path = clearsweep.simulate(scene)
+    assert path.status == "ok"
+    assert path.summary["energy_residual"] < 1e-7
+
+
+def test_a_machine_without_history_has_bristles_bent_as_after_long_sliding():
+    lugre = LuGre(0.1, 0.2, 0.5, 2.0, 0.3, 1e4, 100.0, 0.2)
+    for slip in (-2.0, -0.1, 0.3):
+        curve = 0.1 + 0.1 * math.exp(-((slip / 0.5) ** 2)) + 0.3 * abs(slip)
+        assert friction_force(settled(lugre), 50.0, slip) == pytest.approx(-50.0 * math.copysign(curve, slip))
+    assert friction_force(settled(lugre), 50.0, 0.0) == 0.0
+    assert settled_state(Dahl(0.2, 1e3, 1.0), -1.0) == (-2e-4,)
+    assert settled(Tanh(0.1, 1e-3)) == Tanh(0.1, 1e-3)
+
+
+def test_a_free_crank_has_an_ideal_machine_with_bristles():
+    grid = four_bar("rocker-ground", {"law": "lugre", "coefficient": 0.1, "radius": 0.01} | BRUSH)
+    grid["drive"] = {"motor": {"stall_torque": 20, "no_load_speed": "600 rpm"}, "initial_speed": "300 rpm"}
+    summary = clearsweep.simulate(clearsweep.load_case(grid)).summary
+    assert summary["energy_residual"] < 1e-7
+    assert summary["coupler_rocker_force_peak_ideal"] > 0.0
+
+
+def test_laws_of_loads_are_replaced_by_place():
+    grid = four_bar("rocker-ground", {"law": "dahl", "coefficient": 0.1, "radius": 0.01, "bristle_stiffness": 1e4})
+    grid["loads"]["push"] = {"on": "rocker", "torque": 1.0}
+    mechanism = clearsweep.load_case(grid).built.value
+    other = clearsweep.mechanics.mechanism.contract.with_friction_laws(mechanism, (Dahl(0.5, 1.0, 1.0, 0.25),))
+    (rubbed,) = (load for load in other.loads if isinstance(load, planar_loads.Rubbed))
+    assert rubbed.friction == Dahl(0.5, 1.0, 1.0, 0.25)
+    assert [type(load) for load in other.loads] == [type(load) for load in mechanism.loads]
+
+
+# ---------------------------------------------------------------------------------------------- sticking
+
+KARNOPP = {"law": "karnopp", "coefficient": 0.2, "static_coefficient": 0.2, "stribeck_velocity": 1.0, "band": 1e-6}
+
+
+@pytest.mark.parametrize("tolerance", [1e-8, 1e-12])
+@pytest.mark.parametrize(("pull", "weight"), [([0.0, 0.32], [1.0, 1.0]), ([0.2, 0.2], [2.0, 0.4])])
+def test_a_block_stays_until_its_static_friction_is_reached_and_then_slides(pull, weight, tolerance):
+    """A pull a t, or a weight whose friction falls by a t: it slides from t0 on, with x = a (t - t0)^3 / 6."""
+    grid = block(KARNOPP, pull, end=20.0, tolerance=tolerance)
+    grid["loads"]["weight"] = {
+        "on": "slider",
+        "table": {"time [s]": [0.0, 20.0], "fy [N]": [-weight[0], -weight[1]]},
+    }
+    times = np.array([5.0, 10.0, 13.0, 15.0, 20.0])
+    x, _, summary = moved(grid, times)
+    exact = 0.016 * np.maximum(times - 12.5, 0.0) ** 3 / 6.0
+    np.testing.assert_allclose(x, exact, atol=1e-5)  # of creep within the band, and what it adds to t0
+    assert summary["energy_residual"] < 1e-9
+
+
+def test_loads_that_stick_together_are_found_in_turn():
+    friction = KARNOPP | {"radius": 0.02, "band": "1 mm/s"}
+    grid = four_bar("rocker-ground", friction)
+    grid["loads"]["other"] = {"on": "crank-coupler", "friction": friction}
+    lugre = {"law": "lugre", "coefficient": 0.1, "radius": 0.01} | BRUSH
+    grid["loads"]["third"] = {"on": "rocker-ground", "friction": lugre}
+    path = clearsweep.simulate(clearsweep.load_case(grid))
+    assert path.status == "ok"
+    assert path.summary["energy_residual"] < 1e-6
