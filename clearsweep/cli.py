@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import os
 import sys
 import traceback
 from pathlib import Path
@@ -30,7 +29,6 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit: 0 done, 1 internal error, 2 bad input, 3 some cases failed, 4 storage failed or
     scheduler lost, 129 hung up, 130 interrupted, 143 terminated."""
     streams.outlast()
-    os.environ.pop("SOURCE_DATE_EPOCH", None)  # no result has a date, and scipy cannot be imported if it is no number
     code = _exit_code(arguments)
     sys.stdout.flush()
     sys.exit(code)
