@@ -61,7 +61,7 @@ else
 	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.taken_away $(WRITE) ;; esac
 	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.efficiency $(WRITE) ;; esac
 	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) tests/bench/laws.py $(WRITE) ;; esac
-	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) tests/bench/cold.py $(WRITE) ;; esac
+	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.cold $(WRITE) ;; esac
 endif
 
 # ARGS: --made-up N,N, --real N,N, --write (N: 10000, 100000 or 1000000; results/speed.md)

@@ -17,6 +17,7 @@ def main() -> None:
     # library can still abort the process.
     atexit.register(_leave, decided)
     signals.end_with_run()
+    os.environ.pop("SOURCE_DATE_EPOCH", None)  # no result has a date, and scipy cannot be imported if it is no number
     try:
         cli.main()
     except SystemExit as outcome:

@@ -9,6 +9,8 @@ from fake_physics import Fake
 
 from clearsweep.store import durable
 
+SLOW = 3.0  # s, of a case on a slow machine
+
 
 class FullDisk(Fake):
     """Substitute for the mechanics on machines with a full disk."""
@@ -34,6 +36,19 @@ class OtherClock(Fake):
         now, now_ns = time.time, time.time_ns
         time.time = lambda: now() + offset
         time.time_ns = lambda: now_ns() + int(1e9 * offset)
+
+
+class Slow(Fake):
+    """Substitute for the mechanics on slow machines."""
+
+    @staticmethod
+    def solve(case):
+        """Return the result of `Fake`; on a slow machine note the case in a file, and take some seconds."""
+        if log := os.environ.get("CLEARSWEEP_TEST_SLOW"):
+            with open(log, "a", encoding="utf-8") as file:
+                file.write(f"{case.mechanism.values['slider.mass']}\n")
+            time.sleep(SLOW)
+        return Fake.solve(case)
 
 
 class DiesFinishing(Fake):

@@ -154,10 +154,12 @@ def page(lines: list[dict]) -> str:
             )
         if line["name"] == "nodes":
             text.append(
-                f"{line['nodes']} simulated nodes of {line['cores']} cores, cases of 0.7 ms: the parent takes "
-                f"{1e3 * line['parent'] / (line['blocks'] - 1):.1f} ms of the processor a block. {line['blocks']} "
-                f"blocks took {line['wall']:.1f} s; without any wait they take {line['ideal']:.1f} s (load "
-                f"{line['load']:.0f})."
+                f"{line['nodes']} simulated nodes of {line['cores']} cores, cases of 0.7 ms: {line['blocks']} blocks "
+                f"took {line['wall']:.1f} s, so that {line['busy']:,.0f} cores were busy on average (load "
+                f"{line['load']:.0f}). The parent took {1e3 * line['parent'] / (line['blocks'] - 1):.1f} ms of the "
+                f"processor a block, {100 * line['parent'] / line['wall']:.1f} % of one core. A simulated node waits "
+                "as long as its cores would work, and links finished files; distributing the blocks, reading "
+                "their marks and the scheduler are real."
             )
         if line["name"] == "extend":
             text.append(

@@ -23,7 +23,7 @@ from clearsweep.sweeping import blockwise, node, nodes, progress
 from clearsweep.sweeping.case_runner import CaseRunner, Options
 
 SECONDS = 0.7e-3  # s, of a case
-BLOCKS = 12  # for each node
+BLOCKS = 36  # for each node: about a minute for 64 cores
 CLUSTER = """
 import sys
 from distributed import LocalCluster
@@ -84,10 +84,9 @@ def run(count: int, cores: int, directory: Path, address: str) -> dict:
         driver.run()
         wall, parent = time.perf_counter() - begin, time.process_time() - spent
     left, _ = blockwise.unfinished(job)
-    ideal = -(-(blocks - 1) // count) * store.block_size() * SECONDS / cores
-    return {"nodes": count, "cores": cores, "blocks": blocks, "left": len(left), "parent": parent, "wall": wall} | {
-        "ideal": ideal
-    }
+    work = (blocks - 1) * store.block_size() * SECONDS  # s, of one core
+    known = {"nodes": count, "cores": cores, "blocks": blocks, "left": len(left), "parent": parent, "wall": wall}
+    return known | {"busy": work / wall}
 
 
 def main() -> None:

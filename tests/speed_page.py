@@ -14,6 +14,7 @@ PARTS = {
     "README of two commits": "python -m bench.against TREE --readme --write",
     "files of two commits": "python -m bench.against TREE --files --write",
     "many cases": "make scale ARGS=--write",
+    "first run": "make bench ARGS=--write",
     "blocks": "python tests/scale_blocks.py write LOG",
 }
 _MARK = re.compile(r"^<!-- part: (.*?); written by .*? -->\n", re.MULTILINE)

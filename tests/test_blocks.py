@@ -7,7 +7,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 from fake_faults import DiesFinishing
-from fake_physics import FAILS, GOOD, Fake, grid, merge
+from fake_physics import CATALOGUE, FAILS, GOOD, Fake, grid, merge
 from test_sweep import quiet
 
 import clearsweep
@@ -124,6 +124,22 @@ def test_a_second_run_looks_at_marks_alone(pair, monkeypatch):
     source = store.read_record(result.directory)
     again = quiet({key: source[key] for key in source["keys"]}, result.directory, executor="serial")
     assert (again.ran, again.reused, again.ok, again.failed, again.missing) == (0, 36, 24, 12, 0)
+
+
+def test_reworded_descriptions_finish_no_block_again_and_mix_with_earlier_ones(tmp_path, monkeypatch):
+    quiet(MIXED, tmp_path / "run", executor="serial")
+    marks = {path: path.read_bytes() for path in tmp_path.glob("run/blocks/*/block.json")}
+    reworded = [each._replace(text="reworded") for each in CATALOGUE.figures]
+    monkeypatch.setattr(Fake, "catalogue", lambda: CATALOGUE._replace(figures=tuple(reworded)))
+    again = quiet(MIXED, tmp_path / "run", executor="serial")
+    assert (again.ran, {path: path.read_bytes() for path in marks}) == (0, marks)
+    (tmp_path / "run" / "blocks" / "00001" / "block.json").unlink()
+    quiet(MIXED, tmp_path / "run", executor="serial")
+    texts = [pq.read_schema(path).field("steps").metadata for path in sorted(tmp_path.glob("run/summary/*.parquet"))]
+    assert [text[b"description"] == b"reworded" for text in texts] == [False, True, False, False, False]
+    run = store.open(tmp_path / "run")
+    assert len(run.summary.frame()) == 36
+    assert report.write(run, tmp_path / "page.html").exists()
 
 
 @pytest.mark.parametrize("name", ["summary/00001.parquet", "blocks/00001/orbits.h5", "blocks/00001/block.json"])

@@ -1,23 +1,30 @@
 """Where the formula of a law changes, a step ends: laws declare all their kinks, and none costs accuracy."""
 
 import itertools
+import json
 import math
+from importlib import resources
 
 import numpy as np
 import pytest
 from law_cases import RECIPES, joint, names, numbers, written
 from mechanism_cases import slider_crank
 from numpy.polynomial import chebyshev
+from test_film import oiled
 
 import clearsweep
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.contract import Contact, guards, internal_rates
 from clearsweep.mechanics.joint.elastic.contract import elastic_force
+from clearsweep.mechanics.joint.film.contract import FilmMotion, film_force
+from clearsweep.mechanics.joint.film.corners import bends
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.loss.contract import contact_force
 from clearsweep.mechanics.joint.pieces import kink_variable, kinks
 from clearsweep.mechanics.solver import event
 from clearsweep.simulation.run import integration_of
+
+MACHINES = resources.files("clearsweep.verify") / "references" / "machines.json"
 
 # ---------------------------------------------------------------------------------------------- all are declared
 
@@ -95,6 +102,20 @@ def test_an_elastic_law_is_smooth_over_the_penetration_but_at_its_limit(name):
     assert is_smooth_between(lambda root: elastic_force(term, root * root), [end], 0.3 * end, 1.3 * end)
 
 
+@pytest.mark.parametrize("name", names("film"))
+def test_a_film_is_smooth_over_its_rate_and_its_spin_but_where_it_declares_their_signs(name):
+    film = registry.joint_term(oiled(name), "slider").film
+    places = [0.0] if type(film) in bends.members else []
+    for i in range(2):  # the radial and the tangential force
+        for ratio in (0.3, 0.9):
+            assert is_smooth_between(
+                lambda x, i=i, e=ratio: film_force(film, FilmMotion(e, x, 7.0))[i], places, -3.0, 4.0
+            )
+            assert is_smooth_between(
+                lambda x, i=i, e=ratio: film_force(film, FilmMotion(e, 2.0, x))[i], places, -30.0, 40.0
+            )
+
+
 # ---------------------------------------------------------------------------------------------- none costs accuracy
 
 #: Numbers with which the motion comes to the kinks, where those of `law_cases` are not of that size.
@@ -160,6 +181,18 @@ def test_no_kink_of_a_law_costs_accuracy(family, name):
 def test_the_end_of_an_elastic_law_costs_no_accuracy():
     """Persson's pads, soft enough that the journal passes the depth beyond which their law goes on straight."""
     check_accuracy(elastic="persson", soft=True)
+
+
+@pytest.mark.compiled
+def test_a_film_that_turns_within_the_reach_of_its_dry_joint_costs_no_accuracy():
+    """A trajectory in quadruple precision; where the journal turns in thin oil, the squeeze is stiff."""
+    problem = json.loads(MACHINES.read_text(encoding="utf-8"))["problems"]["sc_film_dry"]
+    truth = {name: np.array(problem["samples"][f"joints/rod_slider/{name}"]) for name in "xy"}
+    for tolerance in (1e-8, 1e-10, 1e-12):
+        grid = problem["grid"] | {"simulate": problem["grid"]["simulate"] | {"tolerance": tolerance}}
+        path = clearsweep.simulate(clearsweep.load_case(grid), times=np.array(problem["samples"]["t"]))
+        away = [np.abs(path[f"joints/rod_slider/{name}"] - values).max() for name, values in truth.items()]
+        assert max(away) < max(5e-4 * tolerance, 1e-12)  # m; the clearance is 0.5 mm, impacts amplify rounding
 
 
 if __name__ == "__main__":

@@ -438,11 +438,11 @@ ACTING = {
 
 @pytest.mark.slow
 def test_jumps_come_to_what_two_hundred_revolutions_of_one_motion_wear_off():
-    """Wear comes to a fifth of the clearance and changes the forces by more than a twentieth."""
+    """Wear comes to a fifth of the clearance and changes the forces by more than a twenty-fifth."""
     plain = grid.load(source(ACTING | {"life": None}), simulation.catalogue()).case(0)
     depths, peaks, worn = worn_on(plain, 200)
     assert depths[-1] / plain.joints[0].clearance == pytest.approx(0.2, rel=0.1)
-    assert abs(np.median(peaks[-10:]) / np.median(peaks[:10]) - 1.0) > 0.05
+    assert abs(np.median(peaks[-10:]) / np.median(peaks[:10]) - 1.0) > 0.04
     result = lived(ACTING, limit=float(depths[-1]), tolerance=0.05, max_revolutions=50)
     length = result.summary["rod_slider_life_revolutions"]
     assert result.summary["rod_slider_life_blocks"] < 15

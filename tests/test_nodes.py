@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from fake_faults import FullDisk, OtherClock
+from fake_faults import FullDisk, OtherClock, Slow
 from fake_physics import FAILS, GOOD, grid
 from test_blocks import rows_of
 from test_sweep import quiet, wait_for
@@ -150,6 +150,19 @@ def test_a_node_that_stops_is_helped_and_replaced(tmp_path, machines):
     assert (result.ok, result.missing) == (48, 0)
     assert complete(tmp_path / "run")
     assert time.monotonic() - begin < 60.0
+
+
+def test_the_block_of_a_slow_node_is_shared_and_no_case_is_there_twice(tmp_path, machines):
+    log = tmp_path / "slow"
+    machines.add(1, CLEARSWEEP_TEST_SLOW=str(log))
+    joins = once(log.exists, machines.add)  # the first block is the slow node's
+    result = on_nodes(grid(48, (GOOD,)), tmp_path / "run", machines, simulator=Slow)
+    joins.join()
+    assert (result.ok, result.failed, result.missing) == (48, 0, 0)
+    assert complete(tmp_path / "run")
+    ran = log.read_text().splitlines()
+    assert len(ran) == len(set(ran))
+    assert len(ran) < 8, "the slow node ran all of its block"
 
 
 def test_a_node_whose_disk_is_full_is_left_out(tmp_path, machines, capfd):

@@ -392,6 +392,27 @@ def test_page_has_no_serious_barrier(pages, browse):
     assert result["barriers"] == []
 
 
+SEEN = """
+  return {figures: all("figure").filter(each => each.checkVisibility()).length, whole: all("figure").length,
+          height: document.documentElement.scrollHeight};
+"""
+
+
+@pytest.mark.slow
+def test_the_page_of_the_readme_is_two_screens_and_six_printed_pages(browse, tmp_path):
+    result = clearsweep.sweep(
+        Path(__file__).parents[1] / "configs/slider_crank.yaml", tmp_path / "run", show_progress=False
+    )
+    page = report.write(result.open(), tmp_path / "page.html")
+    seen = browse(page.read_text(encoding="utf-8"), SEEN, width=1600)
+    assert seen["figures"] <= 12 < seen["whole"]
+    assert seen["height"] <= 2200  # px: two screens of 1100
+    printed = tmp_path / "page.pdf"
+    command = [shutil.which("chromium"), *FLAGS, f"--print-to-pdf={printed}", f"--user-data-dir={tmp_path / 'profile'}"]
+    subprocess.run([*command, f"file://{page}"], check=True, capture_output=True, timeout=120)
+    assert 1 < len(re.findall(rb"/Type\s*/Page\b", printed.read_bytes())) <= 6
+
+
 CHOSEN = """
   const worn = all(".worn")[0], choice = worn.querySelector("select");
   const seen = () => [...worn.querySelectorAll("canvas")].map(canvas => canvas.toDataURL());

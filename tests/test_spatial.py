@@ -363,15 +363,17 @@ def test_a_parallel_journal_moves_as_in_the_plane(walls):
     assert deep[force] == pytest.approx(flat[force], rel=1e-9, abs=1e-9 * flat[force].max())
     assert np.abs(deep["joints/crank_rod/tilt"]).max() < 1e-12
     assert np.abs(deep["rod/z"]).max() < 1e-15
-    worn = ("wear_volume", "wear_depth_max", "wear_bins_enough")
+    worn = ("wear_volume", "wear_bins_enough")
     for name in ("force_peak", "force_rms", "penetration_max", "contact_fraction", "force_peak_ideal", *worn):
         assert deep.summary[f"crank_rod_{name}"] == pytest.approx(flat.summary[f"crank_rod_{name}"], rel=1e-9, abs=0.0)
+    depths = [made.summary["crank_rod_wear_depth_max"] for made in (deep, flat)]
+    assert depths[0] == pytest.approx(depths[1], rel=1e-7, abs=0.0)  # where a contact passes the edges of bins
     assert deep.summary["slider_error_max"] == pytest.approx(flat.summary["slider_error_max"], rel=1e-9, abs=0.0)
     twice = [event for event in flat.events["t"] for _ in range(2)]  # both walls meet it together
     assert deep.events["t"] == pytest.approx(twice, rel=0.0, abs=1e-10)
     assert deep.summary["crank_rod_edge_load_share"] < 1e-9
     for here, there in zip(deep.wear["crank_rod"], flat.wear["crank_rod"], strict=True):
-        assert here == pytest.approx(np.tile(there[:, None], (1, 20)), rel=0.0, abs=1e-9 * there.max())
+        assert here == pytest.approx(np.tile(there[:, None], (1, 20)), rel=0.0, abs=1e-7 * there.max())
 
 
 @pytest.mark.heavy

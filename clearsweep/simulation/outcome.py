@@ -96,7 +96,7 @@ class Outcome(NamedTuple):
     wear: np.ndarray
     account: np.ndarray
     friction: np.ndarray
-    exceeded: list[float]  # by joint, see `Window`
+    exceeded: list[float]  # by joint, see `Window`; empty if it failed, as sums may then be infinite
     dry: list[float]  # likewise
     turns: Any  # Turns
     marks: Marks
@@ -115,7 +115,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
     """Return the results of an integration up to `end` (s, or rad for a free crank)."""
     turns: Any = run.work.turns  # mypy takes it for a tuple of anything
     failed, duration = run.status != run_control.OK, _duration(scene, run, end)
-    totals, rarely = by_joint(run.totals, scene.layout), RARELY * duration
+    totals = by_joint(run.totals, scene.layout)
     status, message = _failure_of(scene, run, end) if failed else _STATUS[run_control.OK]
     return Outcome(
         scene=scene,
@@ -126,10 +126,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
         wear=totals.wear.copy(),
         account=totals.account.copy(),
         friction=totals.friction.copy(),
-        exceeded=[
-            force_exceeded(histogram[: highest + 1], rarely)
-            for histogram, highest in zip(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), strict=True)
-        ],
+        exceeded=[] if failed else _exceeded_forces(totals, RARELY * duration),
         dry=_dry_times(totals, scene.layout, duration),
         turns=turns._make([array.copy() for array in turns]),
         marks=run.marks,
@@ -143,6 +140,15 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
         log=run.events,
         sections={} if failed else sections_of(scene, run),
     )
+
+
+def _exceeded_forces(totals: Totals, duration: float) -> list[float]:
+    """Return the force (N) that each joint exceeds during `duration` (s); totals : by joint."""
+    bins = totals.bins[:, HIGHEST_BIN].tolist()
+    return [
+        force_exceeded(histogram[: highest + 1], duration)
+        for histogram, highest in zip(totals.histogram, bins, strict=True)
+    ]
 
 
 def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:

@@ -64,7 +64,7 @@ def merge(
 
 def mark_of(run: RunDirectory, form: ResultSchema, rows: np.ndarray) -> str:
     """Return a hash of the content of the merged files, which both carry: batches are named by their content."""
-    digest = hashlib.sha256(repr(form).encode())
+    digest = hashlib.sha256(form.content.encode())
     for column in ("id", "row"):
         digest.update(rows[column].tobytes())
     names = np.array([batch.name for batch in run.batches], "S")

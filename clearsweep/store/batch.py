@@ -61,6 +61,15 @@ class ResultSchema(NamedTuple):
         frame_hash = hashlib.sha256(text.encode()).hexdigest()
         return cls(grid.layout, axes, frame.get("save.orbits") != "none", frame_hash, grid.verdict, grid.worst)
 
+    @property
+    def content(self) -> str:
+        """Return all that decides the values in the files as text: everything but the descriptions of columns."""
+        columns, channels = (
+            tuple(column._replace(description="") for column in each)
+            for each in (self.layout.columns, self.layout.channels)
+        )
+        return repr(self._replace(layout=self.layout._replace(columns=columns, channels=channels)))
+
 
 class Row(NamedTuple):
     """A row of the summary: identity, swept values and results of a case."""

@@ -89,7 +89,7 @@ class Cut:
         """
         if len(grid) <= BLOCK or grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws:
             return None
-        digest = hashlib.sha256(repr((BLOCK, shard, ResultSchema.of(grid))).encode())
+        digest = hashlib.sha256(repr((BLOCK, shard, ResultSchema.of(grid).content)).encode())
         for path, values in grid.axes.items():
             digest.update(repr((path, values)).encode())
         return cls(BLOCK, len(grid), digest.hexdigest()[:16])

@@ -14,8 +14,8 @@ from .searched import optimise_lines, optimised, refine_lines, seek_facts, seek_
 from .settings import given_text, grid_text, number_of_joints, setting_text, value_text
 from .sweep import RunResult
 
-DERIVED = 6  # lines on derived values at the end of a run
-RADIAL, DIAMETRAL = ", radial)", ", diametral)"  # ends of the names of the clearances of a fit
+DERIVED = 12  # lines on derived values at the end of a run
+RADIAL, DIAMETRAL, SCATTER = ", radial)", ", diametral)", ", range)"  # ends of names of values that share a line
 MANY_AXES = 4  # swept paths above which the closing table leaves out columns with one value
 
 
@@ -156,17 +156,20 @@ def run_text(facts: dict[str, Any]) -> str:
 
 
 def derived_lines(derived: dict[str, dict[str, Any]], most: int | None = None) -> list[str]:
-    """Return a line for each derived value or range, one for both clearances of a fit; at most `most` lines."""
+    """Return a line for each derived value with its range, or for both clearances of a fit; at most `most` lines."""
     lines = []
     for name, value in derived.items():
-        across = name.replace(RADIAL, DIAMETRAL)
+        across, scatter = name.replace(RADIAL, DIAMETRAL), name.removesuffix(")") + SCATTER
         if name.endswith(DIAMETRAL) and name.replace(DIAMETRAL, RADIAL) in derived:
+            continue
+        if name.endswith(SCATTER) and name.replace(SCATTER, ")") in derived:
             continue
         if name.endswith(RADIAL) and across in derived:
             both = f"{_range(value)} radial, {_range(derived[across])} diametral"
             lines.append(f"derived: {name.removesuffix(RADIAL)}) = {both}")
         else:
-            lines.append(f"derived: {name} = {_range(value)}")
+            spread = f" ({_range(derived[scatter])})" if scatter in derived else ""
+            lines.append(f"derived: {name} = {_range(value)}{spread}")
     if most is not None and len(lines) > most:
         lines[most - 1 :] = [f"derived: {len(lines) - most + 1} more values, which run --dry-run lists"]
     return lines

@@ -1,4 +1,4 @@
-"""What a first run costs: `python tests/bench/cold.py [--write] [GRID ...]`, a table; `--write` for results/speed.md.
+"""What a first run costs: `PYTHONPATH=tests python -m bench.cold [--write] [GRID ...]`; `--write`: results/speed.md.
 
 Processor time of all processes of `clearsweep run GRID`, once with an empty cache but for what set-up builds, once more
 with what that kept.  The difference is what compiling costs a user.  A further law: a second scene in a process that
@@ -14,9 +14,9 @@ import tempfile
 import time
 from pathlib import Path
 
+import speed_page
+
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "results" / "speed.md"
-HEAD = "## A first run"
 GRIDS = (
     "one_case",
     "slider_crank",
@@ -82,20 +82,17 @@ def table(grids: tuple[str, ...]) -> list[str]:
 def main() -> None:
     """Print the table, or put it into the page."""
     reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    reader.add_argument("--write", action="store_true", help=f"put the table into {PAGE.relative_to(ROOT)}")
+    reader.add_argument("--write", action="store_true", help=f"put the table into {speed_page.PAGE.relative_to(ROOT)}")
     reader.add_argument("grids", nargs="*", metavar="GRID", default=GRIDS, help="names of grids in configs/")
     given = reader.parse_args()
     lines = table(tuple(given.grids))
     print("\n".join(lines))
     if given.write:
-        text = PAGE.read_text()
-        before, _, rest = text.partition(f"\n{HEAD}\n")
-        _, mark, after = rest.partition("\n## ")
         said = (
-            f"`python tests/bench/cold.py`, {time.strftime('%Y-%m-%d')}: processor time of all processes of a run with "
+            f"`python -m bench.cold`, {time.strftime('%Y-%m-%d')}: processor time of all processes of a run with "
             "an empty cache, but for the loop that set-up builds, and of the same run again."
         )
-        PAGE.write_text(f"{before.rstrip()}\n\n{HEAD}\n\n{said}\n\n" + "\n".join(lines) + f"\n{mark}{after}")
+        speed_page.write("first run", "\n".join(["## A first run", "", said, "", *lines]))
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ from .contract import (
     touches,
 )
 from .film.contract import FilmMotion, asperity_load, dry_share, film_couples, film_force, film_pressure
-from .film.corners import AFLOAT, NEAR, Corners
+from .film.corners import AFLOAT, NEAR, Corners, Reversals, bends
 from .film.transition import GreenwoodTripp, bears_from
 from .friction.contract import friction_force
 from .places import with_laws_as_they_are
@@ -287,9 +287,17 @@ def _contact_modes_film(joint):
     return (ContactModes(ACTS, ACTS),)
 
 
+@kernel
+def _parts_of_film(joint):
+    """Return the parts that end steps at corners of the film's force."""
+    if type(joint.film) in bends.members:
+        return Part(joint.corners, 0), Part(Reversals(joint.corners.end), 0)
+    return (Part(joint.corners, 0),)
+
+
 @parts.member(Film)
 def _parts_film(joint):
-    return (Part(joint.corners, 0),)
+    return _parts_of_film(joint)
 
 
 @load.member(Film)
@@ -307,7 +315,7 @@ def _contact_modes_lubricated(joint):
 
 @parts.member(Lubricated)
 def _parts_lubricated(joint):
-    return Part(dry.Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0), Part(joint.corners, 0)
+    return Part(dry.Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0), *_parts_of_film(joint)
 
 
 @load.member(Lubricated)

@@ -1,8 +1,14 @@
-"""Depths at which the force of a film has a corner: steps end there, so that no step crosses one."""
+"""Where the force of a film has a corner: steps end there, so that no step crosses one.
+
+All films have corners at some depths.  Laws that treat a closing and an opening film, or both directions of rotation,
+by different formulas also have corners where the rate or the spin changes its sign; they are members of `bends`.
+"""
 
 from typing import NamedTuple
 
+from ...compiled.family import family
 from ..contract import ACTS, MEETS, NEVER, TOUCHING, Guard, guard_values, guards
+from ..pieces import from_next_kinks
 
 AFLOAT = ACTS | MEETS  # apart: the film carries load, an onset is searched for
 NEAR = 1e-9  # of the clearance: a step that begins this close to a corner has just passed it
@@ -40,3 +46,28 @@ def _guard_values_corners(corners, start, contact, root):
         depth_now - corners.end if depth_before < corners.end - margin else NEVER,
         corners.end - depth_now if depth_before > corners.end + margin else NEVER,
     )
+
+
+@family
+def bends(law):
+    """Declare that a film's force has corners where the rate of the eccentricity or the spin changes its sign."""
+
+
+class Reversals(NamedTuple):
+    """The part of a joint with such a film that ends steps where the rate or the spin changes its sign."""
+
+    end: float  # m, depth from which only the dry contact carries load; inf: never
+
+
+@guards.member(Reversals)
+def _guards_reversals(reversals):
+    rate, spin = (ACTS, AFLOAT, *TOUCHING), (ACTS, AFLOAT)
+    return Guard(rate), Guard(rate), Guard(spin), Guard(spin)
+
+
+@guard_values.member(Reversals)
+def _guard_values_reversals(reversals, start, contact, root):
+    opens, closes = from_next_kinks((0.0,), start.rate, contact.rate)
+    turns, turns_back = from_next_kinks((0.0,), start.tangential, contact.tangential)  # it has the sign of the spin
+    some_film = start.depth < reversals.end
+    return opens if some_film else NEVER, closes if some_film else NEVER, turns, turns_back

@@ -7,6 +7,7 @@ from ...compiled import calculus as math
 from ...compiled.family import kernel
 from ..recipe import register
 from .contract import film_force
+from .corners import bends
 
 
 class Finite(NamedTuple):
@@ -76,6 +77,9 @@ def squeeze_number(law, ratio):
         * (arc * (1.0 + 2.0 * ratio * ratio) + 1.5 * ratio * root)
     )
     return size * law.a8 * (1.0 - ratio) / (-law.a9 - ratio)
+
+
+bends.member(Finite)(None)
 
 
 @film_force.member(Finite)

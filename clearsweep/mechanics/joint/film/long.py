@@ -9,6 +9,7 @@ from ...compiled.dual import as_type_of
 from ...compiled.family import kernel
 from ..recipe import register
 from .contract import arc_from, film_force, film_pressure, highest
+from .corners import bends
 
 LENGTHY = Range("length / diameter", 4.0, inf, "1", "the oil is to flow round the pin; a shorter bearing bears less")
 
@@ -99,6 +100,9 @@ class PinkusSternlicht(NamedTuple):
     """The long bearing's half film in Pinkus and Sternlicht's approximation."""
 
     force: float  # mu L R^3 / c^2, N s
+
+
+bends.member(PinkusSternlicht)(None)
 
 
 @film_force.member(PinkusSternlicht)
