@@ -104,7 +104,7 @@ def test_the_batches_of_an_unfinished_run_remain(run):
     (run / "run.json").write_text(json.dumps(record | {"checksum": store.record.checksum_of(record)}))
     facts = store.clean(run, batches=True)
     assert (facts["finished"], facts["removed"]) == (False, [])
-    assert "its batches remain" in store.clean_text(facts)
+    assert "its batches are kept" in store.clean_text(facts)
 
 
 def test_damaged_results_and_damaged_batches_are_not_made_worse(run):

@@ -151,7 +151,7 @@ def test_a_planar_grid_says_where_a_link_gives():
         ("mechanism.bodies.rod.elastic.between", ["big", "middle"], "rod-slider, at rod.small, is on it"),
         ("mechanism.bodies.rod.elastic.segments", 13, "out of range"),
         ("mechanism.bodies.rod.mass", 0, "a bar of this mass"),
-        ("loads", {"push": {"on": "rod", "force": ["1 N", "0 N"]}}, "off its pins"),
+        ("loads", {"push": {"on": "rod", "force": ["1 N", "0 N"]}}, "away from its pins"),
     ],
 )
 def test_what_is_not_known_is_refused(path, value, sentence):

@@ -396,7 +396,7 @@ def test_a_full_disk_is_a_storage_error_that_names_the_file(tmp_path, monkeypatc
 
     monkeypatch.setattr(durable.os, "fsync", full)
     path = tmp_path / "batch.h5"
-    with pytest.raises(StorageError, match=r"batch\.h5.*No space left.*unharmed"), durable.storing(path):
+    with pytest.raises(StorageError, match=r"batch\.h5.*No space left.*finished cases are safe"), durable.storing(path):
         durable.replace(path, b"", tmp_path)
     assert not list(tmp_path.iterdir())
 

@@ -161,7 +161,7 @@ def test_open_files_are_allowed_as_far_as_the_system_lets_us(monkeypatch):
     ("error", "said"),
     [
         (MemoryError("Unable to allocate 7.45 GiB"), "7.45 GiB); run fewer cases at a time with --jobs"),
-        (OSError(12, "Cannot allocate memory"), "memory: there is not enough"),
+        (OSError(12, "Cannot allocate memory"), "memory: not enough"),
         (OSError(24, "Too many open files"), "ulimit -n"),
         (
             OSError(36, "File name too long", "x" * 300),

@@ -244,9 +244,10 @@ def cut_at_event(at, h, event):
     else:  # the matrices of an implicit step without length are singular
         work.step[ERROR] = FAILED
     work.counts[LOCATING] += work.counts[EVALUATIONS] - evaluations_before
-    # the longer step resolved the motion before the event less well; the error of a very short one is rounding
+    # The longer step resolved the motion before the event less well, above all where the iteration now fails, as at the
+    # peak of a friction law.  The error of a very short step is rounding.
     too_far = share > SHORT_SHARE and work.method[0] != IMPLICIT
-    if too_far and not work.step[ERROR] < 1.0 and work.step[ERROR] != FAILED:
+    if too_far and not work.step[ERROR] < 1.0:
         return reject(at, work.step[LENGTH])
     evaluations_before = work.counts[EVALUATIONS]
     step_to_event(at, share, (kind, contact, stepper[STEPPER_NEXT_STOP]), work.step[LENGTH])

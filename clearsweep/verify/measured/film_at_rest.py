@@ -22,7 +22,7 @@ are results.
 * The points reach an eccentricity ratio of 0.98, and so does the spread. At 0.99 and length / diameter 1, a second
   solver on two meshes gives So 108.3. The table gives 107.8, `reynolds` 108.4, and `finite` 105.8.
 * There the error of the fit, 2.3 %, is larger than the spread, and `finite` ends at `film.limit`: the surfaces touch.
-* Squeezed films of the tables are tested, too. The laws are within 0.7 % (`reynolds`) and 2.1 % (`finite`) of them.
+* Five squeezed films of the tables are tested. The laws are within 0.7 % (`reynolds`) and 2.1 % (`finite`) of them.
 * The table of Raimondi & Boyd adds the friction of the shaft, (R / c) f = torque / (load c)."""
 RADIUS, CLEARANCE, VISCOSITY, SPEED = 0.02, 2e-5, 0.01, 100.0  # m, m, Pa s, rad/s: without effect on the figures
 MASS = 0.01  # kg: light enough to prevent whirl
