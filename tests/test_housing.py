@@ -1,6 +1,8 @@
 """A bearing housing that shifts on springs but does not turn, by two guides and a carriage without mass."""
 
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -80,3 +82,14 @@ def test_a_housing_shifted_beyond_the_clearance_rests_on_the_journal():
 def test_a_load_shifts_its_housing_by_the_force_over_the_stiffness():
     path = clearsweep.simulate(clearsweep.load_case(housing(0.0, damping=400.0, force=5.0)))
     assert path["housing/y"][-1] == pytest.approx(5.0 / STIFFNESS, rel=1e-5)
+
+
+def test_the_how_to_shows_a_grid_whose_housing_rests_on_the_journal_beyond_the_clearance(tmp_path):
+    text = (Path(__file__).parents[1] / "docs/howto/mechanisms.md").read_text(encoding="utf-8")
+    (grid,) = re.findall(r"```yaml\n(name: shifting-housing\n.*?)```", text, re.DOTALL)
+    (tmp_path / "grid.yaml").write_text(grid, encoding="utf-8")
+    for shift in (20e-6, 80e-6, 120e-6):
+        case = clearsweep.load_case(tmp_path / "grid.yaml", overrides={"define.shift": f"{shift * 1e6} um"})
+        force = clearsweep.simulate(case).summary["bearing_force_peak"]
+        place = brentq(lambda y, s=shift: STIFFNESS * (s - y) - CONTACT * max(y - CLEARANCE, 0.0) ** 1.5, 0.0, shift)
+        assert force == pytest.approx(CONTACT * max(place - CLEARANCE, 0.0) ** 1.5, rel=1e-3, abs=1e-9)
