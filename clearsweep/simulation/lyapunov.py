@@ -56,6 +56,7 @@ class Perturbed:
         self.signs, self.pieces = list(branches.signs), list(branches.pieces)
         self.control = control._replace(keep_events=False, end=math.inf)
         self.run, self.work, self.scale, self.tolerance = run, run.work, scale, tolerance
+        self.roots = slice(run.work.time + 1, run.work.time + 1 + run.work.mode.size)  # of penetrations, in the state
         self.size = max(SIZE, min(OVER * tolerance, MOST))
         self.times: list[float] = []  # s
         self.growths: list[float] = []  # logarithm of the growth from the start to each of `times`
@@ -66,7 +67,7 @@ class Perturbed:
         moment = float(base.y[base.time])
         if not self.times:
             self.times, self.growths = [moment], [0.0]
-            self._bring(base, self.scale / math.sqrt(self.scale.size), 0.0)
+            self._bring(base, self.scale / math.sqrt(self.scale.size), 0.0, 0.0)
         elif self.status == run_control.OK and moment > self.work.y[base.time]:
             control = self.control._replace(window=moment, pause=moment)
             status, _ = self.run.go(control)
@@ -88,18 +89,25 @@ class Perturbed:
         self.times.append(float(base.y[base.time]))
         self.growths.append(self.growths[-1] + math.log(max(off, FAINTEST * self.size) / self.size))
         if alike and off > 0.0:
-            self._bring(base, (work.y - base.y) / off, (work.latched - base.latched) / off)
+            deeper = np.square(work.y[self.roots]) - np.square(base.y[self.roots])
+            self._bring(base, (work.y - base.y) / off, (work.latched - base.latched) / off, deeper / off)
         else:
-            self._bring(base, self.scale / math.sqrt(n), 0.0)
+            self._bring(base, self.scale / math.sqrt(n), 0.0, 0.0)
 
-    def _bring(self, base: Work, direction: np.ndarray, latched: np.ndarray | float) -> None:
-        """Place the perturbed motion next to `base`, displaced along `direction` in its first components."""
-        work = self.work
+    def _bring(
+        self, base: Work, direction: np.ndarray, latched: np.ndarray | float, deeper: np.ndarray | float
+    ) -> None:
+        """Place the perturbed motion next to `base`, displaced along `direction` in its first components.
+
+        deeper : m, likewise of the penetrations.  At an onset they grow from nothing, and their roots do not follow a
+        small displacement linearly.
+        """
+        work, seed = self.work, event_actions.SEED * self.work.sigma
         restore(snapshot_of(base), work)
         work.y[: len(direction)] += self.size * direction
         work.latched[:] += self.size * latched
-        roots = work.y[work.time + 1 : work.time + 1 + work.mode.size]
-        roots[:] = np.where(touches(work.mode), np.maximum(roots, event_actions.SEED * work.sigma), 0.0)
+        pressed = np.sqrt(np.maximum(np.square(base.y[self.roots]) + self.size * deeper, seed * seed))
+        work.y[self.roots] = np.where(touches(work.mode), pressed, 0.0)
 
     def figures(self, turn: float) -> dict[str, float | None]:
         """Return exponent and horizon, each None if undefined or if disturbances do not grow.
