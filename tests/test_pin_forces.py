@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep import report
@@ -10,25 +11,17 @@ from clearsweep.language.errors import InputError
 from clearsweep.report.data.study import Joint
 from clearsweep.report.one_case.pin_forces import pin_forces
 
-GRID = {
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4},
-        "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4},
-        "slider": {"mass": 0.14},
+GRID = slider_crank(
+    "rod-slider",
+    changes={
+        "drive.speed": "1000 rpm",
+        "joints.rod-slider.clearance": "0.1 mm",
+        "joints.rod-slider.contact": {"law": "flores", "stiffness": "1e9 N/m^1.5", "restitution": 0.7},
+        "joints.rod-slider.friction": {"law": "ambrosio", "coefficient": 0.1, "v0": "1 mm/s", "v1": "10 mm/s"},
+        "simulate.revolutions": 0.5,
+        "simulate.tolerance": 1e-8,
     },
-    "drive": {"speed": "1000 rpm"},
-    "joints": {
-        "rod-slider": {
-            "clearance": "0.1 mm",
-            "bearing_radius": "10 mm",
-            "contact": {"law": "flores", "stiffness": "1e9 N/m^1.5", "restitution": 0.7},
-            "friction": {"law": "ambrosio", "coefficient": 0.1, "v0": "1 mm/s", "v1": "10 mm/s"},
-        }
-    },
-    "simulate": {"revolutions": 0.5, "discard": 0},
-    "save": {"orbits": "none"},
-}
+)
 
 
 @pytest.mark.heavy
