@@ -40,10 +40,12 @@ WHAT = {
 def extend(directory: Path, count: int) -> dict:
     """Run one block in EACH of a grid; give the others files of the same size, and identities of their own."""
     grid = grids.load(scale_cases.made_up(count), scale_cases.StandIn.catalogue())
-    options, cut = Options(jobs=scale.JOBS, show_progress=False), store.Cut.of(grid)
-    job = blockwise.BlockJob(directory.absolute(), grid, scale_cases.StandIn, options, cut, None, np.empty(0, "i8"))
-    run, real = store.RunDirectory(directory), range(0, cut.count, EACH)
-    facts = {"counts": {"cases": len(grid)}, "blocks": {"size": cut.size, "count": cut.count, "numbers": []}}
+    options, division = Options(jobs=scale.JOBS, show_progress=False), store.Division.of(grid)
+    job = blockwise.BlockJob(
+        directory.absolute(), grid, scale_cases.StandIn, options, division, None, np.empty(0, "i8")
+    )
+    run, real = store.RunDirectory(directory), range(0, division.count, EACH)
+    facts = {"counts": {"cases": len(grid)}, "blocks": {"size": division.size, "count": division.count, "numbers": []}}
     with run.open_for(grid, **facts), CaseRunner(run, options, scale_cases.StandIn) as case_runner:
         runner, begin = blockwise.BlockRunner(job, case_runner), time.process_time()
         for number in real:
@@ -51,19 +53,19 @@ def extend(directory: Path, count: int) -> dict:
         runner.collect()
         spent = time.process_time() - begin
     chance = np.random.default_rng(1)
-    for number in set(range(cut.count)) - set(real):
-        stand_in(directory, cut, number, chance)
-    return {"parent": spent, "ran": sum(len(cut.part(number)) for number in real), "blocks": cut.count}
+    for number in set(range(division.count)) - set(real):
+        stand_in(directory, division, number, chance)
+    return {"parent": spent, "ran": sum(len(division.part(number)) for number in real), "blocks": division.count}
 
 
-def stand_in(directory: Path, cut: store.Cut, number: int, chance: np.random.Generator | None) -> None:
+def stand_in(directory: Path, division: store.Division, number: int, chance: np.random.Generator | None) -> None:
     """Finish a block with the files of the first one, and with identities of its own, by `chance`; None: with its."""
     first, block = store.Block(directory, 0), store.Block(directory, number)
     mark = json.loads(first.mark.read_text())
     block.path.mkdir(parents=True, exist_ok=True)
     for name, path in block.files.items():
         if chance and name == blocks.IDS_FILE:
-            np.sort(chance.integers(0, 2**64, len(cut.part(number)), dtype="u8")).tofile(path)
+            np.sort(chance.integers(0, 2**64, len(division.part(number)), dtype="u8")).tofile(path)
         else:
             os.link(first.files[name], path)
     files = mark["files"] | {blocks.IDS_FILE: ["", block.files[blocks.IDS_FILE].stat().st_size]}
@@ -89,18 +91,25 @@ def look_up(directory: Path) -> dict:
 def merge(directory: Path, count: int) -> dict:
     """Finish all blocks again; return the processor time of each row (us), of the first block with what it loads."""
     grid = grids.load(scale_cases.made_up(count), scale_cases.StandIn.catalogue())
-    cut = store.Cut.of(grid)
-    job = blockwise.BlockJob(directory, grid, scale_cases.StandIn, Options(), cut, None, np.empty(0, "i8"))
+    division = store.Division.of(grid)
+    job = blockwise.BlockJob(directory, grid, scale_cases.StandIn, Options(), division, None, np.empty(0, "i8"))
     of_workers, costs = Job(directory, grid, scale_cases.StandIn, None), []
-    for number in range(cut.count):
+    for number in range(division.count):
         block, wanted = store.Block(directory, number), np.sort(job.cases(number)[1])
         block.mark.unlink()
         begin = time.process_time()
-        blockwise.finish(of_workers, block, cut, wanted)
+        blockwise.finish(of_workers, block, division, wanted)
         costs.append(1e6 * (time.process_time() - begin) / len(wanted))
-    batches = sum(1 for number in range(cut.count) for _ in (store.Block(directory, number).path / "parts").iterdir())
+    batches = sum(
+        1 for number in range(division.count) for _ in (store.Block(directory, number).path / "parts").iterdir()
+    )
     later = costs[1:]
-    return {"first": costs[0], "least": min(later), "median": float(np.median(later)), "batches": batches / cut.count}
+    return {
+        "first": costs[0],
+        "least": min(later),
+        "median": float(np.median(later)),
+        "batches": batches / division.count,
+    }
 
 
 def measure(name: str, count: int, directory: Path) -> dict:

@@ -37,8 +37,8 @@ with LocalCluster(**options, dashboard_address=None) as cluster:
 def simulated(_token: str, content: bytes, number: int, _most: int | None, cores: int) -> node.Report:
     """Wait for as long as a node would work at a block, and finish it with the files of the first one."""
     job = node._unpacked(content)
-    cases, begin = len(job.cut.part(number)), time.monotonic()
-    scale_blocks.stand_in(job.directory, job.cut, number, None)
+    cases, begin = len(job.division.part(number)), time.monotonic()
+    scale_blocks.stand_in(job.directory, job.division, number, None)
     time.sleep(max(cases * SECONDS / cores - (time.monotonic() - begin), 0.0))
     return node.Report(node._address(), cases, 0, cases * SECONDS)
 
@@ -65,10 +65,12 @@ def run(count: int, cores: int, directory: Path, address: str) -> dict:
     blocks = count * BLOCKS
     scale_cases.COUNTS[blocks * store.block_size()] = (blocks, 256, 512)
     grid = grids.load(scale_cases.made_up(blocks * store.block_size()), scale_cases.StandIn.catalogue())
-    options, cut = Options(jobs=scale.JOBS, show_progress=False, scheduler=address), store.Cut.of(grid)
-    job = blockwise.BlockJob(directory.absolute(), grid, scale_cases.StandIn, options, cut, None, np.empty(0, "i8"))
+    options, division = Options(jobs=scale.JOBS, show_progress=False, scheduler=address), store.Division.of(grid)
+    job = blockwise.BlockJob(
+        directory.absolute(), grid, scale_cases.StandIn, options, division, None, np.empty(0, "i8")
+    )
     directory_of_run = store.RunDirectory(directory)
-    facts = {"counts": {"cases": len(grid)}, "blocks": {"size": cut.size, "count": cut.count, "numbers": []}}
+    facts = {"counts": {"cases": len(grid)}, "blocks": {"size": division.size, "count": division.count, "numbers": []}}
     with directory_of_run.open_for(grid, **facts):
         with CaseRunner(directory_of_run, options, scale_cases.StandIn) as case_runner:
             runner = blockwise.BlockRunner(job, case_runner)

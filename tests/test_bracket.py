@@ -14,9 +14,9 @@ def bisected(good, last):
         step = search(known, last)
         if step.border is not None:
             return step.border, known
-        assert step.wanted
-        assert not known.keys() & set(step.wanted)
-        known |= {place: good(place) for place in step.wanted}
+        assert step.probes
+        assert not known.keys() & set(step.probes)
+        known |= {place: good(place) for place in step.probes}
     raise AssertionError("no end")
 
 
@@ -59,12 +59,14 @@ def test_in_noise_the_answer_encloses_the_border_and_what_agrees_with_it(power, 
         return flips[place] if abs(place - border) < wide else place < border
 
     answer, known = bisected(good, last)
-    if answer.good is None:
+    if answer.last_good is None:
         return
-    assert known[answer.good]
-    assert all(known[place] for place in range(answer.good - REPEATS, answer.good) if place in known)
-    if answer.bad is not None:
-        assert answer.good < answer.bad
-        assert not known[answer.bad]
-        assert not any(known[place] for place in range(answer.bad + 1, answer.bad + 1 + REPEATS) if place in known)
+    assert known[answer.last_good]
+    assert all(known[place] for place in range(answer.last_good - REPEATS, answer.last_good) if place in known)
+    if answer.first_bad is not None:
+        assert answer.last_good < answer.first_bad
+        assert not known[answer.first_bad]
+        assert not any(
+            known[place] for place in range(answer.first_bad + 1, answer.first_bad + 1 + REPEATS) if place in known
+        )
     assert len(known) <= 5 + power + 2 * REPEATS + 6 * (power + 1)

@@ -103,11 +103,11 @@ def _up_to(values: "np.ndarray", highest: float, count: int) -> "np.ndarray":
     return filtered
 
 
-def noise(chance: "np.random.Generator", turns: "np.ndarray", orders: float) -> "np.ndarray":
+def noise(rng: "np.random.Generator", turns: "np.ndarray", orders: float) -> "np.ndarray":
     """Return white noise up to an order, with rms 1, in the shape of `turns` (turns, samples)."""
     import numpy as np
 
-    white = _up_to(chance.standard_normal(turns.size), orders * len(turns), turns.size)
+    white = _up_to(rng.standard_normal(turns.size), orders * len(turns), turns.size)
     normalised: np.ndarray = (white / np.sqrt((white**2).mean())).reshape(turns.shape)
     return normalised
 

@@ -131,7 +131,7 @@ def end(opened: Phase) -> None:
     _changed()
 
 
-def once_seconds() -> float:
+def compile_seconds() -> float:
     """Return the time (s) that this process has spent on work that later runs do not repeat."""
     return _once[0]
 

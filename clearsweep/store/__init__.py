@@ -7,7 +7,7 @@ import pyarrow
 from . import blocks
 from .assemble import merge
 from .batch import Axis, ResultSchema, Row, id_text, open_table
-from .blocks import Block, Cut, digest_of, discard_from, numbers_of_blocks, read_mark, summed
+from .blocks import Block, Division, digest_of, discard_from, numbers_of_blocks, read_mark, summed
 from .case_results import (
     OPTIMISE_FILE,
     SEEK_FILE,
@@ -43,7 +43,7 @@ __all__ = [
     "Block",
     "BlockedRun",
     "CaseResults",
-    "Cut",
+    "Division",
     "OneBlock",
     "ResultSchema",
     "Row",

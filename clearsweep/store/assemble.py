@@ -19,42 +19,49 @@ from .worst import Again, worst_cases, write_worst
 
 def merge(
     run: RunDirectory,
-    form: ResultSchema,
+    result_schema: ResultSchema,
     rows: np.ndarray,
     *,
     say: Callable[[str], None] = lambda _: None,
-    again: Again = lambda worst: [None] * len(worst),
+    find_peaks: Again = lambda worst: [None] * len(worst),
 ) -> dict[str, str]:
     """Write orbits.h5 and summary.parquet with exactly the cases in `rows` (ROWS, ascending by id), unless present.
 
-    Return what informs the next run whether they are still what they should be: the mark of their content, checksums.
-    `say` is given a sentence for each that is not.  `again` computes the revolution of the largest peak of the worst
+    Return the mark of their content and their checksums, by which the next run recognises unchanged files.
+    `say` receives a sentence for each file that was changed.  `find_peaks` computes the peak revolutions of the worst
     cases.
     """
-    mark = mark_of(run, form, rows)
-    known: dict[str, str] = read_record(run.path).get("merged", {})
-    if known.get("mark") == mark:
+    mark = mark_of(run, result_schema, rows)
+    merged_files: dict[str, str] = read_record(run.path).get("merged", {})
+    if merged_files.get("mark") == mark:
         merged = _merged(run, mark)
-        if merged == known:
-            return known
-        for name in sorted(known):
-            if merged.get(name) != known[name]:
+        if merged == merged_files:
+            return merged_files
+        for name in sorted(merged_files):
+            if merged.get(name) != merged_files[name]:
                 state = "damaged (its checksum is not that in run.json)" if name in merged else "missing"
-                say(f"{name}: {state}; made anew of the batches")
-    worst = worst_cases(form, lambda schema: summary_groups(run, schema, rows)) if form.worst else []
-    peaks = [(case, peak) for case, peak in zip(worst, again(worst) if worst else [], strict=True) if peak]
+                say(f"{name}: {state}; written again from the batches")
+    worst = worst_cases(result_schema, lambda schema: summary_groups(run, schema, rows)) if result_schema.worst else []
+    peaks = [(case, peak) for case, peak in zip(worst, find_peaks(worst) if worst else [], strict=True) if peak]
     with durable.storing(run.path):
         with contextlib.ExitStack() as finished:
             summary, orbits = (
                 finished.enter_context(durable.publishing(run.path / name, run.scratch)) for name in FINAL_FILES
             )
             with phases.phase(f"writing {ORBITS_FILE}"):
-                write_orbits(orbits, run, form, rows, mark)
+                write_orbits(orbits, run, result_schema, rows, mark)
             if peaks:
                 with h5py.File(orbits, "r+", libver=FORMAT) as file:
-                    write_worst(file, form, peaks)
+                    write_worst(file, result_schema, peaks)
             with phases.phase(f"writing {SUMMARY_FILE}") as writing:
-                write_summary(summary, run, form, rows, mark, lambda _, before: writing.note(share=before / len(rows)))
+                write_summary(
+                    summary,
+                    run,
+                    result_schema,
+                    rows,
+                    mark,
+                    lambda _, written_rows: writing.note(share=written_rows / len(rows)),
+                )
             for path in (summary, orbits):
                 durable.sync(path)
         durable.sync(run.path)
@@ -62,9 +69,9 @@ def merge(
             return _merged(run, mark)
 
 
-def mark_of(run: RunDirectory, form: ResultSchema, rows: np.ndarray) -> str:
+def mark_of(run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray) -> str:
     """Return a hash of the content of the merged files, which both carry: batches are named by their content."""
-    digest = hashlib.sha256(form.content.encode())
+    digest = hashlib.sha256(result_schema.content.encode())
     for column in ("id", "row"):
         digest.update(rows[column].tobytes())
     names = np.array([batch.name for batch in run.batches], "S")

@@ -63,7 +63,7 @@ class ResultSchema(NamedTuple):
 
     @property
     def content(self) -> str:
-        """Return all that decides the values in the files as text: everything but the descriptions of columns."""
+        """Return a text of everything that determines the values in the files; descriptions of columns do not."""
         columns, channels = (
             tuple(column._replace(description="") for column in each)
             for each in (self.layout.columns, self.layout.channels)
@@ -79,19 +79,21 @@ class Row(NamedTuple):
     trajectory: results.Trajectory
 
 
-def summary_schema(form: ResultSchema) -> pa.Schema:
+def summary_schema(result_schema: ResultSchema) -> pa.Schema:
     """Return the schema of the summary of a batch; every field's metadata hold `unit` and `description`.
 
     Those of an axis with labels also hold `labels`: JSON of label -> value, SI.
     """
     columns = [Column("case_id", "", "identity of the case: hash of all that decides its numbers", "text")]
-    columns += [Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float") for axis in form.axes]
+    columns += [
+        Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float") for axis in result_schema.axes
+    ]
     columns += [
         Column("status", "", "'ok', or the word for how the case failed", "text"),
         Column("message", "", "description of the failure; for an ok case, remarks", "text"),
     ]
-    fields = [field_of(column) for column in (*columns, *form.layout.columns)]
-    labels = {axis.path: axis.labels for axis in form.axes if axis.labels}
+    fields = [field_of(column) for column in (*columns, *result_schema.layout.columns)]
+    labels = {axis.path: axis.labels for axis in result_schema.axes if axis.labels}
     return pa.schema([_with_labels(field, labels[field.name]) if field.name in labels else field for field in fields])
 
 
@@ -122,16 +124,18 @@ def with_verdict(verdict: Verdict, table: pa.Table) -> pa.Table:
     return table
 
 
-def summary_table(form: ResultSchema, rows: list[Row]) -> pa.Table:
+def summary_table(result_schema: ResultSchema, rows: list[Row]) -> pa.Table:
     """Return the summary of `rows`; missing values are null."""
-    schema = summary_schema(form)
+    schema = summary_schema(result_schema)
     columns = {
         "case_id": [row.case_id for row in rows],
         "status": [row.trajectory.status for row in rows],
         "message": [row.trajectory.message for row in rows],
     }
-    columns |= _by_column([axis.path for axis in form.axes], [row.point for row in rows])
-    columns |= _by_column([column.name for column in form.layout.columns], [row.trajectory.summary for row in rows])
+    columns |= _by_column([axis.path for axis in result_schema.axes], [row.point for row in rows])
+    columns |= _by_column(
+        [column.name for column in result_schema.layout.columns], [row.trajectory.summary for row in rows]
+    )
     return pa.Table.from_arrays([_column(columns[field.name], field.type) for field in schema], schema=schema)
 
 
@@ -163,43 +167,43 @@ def values_of(column: pa.Array) -> np.ndarray:
     """Return a column as an array: numbers as float64, NaN for null, texts as objects; to_numpy would import pandas."""
     if column.type == pa.string():
         return np.array(column.to_pylist(), object)
-    here = slice(column.offset, column.offset + len(column))
-    values = np.frombuffer(column.buffers()[1], column.type.to_pandas_dtype())[here].astype(float)
+    span = slice(column.offset, column.offset + len(column))
+    values = np.frombuffer(column.buffers()[1], column.type.to_pandas_dtype())[span].astype(float)
     values[_nulls(column)] = np.nan
     return values
 
 
 def words_of(column: pa.Array) -> np.ndarray:
-    """Return what `values_of` does of a column of texts, faster where many of them are equal."""
+    """Return what `values_of` returns for a column of texts; faster if many of them are equal."""
     if not len(column):
         return np.empty(0, object)
     encoded = column.dictionary_encode()
     codes = np.frombuffer(encoded.indices.buffers()[1], "i4")[: len(column)].copy()
     codes[_nulls(encoded.indices)] = len(encoded.dictionary)
-    words = np.array([*encoded.dictionary.to_pylist(), None], object)
-    values: np.ndarray = words[codes]
+    vocabulary = np.array([*encoded.dictionary.to_pylist(), None], object)
+    values: np.ndarray = vocabulary[codes]
     return values
 
 
 def _nulls(column: pa.Array) -> np.ndarray:
-    """Return the places of the nulls of a column."""
+    """Return the indices of the nulls of a column."""
     if not column.null_count:
         return np.empty(0, int)
     bits = np.unpackbits(np.frombuffer(column.buffers()[0], "u1"), bitorder="little")
     return np.flatnonzero(bits[column.offset : column.offset + len(column)] == 0)
 
 
-def datasets(form: ResultSchema) -> tuple[Dataset, ...]:
+def datasets(result_schema: ResultSchema) -> tuple[Dataset, ...]:
     """Return the datasets of the orbits for `case_id` and the offsets."""
     datasets = []
-    if form.histories:
+    if result_schema.histories:
         datasets += [
             Dataset(column.name, np.dtype("f8"), column.unit, column.description, SAMPLE)
-            for column in form.layout.stored
+            for column in result_schema.layout.stored
         ]
-        datasets += event_datasets(form.layout)
-        datasets += section_datasets(form.layout)
-    for joint in form.layout.joints:
+        datasets += event_datasets(result_schema.layout)
+        datasets += section_datasets(result_schema.layout)
+    for joint in result_schema.layout.joints:
         if joint.wear_bins:
             text = "wear depth of the {} in angular bins of its own frame"
             shape: tuple[int, ...] = (joint.wear_bins,)
@@ -209,18 +213,18 @@ def datasets(form: ResultSchema) -> tuple[Dataset, ...]:
                 Dataset(f"wear/{joint.name}/{body}", np.dtype("f8"), "m", text.format(body), CASE, shape)
                 for body in ("bearing", "journal")
             ]
-    return (*datasets, *life_datasets(form.layout))
+    return (*datasets, *life_datasets(result_schema.layout))
 
 
-def offsets_of(form: ResultSchema) -> dict[str, Dataset]:
+def offsets_of(result_schema: ResultSchema) -> dict[str, Dataset]:
     """Return the datasets with the offsets of cases, by what they count: samples, events and so on."""
     text = "first {} of each case; the last value is their number"
     offsets = {SAMPLE: Dataset("offsets", np.dtype("i8"), "1", text.format(SAMPLE), CASE)}
-    if form.histories:
+    if result_schema.histories:
         offsets[EVENT] = Dataset("events/offsets", np.dtype("i8"), "1", text.format(EVENT), CASE)
-        if form.layout.sections:
+        if result_schema.layout.sections:
             offsets[SECTION] = Dataset("poincare/offsets", np.dtype("i8"), "1", text.format(SECTION), CASE)
-    if form.layout.life:
+    if result_schema.layout.life:
         offsets[NODE] = Dataset(f"{results.HISTORY}offsets", np.dtype("i8"), "1", text.format(NODE), CASE)
     return offsets
 
@@ -239,43 +243,47 @@ def describe(target: h5py.Dataset, dataset: Dataset) -> None:
 CASE_ID = Dataset("case_id", np.dtype(f"S{ID_LENGTH}"), "1", "identity of the case, ascending", CASE)
 
 
-def orbits_bytes(form: ResultSchema, rows: list[Row]) -> bytes:
+def orbits_bytes(result_schema: ResultSchema, rows: list[Row]) -> bytes:
     """Return the HDF5 file of a batch, contiguous and uncompressed, so that a merge can read it by offsets."""
     with h5py.File("batch", "w", driver="core", backing_store=False) as file:
         put(file, CASE_ID, np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))
-        for each, dataset in offsets_of(form).items():
-            put(file, dataset, np.cumsum([0, *(_count(form, row.trajectory, each) for row in rows)]).astype("i8"))
-        for dataset in datasets(form):
-            put(file, dataset, _gathered(form, dataset, rows))
+        for unit, dataset in offsets_of(result_schema).items():
+            put(
+                file,
+                dataset,
+                np.cumsum([0, *(_count(result_schema, row.trajectory, unit) for row in rows)]).astype("i8"),
+            )
+        for dataset in datasets(result_schema):
+            put(file, dataset, _gathered(result_schema, dataset, rows))
         file.flush()
         content: bytes = file.id.get_file_image()
         return content
 
 
-def _count(form: ResultSchema, trajectory: results.Trajectory, each: str) -> int:
-    if form.histories and each == EVENT:
+def _count(result_schema: ResultSchema, trajectory: results.Trajectory, unit: str) -> int:
+    if result_schema.histories and unit == EVENT:
         return len(trajectory.events)  # also for failed cases, if stored
     if trajectory.status != "ok":
         return 0  # failed cases have no other histories
-    if each == NODE:
+    if unit == NODE:
         return len(trajectory.history["revolutions"])
-    if not form.histories:
+    if not result_schema.histories:
         return 0
-    if each == SECTION:
+    if unit == SECTION:
         return len(trajectory.poincare.get(SECTION_COUNT, ()))
     return len(trajectory.t)
 
 
-def _gathered(form: ResultSchema, dataset: Dataset, rows: list[Row]) -> np.ndarray:
+def _gathered(result_schema: ResultSchema, dataset: Dataset, rows: list[Row]) -> np.ndarray:
     """Return the values of a dataset for all rows, case after case."""
-    good = [row.trajectory for row in rows if row.trajectory.status == "ok"]
+    finished = [row.trajectory for row in rows if row.trajectory.status == "ok"]
     if dataset.each == SAMPLE:
-        return np.concatenate([np.empty(0), *(path.channels[dataset.path] for path in good)])
+        return np.concatenate([np.empty(0), *(path.channels[dataset.path] for path in finished)])
     if dataset.each == SECTION:
-        parts = [path.poincare[dataset.path] for path in good if dataset.path in path.poincare]
+        parts = [path.poincare[dataset.path] for path in finished if dataset.path in path.poincare]
         return np.concatenate([np.empty(0, dataset.dtype), *parts])
     if dataset.each == NODE:
-        parts = [path.history[dataset.path.removeprefix(results.HISTORY)] for path in good]
+        parts = [path.history[dataset.path.removeprefix(results.HISTORY)] for path in finished]
         return np.concatenate([np.empty((0, *dataset.shape)), *parts])
     if dataset.each == EVENT:
         name = dataset.path.removeprefix("events/")
@@ -284,9 +292,9 @@ def _gathered(form: ResultSchema, dataset: Dataset, rows: list[Row]) -> np.ndarr
         return values if codes is None else _coded(values, codes, dataset.dtype)
     _, joint, body = dataset.path.split("/")
     depths = np.full((len(rows), *dataset.shape), np.nan)
-    for place, row in enumerate(rows):
+    for position, row in enumerate(rows):
         if row.trajectory.status == "ok":
-            depths[place] = row.trajectory.wear[joint][body == "journal"]
+            depths[position] = row.trajectory.wear[joint][body == "journal"]
     return depths
 
 
@@ -298,9 +306,9 @@ def _coded(words: np.ndarray, codes: dict[str, int], dtype: np.dtype) -> np.ndar
     return numbers
 
 
-def summary_bytes(form: ResultSchema, rows: list[Row], facts: dict) -> bytes:
+def summary_bytes(result_schema: ResultSchema, rows: list[Row], facts: dict) -> bytes:
     """Return the Parquet file of a batch; `facts` of the store go into its metadata."""
-    table = summary_table(form, rows)
+    table = summary_table(result_schema, rows)
     table = table.replace_schema_metadata({"clearsweep": json.dumps(facts)})
     sink = io.BytesIO()
     # read once, as a whole: dictionaries and statistics would double the time of writing
@@ -338,9 +346,9 @@ def named_hash(path: Path) -> str | None:
 
 
 def batch_files(path: Path, content: bytes, *, keep_rows: bool = False) -> BatchFiles:
-    """Return the files of the batch whose summary, at `path`, has this content; its rows, too, if they are to be kept.
+    """Return the files of the batch whose summary, at `path`, has this content; also its rows, if requested.
 
-    The content is known to be what was committed.
+    The checksum of the content has been verified.
     """
     with pq.ParquetFile(pa.BufferReader(content), pre_buffer=False) as file:
         facts = json.loads(file.metadata.metadata[b"clearsweep"])
@@ -364,7 +372,7 @@ def read_done(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 def done_of(table: pa.Table) -> tuple[np.ndarray, np.ndarray]:
-    """Return what `read_done` does of rows of a batch."""
+    """Return what `read_done` returns, from the rows of a batch."""
     ids = [numbers_of(chunk.buffers()[2].to_pybytes()[: ID_LENGTH * len(chunk)]) for chunk in table["case_id"].chunks]
     failed = [words_of(chunk) != "ok" for chunk in table["status"].chunks]
     return np.concatenate([np.empty(0, "u8"), *ids]), np.concatenate([np.empty(0, bool), *failed])
@@ -389,8 +397,8 @@ def numbers_of(texts: bytes) -> np.ndarray:
 def open_table(path: Path) -> Iterator[pq.ParquetFile]:
     """Yield a Parquet file whose pages are verified on reading; also lighter than pq.read_table.
 
-    Nothing is read in advance: Arrow would do that in a thread of its own, which may hold a Python buffer for longer
-    than the interpreter lives and then aborts the process (apache/arrow issue 34314).
+    Nothing is read in advance: Arrow's reading thread may keep a Python buffer until after the interpreter has ended,
+    which aborts the process (apache/arrow issue 34314).
     """
     with (
         durable.opened(path) as file,

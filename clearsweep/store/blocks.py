@@ -1,7 +1,7 @@
-"""Blocks: a large run is cut into blocks of consecutive cases, each with batches, final files and a mark of its own.
+"""Blocks: a large run is divided into blocks of consecutive cases, each with its own batches, final files and mark.
 
-A block is finished once its mark is written, which is done last.  Whoever resumes, counts or reads a run looks at marks
-and leaves the batches alone.
+The mark is written last and means that the block is finished.  Resuming, counting and reading use the marks and do
+not open the batches.
 """
 
 import hashlib
@@ -34,24 +34,24 @@ _COUNTED = ("statuses", "remarks", "limits", "exceeded", "unknown", "fails", "un
 
 
 class Block(NamedTuple):
-    """The place of one block of a run."""
+    """The location of one block of a run."""
 
     run: Path
     number: int
 
     @property
     def path(self) -> Path:
-        """Return the directory of its batches and of what its number names."""
+        """Return the directory of its batches."""
         return self.run / BLOCKS / self.name
 
     @property
     def name(self) -> str:
-        """Return its number as names of files contain it."""
+        """Return its number as used in file names."""
         return f"{self.number:05d}"
 
     @property
     def files(self) -> dict[str, Path]:
-        """Return its final files, by what they are called where there is one block."""
+        """Return its final files, by the names that they have in a run without blocks."""
         return {
             SUMMARY_FILE: self.run / DATASET / f"{self.name}.parquet",
             ORBITS_FILE: self.path / ORBITS_FILE,
@@ -61,11 +61,11 @@ class Block(NamedTuple):
 
     @property
     def mark(self) -> Path:
-        """Return the file that says what the block came to."""
+        """Return the file with the outcome of the block."""
         return self.path / MARK_FILE
 
     def directory(self, frame: str) -> RunDirectory:
-        """Return the directory of its batches, made where it is missing."""
+        """Return the directory of its batches; create it if it is missing."""
         directory = RunDirectory(self.path)
         directory.frame = frame
         for folder in (self.path.parent, self.path, directory.orbits, directory.summaries, directory.scratch):
@@ -74,18 +74,18 @@ class Block(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Cut:
-    """How the cases of a grid are cut into blocks."""
+class Division:
+    """How the cases of a grid are divided into blocks."""
 
     size: int  # consecutive indices in a block
     cases: int  # of the grid
-    form: str  # hash of all that decides what the blocks contain
+    fingerprint: str  # hash of everything that determines the content of the blocks
 
     @classmethod
-    def of(cls, grid: Grid, shard: str = "") -> "Cut | None":
-        """Return how the cases of a grid, or of one shard, are cut, or None if they are not.
+    def of(cls, grid: Grid, shard: str = "") -> "Division | None":
+        """Return the division of a grid, or of one shard, or None if it has only one block.
 
-        Cases that a run adds follow from those before, so that a grid that is searched is not cut.
+        Grids with a search have one block, since the cases that a search adds depend on earlier ones.
         """
         if len(grid) <= BLOCK or grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws:
             return None
@@ -109,40 +109,40 @@ class Cut:
         return range(number * self.size, min((number + 1) * self.size, self.cases))
 
 
-def read_mark(block: Block, form: str | None = None) -> dict[str, Any] | None:
-    """Return the mark of a block whose final files are there with the sizes it says, or None if it is to be finished.
+def read_mark(block: Block, fingerprint: str | None = None) -> dict[str, Any] | None:
+    """Return the mark of a block whose final files exist with the sizes in the mark, or None if it is unfinished.
 
-    form : of `Cut`; another one does not count.
+    fingerprint : of the `Division`; a mark with another one is ignored.
     """
     try:
         mark = json.loads(durable.read(block.mark))
         checksum = mark.pop("checksum")
         sizes = {name: size for name, (_, size) in mark["files"].items()}
-        intact = checksum == _checksum(mark) and form in (None, mark["form"])
-        same = intact and all(os.stat(path).st_size == sizes[name] for name, path in block.files.items())
+        intact = checksum == _checksum(mark) and fingerprint in (None, mark["form"])
+        is_valid = intact and all(os.stat(path).st_size == sizes[name] for name, path in block.files.items())
     except (FileNotFoundError, ValueError, KeyError, TypeError, AttributeError):
         return None
-    return dict(mark) if same and mark["block"] == block.number and _is_whole(mark) else None
+    return dict(mark) if is_valid and mark["block"] == block.number and _is_whole(mark) else None
 
 
-def summed(counts: Sequence[Mapping[str, Any]], part: str) -> Counter[str]:
-    """Return the sums of a part of the `counts` of marks over all blocks."""
+def summed(counts: Sequence[Mapping[str, Any]], section: str) -> Counter[str]:
+    """Return the sums of a section of the `counts` of marks over all blocks."""
     total: Counter[str] = Counter()
     for count in counts:
-        total.update(count[part])
+        total.update(count[section])
     return total
 
 
 def _is_whole(mark: dict[str, Any]) -> bool:
-    """Return whether a mark has all that `finish_block` writes: a checksum does not say who wrote it."""
+    """Return whether a mark has all entries that `finish_block` writes: its checksum does not prove that."""
     counts = mark.get("counts")
     ranges = mark.get("ranges")
     return (
         all(isinstance(mark.get(name), int) and 0 <= mark[name] <= LARGEST for name in _COUNTS)
         and isinstance(ranges, dict)
         and all(
-            isinstance(ends, list) and [type(end) for end in ends] == [float, float, str, str]
-            for ends in ranges.values()
+            isinstance(extremes, list) and [type(value) for value in extremes] == [float, float, str, str]
+            for extremes in ranges.values()
         )
         and isinstance(counts, dict)
         and isinstance(counts.get("unreached"), int)
@@ -156,13 +156,15 @@ def _is_whole(mark: dict[str, Any]) -> bool:
 
 
 def write_mark(block: Block, mark: Mapping[str, Any], scratch: Path) -> dict[str, Any]:
-    """Write the mark of a block whose final files are on the disk; return it with their checksums and sizes."""
+    """Write the mark of a block whose final files are on disk; return it with their checksums and sizes."""
     files = {name: [durable.checksum(path), path.stat().st_size] for name, path in block.files.items()}
-    whole = json.loads(json.dumps({**mark, "block": block.number, "files": files}, default=lambda value: value.item()))
-    content = json.dumps(whole | {"checksum": _checksum(whole)})
+    complete = json.loads(
+        json.dumps({**mark, "block": block.number, "files": files}, default=lambda value: value.item())
+    )
+    content = json.dumps(complete | {"checksum": _checksum(complete)})
     with durable.storing(block.mark):
         durable.replace(block.mark, content.encode(), scratch)
-    return dict(whole)
+    return dict(complete)
 
 
 def _checksum(mark: Mapping[str, Any]) -> str:
@@ -193,7 +195,7 @@ def numbers_of_blocks(run: Path) -> list[int]:
 
 
 def discard_from(run: Path, count: int) -> None:
-    """Remove marks and final files of the blocks from a number on; their batches stay."""
+    """Remove the marks and final files of the blocks from a number on; keep their batches."""
     for number in numbers_of_blocks(run):
         if number >= count:
             block = Block(run, number)
@@ -202,24 +204,24 @@ def discard_from(run: Path, count: int) -> None:
 
 
 class Sampler:
-    """Takes in the sorted rows of a block; keeps ranges of its columns, rows at random, and extreme ones.
+    """Collects the sorted rows of a block; keeps ranges of its columns, random rows, and extreme ones.
 
     Rows are sorted by identities, which are hashes: the first ones are a random sample.  The others are the rows with
-    the smallest and the largest value of each column, and those that `chosen` names.
+    the smallest and the largest value of each column, and those whose identities `select` returns.
     """
 
-    def __init__(self, rows: int, chosen: Callable[[dict[str, np.ndarray]], set[str]]):
-        """Take the number of `rows` at random; chosen : columns of further rows -> identities of all to keep by now."""
-        self.rows, self.chosen = rows, chosen
+    def __init__(self, rows: int, select: Callable[[dict[str, np.ndarray]], set[str]]):
+        """Take the number of `rows` at random; select : columns of further rows -> identities of all to keep by now."""
+        self.rows, self.chosen = rows, select
         self.drawn: list[pa.Table] = []
         self.ranges: dict[str, list[Any]] = {}  # column -> smallest, largest value, their identities
         self.selected: dict[str, pa.Table] = {}  # case_id -> its row
         self.taken = 0
 
     def add(self, table: pa.Table, columns: dict[str, np.ndarray]) -> None:
-        """Take in further rows, and their `columns` as arrays."""
-        if (left := self.rows - self.taken) > 0:
-            self.drawn.append(_copied(table, np.arange(min(left, len(table)))))
+        """Add rows, with their `columns` as arrays."""
+        if (missing := self.rows - self.taken) > 0:
+            self.drawn.append(_copied(table, np.arange(min(missing, len(table)))))
             self.taken += len(self.drawn[-1])
         ids = columns["case_id"].tolist()
         for name, values in columns.items():
@@ -230,26 +232,26 @@ class Sampler:
                 continue
             low = int(np.argmin(values if finite.all() else np.where(finite, values, np.inf)))
             high = int(np.argmax(values if finite.all() else np.where(finite, values, -np.inf)))
-            ends = self.ranges.setdefault(name, [np.inf, -np.inf, "", ""])
-            if values[low] < ends[0]:
-                ends[0], ends[2] = float(values[low]), ids[low]
-            if values[high] > ends[1]:
-                ends[1], ends[3] = float(values[high]), ids[high]
-        chosen = self.chosen(columns) | {case_id for ends in self.ranges.values() for case_id in ends[2:]}
-        for case_id in chosen - self.selected.keys():
-            place = bisect_left(ids, case_id)
-            if place < len(ids) and ids[place] == case_id:
-                self.selected[case_id] = _copied(table, np.array([place]))
-        self.selected = {case_id: row for case_id, row in self.selected.items() if case_id in chosen}
+            extremes = self.ranges.setdefault(name, [np.inf, -np.inf, "", ""])
+            if values[low] < extremes[0]:
+                extremes[0], extremes[2] = float(values[low]), ids[low]
+            if values[high] > extremes[1]:
+                extremes[1], extremes[3] = float(values[high]), ids[high]
+        selected_ids = self.chosen(columns) | {case_id for extremes in self.ranges.values() for case_id in extremes[2:]}
+        for case_id in selected_ids - self.selected.keys():
+            position = bisect_left(ids, case_id)
+            if position < len(ids) and ids[position] == case_id:
+                self.selected[case_id] = _copied(table, np.array([position]))
+        self.selected = {case_id: row for case_id, row in self.selected.items() if case_id in selected_ids}
 
     def table(self, schema: pa.Schema) -> pa.Table:
-        """Return the rows at random, `taken` of them, and behind them the others, each once."""
-        drawn = pa.concat_tables([pa.Table.from_batches([], schema), *self.drawn])
-        known = set(drawn["case_id"].to_pylist())
-        others = [row for case_id, row in sorted(self.selected.items()) if case_id not in known]
-        return pa.concat_tables([drawn, *others]).combine_chunks()
+        """Return the random rows, `taken` of them, followed by the others, each once."""
+        random_rows = pa.concat_tables([pa.Table.from_batches([], schema), *self.drawn])
+        drawn_ids = set(random_rows["case_id"].to_pylist())
+        others = [row for case_id, row in sorted(self.selected.items()) if case_id not in drawn_ids]
+        return pa.concat_tables([random_rows, *others]).combine_chunks()
 
 
 def _copied(table: pa.Table, places: np.ndarray) -> pa.Table:
-    """Return some rows without the memory of the others."""
+    """Return a copy of some rows, so that the memory of the others can be freed."""
     return table.take(array_of([None, places.astype("i8")], pa.int64(), len(places)))

@@ -27,38 +27,44 @@ class CaseResults(NamedTuple):
     histories: tuple[dict[str, np.ndarray], ...] = ()  # requested channels of each case; empty for a failed case
 
 
-def read_results(run: RunDirectory, form: ResultSchema, rows: np.ndarray, names: Sequence[str] = ()) -> CaseResults:
+def read_results(
+    run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray, names: Sequence[str] = ()
+) -> CaseResults:
     """Return committed cases (ROWS) compared with the limits of their grid, and the columns with these names."""
     status: list[str] = []
     exceeded: list[str] = []
-    asked: dict[str, list[np.ndarray]] = {name: [] for name in names}
-    margins: dict[str, list[np.ndarray]] = {limit.column: [] for limit in form.verdict.limits}
-    for group in summary_groups(run, summary_schema(form), rows):
-        table = with_verdict(form.verdict, group)
+    requested: dict[str, list[np.ndarray]] = {name: [] for name in names}
+    margins: dict[str, list[np.ndarray]] = {limit.column: [] for limit in result_schema.verdict.limits}
+    for group in summary_groups(run, summary_schema(result_schema), rows):
+        table = with_verdict(result_schema.verdict, group)
         status += table["status"].to_pylist()
-        exceeded += [each or "" for each in table[EXCEEDED].to_pylist()] if form.verdict.limits else [""] * len(table)
+        exceeded += (
+            [arrays or "" for arrays in table[EXCEEDED].to_pylist()]
+            if result_schema.verdict.limits
+            else [""] * len(table)
+        )
         for name in names:
-            asked[name].append(np.asarray(values_of(table[name].combine_chunks()), float))
-        used = {name for limit in form.verdict.limits for name in (limit.column, limit.times) if name}
-        columns = {name: values_of(table[name].combine_chunks()) for name in used}
-        here: dict[str, np.ndarray] = {}
-        for limit in form.verdict.limits:
+            requested[name].append(np.asarray(values_of(table[name].combine_chunks()), float))
+        limited = {name for limit in result_schema.verdict.limits for name in (limit.column, limit.times) if name}
+        columns = {name: values_of(table[name].combine_chunks()) for name in limited}
+        selection: dict[str, np.ndarray] = {}
+        for limit in result_schema.verdict.limits:
             margin = limit.margin(columns)
             margin = np.where(np.isnan(margin) & limit.fails(columns), -np.inf, margin)
-            here[limit.column] = np.fmin(here.get(limit.column, np.inf), margin)
-        for name, values in here.items():
+            selection[limit.column] = np.fmin(selection.get(limit.column, np.inf), margin)
+        for name, values in selection.items():
             margins[name].append(values)
-    joined = [{name: np.concatenate([[], *parts]) for name, parts in each.items()} for each in (margins, asked)]
+    joined = [{name: np.concatenate([[], *parts]) for name, parts in arrays.items()} for arrays in (margins, requested)]
     return CaseResults(status, exceeded, joined[0], joined[1])
 
 
 def histories(
-    run: RunDirectory, form: ResultSchema, rows: np.ndarray, names: Sequence[str]
+    run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray, names: Sequence[str]
 ) -> list[dict[str, np.ndarray]]:
     """Return channels of committed cases (ROWS), case by case."""
     results: list[dict[str, np.ndarray]] = [{} for _ in rows]
-    with OrbitFiles(run, form) as orbits:
-        for dataset in datasets(form):
+    with OrbitFiles(run, result_schema) as orbits:
+        for dataset in datasets(result_schema):
             if dataset.path in names:
                 extents = orbits.extents(dataset.each, dataset.width, rows)
                 for channels, number, start, count in zip(results, rows["batch"].tolist(), *extents, strict=True):
@@ -68,9 +74,9 @@ def histories(
 
 
 def write_answers(
-    run: RunDirectory, form: ResultSchema, paths: Sequence[str], answers: Sequence[Any]
+    run: RunDirectory, result_schema: ResultSchema, paths: Sequence[str], answers: Sequence[Any]
 ) -> dict[str, str]:
-    """Write seek.parquet, a row for each answer (`sweeping.seeking.Answer`) on `paths`; remove it where there is none.
+    """Write seek.parquet, a row for each answer (`sweeping.seeking.Answer`) on `paths`; remove it if there are none.
 
     Return the checksums of the answer files, by name, as run.json contains them.
     """
@@ -79,12 +85,14 @@ def write_answers(
         if not answers:
             durable.discard(file)
             return {}
-        durable.replace(file, _answers_bytes(form, paths, answers), run.scratch)
+        durable.replace(file, _answers_bytes(result_schema, paths, answers), run.scratch)
         return {file.name: durable.checksum(file)}
 
 
-def write_best(run: RunDirectory, form: ResultSchema, objectives: Sequence[str], best: Sequence[Any]) -> dict[str, str]:
-    """Write optimise.parquet, a row for each of the best cases; remove it where there is none.
+def write_best(
+    run: RunDirectory, result_schema: ResultSchema, objectives: Sequence[str], best: Sequence[Any]
+) -> dict[str, str]:
+    """Write optimise.parquet, a row for each of the best cases; remove it if there are none.
 
     Each has the fields of `sweeping.optimising.Best`.  Return its checksum by name, as run.json contains it.
     """
@@ -93,25 +101,27 @@ def write_best(run: RunDirectory, form: ResultSchema, objectives: Sequence[str],
         if not best:
             durable.discard(file)
             return {}
-        units = {column.name: column.unit for column in form.layout.columns}
-        units |= {own.name: own.unit for own in form.verdict.figures}
+        units = {column.name: column.unit for column in result_schema.layout.columns}
+        units |= {figure.name: figure.unit for figure in result_schema.verdict.figures}
         columns = [Column("case_id", "", "identity of the case", "text")]
-        columns += [Column(axis.path, axis.unit, "its value", "text" if axis.text else "float") for axis in form.axes]
+        columns += [
+            Column(axis.path, axis.unit, "its value", "text" if axis.text else "float") for axis in result_schema.axes
+        ]
         columns += [Column(name, units[name], "objective") for name in objectives]
         columns += [
             Column("margin", "1", "smallest margin of its limits; null without limits"),
             Column("limiting", "", "the columns whose limits are exceeded, or the one nearest to its limit", "text"),
         ]
-        values = [[each.case_id for each in best]]
-        values += [[each.point[axis.path] for each in best] for axis in form.axes]
-        values += [[each.values.get(name) for each in best] for name in objectives]
-        values += [[each.margin for each in best], [each.limiting for each in best]]
+        values = [[case.case_id for case in best]]
+        values += [[case.point[axis.path] for case in best] for axis in result_schema.axes]
+        values += [[case.values.get(name) for case in best] for name in objectives]
+        values += [[case.margin for case in best], [case.limiting for case in best]]
         durable.replace(file, _table_bytes(columns, values), run.scratch)
         return {file.name: durable.checksum(file)}
 
 
-def write_sample(run: RunDirectory, form: ResultSchema, sample: Mapping[str, np.ndarray]) -> dict[str, str]:
-    """Write identify.parquet, a weighted sample of what swept keys may be; remove it where there is none.
+def write_sample(run: RunDirectory, result_schema: ResultSchema, sample: Mapping[str, np.ndarray]) -> dict[str, str]:
+    """Write identify.parquet, a weighted sample of the swept keys; remove it if there are none.
 
     Return its checksum by name, as run.json contains it.
     """
@@ -120,19 +130,19 @@ def write_sample(run: RunDirectory, form: ResultSchema, sample: Mapping[str, np.
         if not sample:
             durable.discard(file)
             return {}
-        columns = [Column(axis.path, axis.unit, "value that it may have") for axis in form.axes]
+        columns = [Column(axis.path, axis.unit, "value that it may have") for axis in result_schema.axes]
         columns += [Column("weight", "1", "probability of the row, 1 in all")]
         values = [sample[column.name].tolist() for column in columns]
         durable.replace(file, _table_bytes(columns, values), run.scratch)
         return {file.name: durable.checksum(file)}
 
 
-def _answers_bytes(form: ResultSchema, paths: Sequence[str], answers: Sequence[Any]) -> bytes:
+def _answers_bytes(result_schema: ResultSchema, paths: Sequence[str], answers: Sequence[Any]) -> bytes:
     """Return seek.parquet; the columns' metadata hold `unit` and `description`."""
-    unit = next(axis.unit for axis in form.axes if axis.path == paths[0])
+    unit = next(axis.unit for axis in result_schema.axes if axis.path == paths[0])
     columns = [
         Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float")
-        for axis in form.axes
+        for axis in result_schema.axes
         if axis.path not in paths
     ]
     values = [[answer.point[column.name] for answer in answers] for column in columns]

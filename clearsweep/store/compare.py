@@ -14,47 +14,64 @@ Difference = tuple[str, str, Any, Any]  # case_id, name of a column or dataset, 
 
 
 def difference(
-    form: ResultSchema, first: RunDirectory, mine: np.ndarray, second: RunDirectory, theirs: np.ndarray
+    result_schema: ResultSchema,
+    first: RunDirectory,
+    first_rows: np.ndarray,
+    second: RunDirectory,
+    second_rows: np.ndarray,
 ) -> Difference | None:
     """Return the first difference of two directories, or None.
 
-    `mine` and `theirs` (ROWS) locate the same cases in the same order.  Timings are ignored.
+    `first_rows` and `second_rows` (ROWS) locate the same cases in the same order.  Timings are ignored.
     """
     names = [np.array([batch.name for batch in run.batches], "S") for run in (first, second)]
-    apart = names[0][mine["batch"]] != names[1][theirs["batch"]]  # batches are named by their content
-    mine, theirs = mine[apart], theirs[apart]
-    return _in_summary(form, first, mine, second, theirs) or _in_orbits(form, first, mine, second, theirs)
+    is_different = names[0][first_rows["batch"]] != names[1][second_rows["batch"]]  # batches are named by their content
+    first_rows, second_rows = first_rows[is_different], second_rows[is_different]
+    return _in_summary(result_schema, first, first_rows, second, second_rows) or _in_orbits(
+        result_schema, first, first_rows, second, second_rows
+    )
 
 
 def _in_summary(
-    form: ResultSchema, first: RunDirectory, mine: np.ndarray, second: RunDirectory, theirs: np.ndarray
+    result_schema: ResultSchema,
+    first: RunDirectory,
+    first_rows: np.ndarray,
+    second: RunDirectory,
+    second_rows: np.ndarray,
 ) -> Difference | None:
-    schema = summary_schema(form)
-    groups = (summary_groups(run, schema, rows) for run, rows in ((first, mine), (second, theirs)))
+    schema = summary_schema(result_schema)
+    groups = (summary_groups(run, schema, rows) for run, rows in ((first, first_rows), (second, second_rows)))
     for number, tables in enumerate(zip(*groups, strict=True)):
         for name in schema.names:
             if name in TIMINGS or tables[0][name].equals(tables[1][name]):
                 continue
             pairs = zip(*(table[name].to_pylist() for table in tables), strict=True)
-            place, (here, there) = next((k, pair) for k, pair in enumerate(pairs) if pair[0] != pair[1])
-            return id_text(int(mine["id"][number * GROUP_ROWS + place])), name, here, there
+            offset, (first_value, second_value) = next((k, pair) for k, pair in enumerate(pairs) if pair[0] != pair[1])
+            return id_text(int(first_rows["id"][number * GROUP_ROWS + offset])), name, first_value, second_value
     return None
 
 
 def _in_orbits(
-    form: ResultSchema, first: RunDirectory, mine: np.ndarray, second: RunDirectory, theirs: np.ndarray
+    result_schema: ResultSchema,
+    first: RunDirectory,
+    first_rows: np.ndarray,
+    second: RunDirectory,
+    second_rows: np.ndarray,
 ) -> Difference | None:
-    with OrbitFiles(first, form) as here, OrbitFiles(second, form) as there:
-        for dataset in datasets(form):
-            places = [
-                orbits.extents(dataset.each, dataset.width, rows) for orbits, rows in ((here, mine), (there, theirs))
+    with OrbitFiles(first, result_schema) as first_orbits, OrbitFiles(second, result_schema) as second_orbits:
+        for dataset in datasets(result_schema):
+            extents = [
+                orbits.extents(dataset.each, dataset.width, rows)
+                for orbits, rows in ((first_orbits, first_rows), (second_orbits, second_rows))
             ]
-            for k, case_id in enumerate(mine["id"].tolist()):
+            for k, case_id in enumerate(first_rows["id"].tolist()):
                 values = [
-                    orbits.read(int(rows["batch"][k]), dataset, int(begin[k]), int(count[k]))
-                    for orbits, rows, (begin, count) in zip((here, there), (mine, theirs), places, strict=True)
+                    orbits.read(int(rows["batch"][k]), dataset, int(starts[k]), int(count[k]))
+                    for orbits, rows, (starts, count) in zip(
+                        (first_orbits, second_orbits), (first_rows, second_rows), extents, strict=True
+                    )
                 ]
                 if values[0] != values[1]:
-                    here_size, there_size = (f"{len(value):,} bytes" for value in values)
-                    return id_text(case_id), dataset.path, here_size, there_size
+                    first_size, second_size = (f"{len(value):,} bytes" for value in values)
+                    return id_text(case_id), dataset.path, first_size, second_size
     return None

@@ -52,7 +52,7 @@ _HOLDER = re.compile(rb"(process \d+ on .* since \S+)?\s*")  # what a lock says
 
 
 class RunDirectory:
-    """The directory of one run; what its batch files hold is the only truth about which cases are done."""
+    """The directory of one run; only its batch files determine which cases are finished."""
 
     def __init__(self, path: str | Path):
         self.path = Path(path)
@@ -66,7 +66,7 @@ class RunDirectory:
         self.lost: str | None = None  # what is wrong with run.json, where the batches say all that it did
 
     def check(self, grid: Grid) -> None:
-        """Raise DirectoryError where the directory cannot take the results of `grid`; nothing is changed."""
+        """Raise DirectoryError if the directory cannot hold the results of `grid`; change nothing."""
         self.frame, self.lost = ResultSchema.of(grid).frame, None
         try:
             if not self.path.exists():
@@ -79,15 +79,15 @@ class RunDirectory:
         except OSError as error:
             raise self._not_writable(error) from error
         try:
-            present = read_record(self.path)["frame"] if self.record.exists() else None
+            stored = read_record(self.path)["frame"] if self.record.exists() else None
         except DamagedError as error:
             self.look()
             if not self.batches and not self._blocks_match():
                 raise
             self.lost = str(error)
             return
-        if present is not None:
-            self._compare(present, plain(grid.frame()))
+        if stored is not None:
+            self._compare(stored, plain(grid.frame()))
 
     def _blocks_match(self) -> bool:
         """Return whether a block of the run has batches of the requested grid."""
@@ -115,12 +115,12 @@ class RunDirectory:
                 "run.json; choose an empty or new directory with --out"
             )
 
-    def _compare(self, present: dict[str, Any], wanted: dict[str, Any]) -> None:
+    def _compare(self, stored: dict[str, Any], requested: dict[str, Any]) -> None:
         """Raise DirectoryError if the fixed settings of the directory differ from those of the grid."""
-        differing = [path for path in sorted({*present, *wanted}) if present.get(path) != wanted.get(path)]
+        differing = [path for path in sorted({*stored, *requested}) if stored.get(path) != requested.get(path)]
         if differing:
             lines = "".join(
-                f"\n  {path}: there {_show(present.get(path))}, in the grid {_show(wanted.get(path))}"
+                f"\n  {path}: there {_show(stored.get(path))}, in the grid {_show(requested.get(path))}"
                 for path in differing
             )
             raise DirectoryError(
@@ -156,7 +156,7 @@ class RunDirectory:
 
     @contextlib.contextmanager
     def locked(self) -> Iterator[None]:
-        """Hold the lock of a directory in which no grid runs; raise DirectoryError where a run works there."""
+        """Hold the lock of a directory in which no grid runs; raise DirectoryError if a run is active."""
         with contextlib.ExitStack() as at_end:
             try:
                 self._lock(at_end.enter_context(durable.opened_lock(self.path / LOCK)))
@@ -218,34 +218,33 @@ class RunDirectory:
         damage = self.look()
         notes += [f"{sentence}; its cases run again" for sentence in damage.values()]
         needed = {batch.orbits for batch in self.batches} | {batch.orbits for batch in self.others}
-        left = [*damage, *(path for path in files_of_batches(self.orbits) if path not in needed)]
-        for path in left:
+        leftover = [*damage, *(path for path in files_of_batches(self.orbits) if path not in needed)]
+        for path in leftover:
             if durable.checksum(path)[:HASH_LENGTH] == named_hash(path):
                 durable.discard(path)
             else:
                 durable.set_aside(path)
         notes += [f"{batch.summary.relative_to(self.path)}: of another grid; left alone" for batch in self.others]
-        if kept := durable.kept_in(self.scratch):  # cases whose process was killed after the commit
+        if logs := durable.kept_in(self.scratch):  # cases whose process was killed after the commit
             rows = self.rows()
-            done = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
-            for case_id in done.intersection(kept):
-                durable.discard(kept[case_id])
+            finished_ids = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
+            for case_id in finished_ids.intersection(logs):
+                durable.discard(logs[case_id])
         return notes
 
     def look(self, *, histories: bool = True, rows_kept: int = 0) -> dict[Path, str]:
         """Load every committed batch with valid checksums; return damaged summaries with the reason.
 
-        Without `histories` their files are not read.  `rows_kept` : so many rows of summaries stay in memory, since
-        they are going to be asked for.
+        Without `histories` their files are not read.  `rows_kept` : number of rows of summaries that stay in memory.
         """
-        self.batches, self.others, damage, kept = [], [], {}, 0
+        self.batches, self.others, damage, kept_rows = [], [], {}, 0
         for path in files_of_batches(self.summaries):
             content = durable.read(path)
             if hashlib.sha256(content).hexdigest()[:HASH_LENGTH] != named_hash(path):
                 damage[path] = f"{path.relative_to(self.path)}: damaged (its checksum differs)"
                 continue
-            batch = batch_files(path, content, keep_rows=kept < rows_kept)
-            kept += 0 if batch.table is None else len(batch.table)
+            batch = batch_files(path, content, keep_rows=kept_rows < rows_kept)
+            kept_rows += 0 if batch.table is None else len(batch.table)
             if self.frame not in (None, batch.frame):
                 self.others.append(batch)
             elif histories and (problem := self._flaw(batch)):
@@ -260,10 +259,10 @@ class RunDirectory:
             return None
         name = batch.orbits.relative_to(self.path)
         try:
-            good = durable.checksum(batch.orbits) == batch.sha256
+            is_intact = durable.checksum(batch.orbits) == batch.sha256
         except FileNotFoundError:
             return f"{name}: missing"
-        return None if good else f"{name}: damaged (its checksum differs)"
+        return None if is_intact else f"{name}: damaged (its checksum differs)"
 
     def adopt(self, name: str) -> None:
         """Register a batch that was committed during this run, by the name of its summary."""
@@ -304,29 +303,29 @@ class RunDirectory:
         return next((path.name for path in self.summaries.glob(f"{batch}-*.parquet")), None)
 
     def done_in(self, name: str) -> np.ndarray:
-        """Return the identities (uint64) of the cases in the summary called `name`."""
+        """Return the identities (uint64) of the cases in the summary `name`."""
         return read_done(self.summaries / name)[0]
 
     def counts_of(self, name: str) -> tuple[int, int]:
-        """Return how many cases the summary called `name` contains and how many of them failed."""
+        """Return how many cases the summary `name` contains and how many of them failed."""
         self._intact(self.summaries / name)
         failed = read_done(self.summaries / name)[1]
         return len(failed), int(np.count_nonzero(failed))
 
     def rows(self) -> np.ndarray:
         """Return the location of each committed case (ROWS, ascending by id): its newest result, preferably 'ok'."""
-        done = [self._done(batch) for batch in self.batches]
-        ids = np.concatenate([np.empty(0, "u8"), *(each for each, _ in done)])
-        failed = np.concatenate([np.empty(0, bool), *(each for _, each in done)])
-        sizes = [len(each) for _, each in done]
-        batch = np.repeat(np.arange(len(done), dtype="i4"), sizes)
+        contents = [self._done(batch) for batch in self.batches]
+        ids = np.concatenate([np.empty(0, "u8"), *(values for values, _ in contents)])
+        failed = np.concatenate([np.empty(0, bool), *(values for _, values in contents)])
+        sizes = [len(values) for _, values in contents]
+        batch = np.repeat(np.arange(len(contents), dtype="i4"), sizes)
         order = np.argsort(ids)
-        again = np.concatenate([[False], np.diff(ids[order]) == 0])[: len(ids)]
-        if again.any():
+        is_repeated = np.concatenate([[False], np.diff(ids[order]) == 0])[: len(ids)]
+        if is_repeated.any():
             newest_first = np.argsort([-batch.written for batch in self.batches], kind="stable")
             age = np.empty(len(newest_first), "i4")
             age[newest_first] = np.arange(len(age))
-            order = np.lexsort((age[batch], failed, ids))[~again]
+            order = np.lexsort((age[batch], failed, ids))[~is_repeated]
         rows = np.empty(len(order), ROWS)
         rows["id"], rows["failed"], rows["batch"] = ids[order], failed[order], batch[order]
         rows["row"] = np.concatenate([np.empty(0, "i4"), *(np.arange(size) for size in sizes)])[order]
@@ -336,23 +335,23 @@ class RunDirectory:
         """Return the result of `read_done`, cached for small batches, which rounds of cases read repeatedly."""
         if batch.table is not None:
             return done_of(batch.table)
-        done = self.small.get(batch.summary) or read_done(batch.summary)
-        if len(done[0]) <= SMALL:
-            self.small[batch.summary] = done
-        return done
+        content = self.small.get(batch.summary) or read_done(batch.summary)
+        if len(content[0]) <= SMALL:
+            self.small[batch.summary] = content
+        return content
 
 
-def commit(directory: Path, form: ResultSchema, batch: str, rows: list[Row]) -> str:
+def commit(directory: Path, result_schema: ResultSchema, batch: str, rows: list[Row]) -> str:
     """Commit a batch: orbits first, then the summary, which is the commit; return the summary's name."""
     run = RunDirectory(directory)
-    facts: dict[str, Any] = {"shard": None, "sha256": "", "written": time.time_ns(), "frame": form.frame}
-    if datasets(form):
-        content = orbits_bytes(form, rows)
+    facts: dict[str, Any] = {"shard": None, "sha256": "", "written": time.time_ns(), "frame": result_schema.frame}
+    if datasets(result_schema):
+        content = orbits_bytes(result_schema, rows)
         name = file_name(batch, content, "h5")
         facts |= {"shard": name, "sha256": hashlib.sha256(content).hexdigest()}
         with durable.storing(run.orbits / name):
             durable.replace(run.orbits / name, content, run.scratch)
-    content = summary_bytes(form, rows, facts)
+    content = summary_bytes(result_schema, rows, facts)
     name = file_name(batch, content, "parquet")
     with durable.storing(run.summaries / name):
         durable.replace(run.summaries / name, content, run.scratch)

@@ -55,8 +55,8 @@ def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> d
         damage = run.look(histories=False)
         removable = waste(run, damage, batches=batches and finished)
         counts = record.get("counts", {})
-        others = len(run.rows()) - counts.get("ok", 0) - counts.get("failed", 0) if batches and finished else 0
-        for path in (path for each in removable for path in each.paths if not dry_run):
+        unused_rows = len(run.rows()) - counts.get("ok", 0) - counts.get("failed", 0) if batches and finished else 0
+        for path in (path for waste_of_kind in removable for path in waste_of_kind.paths if not dry_run):
             durable.discard(path)
         if not dry_run:
             durable.clear(run.scratch, remove=True)
@@ -67,9 +67,12 @@ def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> d
         "directory": str(directory),
         "finished": finished,
         "dry_run": dry_run,
-        "removed": [{"kind": each.kind, "files": len(each.paths), "bytes": each.size} for each in removable],
-        "bytes": sum(each.size for each in removable),
-        "other_cases": max(others, 0),
+        "removed": [
+            {"kind": waste_of_kind.kind, "files": len(waste_of_kind.paths), "bytes": waste_of_kind.size}
+            for waste_of_kind in removable
+        ],
+        "bytes": sum(waste_of_kind.size for waste_of_kind in removable),
+        "other_cases": max(unused_rows, 0),
         "left": sizes,
     }
 
@@ -83,15 +86,15 @@ def waste(run: RunDirectory, damage: Iterable[Path] = (), *, batches: bool = Fal
     used = {int(number) for number in np.unique(rows["batch"])}
     repeated = [batch for number, batch in enumerate(run.batches) if number not in used]
     unneeded = run.batches if batches else repeated
-    known = {batch.orbits for batch in run.batches}
+    orbit_files = {batch.orbits for batch in run.batches}
     started = {path.name.partition("-")[0] for path in damage}
-    lost = [path for path in files_of_batches(run.orbits) if path not in known]
-    lost = [path for path in lost if path.name.partition("-")[0] not in started and _as_written(path)]
-    done = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
-    lives = [path for case_id, path in durable.kept_in(run.scratch).items() if case_id in done]
+    unused = [path for path in files_of_batches(run.orbits) if path not in orbit_files]
+    unused = [path for path in unused if path.name.partition("-")[0] not in started and _as_written(path)]
+    finished_ids = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
+    lives = [path for case_id, path in durable.kept_in(run.scratch).items() if case_id in finished_ids]
     removable = {
         "writes": [*durable.temporaries(run.scratch), *durable.temporaries(run.path)],
-        "histories": lost,
+        "histories": unused,
         "lives": lives,
         "damaged": [path for folder in (run.orbits, run.summaries) for path in durable.set_aside_in(folder)],
         "batches" if batches else "repeated": [
@@ -128,8 +131,8 @@ def clean_text(facts: dict[str, Any]) -> str:
     if facts["other_cases"]:
         lines.append(f"  of these {wording.count(facts['other_cases'], 'case')} that the last grid does not contain")
     lines.append(f"Disk: {use_text(facts['left'])}")
-    whole = not any(fact["kind"] == "batches" for fact in facts["removed"])
-    if facts["finished"] and facts["left"]["batches"] and whole:
+    keeps_batches = not any(fact["kind"] == "batches" for fact in facts["removed"])
+    if facts["finished"] and facts["left"]["batches"] and keeps_batches:
         lines.append("--batches also removes the batches; a changed grid then computes all its cases again")
     if not facts["finished"]:
         lines.append("The run is not finished, so its batches are kept; run the same command again to continue")

@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 from . import durable
 from .assemble import mark_of
 from .batch import ResultSchema, values_of, words_of
-from .blocks import IDS_FILE, SAMPLE_FILE, Block, Cut, Sampler, read_mark, write_mark
+from .blocks import IDS_FILE, SAMPLE_FILE, Block, Division, Sampler, read_mark, write_mark
 from .directory import DATASET, LOCK, ORBITS_FILE, SUMMARY_FILE
 from .orbits import FORMAT, write_orbits
 from .summary import HELD_ROWS, repetitive, summary_groups, write_summary
@@ -35,75 +35,79 @@ class Facts(Protocol):
 
 def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
     block: Block,
-    cut: Cut,
-    form: ResultSchema,
-    wanted: np.ndarray,
+    division: Division,
+    result_schema: ResultSchema,
+    requested: np.ndarray,
     facts: Facts,
-    again: Again = lambda worst: [None] * len(worst),
+    find_peaks: Again = lambda worst: [None] * len(worst),
     say: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
     """Write the final files of a block, whose batches are committed; return its mark.
 
-    wanted : identities of the cases in the block, ascending.  `say`, `again` : as in `merge`.
+    requested : identities of the cases in the block, ascending.  `say`, `find_peaks` : as in `merge`.
     """
-    block.directory(form.frame)
+    block.directory(result_schema.frame)
     with durable.opened_lock(block.path / LOCK) as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # an abandoned driver may finish the block at the same time
-        return _finish(block, cut, form, (wanted, facts, again, say))
+        return _finish(block, division, result_schema, (requested, facts, find_peaks, say))
 
 
 def _finish(
     block: Block,
-    cut: Cut,
-    form: ResultSchema,
-    how: tuple[np.ndarray, Facts, Again, Callable[[str], None]],
+    division: Division,
+    result_schema: ResultSchema,
+    content: tuple[np.ndarray, Facts, Again, Callable[[str], None]],
 ) -> dict[str, Any]:
     """Write the files of `finish_block` under the lock of the block."""
-    wanted, facts, again, say = how
-    run = block.directory(form.frame)
+    requested, facts, find_peaks, say = content
+    run = block.directory(result_schema.frame)
     for sentence in run.look(rows_kept=HELD_ROWS).values():
         say(f"{block.path}: {sentence}; its cases run again")
     rows = run.rows()
     stored = len(rows)
-    if not np.array_equal(rows["id"], wanted):
-        rows = rows[np.isin(rows["id"], wanted, assume_unique=True)]
-    mark = mark_of(run, form, rows)
-    present = read_mark(block, cut.form)
-    if present and present["mark"] == mark:
-        return present
+    if not np.array_equal(rows["id"], requested):
+        rows = rows[np.isin(rows["id"], requested, assume_unique=True)]
+    mark = mark_of(run, result_schema, rows)
+    existing = read_mark(block, division.fingerprint)
+    if existing and existing["mark"] == mark:
+        return existing
 
-    def chosen(columns: dict[str, np.ndarray]) -> set[str]:
+    def named_ids(columns: dict[str, np.ndarray]) -> set[str]:
         facts.add(columns)
         return facts.case_ids()
 
-    sampler = Sampler(cut.sampled, chosen)
-    worst = worst_cases(form, lambda schema: summary_groups(run, schema, rows)) if form.worst and len(rows) else []
-    peaks = [(case, peak) for case, peak in zip(worst, again(worst) if worst else [], strict=True) if peak]
+    sampler = Sampler(division.sampled, named_ids)
+    worst = (
+        worst_cases(result_schema, lambda schema: summary_groups(run, schema, rows))
+        if result_schema.worst and len(rows)
+        else []
+    )
+    peaks = [(case, peak) for case, peak in zip(worst, find_peaks(worst) if worst else [], strict=True) if peak]
     with durable.storing(block.path):
         durable.discard(block.mark)
         durable.make_folder(block.run / DATASET)
         with contextlib.ExitStack() as finished:
-            places = {
+            targets = {
                 name: finished.enter_context(durable.publishing(path, run.scratch))
                 for name, path in block.files.items()
             }
-            write_orbits(places[ORBITS_FILE], run, form, rows, mark)
+            write_orbits(targets[ORBITS_FILE], run, result_schema, rows, mark)
             if peaks:
-                with h5py.File(places[ORBITS_FILE], "r+", libver=FORMAT) as file:
-                    write_worst(file, form, peaks)
+                with h5py.File(targets[ORBITS_FILE], "r+", libver=FORMAT) as file:
+                    write_worst(file, result_schema, peaks)
             write_summary(
-                places[SUMMARY_FILE],
+                targets[SUMMARY_FILE],
                 run,
-                form,
+                result_schema,
                 rows,
                 mark,
                 lambda table, _: sampler.add(table, _columns(table)),
             )
-            places[IDS_FILE].write_bytes(np.ascontiguousarray(rows["id"]).astype("<u8").tobytes())
-            schema = pq.read_schema(places[SUMMARY_FILE])
-            with pq.ParquetWriter(places[SAMPLE_FILE], schema, write_page_checksum=True) as writer:
+            targets[IDS_FILE].write_bytes(np.ascontiguousarray(rows["id"]).astype("<u8").tobytes())
+            schema = pq.read_schema(targets[SUMMARY_FILE])
+            with pq.ParquetWriter(targets[SAMPLE_FILE], schema, write_page_checksum=True) as writer:
                 writer.write_table(sampler.table(schema))
-            for path in places.values():
+            for path in targets.values():
                 durable.sync(path)
         durable.sync(block.path)
         durable.sync(block.run / DATASET)
@@ -111,12 +115,12 @@ def _finish(
     return write_mark(
         block,
         {
-            "form": cut.form,
+            "form": division.fingerprint,
             "mark": mark,
-            "cases": len(wanted),
+            "cases": len(requested),
             "ok": len(rows) - failed,
             "failed": failed,
-            "missing": len(wanted) - len(rows),
+            "missing": len(requested) - len(rows),
             "others": stored - len(rows),
             "drawn": sampler.taken,
             "ranges": sampler.ranges,
@@ -128,7 +132,7 @@ def _finish(
 
 def _columns(table: pa.Table) -> dict[str, np.ndarray]:
     """Return the columns of some rows of a summary as `values_of` does."""
-    words = {*repetitive(table.schema)}
+    repeated = {*repetitive(table.schema)}
     return {
-        name: (words_of if name in words else values_of)(table[name].combine_chunks()) for name in table.column_names
+        name: (words_of if name in repeated else values_of)(table[name].combine_chunks()) for name in table.column_names
     }

@@ -67,7 +67,9 @@ class Filter:
         if not sets:
             return None
         letters = frozenset("0123456789abcdef")
-        return {each for each in set.intersection(*sets) if len(each) == ID_LENGTH and letters.issuperset(each)}
+        return {
+            case_id for case_id in set.intersection(*sets) if len(case_id) == ID_LENGTH and letters.issuperset(case_id)
+        }
 
     def possible(self, ranges: dict[str, list[Any]]) -> bool:
         """Return whether values in these ranges (column -> smallest, largest) can meet all conditions."""
@@ -80,7 +82,7 @@ class Filter:
     def groups(self, file: pq.ParquetFile, between: Callable[[int, int], np.ndarray]) -> list[int]:
         """Return the row groups of a summary that may contain matching rows.
 
-        between : the places of the identities from one to another.
+        between : range of identities -> range of rows.
         """
         groups = range(file.metadata.num_row_groups)
         ids = self.case_ids
@@ -96,11 +98,11 @@ class Filter:
         for column, how, value in self.conditions:
             values = values_of(table[column].combine_chunks())
             if how == "in":
-                mask &= np.array([each in value for each in values.tolist()], bool)
+                mask &= np.array([item in value for item in values.tolist()], bool)
             else:
-                known = np.array(values != None) if values.dtype == object else ~np.isnan(values)  # noqa: E711
+                is_known = np.array(values != None) if values.dtype == object else ~np.isnan(values)  # noqa: E711
                 met = np.zeros(len(values), bool)
-                met[known] = _COMPARE[how](values[known], value)
+                met[is_known] = _COMPARE[how](values[is_known], value)
                 mask &= met
         return mask
 
@@ -184,14 +186,14 @@ class LazySummary:
     def __contains__(self, name: object) -> bool:
         return name in self.columns
 
-    def __getitem__(self, wanted: "str | list[str] | Filter") -> Any:
-        if isinstance(wanted, Filter):
-            return self._run.matching(wanted)
-        if isinstance(wanted, list):
-            return self._run.matching(Filter(()), wanted)
-        if wanted not in self.columns:
-            raise KeyError(wanted)
-        return LazyColumn(self._run, wanted)
+    def __getitem__(self, selection: "str | list[str] | Filter") -> Any:
+        if isinstance(selection, Filter):
+            return self._run.matching(selection)
+        if isinstance(selection, list):
+            return self._run.matching(Filter(()), selection)
+        if selection not in self.columns:
+            raise KeyError(selection)
+        return LazyColumn(self._run, selection)
 
     def frame(self) -> "pd.DataFrame":
         """Return the whole summary as a DataFrame, block after block."""
@@ -212,6 +214,6 @@ def reaches(how: str, value: Any, low: float, high: float) -> bool:
         "<=": lambda: low <= value,
         ">": lambda: high > value,
         ">=": lambda: high >= value,
-        "in": lambda: any(low <= each <= high for each in value),
+        "in": lambda: any(low <= item <= high for item in value),
     }
     return tests[how]()

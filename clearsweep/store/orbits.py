@@ -28,20 +28,20 @@ FORMAT = ("v110", "v110")  # first HDF5 format with checksums for metadata
 class _OrbitFile:
     """The datasets of one batch, each a plain run of bytes in the file."""
 
-    def __init__(self, path: Path, form: ResultSchema):
+    def __init__(self, path: Path, result_schema: ResultSchema):
         self.path = path
         durable.check_regular(path)
         with h5py.File(path, "r") as file:
-            self.starts = {each: file[dataset.path][:] for each, dataset in offsets_of(form).items()}
-            names = [dataset.path for dataset in datasets(form)]
+            self.starts = {unit: file[dataset.path][:] for unit, dataset in offsets_of(result_schema).items()}
+            names = [dataset.path for dataset in datasets(result_schema)]
             self.places = {name: h5py.h5d.open(file.id, name.encode()).get_offset() for name in names}
 
 
 class OrbitFiles:
     """The orbits of all batches of a run, opened on demand; few files are open at a time."""
 
-    def __init__(self, run: RunDirectory, form: ResultSchema):
-        self.paths, self.form = [batch.orbits for batch in run.batches], form
+    def __init__(self, run: RunDirectory, result_schema: ResultSchema):
+        self.paths, self.form = [batch.orbits for batch in run.batches], result_schema
         self.files: dict[int, _OrbitFile] = {}  # number of a batch -> value
         self.handles: dict[int, BinaryIO] = {}  # number of a batch -> value
 
@@ -52,15 +52,15 @@ class OrbitFiles:
         for handle in self.handles.values():
             handle.close()
 
-    def extents(self, each: str, width: int, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def extents(self, unit: str, width: int, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return first index and number of values of every case in its batch's dataset, both int64."""
-        if each == CASE:
+        if unit == CASE:
             return rows["row"].astype("i8") * width, np.full(len(rows), width, "i8")
         first, count = np.zeros(len(rows), "i8"), np.zeros(len(rows), "i8")
-        for here in places_by_value(rows["batch"]):
-            if file := self._file(int(rows["batch"][here[0]])):
-                starts, row = file.starts[each], rows["row"][here]
-                first[here], count[here] = starts[row], starts[row + 1] - starts[row]
+        for selection in places_by_value(rows["batch"]):
+            if file := self._file(int(rows["batch"][selection[0]])):
+                starts, row = file.starts[unit], rows["row"][selection]
+                first[selection], count[selection] = starts[row], starts[row + 1] - starts[row]
         return first * width, count * width
 
     def _file(self, number: int) -> _OrbitFile | None:
@@ -84,19 +84,19 @@ class OrbitFiles:
         return os.pread(handle, count * size, file.places[dataset.path] + first * size)
 
 
-def write_orbits(path: Path, run: RunDirectory, form: ResultSchema, rows: np.ndarray, mark: str) -> None:
+def write_orbits(path: Path, run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray, mark: str) -> None:
     """Write the histories of the given rows."""
     with (
         h5py.File(path, "x", libver=FORMAT) as file,
-        OrbitFiles(run, form) as orbits,
+        OrbitFiles(run, result_schema) as orbits,
         ThreadPoolExecutor(COMPRESSORS) as threads,
     ):
         file.attrs["clearsweep"] = mark
         put(file, CASE_ID, id_texts(rows["id"]), fletcher32=len(rows) > 0)
-        for each, dataset in offsets_of(form).items():
-            _, count = orbits.extents(each, 1, rows)
+        for unit, dataset in offsets_of(result_schema).items():
+            _, count = orbits.extents(unit, 1, rows)
             put(file, dataset, np.concatenate([[0], np.cumsum(count)]).astype("i8"), fletcher32=True)
-        all_datasets, writing = datasets(form), phases.innermost()
+        all_datasets, writing = datasets(result_schema), phases.innermost()
         for number, dataset in enumerate(all_datasets):
             first, count = orbits.extents(dataset.each, dataset.width, rows)
             _write_dataset(file, dataset, _pieces(orbits, dataset, rows["batch"], first, count), count.sum(), threads)
@@ -108,9 +108,9 @@ def _pieces(
     orbits: OrbitFiles, dataset: Dataset, numbers: np.ndarray, first: np.ndarray, count: np.ndarray
 ) -> Iterator[bytes]:
     """Yield the bytes of every case's values, in order."""
-    for begin in range(0, len(numbers), HELD_ROWS):
-        here = slice(begin, begin + HELD_ROWS)
-        for number, start, values in zip(*(each[here].tolist() for each in (numbers, first, count)), strict=True):
+    for group_start in range(0, len(numbers), HELD_ROWS):
+        group = slice(group_start, group_start + HELD_ROWS)
+        for number, start, values in zip(*(array[group].tolist() for array in (numbers, first, count)), strict=True):
             if values:
                 yield orbits.read(number, dataset, start, values)
 
@@ -132,11 +132,11 @@ def _write_dataset(
     target = file.create_dataset(dataset.path, shape, dataset.dtype, **(squeeze if items else {}))
     describe(target, dataset)
     size = dataset.dtype.itemsize
-    place, chunks = 0, _rechunked(pieces, rows * dataset.width * size)
+    row, chunks = 0, _rechunked(pieces, rows * dataset.width * size)
     while batch := [chunk for _, chunk in zip(range(CHUNKS_AT_ONCE), chunks, strict=False)]:
         for content in threads.map(lambda chunk: _filtered(chunk, size), batch):
-            target.id.write_direct_chunk((place, *(0 for _ in shape[1:])), content)
-            place += rows
+            target.id.write_direct_chunk((row, *(0 for _ in shape[1:])), content)
+            row += rows
 
 
 def _rechunked(pieces: Iterator[bytes], size: int) -> Iterator[bytes]:
@@ -167,7 +167,7 @@ def fletcher32(content: bytes) -> int:
     words = np.frombuffer(content + b"\0" * (-len(content) % 512), ">u2").reshape(-1, 256).astype("u4")
     rows, columns = words.sum(axis=1, dtype="u8"), words.sum(axis=0, dtype="u8")
     total = int(rows.sum())
-    before = 256 * int(rows @ np.arange(len(rows), dtype="u8")) + int(columns @ np.arange(256, dtype="u8"))
+    weighted = 256 * int(rows @ np.arange(len(rows), dtype="u8")) + int(columns @ np.arange(256, dtype="u8"))
     # the second sum adds up the first as it grows: word i is in it count - i times
-    first, second = ((value - 1) % 65535 + 1 if value else 0 for value in (total, count * total - before))
+    first, second = ((value - 1) % 65535 + 1 if value else 0 for value in (total, count * total - weighted))
     return second << 16 | first

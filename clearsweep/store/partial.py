@@ -31,7 +31,7 @@ def is_unfinished(directory: Path) -> bool:
 
 
 def keys_so_far(record: Mapping[str, Any], source: RunDirectory) -> dict[str, Any]:
-    """Return the grid of the cases that a run has, by key: that of its run.json, unless it adds cases on the way."""
+    """Return the grid of the finished cases by key: that of run.json, unless the run adds cases."""
     if SEARCHES & record.keys():
         return keys_of_all(record, source)
     return {key: record[key] for key in record["keys"]}
@@ -49,8 +49,8 @@ def keys_of_all(record: Mapping[str, Any], source: RunDirectory) -> dict[str, An
             rows = table.read(paths, use_threads=False)
         for path in paths:
             columns[path] += rows.column(path).to_pylist()
-    first = {path: record.get("sweep", {}).get(path, []) for path in paths}
-    axes = {path: list(dict.fromkeys(_present([*first[path], *columns[path]]))) for path in paths}
+    swept = {path: record.get("sweep", {}).get(path, []) for path in paths}
+    axes = {path: list(dict.fromkeys(_present([*swept[path], *columns[path]]))) for path in paths}
     if (
         "sweep" in record
         and not {*WAYS[1:], *SEARCHES} & record.keys()
@@ -63,33 +63,33 @@ def keys_of_all(record: Mapping[str, Any], source: RunDirectory) -> dict[str, An
 
 def _present(values: list[Any]) -> list[Any]:
     """Return the values in use, numbers in ascending order."""
-    used = [value for value in values if value is not None]
-    return used if any(isinstance(value, str) for value in used) else sorted(used)
+    values_in_use = [value for value in values if value is not None]
+    return values_in_use if any(isinstance(value, str) for value in values_in_use) else sorted(values_in_use)
 
 
 def check_version(directory: Path, record: Mapping[str, Any], grid: Grid) -> None:
-    """Raise DirectoryError where this version would give the cases of a run other columns than they have."""
-    there, version = [column["name"] for column in record["layout"]["columns"]], record.get("model_version")
-    if there != [column.name for column in grid.layout.columns] or version != clearsweep.MODEL_VERSION:
+    """Raise DirectoryError if this version would give the cases of a run other columns."""
+    stored_names, version = [column["name"] for column in record["layout"]["columns"]], record.get("model_version")
+    if stored_names != [column.name for column in grid.layout.columns] or version != clearsweep.MODEL_VERSION:
         raise DirectoryError(
             f"{directory}: another version wrote its cases (model version {version}, this one has "
             f"{clearsweep.MODEL_VERSION}), so they cannot be combined; use that version"
         )
 
 
-def gather(source: RunDirectory, grid: Grid, wanted: np.ndarray, path: Path) -> None:
-    """Write the run of the `wanted` cases (identities, ascending) that a directory has to `path`, a new directory.
+def gather(source: RunDirectory, grid: Grid, requested: np.ndarray, path: Path) -> None:
+    """Write the `requested` cases (identities, ascending) of a directory to `path`, a new directory, as a run.
 
-    The batches stay where they are.  Revolutions of largest peaks are left out, for they would have to be computed.
+    The batches are not moved.  Peak revolutions are left out, since they would have to be computed.
     """
-    record, target, form = read_record(source.path), RunDirectory(path), ResultSchema.of(grid)
+    record, target, result_schema = read_record(source.path), RunDirectory(path), ResultSchema.of(grid)
     with target.open_for(grid):
         target.batches = source.batches
         rows = target.rows()
-        rows = rows[np.isin(rows["id"], wanted)]
+        rows = rows[np.isin(rows["id"], requested)]
         failed = int(np.count_nonzero(rows["failed"]))
         cases = max(record.get("counts", {}).get("cases", 0), len(rows))  # for a shard, its own cases
         counts = {"cases": cases, "ok": len(rows) - failed, "failed": failed, "missing": cases - len(rows)}
-        merged = merge(target, form, rows)
-        known = {key: record[key] for key in ("source", "start", "derived", "warnings", "shard") if key in record}
-        target.write_record(grid, **known, end=now(), counts=counts, merged=merged)
+        merged = merge(target, result_schema, rows)
+        facts = {key: record[key] for key in ("source", "start", "derived", "warnings", "shard") if key in record}
+        target.write_record(grid, **facts, end=now(), counts=counts, merged=merged)

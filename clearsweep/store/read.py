@@ -64,7 +64,7 @@ class StoredRun:
         return []
 
     def striking(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
-        """Yield what `blocks` does, of a run that is cut for its extreme rows."""
+        """Yield what `blocks` does; of a run in blocks, only random and extreme rows."""
         return self.blocks(columns)
 
     def _check(self) -> None:
@@ -80,27 +80,27 @@ class StoredRun:
     def _check_columns(self) -> None:
         """Raise DamagedError if the columns of a table disagree with run.json."""
         try:
-            made = [column.name for column in verdict.of_record(self.grid).columns]
+            computed = [column.name for column in verdict.of_record(self.grid).columns]
         except InputError as error:
             raise damaged(self.place / RECORD_FILE, f"figures: {error}") from error
         paths = list(self.grid["units"])
-        given = [column["name"] for column in self.grid["layout"]["columns"]]
-        wanted = {SUMMARY_FILE: {"case_id", *paths, "status", "message", *given, *made}}
+        of_layout = [column["name"] for column in self.grid["layout"]["columns"]]
+        expected = {SUMMARY_FILE: {"case_id", *paths, "status", "message", *of_layout, *computed}}
         if SEEK_FILE in self.grid.get("answers", {}):
             seek = self.grid.get("seek") or {}
-            own = seek.get("largest") or seek.get("smallest") or []
-            own = own if isinstance(own, list) else [own]
-            wanted[SEEK_FILE] = {*paths, "seek_low", "seek_high", "limiting", "probes"} - {*own}
-            wanted[SEEK_FILE] |= {f"seek.{path}" for path in own} | (
+            searched = seek.get("largest") or seek.get("smallest") or []
+            searched = searched if isinstance(searched, list) else [searched]
+            expected[SEEK_FILE] = {*paths, "seek_low", "seek_high", "limiting", "probes"} - {*searched}
+            expected[SEEK_FILE] |= {f"seek.{path}" for path in searched} | (
                 {"seek_fit", "seek_beyond"} if "among" in seek else set()
             )
         if OPTIMISE_FILE in self.grid.get("answers", {}):
-            asked = self.grid.get("optimise") or {}
-            own = {name for sense in ("minimise", "maximise") for name in asked.get(sense, [])}
-            wanted[OPTIMISE_FILE] = {"case_id", *paths, *own, "margin", "limiting"}
+            section = self.grid.get("optimise") or {}
+            searched = {name for sense in ("minimise", "maximise") for name in section.get(sense, [])}
+            expected[OPTIMISE_FILE] = {"case_id", *paths, *searched, "margin", "limiting"}
         if IDENTIFY_FILE in self.grid.get("answers", {}):
-            wanted[IDENTIFY_FILE] = {*paths, "weight"}
-        for name, names in wanted.items():
+            expected[IDENTIFY_FILE] = {*paths, "weight"}
+        for name, names in expected.items():
             with self._table(name) as table:
                 fields = list(table.schema_arrow)
             described = all({b"unit", b"description"} <= (field.metadata or {}).keys() for field in fields)
@@ -113,7 +113,7 @@ class StoredRun:
 
     @contextlib.contextmanager
     def _orbits(self) -> Iterator[h5py.File]:
-        """Yield orbits.h5, whose parts are checked as they are read; DamagedError where one is not what was written."""
+        """Yield orbits.h5, whose parts are verified on reading; DamagedError if one was changed."""
         path = self._path(ORBITS_FILE)
         durable.check_regular(path)
         try:
@@ -128,7 +128,7 @@ class StoredRun:
 
     @contextlib.contextmanager
     def _table(self, name: str = SUMMARY_FILE) -> Iterator[pq.ParquetFile]:
-        """Yield a table, whose pages are checked as they are read; DamagedError as `_orbits`."""
+        """Yield a table, whose pages are verified on reading; DamagedError as `_orbits`."""
         path = self._path(name)
         try:
             with open_table(path) as table:
@@ -187,23 +187,23 @@ class StoredRun:
         import pandas as pd
 
         if name == "case_id":
-            ends = np.arange(len(self._ids) + 1, dtype="i8") * self._ids.itemsize
-            ids = pa.LargeStringArray.from_buffers(len(self._ids), pa.py_buffer(ends), pa.py_buffer(self._ids))
+            bounds = np.arange(len(self._ids) + 1, dtype="i8") * self._ids.itemsize
+            ids = pa.LargeStringArray.from_buffers(len(self._ids), pa.py_buffer(bounds), pa.py_buffer(self._ids))
             return ids.to_pandas(use_threads=False).rename(name)
         with self._table() as file:
             if file.schema_arrow.field(name).type == pa.string():
                 texts = file.read([name], use_threads=False).column(0).combine_chunks()
                 return texts.to_pandas(use_threads=False).rename(name)
-        values, place = np.empty(len(self)), 0
+        values, offset = np.empty(len(self)), 0
         for block in self.blocks([name]):  # group by group, so that only one copy exists
-            values[place : place + len(block[name])] = block[name]
-            place += len(block[name])
+            values[offset : offset + len(block[name])] = block[name]
+            offset += len(block[name])
         return pd.Series(values, name=name)
 
     def blocks(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
         """Yield these columns of the summary, name -> values, for a few thousand rows at a time.
 
-        Numbers are float64, NaN where there is none; texts are objects, or None.
+        Numbers are float64, NaN if missing; texts are objects, None if missing.
         """
         with self._table() as file:
             for batch in file.iter_batches(batch_size=GROUP_ROWS, columns=columns, use_threads=False):
@@ -229,16 +229,16 @@ class StoredRun:
         return frame
 
     def event_blocks(self) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
-        """Yield how many events each case has, and t (s), joint, kind of them all, for some thousand cases at a time.
+        """Yield the numbers of events of cases, and t (s), joint, kind of all of them, a few thousand cases at a time.
 
-        joint : place in `layout.contacts`; kind : in `results.EVENT_KINDS`.  Nothing where `save.orbits` is none.
+        joint : index in `layout.contacts`; kind : index in `results.EVENT_KINDS`.  Empty if `save.orbits` is none.
         """
         with self._orbits() as file:
             offsets = file["events/offsets"][:] if "events" in file else np.zeros(1, "i8")
             for first in range(0, len(offsets) - 1, GROUP_ROWS):
-                ends = offsets[first : first + GROUP_ROWS + 1]
-                part = slice(int(ends[0]), int(ends[-1]))
-                yield np.diff(ends), {name: file[f"events/{name}"][part] for name in ("t", "joint", "kind")}
+                bounds = offsets[first : first + GROUP_ROWS + 1]
+                span = slice(int(bounds[0]), int(bounds[-1]))
+                yield np.diff(bounds), {name: file[f"events/{name}"][span] for name in ("t", "joint", "kind")}
 
     @property
     def seek(self) -> "pd.DataFrame | None":
@@ -252,9 +252,9 @@ class StoredRun:
 
     @property
     def identify(self) -> "pd.DataFrame | None":
-        """Return a sample of what a measured machine may be, each row with its `weight`; None: nothing was identified.
+        """Return a weighted sample of the parameters of a measured machine; None: nothing was identified.
 
-        A DataFrame, `attrs["units"]` by column.
+        It is a DataFrame with a column `weight`, `attrs["units"]` by column.
         """
         return self._answers(IDENTIFY_FILE)
 
@@ -287,10 +287,10 @@ class StoredRun:
             return [case_id.decode() for case_id in file[f"{GROUP}/case_id"][:]] if GROUP in file else []
 
     def peak_revolution(self, case_id: str) -> "pd.DataFrame":
-        """Return the time histories of the revolution of a case in which its largest peak lies; InputError: not saved.
+        """Return the time histories of the peak revolution of a case; raise InputError if it was not saved.
 
         Columns and `attrs["units"]` as those of `orbit`; `attrs["joint"]` is the joint of the peak ('rod_slider'),
-        `attrs["turns"]` the number of revolutions before.
+        `attrs["turns"]` the number of earlier revolutions.
         """
         import pandas as pd
 
@@ -298,13 +298,15 @@ class StoredRun:
         with self._orbits() as file:
             saved = file[f"{GROUP}/case_id"][:].tolist() if GROUP in file else []
             if case_id.encode() not in saved:
-                known = ", ".join(each.decode() for each in saved) or "none; `save: {worst: 3}` asks for them"
-                raise InputError(f"{self.directory}: the peak of {case_id} was not saved (those that were: {known})")
-            place = saved.index(case_id.encode())
-            start, stop = file[OFFSETS][place : place + 2]
+                saved_ids = ", ".join(case_id.decode() for case_id in saved) or "none; `save: {worst: 3}` asks for them"
+                raise InputError(
+                    f"{self.directory}: the peak of {case_id} was not saved (those that were: {saved_ids})"
+                )
+            row = saved.index(case_id.encode())
+            start, stop = file[OFFSETS][row : row + 2]
             frame = pd.DataFrame({column.name: file[f"{GROUP}/{column.name}"][start:stop] for column in channels})
-            frame.attrs["joint"] = self.layout.joints[int(file[JOINT][place])].name
-            frame.attrs["turns"] = float(file[TURNS][place])
+            frame.attrs["joint"] = self.layout.joints[int(file[JOINT][row])].name
+            frame.attrs["turns"] = float(file[TURNS][row])
         frame.attrs["units"] = {channel.name: channel.unit for channel in channels}
         return frame
 
@@ -313,10 +315,10 @@ class StoredRun:
 
         (bins,), of a joint in space (bins, length bins).
         """
-        place = self._place(case_id)
+        row = self._place(case_id)
         with self._orbits() as file:
             return {
-                joint.name: (file[f"wear/{joint.name}/bearing"][place], file[f"wear/{joint.name}/journal"][place])
+                joint.name: (file[f"wear/{joint.name}/bearing"][row], file[f"wear/{joint.name}/journal"][row])
                 for joint in self.layout.joints
                 if joint.wear_bins
             }
@@ -324,61 +326,65 @@ class StoredRun:
     def history(self, case_id: str) -> dict[str, np.ndarray]:
         """Return the history of the life of one case, as Trajectory.history, or {} if there is no `life`.
 
-        Of a failed case the arrays are empty.
+        The arrays of a failed case are empty.
         """
         if not self.layout.life:
             return {}
-        place = self._place(case_id)
+        row = self._place(case_id)
         with self._orbits() as file:
-            start, stop = file[OFFSETS_BY[NODE]][place : place + 2]
+            start, stop = file[OFFSETS_BY[NODE]][row : row + 2]
             names: list[str] = []
             group = file[results.HISTORY]
             group.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
             return {name: group[name][start:stop] for name in names if name != "offsets"}
 
-    def full_id(self, begin: str) -> str:
-        """Return the case_id that begins with `begin`; InputError if there is none or more than one."""
-        return str(self._ids[self._place(begin)].decode())
+    def full_id(self, prefix: str) -> str:
+        """Return the case_id that begins with `prefix`; InputError if there is none or more than one."""
+        return str(self._ids[self._place(prefix)].decode())
 
-    def _place(self, begin: str) -> int:
-        """Return the row of the case whose case_id begins with `begin`."""
-        text = str(begin).encode()
-        least, most = np.array([text, text.ljust(ID_LENGTH, b"g")], CASE_ID.dtype)  # a longer dtype would copy all ids
-        first, last = int(np.searchsorted(self._ids, least)), int(np.searchsorted(self._ids, most, side="right"))
+    def _place(self, prefix: str) -> int:
+        """Return the row of the case whose case_id begins with `prefix`."""
+        text = str(prefix).encode()
+        lowest, highest = np.array(
+            [text, text.ljust(ID_LENGTH, b"g")], CASE_ID.dtype
+        )  # a longer dtype would copy all ids
+        first, last = int(np.searchsorted(self._ids, lowest)), int(np.searchsorted(self._ids, highest, side="right"))
         if first == last or not 0 < len(text) <= ID_LENGTH:
-            raise InputError(f"{self.directory}: no case {begin!r}; the case_id column of summary.parquet lists them")
+            raise InputError(f"{self.directory}: no case {prefix!r}; the case_id column of summary.parquet lists them")
         if last - first > 1:
-            some = ", ".join(case_id.decode() for case_id in self._ids[first : min(last, first + 3)].tolist())
-            more = ", ..." if last - first > 3 else ""
-            raise InputError(f"{self.directory}: {last - first} cases begin with {begin!r} ({some}{more}); write more")
+            examples = ", ".join(case_id.decode() for case_id in self._ids[first : min(last, first + 3)].tolist())
+            ellipsis = ", ..." if last - first > 3 else ""
+            raise InputError(
+                f"{self.directory}: {last - first} cases begin with {prefix!r} ({examples}{ellipsis}); write more"
+            )
         return first
 
-    def _frame(self, case_id: str, each: str, paths: list[str]) -> "pd.DataFrame":
+    def _frame(self, case_id: str, unit: str, paths: list[str]) -> "pd.DataFrame":
         import pandas as pd
 
-        place = self._place(case_id)
+        row = self._place(case_id)
         with self._orbits() as file:
             stored = bool(paths) and "t" in file  # there is nothing if save.orbits is none
-            start, stop = file[OFFSETS_BY[each]][place : place + 2] if stored else (0, 0)
+            start, stop = file[OFFSETS_BY[unit]][row : row + 2] if stored else (0, 0)
             frame = pd.DataFrame({path: file[path][start:stop] if stored else [] for path in paths})
         return frame
 
 
 def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FINAL_FILES, *ANSWER_FILES)) -> None:
-    """Raise DamagedError where a file is not, to the last bit, what `record`, its run.json, says of it."""
+    """Raise DamagedError if the checksum of a file differs from that in `record`, its run.json."""
     for path in (directory / name for name in names):
         if "merged" not in record:
             raise _unfinished(path)
         if path.name in ANSWER_FILES and "answers" not in record and "seek" in record:
             raise damaged(path, "run.json has no checksum of it, as an older version wrote it")
-        wanted = (record["merged"] | record.get("answers", {})).get(path.name)
-        if wanted is None and path.name in ANSWER_FILES and not os.path.lexists(path):
+        expected = (record["merged"] | record.get("answers", {})).get(path.name)
+        if expected is None and path.name in ANSWER_FILES and not os.path.lexists(path):
             continue  # there was no search
         try:
             actual = durable.checksum(path)
         except FileNotFoundError:
             raise _unfinished(path) from None
-        if actual != wanted:
+        if actual != expected:
             raise damaged(path, "its checksum is not that in run.json")
 
 

@@ -58,18 +58,18 @@ class OneBlock(StoredRun):
         return self._ids_file.stat().st_size // 8
 
     def between(self, low: int, high: int) -> np.ndarray:
-        """Return the places of the cases whose identities are from `low` to `high`, as a range of two numbers.
+        """Return the range of rows (first, end) whose identities are from `low` to `high`.
 
-        Identities are hashes, evenly spread: a few kilobytes around the expected place are read.
+        Identities are uniformly distributed hashes, so a few kilobytes around the expected row are read.
         """
         with durable.opened(self._ids_file) as file:
             handle, count = file.fileno(), len(self)
             return np.array([_below(handle, count, low), _below(handle, count, high + 1)])
 
-    def id_at(self, place: int) -> str:
+    def id_at(self, index: int) -> str:
         """Return the identity of the case at an index."""
         with durable.opened(self._ids_file) as file:
-            return id_text(int(np.frombuffer(os.pread(file.fileno(), 8, 8 * place), "<u8")[0]))
+            return id_text(int(np.frombuffer(os.pread(file.fileno(), 8, 8 * index), "<u8")[0]))
 
     @cached_property
     def _ids(self) -> np.ndarray:
@@ -79,8 +79,8 @@ class OneBlock(StoredRun):
 class BlockedRun(StoredRun):
     """The results of a run in blocks.
 
-    Attributes and methods are those of StoredRun.  `summary` is lazy: see `LazySummary`.  Opening compares the checksum
-    of run.json; pages of the summaries are checked as they are read, and `status --verify` compares all checksums.
+    Attributes and methods are those of StoredRun.  `summary` is lazy: see `LazySummary`.  Opening verifies the checksum
+    of run.json; pages of the summaries are verified on reading, and `status --verify` compares all checksums.
     """
 
     def __init__(self, directory: str | Path, *, partial: bool = False):
@@ -94,21 +94,23 @@ class BlockedRun(StoredRun):
                 "what is missing, or read what there is: report --partial, clearsweep.open(..., partial=True)"
             )
         self.layout = Layout.read(self.grid["layout"])
-        present = [int(name[:5]) for name in _names(self.directory / DATASET)]
-        whole = "merged" in self.grid
-        if whole and (missing := sorted(set(self.grid["blocks"]["numbers"]) - set(present))):
+        stored = [int(name[:5]) for name in _names(self.directory / DATASET)]
+        is_merged = "merged" in self.grid
+        if is_merged and (missing := sorted(set(self.grid["blocks"]["numbers"]) - set(stored))):
             raise damaged(Block(self.directory, missing[0]).files[SUMMARY_FILE], "it is missing")
-        if whole:
+        if is_merged:
             listed = self.grid["blocks"]["numbers"]
         else:
             listed = [block for block in numbers_of_blocks(self.directory) if read_mark(Block(self.directory, block))]
-        self.parts = [OneBlock(self.directory, Block(self.directory, each), self.grid, self.layout) for each in listed]
+        self.parts = [
+            OneBlock(self.directory, Block(self.directory, number), self.grid, self.layout) for number in listed
+        ]
         if not self.parts:
             raise DirectoryError(f"{directory}: no block of its run is finished yet; `status` shows the progress")
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Return the names of what a reader looks for in the directory."""
+        """Return the names of the files and folders that a reader uses."""
         return (f"{DATASET}/", f"blocks/*/{ORBITS_FILE}", RECORD_FILE)
 
     def _path(self, name: str) -> Path:
@@ -149,80 +151,80 @@ class BlockedRun(StoredRun):
             yield from part.blocks(columns)
 
     def striking(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
-        """Yield these columns for the rows of every block that are stored: at random, or because they are extreme."""
+        """Yield these columns for the random and the extreme rows of every block."""
         for part in self.parts:
             table = _sample(part.block)
             if len(table):
                 yield {name: values_of(table[name].combine_chunks()) for name in columns}
 
     def sampled_parts(self) -> Iterator[tuple[OneBlock, pa.Table]]:
-        """Yield every block with its rows at random, and those with the extremes of a column over all blocks."""
-        wanted: set[str] = set()
+        """Yield every block with its random rows and those with the extremes of a column over all blocks."""
+        extreme_ids: set[str] = set()
         for name in {name for mark in self._marks for name in mark["ranges"]}:
             ranges = [mark["ranges"][name] for mark in self._marks if name in mark["ranges"]]
-            wanted |= {min(ranges)[2], max(ranges, key=lambda each: each[1])[3]}
+            extreme_ids |= {min(ranges)[2], max(ranges, key=lambda extreme: extreme[1])[3]}
         for part, mark in zip(self.parts, self._marks, strict=True):
             table = _sample(part.block)
             ids = table["case_id"].to_pylist()
-            keep = [place for place, case_id in enumerate(ids) if place < mark["drawn"] or case_id in wanted]
-            yield part, table.take(pa.array(keep, pa.int64()))
+            selected = [index for index, case_id in enumerate(ids) if index < mark["drawn"] or case_id in extreme_ids]
+            yield part, table.take(pa.array(selected, pa.int64()))
 
-    def part_of(self, begin: str) -> OneBlock:
-        """Return the block of the case whose case_id begins with `begin`; InputError where none does, or several do."""
-        text = str(begin)
+    def part_of(self, prefix: str) -> OneBlock:
+        """Return the block of the case whose case_id begins with `prefix`; InputError if none or several do."""
+        text = str(prefix)
         matches = []
         if 0 < len(text) <= ID_LENGTH and all(letter in "0123456789abcdef" for letter in text):
             low, high = int(text.ljust(ID_LENGTH, "0"), 16), int(text.ljust(ID_LENGTH, "f"), 16)
             for part in self.parts:
                 first, last = part.between(low, high).tolist()
-                matches += [(part.id_at(place), part) for place in range(first, min(last, first + LISTED))]
+                matches += [(part.id_at(index), part) for index in range(first, min(last, first + LISTED))]
         if not matches:
-            raise InputError(f"{self.directory}: no case {begin!r}; the case_id column of summary/ lists them")
+            raise InputError(f"{self.directory}: no case {prefix!r}; the case_id column of summary/ lists them")
         if len(matches) > 1:
-            some = ", ".join(case_id for case_id, _ in matches[:LISTED])
-            raise InputError(f"{self.directory}: several cases begin with {begin!r} ({some}, ...); write more")
+            examples = ", ".join(case_id for case_id, _ in matches[:LISTED])
+            raise InputError(f"{self.directory}: several cases begin with {prefix!r} ({examples}, ...); write more")
         return matches[0][1]
 
-    def full_id(self, begin: str) -> str:
-        """Return the case_id that begins with `begin`; InputError where none does, or several do."""
-        return self.part_of(begin).full_id(begin)
+    def full_id(self, prefix: str) -> str:
+        """Return the case_id that begins with `prefix`; InputError if none or several do."""
+        return self.part_of(prefix).full_id(prefix)
 
     def orbit(self, case_id: str) -> "pd.DataFrame":
-        """Return what StoredRun.orbit does."""
+        """Return the result of `StoredRun.orbit`."""
         return self.part_of(case_id).orbit(case_id)
 
     def events(self, case_id: str) -> "pd.DataFrame":
-        """Return what StoredRun.events does."""
+        """Return the result of `StoredRun.events`."""
         return self.part_of(case_id).events(case_id)
 
     def poincare(self, case_id: str) -> "pd.DataFrame":
-        """Return what StoredRun.poincare does."""
+        """Return the result of `StoredRun.poincare`."""
         return self.part_of(case_id).poincare(case_id)
 
     def wear(self, case_id: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Return what StoredRun.wear does."""
+        """Return the result of `StoredRun.wear`."""
         return self.part_of(case_id).wear(case_id)
 
     def history(self, case_id: str) -> dict[str, np.ndarray]:
-        """Return what StoredRun.history does."""
+        """Return the result of `StoredRun.history`."""
         return self.part_of(case_id).history(case_id)
 
     def peak_revolution(self, case_id: str) -> "pd.DataFrame":
-        """Return what StoredRun.peak_revolution does."""
+        """Return the result of `StoredRun.peak_revolution`."""
         return self.part_of(case_id).peak_revolution(case_id)
 
     @property
     def worst(self) -> list[str]:
-        """Return the cases of which the revolution of the largest peak was saved, block after block."""
+        """Return the cases whose peak revolution was saved, block after block."""
         return [case_id for part in self.parts for case_id in part.worst] if self.grid["save"].get("worst") else []
 
     def event_blocks(self) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
-        """Yield what StoredRun.event_blocks does, block after block."""
+        """Yield the results of `StoredRun.event_blocks`, block after block."""
         for part in self.parts:
             yield from part.event_blocks()
 
     def matching(self, filters: Filter, columns: list[str] | None = None) -> "pd.DataFrame":
-        """Return the rows of the summary that pass some filters; blocks that cannot have any are not read."""
+        """Return the rows of the summary that pass some filters; blocks that cannot contain any are not read."""
         tables, schema = [], None
         for part in self._possible(filters):
             with open_table(part._path(SUMMARY_FILE)) as file:
@@ -237,8 +239,8 @@ class BlockedRun(StoredRun):
         if schema is None:
             with open_table(self._path(SUMMARY_FILE)) as file:
                 schema = file.schema_arrow
-        chosen = pa.schema([schema.field(name) for name in columns]) if columns is not None else schema
-        table = pa.concat_tables([chosen.empty_table(), *(table.select(chosen.names) for table in tables)])
+        selected = pa.schema([schema.field(name) for name in columns]) if columns is not None else schema
+        table = pa.concat_tables([selected.empty_table(), *(table.select(selected.names) for table in tables)])
         return framed(table)
 
     def _possible(self, filters: Filter) -> Iterator[OneBlock]:
@@ -280,12 +282,12 @@ def framed(table: pa.Table) -> "pd.DataFrame":
 
 def _below(handle: int, count: int, value: int) -> int:
     """Return how many of `count` identities in an open file, ascending, are below a value."""
-    guess, reach = (count * value) >> 64, NEAR
+    guess, distance = (count * value) >> 64, NEAR
     while True:
-        first, last = max(guess - reach, 0), min(guess + reach, count)
-        near = np.frombuffer(os.pread(handle, 8 * (last - first), 8 * first), "<u8")
-        if len(near) == 0 or value >> 64:
+        first, last = max(guess - distance, 0), min(guess + distance, count)
+        identities = np.frombuffer(os.pread(handle, 8 * (last - first), 8 * first), "<u8")
+        if len(identities) == 0 or value >> 64:
             return count if value >> 64 else first
-        if (first == 0 or near[0] < value) and (last == count or near[-1] >= value):
-            return first + int(np.searchsorted(near, np.uint64(value)))
-        reach *= 8
+        if (first == 0 or identities[0] < value) and (last == count or identities[-1] >= value):
+            return first + int(np.searchsorted(identities, np.uint64(value)))
+        distance *= 8

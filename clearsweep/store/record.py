@@ -31,9 +31,9 @@ def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
             "frame": grid.frame(),
             "model_version": clearsweep.MODEL_VERSION,
             "units": {path: grid.unit(path) for path in grid.axes},
-            "fits": {path: [known._asdict() for known in fits] for path, fits in grid.fits.items()},
+            "fits": {path: [entry._asdict() for entry in fits] for path, fits in grid.fits.items()},
             "labels": grid.labels,
-            "written_units": {path: known._asdict() for path, known in grid.written_units.items()},
+            "written_units": {path: entry._asdict() for path, entry in grid.written_units.items()},
             "seeds": {"sample": written["sample"]["seed"]} if "seed" in written.get("sample", {}) else {},
             "versions": _versions(),
             "machine": _machine(),
@@ -77,17 +77,17 @@ def read_record(directory: Path) -> dict[str, Any]:
 
 def check_form(directory: Path, record: dict[str, Any]) -> None:
     """Raise DirectoryError if this version cannot read the format of a run directory."""
-    form = record["frame"].get("schema")
-    if form != SCHEMA_VERSION:
+    result_schema = record["frame"].get("schema")
+    if result_schema != SCHEMA_VERSION:
         written = record.get("versions", {}).get("clearsweep", "unknown")
         raise DirectoryError(
-            f"{directory}: has form {form} of run directories, written by clearsweep {written}; this version "
+            f"{directory}: has form {result_schema} of run directories, written by clearsweep {written}; this version "
             f"reads form {SCHEMA_VERSION}: run the grid again into another directory, or read it with that version"
         )
 
 
 def damaged(path: Path, reason: str) -> DamagedError:
-    """Return the error that a file of a run is not what was written."""
+    """Return the error for a file of a run that was changed."""
     return DamagedError(
         f"{path}: damaged ({reason}); run the grid again with --out {path.parent}, which restores it from its batches"
     )
@@ -101,7 +101,7 @@ def checksum_of(record: dict[str, Any]) -> str:
 
 def plain(value: Any) -> Any:
     """Return `value` after a round trip through JSON."""
-    return json.loads(json.dumps(value, default=lambda other: other.item()))
+    return json.loads(json.dumps(value, default=lambda scalar: scalar.item()))
 
 
 def now() -> str:

@@ -20,20 +20,20 @@ Check = Callable[[Any, str], None]  # (value, where it is); raises MisshapenErro
 
 
 class MisshapenError(Exception):
-    """Content of run.json that `clearsweep run` does not write; the text says where and what."""
+    """Content of run.json that `clearsweep run` does not write; the text states key, value and what was expected."""
 
 
 def check(record: dict[str, Any]) -> None:
-    """Raise MisshapenError where a record, a content of run.json, cannot be one that `clearsweep run` writes."""
+    """Raise MisshapenError if the content of a run.json cannot have been written by `clearsweep run`."""
     _plain(record, "")
     _sections(_REQUIRED, _OPTIONAL)(record, "")
     columns = {column["name"] for column in record["layout"]["columns"]} | record.get("figures", {}).keys()
     limits = record.get("limits", {})
     times = [limit["times"] for limit in limits.values() if isinstance(limit, dict) and "times" in limit]
-    for what, names, known in (("keys", record["keys"], record.keys()), ("limits", [*limits, *times], columns)):
-        unknown = [name for name in names if name not in known]
+    for kind, names, available in (("keys", record["keys"], record.keys()), ("limits", [*limits, *times], columns)):
+        unknown = [name for name in names if name not in available]
         if unknown:
-            raise MisshapenError(f"{what} names {unknown[0]!r}, which is missing")
+            raise MisshapenError(f"{kind} names {unknown[0]!r}, which is missing")
 
 
 def _refused(path: str, value: Any, expected: str) -> MisshapenError:
@@ -42,20 +42,20 @@ def _refused(path: str, value: Any, expected: str) -> MisshapenError:
 
 
 def _plain(value: Any, path: str, depth: int = 0) -> None:
-    """Check that all texts, keys included, are of one line and that sections are not nested without end."""
+    """Check that all texts, keys included, have one line and that the nesting of sections is limited."""
     if depth > DEEPEST:
         raise MisshapenError(f"{path} is nested too deeply")
     if isinstance(value, str):
         if len(value) > LONGEST or _CONTROL.search(value):
             raise _refused(path, value, f"a line of at most {LONGEST} characters")
     elif isinstance(value, list):
-        for each in value:
-            if not isinstance(each, int | float):  # shortcut for long axes
-                _plain(each, path, depth + 1)
+        for item in value:
+            if not isinstance(item, int | float):  # shortcut for long axes
+                _plain(item, path, depth + 1)
     elif isinstance(value, dict):
-        for key, each in value.items():
+        for key, item in value.items():
             _plain(key, path, depth + 1)
-            _plain(each, f"{path}.{key}" if path else key, depth + 1)
+            _plain(item, f"{path}.{key}" if path else key, depth + 1)
 
 
 def _of(kinds: type | tuple[type, ...], expected: str) -> Check:
@@ -71,17 +71,17 @@ def _of(kinds: type | tuple[type, ...], expected: str) -> Check:
 
 def _text(pattern: str, expected: str, flags: re.RegexFlag = re.ASCII) -> Check:
     """Return a check that a value is text of a form."""
-    form = re.compile(pattern, flags)
+    result_schema = re.compile(pattern, flags)
 
     def checked(value: Any, path: str) -> None:
-        if not isinstance(value, str) or not form.fullmatch(value):
+        if not isinstance(value, str) or not result_schema.fullmatch(value):
             raise _refused(path, value, expected)
 
     return checked
 
 
 def _either(*checks: Check) -> Check:
-    """Return a check that passes where one of some checks does; the last one says what is wrong."""
+    """Return a check that passes if one of some checks passes; the error is that of the last one."""
 
     def checked(value: Any, path: str) -> None:
         for check in checks[:-1]:
@@ -94,40 +94,40 @@ def _either(*checks: Check) -> Check:
     return checked
 
 
-def _list(each: Check) -> Check:
+def _list(check_item: Check) -> Check:
     """Return a check of a list, item by item."""
 
     def checked(value: Any, path: str) -> None:
         _of(list, "a list")(value, path)
-        for place, item in enumerate(value):
-            each(item, f"{path}[{place}]")
+        for index, item in enumerate(value):
+            check_item(item, f"{path}[{index}]")
 
     return checked
 
 
-def _by(key: Check, each: Check) -> Check:
+def _by(key: Check, check_item: Check) -> Check:
     """Return a check of a section whose keys are chosen freely."""
 
     def checked(value: Any, path: str) -> None:
         _of(dict, "a section")(value, path)
         for name, item in value.items():
             key(name, f"a key of {path}")
-            each(item, f"{path}.{name}")
+            check_item(item, f"{path}.{name}")
 
     return checked
 
 
 def _sections(required: dict[str, Check], optional: dict[str, Check]) -> Check:
-    """Return a check of a section with some keys; others are left alone."""
+    """Return a check of a section with some keys; other keys are not checked."""
 
     def checked(value: Any, path: str) -> None:
         _of(dict, "a section")(value, path)
-        for name, single in (required | optional).items():
-            inner = f"{path}.{name}" if path else name
+        for name, check_key in (required | optional).items():
+            key_path = f"{path}.{name}" if path else name
             if name in value:
-                single(value[name], inner)
+                check_key(value[name], key_path)
             elif name in required:
-                raise MisshapenError(f"{inner} is missing")
+                raise MisshapenError(f"{key_path} is missing")
 
     return checked
 
@@ -135,10 +135,10 @@ def _sections(required: dict[str, Check], optional: dict[str, Check]) -> Check:
 def _fields(kind: Any, checks: dict[str, Check]) -> Check:
     """Return a check of a NamedTuple that is written as a section: all its fields without a default, and no others."""
     required = {name: checks[name] for name in kind._fields if name not in kind._field_defaults}
-    inner = _sections(required, {name: checks[name] for name in kind._field_defaults})
+    check_section = _sections(required, {name: checks[name] for name in kind._field_defaults})
 
     def checked(value: Any, path: str) -> None:
-        inner(value, path)
+        check_section(value, path)
         unknown = [name for name in value if name not in kind._fields]
         if unknown:
             raise MisshapenError(f"{path}.{unknown[0]} is unknown")
@@ -147,14 +147,14 @@ def _fields(kind: Any, checks: dict[str, Check]) -> Check:
 
 
 def _anything(value: Any, path: str) -> None:
-    """Take whatever is there."""
+    """Accept any value."""
 
 
 def _lists_of_values(value: Any, path: str) -> None:
     _of(list, "a list")(value, path)
-    wrong = next((each for each in value if isinstance(each, list | dict)), None)
-    if wrong is not None:
-        raise _refused(path, wrong, "a number or a word")
+    nested = next((item for item in value if isinstance(item, list | dict)), None)
+    if nested is not None:
+        raise _refused(path, nested, "a number or a word")
 
 
 def _number(value: Any, path: str) -> None:

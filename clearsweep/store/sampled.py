@@ -53,7 +53,7 @@ class SampledRun(BlockedRun):
             yield {name: values_of(rows[name].combine_chunks()) for name in columns}
 
     def event_blocks(self) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
-        """Yield what StoredRun.event_blocks does, of the sample at once."""
+        """Yield the results of `StoredRun.event_blocks` for the whole sample at once."""
         ids: list[str] = []
         events: list[dict[str, np.ndarray]] = []
         for part, table in self.sampled_parts():
@@ -61,10 +61,10 @@ class SampledRun(BlockedRun):
             ids += sampled
             events += _events(part, [int(case_id, 16) for case_id in sampled])
         order = sorted(range(len(ids)), key=ids.__getitem__)
-        counts = np.array([len(events[place]["t"]) for place in order], int)
+        counts = np.array([len(events[number]["t"]) for number in order], int)
         yield (
             counts,
-            {name: np.concatenate([np.empty(0), *(events[place][name] for place in order)]) for name in _NAMES},
+            {name: np.concatenate([np.empty(0), *(events[number][name] for number in order)]) for name in _NAMES},
         )
 
 
@@ -72,7 +72,7 @@ _NAMES = ("t", "joint", "kind")
 
 
 def _events(part: OneBlock, numbers: list[int]) -> list[dict[str, np.ndarray]]:
-    """Return the events of some cases of a block, by identity; rows that follow one another are read at once."""
+    """Return the events of some cases of a block, by identity; consecutive rows are read at once."""
     places = np.searchsorted(part.numbers, np.array(numbers, "u8"))
     events: list[dict[str, np.ndarray]] = [{name: np.empty(0) for name in _NAMES} for _ in numbers]
     with part.orbits() as file:
@@ -81,9 +81,9 @@ def _events(part: OneBlock, numbers: list[int]) -> list[dict[str, np.ndarray]]:
         offsets = file[OFFSETS_BY[EVENT]][:]
         runs = np.split(np.arange(len(places)), np.flatnonzero(np.diff(places) != 1) + 1)
         for run in runs:
-            begin, end = int(offsets[places[run[0]]]), int(offsets[places[run[-1]] + 1])
-            values = {name: file[f"events/{name}"][begin:end] for name in _NAMES}
-            for place in run.tolist():
-                here = slice(int(offsets[places[place]]) - begin, int(offsets[places[place] + 1]) - begin)
-                events[place] = {name: values[name][here] for name in _NAMES}
+            start, stop = int(offsets[places[run[0]]]), int(offsets[places[run[-1]] + 1])
+            values = {name: file[f"events/{name}"][start:stop] for name in _NAMES}
+            for row in run.tolist():
+                span = slice(int(offsets[places[row]]) - start, int(offsets[places[row] + 1]) - start)
+                events[row] = {name: values[name][span] for name in _NAMES}
     return events

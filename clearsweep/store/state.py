@@ -18,15 +18,14 @@ FINISHED, UNDER_WAY, INTERRUPTED, DAMAGED = "finished", "under way", "interrupte
 
 
 def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
-    """Return the state of a run, ready for JSON; `every_file`: read all that it wrote and compare the checksums.
+    """Return the state of a run, ready for JSON; `every_file`: read every file and compare checksums.
 
-    `cases` are those of the grid, `missing` those of them without a result; None while a run works on other values of
-    the axes than the last one.  `ok` and `failed` count what is committed.  `at_work` has the progress of every worker
-    that has been at its case for some time: what it does, s so far, s left (None: unknown), of a life also its block
-    and the wear of the limit, m.  `disk` has sizes in bytes.  `damage` has a sentence for each file that is
-    not what was written.
+    `cases` are those of the grid, `missing` those without a result; None while a run computes other values of the
+    axes than the last one.  `ok` and `failed` count committed cases.  `at_work` has the progress of every
+    worker with a long case: its activity, elapsed time and time left (s; None: unknown), for a life also the block and
+    the wear (m).  `disk` has sizes in bytes.  `damage` has a sentence for each changed file.
 
-    Raise DirectoryError where there is no run, or none that can be read.
+    Raise DirectoryError if there is no run that can be read.
     """
     record = read_record(directory)
     check_form(directory, record)
@@ -68,7 +67,7 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
 def blocks_state(
     directory: Path, record: dict[str, Any], *, every_file: bool
 ) -> tuple[dict[str, int | None], list[str]]:
-    """Return numbers of cases of a run in blocks, of those that are finished, and what is wrong with them."""
+    """Return the numbers of cases of a run in blocks, of finished ones, and the damage to their files."""
     ok = failed = 0
     damage = []
     listed = set(record["blocks"]["numbers"])
@@ -93,12 +92,12 @@ def blocks_state(
 
 def _counts(record: dict[str, Any], run: RunDirectory, *, working: bool) -> dict[str, int | None]:
     """Return numbers of cases: of the grid, with and without a good result, and without any."""
-    known: dict[str, int | None] = record.get("counts", {})
+    counts: dict[str, int | None] = record.get("counts", {})
     names = ("cases", "ok", "failed", "missing")
-    if not working and known.keys() >= set(names):
-        return {name: known[name] for name in names}
+    if not working and counts.keys() >= set(names):
+        return {name: counts[name] for name in names}
     failed = run.rows()["failed"]
-    cases = None if "merged" in record else known.get("cases")
+    cases = None if "merged" in record else counts.get("cases")
     return {
         "cases": cases,
         "ok": int(np.count_nonzero(~failed)),
@@ -120,20 +119,20 @@ def _at_work(progress: phases.Progress) -> dict[str, Any]:
 
 def status_text(facts: dict[str, Any]) -> str:
     """Return the state of a run as text."""
-    said = {
+    labels = {
         FINISHED: f"finished {facts['end']}",
         UNDER_WAY: f"a run works here ({facts['holder']})",
         INTERRUPTED: "interrupted; run the same command again to go on",
         DAMAGED: "damaged",
     }
-    of = "" if facts["cases"] is None else f" of {facts['cases']:,}"
-    left = f", {facts['missing']:,} left" if facts["missing"] else ""
+    total = "" if facts["cases"] is None else f" of {facts['cases']:,}"
+    missing = f", {facts['missing']:,} left" if facts["missing"] else ""
     checked = "all checksums agree" if facts["every_file"] else "--verify reads every file and checks it"
     return "\n".join(
         [
-            f"{facts['directory']}: {said[facts['state']]}",
-            f"{facts['ok'] + facts['failed']:,}{of} cases are there: "
-            f"{facts['ok']:,} ok, {facts['failed']:,} failed{left}",
+            f"{facts['directory']}: {labels[facts['state']]}",
+            f"{facts['ok'] + facts['failed']:,}{total} cases are there: "
+            f"{facts['ok']:,} ok, {facts['failed']:,} failed{missing}",
             *(fact["text"] for fact in facts["at_work"]),
             f"Files: {', '.join(facts['files'])}",
             f"Disk: {disk.use_text(facts['disk'])}",

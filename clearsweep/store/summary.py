@@ -21,36 +21,36 @@ HELD_ROWS = 131072  # rows of the summary in memory at a time, from whole batche
 def write_summary(
     path: Path,
     run: RunDirectory,
-    form: ResultSchema,
+    result_schema: ResultSchema,
     rows: np.ndarray,
     mark: str,
     watch: Callable[[pa.Table, int], None] = lambda *_: None,
 ) -> None:
     """Write the given rows of the summary; `watch` receives every group and the number of rows before it."""
-    schema = summary_schema(form)
-    verdict_fields = [field_of(column) for column in form.verdict.columns]
-    whole = pa.schema([*schema, *verdict_fields], {"clearsweep": mark})
+    schema = summary_schema(result_schema)
+    verdict_fields = [field_of(column) for column in result_schema.verdict.columns]
+    full_schema = pa.schema([*schema, *verdict_fields], {"clearsweep": mark})
     with (
         os.fdopen(durable.create(path), "wb") as file,
-        pq.ParquetWriter(file, whole, write_page_checksum=True, use_dictionary=repetitive(whole)) as writer,
+        pq.ParquetWriter(file, full_schema, write_page_checksum=True, use_dictionary=repetitive(full_schema)) as writer,
     ):
         for number, group in enumerate(summary_groups(run, schema, rows)):
-            table = with_verdict(form.verdict, group)
+            table = with_verdict(result_schema.verdict, group)
             watch(table, number * GROUP_ROWS)
-            writer.write_table(table.replace_schema_metadata(whole.metadata))
+            writer.write_table(table.replace_schema_metadata(full_schema.metadata))
 
 
 def repetitive(schema: pa.Schema) -> list[str]:
-    """Return the columns in which few values are different: to look for them in others takes most of the writing."""
+    """Return the columns with few distinct values; building dictionaries of the others takes most of the time."""
     return [field.name for field in schema if field.type == pa.string() and field.name != "case_id"]
 
 
 def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> Iterator[pa.Table]:
     """Yield the given rows of the summary, GROUP_ROWS at a time; every batch is read once.
 
-    Up to HELD_ROWS they are kept in memory.  Of more, the rows of some batches at a time go, sorted, to a file without
-    a name; each group is then picked from these files.  They are streams, not files of Arrow, as those are read in
-    advance by threads of its own (see `batch.open_table`).
+    Up to HELD_ROWS rows are kept in memory.  Otherwise rows of a few batches at a time are sorted into an unnamed
+    file, and each group is merged from these files.  They have Arrow's stream format, since its file format is read in
+    advance by other threads (see `batch.open_table`).
     """
     pieces = places_by_value((np.cumsum(np.bincount(rows["batch"]))[rows["batch"]] - 1) // HELD_ROWS)
     if len(pieces) < 2:
@@ -87,7 +87,7 @@ def _groups(table: pa.Table, order: np.ndarray) -> Iterator[pa.Table]:
 
 
 def places_by_value(numbers: np.ndarray) -> list[np.ndarray]:
-    """Return the places, ascending, of the values that are equal, for each of them; the values are small."""
+    """Return the indices of equal values, ascending, for each distinct value; the values are small."""
     if not len(numbers):
         return []
     narrow = np.ascontiguousarray(numbers, "u2" if numbers.max() < 2**16 else "u4")  # of two bytes: sorted by counting

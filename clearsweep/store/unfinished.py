@@ -21,8 +21,8 @@ class Unfinished:
             content = durable.read(self.path)
         except FileNotFoundError:
             return None
-        checksum, _, rest = content.partition(b"\n")
-        return rest if checksum == _checksum(rest) else None
+        checksum, _, payload = content.partition(b"\n")
+        return payload if checksum == _checksum(payload) else None
 
     def keep(self, content: bytes) -> None:
         """Replace the content atomically."""

@@ -11,7 +11,7 @@ from .directory import SCRATCH
 
 
 class Working:
-    """The file in which a worker keeps its progress; `name` is that of its batch, or of what it prepares."""
+    """The file in which a worker keeps its progress; `name` is that of its batch or of its preparation."""
 
     def __init__(self, directory: Path, name: str):
         """Take the directory of the run."""
@@ -37,8 +37,8 @@ def at_work(directory: Path) -> list[phases.Progress]:
     """Return the progress of every worker of a run."""
     scratch = directory / SCRATCH
     names = sorted(os.listdir(scratch)) if scratch.is_dir() else []
-    known = (durable.work_of(name) for name in names)
-    workers = (Working(directory, name).read() for name in known if name)
+    batches = (durable.work_of(name) for name in names)
+    workers = (Working(directory, name).read() for name in batches if name)
     return [progress for progress in workers if progress]
 
 

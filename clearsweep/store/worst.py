@@ -32,53 +32,55 @@ Groups = Callable[[pa.Schema], Iterator[pa.Table]]
 Again = Callable[[Sequence[Worst]], Sequence[Peak | None]]
 
 
-def worst_cases(form: ResultSchema, groups: Groups) -> list[Worst]:
+def worst_cases(result_schema: ResultSchema, groups: Groups) -> list[Worst]:
     """Return the worst cases of a summary, the worst first: those with the largest load ratio of any joint.
 
     If no case has one, the largest normal force counts.
     """
     for figure in RANKED_BY:
-        names = [f"{joint.name}_{figure}" for joint in form.layout.joints]
-        if {column.name for column in form.layout.columns}.issuperset(names):
-            largest = _largest(form, groups, names)
+        names = [f"{joint.name}_{figure}" for joint in result_schema.layout.joints]
+        if {column.name for column in result_schema.layout.columns}.issuperset(names):
+            largest = _largest(result_schema, groups, names)
             if largest:
                 return largest
     return []
 
 
-def _largest(form: ResultSchema, groups: Groups, names: list[str]) -> list[Worst]:
+def _largest(result_schema: ResultSchema, groups: Groups, names: list[str]) -> list[Worst]:
     """Return the cases with the largest value of any of some columns, one for each joint."""
-    joints, paths = form.layout.joints, [axis.path for axis in form.axes]
+    joints, paths = result_schema.layout.joints, [axis.path for axis in result_schema.axes]
     peaks = [f"{joint.name}_force_peak" for joint in joints]
-    whole = summary_schema(form)
-    further = [_RUN] if _RUN in whole.names else []
-    wanted = dict.fromkeys(["case_id", "status", *paths, *names, *peaks, *further])
+    full_schema = summary_schema(result_schema)
+    optional = [_RUN] if _RUN in full_schema.names else []
+    names_to_read = dict.fromkeys(["case_id", "status", *paths, *names, *peaks, *optional])
     ranked: list[tuple[float, Worst]] = []
-    for group in groups(pa.schema([whole.field(name) for name in wanted])):
-        columns = {name: values_of(group[name].combine_chunks()) for name in wanted}
+    for group in groups(pa.schema([full_schema.field(name) for name in names_to_read])):
+        columns = {name: values_of(group[name].combine_chunks()) for name in names_to_read}
         figures = np.array([columns[name] for name in names])
         figures[:, columns["status"] != "ok"] = np.nan
         largest = np.where(np.isnan(figures).all(axis=0), -np.inf, np.fmax.reduce(figures, axis=0))
-        for place in np.lexsort((columns["case_id"], -largest))[: form.worst].tolist():
-            if np.isfinite(largest[place]):
-                joint = int(np.nanargmax(figures[:, place]))
-                point = {path: _plain(columns[path][place]) for path in paths}
-                length = float(columns[_RUN][place]) if further else None
-                case = Worst(columns["case_id"][place], point, joint, float(columns[peaks[joint]][place]), length)
-                ranked.append((float(largest[place]), case))
-    ranked.sort(key=lambda each: (-each[0], each[1].case_id))
-    return [case for _, case in ranked[: form.worst]]
+        for row in np.lexsort((columns["case_id"], -largest))[: result_schema.worst].tolist():
+            if np.isfinite(largest[row]):
+                joint = int(np.nanargmax(figures[:, row]))
+                point = {path: _plain(columns[path][row]) for path in paths}
+                length = float(columns[_RUN][row]) if optional else None
+                case = Worst(columns["case_id"][row], point, joint, float(columns[peaks[joint]][row]), length)
+                ranked.append((float(largest[row]), case))
+    ranked.sort(key=lambda entry: (-entry[0], entry[1].case_id))
+    return [case for _, case in ranked[: result_schema.worst]]
 
 
 def _plain(value: Any) -> Any:
     return value if isinstance(value, str) else None if value is None or np.isnan(value) else float(value)
 
 
-def write_worst(file: h5py.File, form: ResultSchema, cases: Sequence[tuple[Worst, Peak]]) -> None:
-    """Write the revolutions of the largest peaks, the worst case first."""
+def write_worst(file: h5py.File, result_schema: ResultSchema, cases: Sequence[tuple[Worst, Peak]]) -> None:
+    """Write the peak revolutions, the worst case first."""
     if not cases:
         return
-    joints = h5py.enum_dtype({joint.name: code for code, joint in enumerate(form.layout.joints)}, basetype="i1")
+    joints = h5py.enum_dtype(
+        {joint.name: code for code, joint in enumerate(result_schema.layout.joints)}, basetype="i1"
+    )
     paths = [peak.path for _, peak in cases]
     content: dict[Dataset, Any] = {
         CASE_ID._replace(path=f"{GROUP}/case_id", description="identity of the case, the worst first"): [
@@ -92,7 +94,7 @@ def write_worst(file: h5py.File, form: ResultSchema, cases: Sequence[tuple[Worst
             np.cumsum([0, *(len(path.t) for path in paths)])
         ),
     }
-    for column in form.layout.channels:
+    for column in result_schema.layout.channels:
         values = np.concatenate([path.channels[column.name] for path in paths])
         content[Dataset(f"{GROUP}/{column.name}", np.dtype("f8"), column.unit, column.description, SAMPLE)] = values
     for dataset, values in content.items():

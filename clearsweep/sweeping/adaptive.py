@@ -21,17 +21,17 @@ class Search(Protocol):
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Record how the cases of a grid, from the index `first` on, compare with its limits."""
 
-    def wanted(self) -> Sequence[Point]:
+    def next_points(self) -> Sequence[Point]:
         """Return the points of the next cases; none if no more are needed."""
 
 
-def run(grid: Grid, search: Search, look: Look) -> tuple[Grid, bool]:
-    """Run a grid and the cases that a search adds, with `look`; return the extended grid, and whether it completed."""
+def run(grid: Grid, search: Search, read_results: Look) -> tuple[Grid, bool]:
+    """Run a grid and the cases that a search adds; return the extended grid, and whether it completed."""
     grid, first = grid.without_added(), 0
-    while results := look(grid, first):
+    while results := read_results(grid, first):
         search.learn(grid, first, results)
         first = len(grid)
-        points = search.wanted()
+        points = search.next_points()
         if not points:
             return grid, True
         grid = grid.with_added(points)

@@ -30,21 +30,21 @@ class BlockJob(NamedTuple):
     grid: Grid
     simulator: Simulator
     options: Options
-    cut: store.Cut
+    division: store.Division
     shard: Shard | None
     doubles: np.ndarray  # indices of cases that repeat an earlier one, ascending
 
     def cases(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the indices of a block's cases and their identities, uint64."""
-        part = self.cut.part(number)
-        ids = np.fromiter(self.grid.identities(part), "u8", len(part))
-        own = np.ones(len(part), bool)
-        first, last = np.searchsorted(self.doubles, (part.start, part.stop))
-        own[self.doubles[first:last] - part.start] = False
+        indices = self.division.part(number)
+        ids = np.fromiter(self.grid.identities(indices), "u8", len(indices))
+        is_first = np.ones(len(indices), bool)
+        first, last = np.searchsorted(self.doubles, (indices.start, indices.stop))
+        is_first[self.doubles[first:last] - indices.start] = False
         if self.shard:
-            own &= common_values(ids, self.shard.ids(ids[own]))
-        places = np.flatnonzero(own)
-        return part.start + places, ids[places]
+            is_first &= common_values(ids, self.shard.ids(ids[is_first]))
+        places = np.flatnonzero(is_first)
+        return indices.start + places, ids[places]
 
 
 def doubles_of(grid: Grid) -> np.ndarray:
@@ -57,32 +57,32 @@ def doubles_of(grid: Grid) -> np.ndarray:
     return np.sort(order[1:][ids[1:] == ids[:-1]])
 
 
-def finish(job: Job, block: store.Block, cut: store.Cut, wanted: np.ndarray) -> dict[str, Any]:
+def finish(job: Job, block: store.Block, division: store.Division, requested: np.ndarray) -> dict[str, Any]:
     """Write the final files of a block and return its mark; runs in a worker.
 
-    wanted : identities of the cases in the block, ascending.
+    requested : identities of the cases in the block, ascending.
     """
     store.use_one_thread()
-    form, layout = job.form, job.grid.layout
+    result_schema, layout = job.result_schema, job.grid.layout
     record = store.plain(
         {**job.grid.resolved(), "layout": layout.written(), "units": dict.fromkeys(job.grid.axes, "1")}
     )
 
-    def again(worst: Sequence[store.Worst]) -> list[Peak | None]:
+    def find_peaks(worst: Sequence[store.Worst]) -> list[Peak | None]:
         peaks: list[Peak | None] = []
         for each in worst:
             case = job.grid.case_at(each.point)
             column = f"{layout.joints[each.joint].name}_force_peak"
             try:
                 peak = job.simulator.peak(case, each.joint, each.revolutions or case.simulate.revolutions)
-            except Exception:  # as of a run that is not cut, it is left out
+            except Exception:  # left out, as in a run without blocks
                 peaks.append(None)
                 continue
             same = peak.path.status == "ok" and peak.path.summary[column] == each.peak
             peaks.append(peak if same else None)
         return peaks
 
-    return store.finish_block(block, cut, form, wanted, RunFacts(record, layout), again)
+    return store.finish_block(block, division, result_schema, requested, RunFacts(record, layout), find_peaks)
 
 
 class Outcome(NamedTuple):
@@ -96,7 +96,7 @@ class Outcome(NamedTuple):
 
 def settled(job: BlockJob, number: int) -> dict[str, Any] | None:
     """Return the mark of a finished block, or None if work is left."""
-    mark = store.read_mark(store.Block(job.directory, number), job.cut.form)
+    mark = store.read_mark(store.Block(job.directory, number), job.division.fingerprint)
     if mark is None or mark["missing"] or (mark["failed"] and job.options.retry_failed):
         return None
     return mark
@@ -104,8 +104,8 @@ def settled(job: BlockJob, number: int) -> dict[str, Any] | None:
 
 def unfinished(job: BlockJob) -> tuple[list[int], dict[int, dict[str, Any]]]:
     """Return the numbers of unfinished blocks, and the marks of the others, by number."""
-    marks = {number: mark for number in range(job.cut.count) if (mark := settled(job, number))}
-    return [number for number in range(job.cut.count) if number not in marks], marks
+    marks = {number: mark for number in range(job.division.count) if (mark := settled(job, number))}
+    return [number for number in range(job.division.count) if number not in marks], marks
 
 
 def committed(job: BlockJob, number: int) -> int:
@@ -144,20 +144,20 @@ class BlockRunner:
             progress.say(f"{block.path}: {sentence}")
         indices, ids = job.cases(number)
         self._take_earlier(directory, ids)
-        wanted = np.sort(ids)
-        pending = missing(ids, wanted, directory.rows(), retry_failed=job.options.retry_failed)
+        requested = np.sort(ids)
+        pending = missing(ids, requested, directory.rows(), retry_failed=job.options.retry_failed)
         self.case_runner.directory = directory
         if self.case_runner.workers is None:
-            self.case_runner.hire(len(job.cut.part(number)))
+            self.case_runner.hire(len(job.division.part(number)))
         done = True
         if len(pending):
-            title = f"block {number + 1:,} of {job.cut.count:,}: "
+            title = f"block {number + 1:,} of {job.division.count:,}: "
             left = None if self.most_failures is None else max(self.most_failures - self.case_runner.failed, 0)
             cases = Pending(indices[pending], ids[pending], title, drop, alike=True)
             done = self.case_runner.run_cases(job.grid, cases, left)
         if self.case_runner.workers is None:  # the driver has ended them
             self.case_runner.hire(1)
-        self._submit(number, block, wanted)
+        self._submit(number, block, requested)
         self.collect(wait=False)
         return done
 
@@ -179,16 +179,16 @@ class BlockRunner:
         if self.earlier is None or self._earlier_ids is None:
             return
         numbers = np.unique(self._earlier_ids["batch"][common_values(self._earlier_ids["id"], np.sort(ids))])
-        other = store.RunDirectory(self.earlier.path)
-        other.batches = [self.earlier.batches[each] for each in numbers.tolist()]
-        directory.take(other)
+        previous = store.RunDirectory(self.earlier.path)
+        previous.batches = [self.earlier.batches[number] for number in numbers.tolist()]
+        directory.take(previous)
 
-    def _submit(self, number: int, block: store.Block, wanted: np.ndarray) -> None:
+    def _submit(self, number: int, block: store.Block, requested: np.ndarray) -> None:
         task = Job(self.job.directory, self.job.grid, self.job.simulator, None)
 
         def submit() -> Future:
             assert self.case_runner.workers  # hired
-            return self.case_runner.workers.submit(finish, task, block, self.job.cut, wanted)
+            return self.case_runner.workers.submit(finish, task, block, self.job.division, requested)
 
         self.finishing[number] = submit(), submit
 
@@ -204,7 +204,7 @@ class BlockRunner:
 
     def _awaited(self, future: Future, submit: Callable[[], Future]) -> dict[str, Any]:
         """Return the mark from a worker; a dead worker is replaced."""
-        for tried in range(MOST_RESTARTS + 1):
+        for attempt in range(MOST_RESTARTS + 1):
             try:
                 while not future.done():
                     if signals.requested():
@@ -214,7 +214,7 @@ class BlockRunner:
             except ClearsweepError:
                 raise
             except Exception as error:
-                if tried == MOST_RESTARTS:
+                if attempt == MOST_RESTARTS:
                     raise ClearsweepError(
                         f"a block cannot be finished ({brief(error)}); run the same command again"
                     ) from error
@@ -247,44 +247,44 @@ def run_blocks(job: BlockJob, case_runner: CaseRunner, directory: store.RunDirec
 
 def most_failures(job: BlockJob, left: list[int]) -> int | None:
     """Return how many cases of some blocks may fail."""
-    cases = sum(len(job.cut.part(number)) for number in left)
+    cases = sum(len(job.division.part(number)) for number in left)
     return failure_limit(job.options.max_failures, cases)
 
 
 def conclude(
-    directory: store.RunDirectory, job: BlockJob, outcome: Outcome, counts_of_run: tuple[int, int], **known: Any
+    directory: store.RunDirectory, job: BlockJob, outcome: Outcome, counts_of_run: tuple[int, int], **facts: Any
 ) -> dict[str, Any]:
     """Write run.json of a run in blocks; return the counts.
 
-    counts_of_run : numbers of cases run and wanted.
+    counts_of_run : numbers of cases run and requested.
     """
-    ran, wanted = counts_of_run
-    store.discard_from(directory.path, job.cut.count)
+    ran, requested = counts_of_run
+    store.discard_from(directory.path, job.division.count)
     for name in store.FINAL_FILES:
         durable.discard(directory.path / name)
     marks = [outcome.marks[number] for number in sorted(outcome.marks)]
     ok, failed, others = (sum(mark[name] for mark in marks) for name in ("ok", "failed", "others"))
     counts = {
-        "cases": wanted,
+        "cases": requested,
         "ran": ran,
         "reused": max(ok + failed - ran, 0),
         "ok": ok,
         "failed": failed,
-        "missing": wanted - ok - failed,
+        "missing": requested - ok - failed,
         "others": others,
     }
     merged = {"mark": store.digest_of(json.dumps([mark["files"] for mark in marks]))}
-    blocks = {"size": job.cut.size, "count": job.cut.count, "numbers": sorted(outcome.marks)}
-    directory.write_record(job.grid, end=store.now(), counts=counts, merged=merged, blocks=blocks, answers={}, **known)
+    blocks = {"size": job.division.size, "count": job.division.count, "numbers": sorted(outcome.marks)}
+    directory.write_record(job.grid, end=store.now(), counts=counts, merged=merged, blocks=blocks, answers={}, **facts)
     return counts
 
 
 def count_wanted(job: BlockJob) -> int:
     """Return the number of different cases of a grid, or of its shard."""
     if job.shard is None:
-        return job.cut.cases - len(job.doubles)
-    sizes = (len(job.cut.part(number)) for number in range(job.cut.count))
+        return job.division.cases - len(job.doubles)
+    sizes = (len(job.division.part(number)) for number in range(job.division.count))
     of, number = job.shard.of, job.shard.number
     if len(job.doubles) == 0:
         return sum(len(range(number - 1, size, of)) for size in sizes)
-    return sum(len(job.cases(each)[0]) for each in range(job.cut.count))
+    return sum(len(job.cases(number)[0]) for number in range(job.division.count))

@@ -70,14 +70,14 @@ class CaseRunner:
         if self.workers is not None:
             self.workers.close()
 
-    def run(self, grid: grids.Grid, ids: np.ndarray, wanted: np.ndarray) -> bool:
+    def run(self, grid: grids.Grid, ids: np.ndarray, requested: np.ndarray) -> bool:
         """Run the missing cases of a grid; return False if stopped because too many cases failed.
 
-        ids : of all cases by index; wanted : of the required cases, ascending.
+        ids : of all cases by index; requested : of the required cases, ascending.
         """
-        pending = missing(ids, wanted, self.directory.rows(), retry_failed=self.options.retry_failed)
-        for tried in self.tried:
-            pending = pending[~common_values(ids[pending], tried)]
+        pending = missing(ids, requested, self.directory.rows(), retry_failed=self.options.retry_failed)
+        for candidates in self.tried:
+            pending = pending[~common_values(ids[pending], candidates)]
         if not len(pending):
             return True
         done = self.run_cases(grid, Pending(pending, ids[pending]))
@@ -92,11 +92,11 @@ class CaseRunner:
         count = len(pending.indices)
         grids.check_disk(count * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
         with phases.phase("looking at the kinds of scenes"):
-            listed = one_per_kind(grid, pending.indices, self.simulator)
-        together = not self.options.case_timeout and solve_in_bulk(self.simulator, count, len(listed))
-        workers = self._hired(listed, count)
+            kinds = one_per_kind(grid, pending.indices, self.simulator)
+        in_bulk = not self.options.case_timeout and solve_in_bulk(self.simulator, count, len(kinds))
+        workers = self._hired(kinds, count)
         driver = secrets.token_hex(8) if pending.drop else ""
-        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, together, driver)
+        job = Job(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, in_bulk, driver)
         batches = Batches(pending.indices, pending.ids, workers.jobs, grids.first_case_history(grid), pending.drop)
         if pending.alike and self.batches:
             batches.follow(self.batches)
@@ -123,36 +123,38 @@ class CaseRunner:
         rows = self.directory.rows()
         names = grid.optimise.columns([column.name for column in grid.layout.columns]) if grid.optimise else []
         names = [*order.lead_of(grid.layout, grid.verdict.limits).columns] if grid.checked_laws else names
-        places = np.searchsorted(rows["id"], ids[first:])
-        new_results = store.read_results(self.directory, store.ResultSchema.of(grid), rows[places], names)
+        positions = np.searchsorted(rows["id"], ids[first:])
+        new_results = store.read_results(self.directory, store.ResultSchema.of(grid), rows[positions], names)
         if grid.identify is None:
             return new_results
         channels = ["t", "crank_angle", *(signal.channel for signal in grid.identify.signals)]
-        histories = store.histories(self.directory, store.ResultSchema.of(grid), rows[places], channels)
+        histories = store.histories(self.directory, store.ResultSchema.of(grid), rows[positions], channels)
         return new_results._replace(histories=tuple(histories))
 
-    def peaks(self, grid: grids.Grid, worst: Sequence[store.Worst]) -> list[Peak | None]:
+    def peaks(self, grid: grids.Grid, worst_cases: Sequence[store.Worst]) -> list[Peak | None]:
         """Return the peak revolutions of finished cases, or None for one that is not found again."""
-        cases = [grid.case_at(each.point) for each in worst]
+        cases = [grid.case_at(case.point) for case in worst_cases]
         workers = self.workers or self.hire(len(cases))
         results: list[Peak | None] = []
         tasks = [
-            _submitted(workers, self.simulator, case, each.joint, each.revolutions or case.simulate.revolutions)
-            for case, each in zip(cases, worst, strict=True)
+            _submitted(
+                workers, self.simulator, case, worst_case.joint, worst_case.revolutions or case.simulate.revolutions
+            )
+            for case, worst_case in zip(cases, worst_cases, strict=True)
         ]
-        for done, (task, each) in enumerate(zip(tasks, worst, strict=True)):
+        for done, (task, worst_case) in enumerate(zip(tasks, worst_cases, strict=True)):
             if saving := phases.innermost():
-                saving.note(share=done / len(worst))
-            column = f"{grid.layout.joints[each.joint].name}_force_peak"
+                saving.note(share=done / len(worst_cases))
+            column = f"{grid.layout.joints[worst_case.joint].name}_force_peak"
             try:
                 peak = _awaited(task)
             except Exception as error:
                 reason, peak = brief(error), None
             else:
-                same = peak.path.status == "ok" and peak.path.summary[column] == each.peak
+                same = peak.path.status == "ok" and peak.path.summary[column] == worst_case.peak
                 reason, peak = "its motion is another one here", peak if same else None
             if peak is None:
-                progress.say(f"case {each.case_id}: the revolution of its largest peak is left out ({reason})")
+                progress.say(f"case {worst_case.case_id}: the revolution of its largest peak is left out ({reason})")
             results.append(peak)
         return results
 
@@ -173,10 +175,10 @@ class CaseRunner:
         return self.workers
 
 
-def _submitted(workers: executors.Executor, *what: Any) -> Future:
+def _submitted(workers: executors.Executor, *arguments: Any) -> Future:
     """Return the future of `find_peak` in a worker."""
     try:
-        return workers.submit(find_peak, *what)
+        return workers.submit(find_peak, *arguments)
     except RuntimeError as error:  # the pool is broken
         future: Future = Future()
         future.set_exception(error)
@@ -199,8 +201,8 @@ def case_ids(grid: grids.Grid) -> np.ndarray:
     return np.fromiter(grid.identities(), "u8", len(grid))
 
 
-def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, *, retry_failed: bool) -> np.ndarray:
-    """Return the indices of the `wanted` cases (ascending) to run, each identity once.
+def missing(ids: np.ndarray, requested: np.ndarray, rows: np.ndarray, *, retry_failed: bool) -> np.ndarray:
+    """Return the indices of the `requested` cases (ascending) to run, each identity once.
 
     rows : stored rows, ascending by id.
     """
@@ -209,39 +211,39 @@ def missing(ids: np.ndarray, wanted: np.ndarray, rows: np.ndarray, *, retry_fail
     order = np.argsort(ids, kind="stable")
     sorted_ids = ids[order]
     keep = np.concatenate([[True], sorted_ids[1:] != sorted_ids[:-1]])[: len(ids)]
-    keep &= common_values(sorted_ids, wanted)
+    keep &= common_values(sorted_ids, requested)
     keep &= ~common_values(sorted_ids, rows["id"])
     return np.sort(order[keep])
 
 
-def common_values(values: np.ndarray, those: np.ndarray) -> np.ndarray:
-    """Return which values are in `those`, ascending; needs a fifth of the memory of np.isin."""
-    if not len(those):
+def common_values(values: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return which values are in `others`, ascending; needs a fifth of the memory of np.isin."""
+    if not len(others):
         return np.zeros(len(values), bool)
-    places = np.searchsorted(those, values)
-    places[places == len(those)] = 0
-    there: np.ndarray = those[places] == values
-    return there
+    places = np.searchsorted(others, values)
+    places[places == len(others)] = 0
+    is_common: np.ndarray = others[places] == values
+    return is_common
 
 
 def one_per_kind(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
     """Return a pending case for each kind of scene; only law names can change the kind."""
     if not any(isinstance(values[0], str) for values in grid.axes.values()):
         return [grid.case(int(pending[0]))]
-    begin, end = int(pending.min()), int(pending.max()) + 1
-    wanted = np.zeros(end - begin, bool)
-    wanted[pending - begin] = True
+    first, end = int(pending.min()), int(pending.max()) + 1
+    is_pending = np.zeros(end - first, bool)
+    is_pending[pending - first] = True
     firsts: dict[grids.Words, int] = {}
-    for place, words in enumerate(grid.words(range(begin, end))):
-        if wanted[place] and words not in firsts:
-            firsts[words] = begin + place
+    for offset, words in enumerate(grid.words(range(first, end))):
+        if is_pending[offset] and words not in firsts:
+            firsts[words] = first + offset
     cases = [grid.case(index) for index in firsts.values()]
     return list({simulator.signature(case): case for case in cases}.values())
 
 
-def solve_in_bulk(simulator: Simulator, pending: int, listed: int) -> bool:
+def solve_in_bulk(simulator: Simulator, pending: int, kinds: int) -> bool:
     """Return whether there are enough cases per kind of scene to solve several at a time."""
-    return simulator.solve_each is not None and pending >= MANY * listed
+    return simulator.solve_each is not None and pending >= MANY * kinds
 
 
 def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> None:
@@ -252,15 +254,17 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
     Errors come up again in a case, where they are recorded.
     """
     parts = [(simulator.compile_loop, cases[0]), *((simulator.compile_for, case) for case in cases)]
-    kept = [store.Working(directory, secrets.token_hex(8)) for _ in parts]
+    progress_files = [store.Working(directory, secrets.token_hex(8)) for _ in parts]
 
-    def look() -> list[phases.Progress]:
-        return [results for working in kept if (results := working.read())]
+    def read_progress() -> list[phases.Progress]:
+        return [results for working in progress_files if (results := working.read())]
 
     try:
-        compiling = progress.Compiling(len(parts), look)
+        compiling = progress.Compiling(len(parts), read_progress)
         with phases.phase(compiling):
-            tasks = [workers.submit(prepare, working, *part) for working, part in zip(kept, parts, strict=True)]
+            tasks = [
+                workers.submit(prepare, working, *part) for working, part in zip(progress_files, parts, strict=True)
+            ]
             failures = []
             for task in tasks:
                 failures.append(_failure(task))

@@ -76,9 +76,9 @@ class Batches:
         size = min(self._size(), len(self.pending) - self.taken)
         if not size:
             return None
-        here = slice(self.taken, self.taken + size)
+        selection = slice(self.taken, self.taken + size)
         self.taken += size
-        return new_batch(Tasks(self.pending[here], self.ids[here]))
+        return new_batch(Tasks(self.pending[selection], self.ids[selection]))
 
     def _drop(self, done: np.ndarray) -> None:
         """Drop finished cases from those not handed out yet."""
@@ -94,9 +94,9 @@ class Batches:
         return max(1, min(int(max(min(TARGET / mean, share), LEAST / mean)), GROWTH * self.largest, self.most))
 
 
-def new_batch(cases: Tasks, tried: int = 0) -> Batch:
+def new_batch(cases: Tasks, attempts: int = 0) -> Batch:
     """Return a batch with a unique name."""
-    return Batch(secrets.token_hex(8), cases, tried)
+    return Batch(secrets.token_hex(8), cases, attempts)
 
 
 class Driver:
@@ -204,19 +204,19 @@ class Driver:
         if self._was_committed(batch):
             return
         if note is None:  # it died before the first case
-            self.batches.again.append(new_batch(batch.cases, batch.tried + 1))
-            if batch.tried < MOST_RESTARTS:
+            self.batches.again.append(new_batch(batch.cases, batch.attempts + 1))
+            if batch.attempts < MOST_RESTARTS:
                 return
             raise ClearsweepError(
                 f"workers die before their first case ({_cause(exitcode)}); try --executor serial to see why"
             )
-        place = note.batch_index
-        culprit, others = batch.cases.part(place, place + 1), batch.cases.without(place)
-        if others:
-            self.batches.again.append(new_batch(others, 1))  # one by one
+        position = note.batch_index
+        culprit, remaining = batch.cases.part(position, position + 1), batch.cases.without(position)
+        if remaining:
+            self.batches.again.append(new_batch(remaining, 1))  # one by one
         if note.late:
             self._give_up(culprit, "timeout", f"did not end within the {self.job.case_timeout:g} s of --case-timeout")
-        elif others or not batch.tried:
+        elif remaining or not batch.attempts:
             self.batches.again.append(new_batch(culprit, 1))
         else:
             self._give_up(culprit, "crashed", f"its worker died twice ({_cause(exitcode)})")
@@ -225,7 +225,7 @@ class Driver:
         """Commit a failed row for a case that cannot be computed."""
         batch, (case,) = new_batch(culprit), culprit.listed()
         row = store.Row(case.case_id, self.job.grid.point(case.grid_index), failure(status, message))
-        committed = store.commit(self.job.directory, self.job.form, batch.name, [row])
+        committed = store.commit(self.job.directory, self.job.result_schema, batch.name, [row])
         self._take(batch, Manifest(committed, 1, 1, 0.0))
 
     def _restart(self) -> None:
@@ -237,7 +237,7 @@ class Driver:
         self.executor.restart()
         for batch in window.values():
             if not self._was_committed(batch):
-                self.batches.again.append(new_batch(batch.cases, batch.tried))
+                self.batches.again.append(new_batch(batch.cases, batch.attempts))
 
     def _orphans(self) -> list[Future]:
         """Return futures that will not end: their worker died some time ago, unnoticed by the pool.
@@ -269,7 +269,7 @@ class Driver:
             if progress is None or progress.facts.get("case_id") != task.case_id:
                 progress = Progress("", max(time.time() - note.since, 0.0), facts=self.job.facts(task))
             cases.append(progress)
-        return done, sorted(cases, key=lambda each: -each.seconds)
+        return done, sorted(cases, key=lambda case: -case.seconds)
 
     def _drain(self) -> None:
         """Let the workers finish their current case, end them, and record their commits."""

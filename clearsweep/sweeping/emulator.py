@@ -37,10 +37,10 @@ class Emulator(NamedTuple):
 
     def predict(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return means (n, features) of the features at points, and variances (n, directions) in scaled units."""
-        each = [prediction(process, points) for process in self.processes]
-        places = np.array([mean for mean, _ in each]).T * self.spread
-        variances = np.array([deviation for _, deviation in each]).T ** 2 * self.spread**2
-        return self.mean + self.scale * (places @ self.basis), variances
+        predictions = [prediction(process, points) for process in self.processes]
+        coefficients = np.array([mean for mean, _ in predictions]).T * self.spread
+        variances = np.array([deviation for _, deviation in predictions]).T ** 2 * self.spread**2
+        return self.mean + self.scale * (coefficients @ self.basis), variances
 
     @property
     def kernels(self) -> "list[kernels.Kernel]":
@@ -48,23 +48,23 @@ class Emulator(NamedTuple):
         return [process.kernel_ for process in self.processes]
 
 
-def fit(points: np.ndarray, values: np.ndarray, before: "list[kernels.Kernel] | None" = None) -> Emulator:
+def fit(points: np.ndarray, values: np.ndarray, trained: "list[kernels.Kernel] | None" = None) -> Emulator:
     """Return an emulator of features (n, features) over points (n, inputs).
 
-    before : kernels of an emulator of fewer points, which are kept
+    trained : kernels of an emulator of fewer points, which are kept
     """
     mean, scale = values.mean(axis=0), np.maximum(values.std(axis=0), 1e-9)
-    about = (values - mean) / scale
-    _, sizes, rows = np.linalg.svd(about, full_matrices=False)
+    standardised = (values - mean) / scale
+    _, sizes, rows = np.linalg.svd(standardised, full_matrices=False)
     count = min(int(np.searchsorted(np.cumsum(sizes**2) / (sizes**2).sum(), SHARE)) + 1, MOST_DIRECTIONS)
-    count = len(before) if before else count
+    count = len(trained) if trained else count
     basis = rows[:count] * np.where(rows[:count].sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
-    places = about @ basis.T
-    left = about - places @ basis
-    spread = np.maximum(places.std(axis=0), 1e-9)
-    kept = before or [None] * count
-    processes = tuple(_process(points, places[:, k] / spread[k], kept[k]) for k in range(count))
-    return Emulator(mean, scale, basis, processes, spread, left.T @ left / len(points))
+    coefficients = standardised @ basis.T
+    residual = standardised - coefficients @ basis
+    spread = np.maximum(coefficients.std(axis=0), 1e-9)
+    trained_kernels = trained or [None] * count
+    processes = tuple(_process(points, coefficients[:, k] / spread[k], trained_kernels[k]) for k in range(count))
+    return Emulator(mean, scale, basis, processes, spread, residual.T @ residual / len(points))
 
 
 def _process(points: np.ndarray, values: np.ndarray, kernel: "kernels.Kernel | None") -> Any:
@@ -94,13 +94,13 @@ def prediction(process: Any, points: np.ndarray) -> tuple[np.ndarray, np.ndarray
     from scipy.spatial.distance import cdist
 
     size, lengths = process.kernel_.k1.k1.constant_value, process.kernel_.k1.k2.length_scale
-    apart = cdist(points / lengths, process.X_train_ / lengths)
-    apart *= np.sqrt(5.0)
-    shared = (1.0 + apart + apart**2 / 3.0) * np.exp(-apart)
-    shared *= size
-    solved = solve_triangular(process.L_, shared.T, lower=True, check_finite=False)
+    distances = cdist(points / lengths, process.X_train_ / lengths)
+    distances *= np.sqrt(5.0)
+    covariance = (1.0 + distances + distances**2 / 3.0) * np.exp(-distances)
+    covariance *= size
+    solved = solve_triangular(process.L_, covariance.T, lower=True, check_finite=False)
     variance = size + process.kernel_.k2.noise_level - np.einsum("ij,ji->i", solved.T, solved)
-    return shared @ process.alpha_, np.sqrt(np.maximum(variance, 0.0))
+    return covariance @ process.alpha_, np.sqrt(np.maximum(variance, 0.0))
 
 
 class Evidence(NamedTuple):
@@ -125,17 +125,21 @@ class Evidence(NamedTuple):
 
         size, noise = np.exp(logarithms[0]), np.exp(logarithms[-1])
         inverse_squares, count = np.exp(-2.0 * logarithms[1:-1]), len(self.values)
-        apart = np.sqrt(5.0 * (inverse_squares @ self.squares))
-        falling = size * np.exp(-apart)
-        kernel = (falling * (1.0 + apart + apart**2 / 3.0)).reshape(count, count)
+        distances = np.sqrt(5.0 * (inverse_squares @ self.squares))
+        decay = size * np.exp(-distances)
+        kernel = (decay * (1.0 + distances + distances**2 / 3.0)).reshape(count, count)
         root, failed = lapack.dpotrf(kernel + (noise + JITTER) * np.eye(count), lower=1)
         if failed:
             return np.inf, np.zeros(len(logarithms))
         weights, _ = lapack.dpotrs(root, self.values, lower=1)
         lower = np.tril(lapack.dpotri(root, lower=1)[0])
-        away = np.outer(weights, weights) - lower - np.tril(lower, -1).T
-        projected = (falling * (1.0 + apart) * away.ravel()) @ self.squares.T
-        slopes = [np.vdot(away, kernel), *(5.0 / 3.0 * inverse_squares * projected), noise * np.trace(away)]
+        gradient_weights = np.outer(weights, weights) - lower - np.tril(lower, -1).T
+        projected = (decay * (1.0 + distances) * gradient_weights.ravel()) @ self.squares.T
+        slopes = [
+            np.vdot(gradient_weights, kernel),
+            *(5.0 / 3.0 * inverse_squares * projected),
+            noise * np.trace(gradient_weights),
+        ]
         likelihood = -0.5 * self.values @ weights - np.log(np.diag(root)).sum() - 0.5 * count * np.log(2.0 * np.pi)
         return -float(likelihood), -0.5 * np.array(slopes)
 
@@ -155,16 +159,16 @@ class LikelihoodModel(NamedTuple):
         """
         means, variances = self.emulator.predict(points)
         scale, basis = self.emulator.scale, self.emulator.basis
-        shared = self.covariance / np.outer(scale, scale) + self.emulator.rest
-        shared[np.diag_indices_from(shared)] += 1e-9
-        off = (self.measured - means) / scale
-        inverse = np.linalg.inv(shared)
-        inner = basis @ inverse @ basis.T + np.eye(len(basis)) / np.maximum(variances, 1e-12)[:, None, :]
-        projected = off @ inverse @ basis.T
-        solved = np.linalg.solve(inner, projected[:, :, None])[:, :, 0]
-        squares = np.einsum("ij,jk,ik->i", off, inverse, off) - (projected * solved).sum(axis=1)
-        volumes = np.linalg.slogdet(shared)[1] + np.log(np.maximum(variances, 1e-12)).sum(axis=1)
-        return squares, volumes + np.linalg.slogdet(inner)[1]
+        covariance = self.covariance / np.outer(scale, scale) + self.emulator.rest
+        covariance[np.diag_indices_from(covariance)] += 1e-9
+        deviations = (self.measured - means) / scale
+        inverse = np.linalg.inv(covariance)
+        capacitance = basis @ inverse @ basis.T + np.eye(len(basis)) / np.maximum(variances, 1e-12)[:, None, :]
+        projected = deviations @ inverse @ basis.T
+        solved = np.linalg.solve(capacitance, projected[:, :, None])[:, :, 0]
+        squares = np.einsum("ij,jk,ik->i", deviations, inverse, deviations) - (projected * solved).sum(axis=1)
+        volumes = np.linalg.slogdet(covariance)[1] + np.log(np.maximum(variances, 1e-12)).sum(axis=1)
+        return squares, volumes + np.linalg.slogdet(capacitance)[1]
 
     def log_likelihood(self, squares: np.ndarray, volumes: np.ndarray) -> np.ndarray:
         """Return the log-likelihoods of points from the results of `distance`, up to a constant."""
@@ -175,8 +179,8 @@ class LikelihoodModel(NamedTuple):
         """Return the excess of each measured feature over that at a point (inputs,), and the standard deviations."""
         means, variances = self.emulator.predict(point[None])
         scale, basis = self.emulator.scale, self.emulator.basis
-        own = ((variances[0][:, None] * basis**2).sum(axis=0) + np.diag(self.emulator.rest)) * scale**2
-        return self.measured - means[0], np.sqrt(own + np.diag(self.covariance))
+        emulator_variance = ((variances[0][:, None] * basis**2).sum(axis=0) + np.diag(self.emulator.rest)) * scale**2
+        return self.measured - means[0], np.sqrt(emulator_variance + np.diag(self.covariance))
 
 
 class Posterior(NamedTuple):
@@ -196,10 +200,10 @@ class Posterior(NamedTuple):
         """Return quantiles of an input."""
         order = np.argsort(self.points[:, column], kind="stable")
         cumulated = np.cumsum(self.weights[order]) - 0.5 * self.weights[order]
-        return [float(each) for each in np.interp(shares, cumulated, self.points[order, column])]
+        return [float(value) for value in np.interp(shares, cumulated, self.points[order, column])]
 
 
-def sample(likelihood: LikelihoodModel, inputs: int, chance: np.random.Generator, size: int, moves: int) -> Posterior:
+def sample(likelihood: LikelihoodModel, inputs: int, rng: np.random.Generator, size: int, moves: int) -> Posterior:
     """Return a weighted sample of the posterior on the unit cube, with a uniform prior.
 
     Each round draws near the likely points of the previous round (adaptive importance sampling,
@@ -208,33 +212,33 @@ def sample(likelihood: LikelihoodModel, inputs: int, chance: np.random.Generator
     from scipy.spatial.distance import cdist
     from scipy.stats import qmc
 
-    points = qmc.Sobol(inputs, seed=chance).random_base2(int(np.ceil(np.log2(size))))
+    points = qmc.Sobol(inputs, seed=rng).random_base2(int(np.ceil(np.log2(size))))
     logs = likelihood.log_likelihood(*likelihood.distance(points))
     for _ in range(moves):
-        flat = _flattened(logs)
-        centres = points[chance.choice(len(points), CENTRES, p=flat)]
-        middle = flat @ points
-        spread = np.einsum("i,ij,ik->jk", flat, points - middle, points - middle)
+        probabilities = _flattened(logs)
+        centres = points[rng.choice(len(points), CENTRES, p=probabilities)]
+        mean = probabilities @ points
+        spread = np.einsum("i,ij,ik->jk", probabilities, points - mean, points - mean)
         root = WIDTH * np.linalg.cholesky(spread + 1e-6 * np.eye(inputs))
-        points = _proposed_points(centres, root, chance, size)
+        points = _proposed_points(centres, root, rng, size)
         whitened = np.linalg.inv(root)
-        apart = cdist(points @ whitened.T, centres @ whitened.T, "sqeuclidean")
+        squared_distances = cdist(points @ whitened.T, centres @ whitened.T, "sqeuclidean")
         normal = (2.0 * np.pi) ** (inputs / 2.0) * abs(np.prod(np.diag(root)))
-        density = EVEN + (1.0 - EVEN) * np.exp(-0.5 * apart).mean(axis=1) / normal
+        density = EVEN + (1.0 - EVEN) * np.exp(-0.5 * squared_distances).mean(axis=1) / normal
         squares, volumes = likelihood.distance(points)
         logs = likelihood.log_likelihood(squares, volumes) - np.log(density)
     weights = np.exp(logs - logs.max())
     return Posterior(points, weights / weights.sum(), squares, volumes)
 
 
-def _proposed_points(centres: np.ndarray, root: np.ndarray, chance: np.random.Generator, size: int) -> np.ndarray:
+def _proposed_points(centres: np.ndarray, root: np.ndarray, rng: np.random.Generator, size: int) -> np.ndarray:
     """Return points of the unit cube: some uniform, the others around the centres; points outside are drawn again."""
     points = np.empty((0, centres.shape[1]))
     while len(points) < size:
-        about = centres[chance.integers(len(centres), size=size)] + chance.standard_normal((size, len(root))) @ root.T
-        even = chance.random(about.shape)
-        drawn = np.where(chance.random((size, 1)) < EVEN, even, about)
-        points = np.concatenate([points, drawn[((drawn >= 0.0) & (drawn <= 1.0)).all(axis=1)]])
+        near_centres = centres[rng.integers(len(centres), size=size)] + rng.standard_normal((size, len(root))) @ root.T
+        uniform = rng.random(near_centres.shape)
+        proposed = np.where(rng.random((size, 1)) < EVEN, uniform, near_centres)
+        points = np.concatenate([points, proposed[((proposed >= 0.0) & (proposed <= 1.0)).all(axis=1)]])
     return points[:size]
 
 

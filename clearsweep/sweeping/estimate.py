@@ -76,29 +76,29 @@ def estimate(
     directory = sweep.directory_of(grid, out, part)
     with phases.phase("reading what the directory contains"):
         directory.check(grid)
-        left = _left(grid, directory, part, simulator)
-    further = _Further.of(grid, left) if left.pending else _Further(0, 0.0)
+        remaining = _remaining(grid, directory, part, simulator)
+    further = _Further.of(grid, remaining) if remaining.pending else _Further(0, 0.0)
     warnings += further.sentences()
     looked = time.monotonic() - begin
     slower = max((looked + FINISH) / (time.process_time() - imported + FINISH), 1.0)  # 1: nothing else runs here
     jobs = jobs or executors.cores()
-    jobs = min(jobs, max(left.pending, 1))
-    timed, start_up = _pilot(grid, left, jobs, simulator)
+    jobs = min(jobs, max(remaining.pending, 1))
+    timed, start_up = _pilot(grid, remaining, jobs, simulator)
     times, events = [each.seconds for each in timed if each.seconds is not None], [each.events for each in timed]
     mean = float(np.mean(times)) if times else None
-    if beyond := sum(each.beyond for each in timed):
+    if over_budget := sum(each.over_budget for each in timed):
         warnings.append(
-            f"{beyond:,} of {count(len(timed), 'timed case')} would take longer than simulate.time_budget allows and "
-            "end with the status time-budget; allow more, or ask for fewer revolutions"
+            f"{over_budget:,} of {count(len(timed), 'timed case')} would take longer than simulate.time_budget allows "
+            "and end with the status time-budget; allow more, or ask for fewer revolutions"
         )
-    around = slower * (min(imported, LONGEST_IMPORT) + FINISH) + looked + start_up
-    run = left.pending + further.cases
-    chosen = slower * further.choosing * further.cases
-    seconds = 0.0 if not run else None if mean is None else around + chosen + (mean + slower * EACH) * run / jobs
+    overhead = slower * (min(imported, LONGEST_IMPORT) + FINISH) + looked + start_up
+    run = remaining.pending + further.cases
+    search_time = slower * further.choosing * further.cases
+    seconds = 0.0 if not run else None if mean is None else overhead + search_time + (mean + slower * EACH) * run / jobs
     units = key_units(grid.resolved(), simulator.catalogue())
     return Estimate(
-        left.wanted,
-        left.pending,
+        remaining.requested,
+        remaining.pending,
         further.cases,
         derived,
         warnings,
@@ -110,9 +110,9 @@ def estimate(
         _standard_error(times, run) / jobs if seconds else None,
         int(run * _case_bytes(grid, float(np.mean(events)) if events else 0.0)),
         {
-            path: {"unit": units[path], "values": ends}
+            path: {"unit": units[path], "values": bounds}
             for path in grid.assumed_units
-            if path in units and (ends := _ends(grid, path))
+            if path in units and (bounds := _ends(grid, path))
         },
         {
             name: {"value": float(grid.defined.values[name]), "unit": grid.defined.units[name], "expression": text}
@@ -131,9 +131,9 @@ class _Further(NamedTuple):
     by: str = ""  # key of the grid
 
     @classmethod
-    def of(cls, grid: Grid, left: "_Left") -> "_Further":
-        """Return them for `seek`, `optimise` or `identify`; none where a directory has the first cases already."""
-        if left.pending < left.wanted:  # how many were added is not known
+    def of(cls, grid: Grid, remaining: "_Remaining") -> "_Further":
+        """Return them for `seek`, `optimise` or `identify`; none if a directory has the first cases already."""
+        if remaining.pending < remaining.requested:  # the number of added cases is unknown
             return cls(0, 0.0)
         if grid.seek and not grid.seek.fits:
             return cls(
@@ -153,36 +153,44 @@ class _Further(NamedTuple):
         return [f"time and storage include {about}{self.cases:,} cases that `{self.by}` adds to these"]
 
 
-class _Left(NamedTuple):
+class _Remaining(NamedTuple):
     """The cases of a grid that a directory lacks."""
 
-    wanted: int  # cases that it should contain
+    requested: int  # cases that it should contain
     pending: int  # number of missing cases
     timed: np.ndarray  # indices of a few missing cases, spread over all
     kinds: list[Case]  # one case for each kind of scene
 
 
-def _left(grid: Grid, directory: store.RunDirectory, part: Shard | None, simulator: Simulator) -> _Left:
+def _remaining(grid: Grid, directory: store.RunDirectory, part: Shard | None, simulator: Simulator) -> _Remaining:
     """Return the missing cases of a directory; for a grid in blocks, all cases of unfinished blocks."""
-    if cut := store.Cut.of(grid, str(part or "")):
-        doubles, place = blockwise.doubles_of(grid), directory.path.absolute()
-        job = blockwise.BlockJob(place, grid, simulator, case_runner.Options(), cut, part, doubles)
-        wanted = blockwise.count_wanted(job)
+    if blocks_of_grid := store.Division.of(grid, str(part or "")):
+        doubles, directory_path = blockwise.doubles_of(grid), directory.path.absolute()
+        job = blockwise.BlockJob(directory_path, grid, simulator, case_runner.Options(), blocks_of_grid, part, doubles)
+        requested = blockwise.count_wanted(job)
         blocks, marks = blockwise.unfinished(job)
-        there = sum(mark["ok"] + mark["failed"] for mark in marks.values())
-        pending = wanted - there - sum(blockwise.committed(job, number) for number in blocks)
+        finished = sum(mark["ok"] + mark["failed"] for mark in marks.values())
+        pending = requested - finished - sum(blockwise.committed(job, number) for number in blocks)
         numbers = np.array(blocks, "i8")[np.linspace(0, len(blocks) - 1, min(PILOT_CASES, len(blocks))).astype(int)]
-        each = -(-PILOT_CASES // max(len(numbers), 1))
-        spread = [np.linspace(0, len(cut.part(k)) - 1, each).astype("i8") + cut.part(k).start for k in numbers.tolist()]
+        per_block = -(-PILOT_CASES // max(len(numbers), 1))
+        spread = [
+            np.linspace(0, len(blocks_of_grid.part(k)) - 1, per_block).astype("i8") + blocks_of_grid.part(k).start
+            for k in numbers.tolist()
+        ]
         timed = np.unique(np.concatenate([np.empty(0, "i8"), *spread]))
         scenes = {simulator.signature(case): case for case in map(grid.case, timed.tolist())}
-        return _Left(wanted, pending, timed, list(scenes.values()))
+        return _Remaining(requested, pending, timed, list(scenes.values()))
     directory.look()
     ids = case_runner.case_ids(grid)
-    asked = part.ids(ids) if part else distinct(ids)
-    left = case_runner.missing(ids, asked, directory.rows(), retry_failed=False)
-    scenes_left = case_runner.one_per_kind(grid, left, simulator) if len(left) else []
-    return _Left(len(asked), len(left), left[timed_indices(len(left))] if len(left) else left, scenes_left)
+    requested_ids = part.ids(ids) if part else distinct(ids)
+    pending_indices = case_runner.missing(ids, requested_ids, directory.rows(), retry_failed=False)
+    scenes_left = case_runner.one_per_kind(grid, pending_indices, simulator) if len(pending_indices) else []
+    return _Remaining(
+        len(requested_ids),
+        len(pending_indices),
+        pending_indices[timed_indices(len(pending_indices))] if len(pending_indices) else pending_indices,
+        scenes_left,
+    )
 
 
 def _ends(grid: Grid, path: str) -> list[Any]:
@@ -200,7 +208,9 @@ def _first(grid: Grid, units: dict[str, str]) -> dict[str, Any]:
         "case_id": grid.case_id(0),
         "values": {path: value for path, value in values.items() if not isinstance(value, dict | list)},
         "units": {path: units[path] for path in values if path in units},
-        "written_units": {path: known._asdict() for path, known in grid.written_units.items() if path in values},
+        "written_units": {
+            path: written_unit._asdict() for path, written_unit in grid.written_units.items() if path in values
+        },
     }
 
 
@@ -216,10 +226,10 @@ def timed_indices(count: int) -> list[int]:
 
     Equal steps would repeat the same values of the last axes.  Any first few are also a fair sample.
     """
-    chance = np.random.default_rng(count)
+    rng = np.random.default_rng(count)
     edges = np.linspace(0, count, min(count, PILOT_CASES) + 1).astype(int)
-    picked = [int(chance.integers(low, high)) for low, high in itertools.pairwise(edges.tolist())]
-    return [picked[place] for place in chance.permutation(len(picked))]
+    picked = [int(rng.integers(low, high)) for low, high in itertools.pairwise(edges.tolist())]
+    return [picked[position] for position in rng.permutation(len(picked))]
 
 
 class _Pilot(NamedTuple):
@@ -229,21 +239,21 @@ class _Pilot(NamedTuple):
     start_up: float = 0.0  # s until workers are started and have loaded their code from the cache
 
 
-def _pilot(grid: Grid, left: _Left, jobs: int, simulator: Simulator) -> _Pilot:
+def _pilot(grid: Grid, remaining: _Remaining, jobs: int, simulator: Simulator) -> _Pilot:
     """Return the times of a few cases spread over the grid, and of the start of `jobs` workers."""
-    if not left.pending:
+    if not remaining.pending:
         return _Pilot([])
     with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         directory = Path(folder)
         (directory / store.SCRATCH).mkdir()
-        workers, start_up = _started(jobs, left.kinds, simulator, directory)
+        workers, start_up = _started(jobs, remaining.kinds, simulator, directory)
         try:
             working = store.Working(directory, "0" * 16)
-            timed = _timed(workers, simulator, [grid.case(k) for k in left.timed.tolist()], working)
+            timed = _timed(workers, simulator, [grid.case(k) for k in remaining.timed.tolist()], working)
         finally:
             workers.close()
         if start_up > LONG_START:  # it compiled; what a run has to load is in the cache now
-            workers, start_up = _started(jobs, left.kinds, simulator, directory)
+            workers, start_up = _started(jobs, remaining.kinds, simulator, directory)
             workers.close()
         return _Pilot(timed, start_up)
 
@@ -260,11 +270,11 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
     """Return the times of cases, as many of the first ones as PILOT_TIME allows."""
     results: list[Timed] = []
 
-    def words() -> str:
+    def progress_text() -> str:
         at_work = working.read()
         return f"timing {count(len(cases), 'case')}" + (f": {at_work.what}" if at_work and at_work.what else "")
 
-    def single(case: Case) -> Timed:
+    def time_alone(case: Case) -> Timed:
         task, begin = workers.submit(time_case, simulator, case, PILOT_SHARE * PILOT_TIME, working), time.monotonic()
         while True:
             try:
@@ -276,16 +286,16 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
                 if time.monotonic() - begin > PILOT_PATIENCE:
                     raise
 
-    with phases.phase(words) as timing:
+    with phases.phase(progress_text) as timing:
         for case in cases:
             try:
-                timed = single(case)
-                if timed.extrapolated and (timed.seconds is None or timed.once > COMPILED):
-                    timed = _joined(timed, single(case))  # the compiled code is in the cache now
+                timed = time_alone(case)
+                if timed.extrapolated and (timed.seconds is None or timed.compiling > COMPILED):
+                    timed = _joined(timed, time_alone(case))  # the compiled code is in the cache now
             except Late:
                 break
             results.append(timed)
-            spent = sum(result.spent for result in results)
+            spent = sum(result.elapsed for result in results)
             timing.note(share=min(max(len(results) / len(cases), spent / PILOT_TIME), 1.0))
             if spent > PILOT_TIME:
                 break
@@ -293,10 +303,10 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
 
 
 def _joined(first: Timed, second: Timed) -> Timed:
-    """Return the time of a case from a first attempt that did not finish compiling and a second attempt."""
-    setup = first.spent if first.seconds is None and first.once <= COMPILED else 0.0
+    """Return the time of a case from two attempts, of which the first did not finish compiling."""
+    setup = first.elapsed if first.seconds is None and first.compiling <= COMPILED else 0.0
     seconds = None if second.seconds is None else second.seconds + setup
-    return second._replace(seconds=seconds, spent=first.spent + second.spent)
+    return second._replace(seconds=seconds, elapsed=first.elapsed + second.elapsed)
 
 
 def _case_bytes(grid: Grid, events: float) -> float:

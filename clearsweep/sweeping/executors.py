@@ -253,25 +253,25 @@ def reach(scheduler: str | None) -> None:
     _distributed()
     if scheduler is None:
         return
-    asked = client(scheduler)
+    dask_client = client(scheduler)
     try:
-        several = [address for address, threads in with_timeout(asked.nthreads).items() if threads > 1]
+        multithreaded = [address for address, threads in with_timeout(dask_client.nthreads).items() if threads > 1]
     except Exception as error:
         raise _no_answer(scheduler, error) from None
     finally:
-        close_peer(asked)
-    if several:
+        close_peer(dask_client)
+    if multithreaded:
         raise InputError(
-            f"scheduler: {len(several)} workers of {scheduler} have several threads ({several[0]}); start "
+            f"scheduler: {len(multithreaded)} workers of {scheduler} have several threads ({multithreaded[0]}); start "
             "them with `dask worker --nthreads 1 --nworkers N`, one case at a time in each"
         )
 
 
 def client(address: Any) -> Any:
     """Return a client of the scheduler at `address`, or of a cluster."""
-    make = functools.partial(_distributed().Client, address, timeout=PATIENCE, set_as_default=False)
+    connect = functools.partial(_distributed().Client, address, timeout=PATIENCE, set_as_default=False)
     try:
-        return with_timeout(make)
+        return with_timeout(connect)
     except Exception as error:  # many kinds: a wrong address, no server, or a server of another protocol
         raise _no_answer(address, error) from error
 
@@ -294,13 +294,13 @@ def with_timeout(function: Callable[[], T]) -> T:
     """
     answer: Future[T] = Future()
 
-    def ask() -> None:
+    def run() -> None:
         try:
             answer.set_result(function())
         except BaseException as error:
             answer.set_exception(error)
 
-    threading.Thread(target=ask, daemon=True).start()
+    threading.Thread(target=run, daemon=True).start()
     try:
         return answer.result(PATIENCE)
     except TimeoutError:

@@ -16,7 +16,7 @@ def of_run(identified: Identified) -> dict[str, Any]:
     for name in ("parameters", "fits", "signals"):
         facts[name] = [fact._asdict() for fact in facts[name]]
     facts["parameters"] = [fact | {"ends": list(fact["ends"])} for fact in facts["parameters"]]
-    facts["traded"] = [list(each) for each in identified.traded]
+    facts["traded"] = [list(pair) for pair in identified.traded]
     facts["signals"] = [
         fact | {"file": Path(fact["file"]).name, "noise": list(fact["noise"])} for fact in facts["signals"]
     ]
@@ -28,21 +28,21 @@ def identify_lines(facts: dict[str, Any]) -> list[str]:
     identified = facts["identified"]
     if not identified:
         return []
-    joints = number_of_joints(each["path"] for each in identified["parameters"])
+    joints = number_of_joints(fit["path"] for fit in identified["parameters"])
     lines = ["", "The best cases compared with the measured signals"]
-    for each in identified["fits"]:
-        measured, computed = (grid_text(each[name], each["unit"]) for name in ("measured", "computed"))
-        off = machine.difference(each)
-        lines.append(f"  {each['channel']}, {each['feature']}: {measured} measured, {computed} computed{off}")
+    for fit in identified["fits"]:
+        measured, computed = (grid_text(fit[name], fit["unit"]) for name in ("measured", "computed"))
+        discrepancy = machine.difference(fit)
+        lines.append(f"  {fit['channel']}, {fit['feature']}: {measured} measured, {computed} computed{discrepancy}")
     cases = f"{identified['finished']:,} finished cases of {identified['looked_at']:,}"
     lines += ["", f"Identified by {cases} (a sample of the posterior in identify.parquet)"]
     lines += [f"  {sentence}" for sentence in machine.sentences(identified, joints)]
-    for each in identified["parameters"]:
-        unit = facts["units"].get(each["path"], "1")
-        scale = wording.scale(unit, each["value"], speed=each["path"].endswith("speed"))
+    for fit in identified["parameters"]:
+        unit = facts["units"].get(fit["path"], "1")
+        scale = wording.scale(unit, fit["value"], speed=fit["path"].endswith("speed"))
         scale = scale if scale.unit.isascii() or scale.unit.startswith("µ") else wording.Scale(1.0, unit)
-        value, low, high = (f"{each[end] / scale.factor:.3g}" for end in ("value", "low", "high"))
-        shown = f" {scale.unit.replace('µ', 'u')}".rstrip()
-        name = wording.axis_name(each["path"], joints)
-        lines.append(f"  {name} {value}{shown} (95 %: {low} to {high}{shown}){machine.certainty(each)}")
+        value, low, high = (f"{fit[key] / scale.factor:.3g}" for key in ("value", "low", "high"))
+        unit_text = f" {scale.unit.replace('µ', 'u')}".rstrip()
+        name = wording.axis_name(fit["path"], joints)
+        lines.append(f"  {name} {value}{unit_text} (95 %: {low} to {high}{unit_text}){machine.certainty(fit)}")
     return lines

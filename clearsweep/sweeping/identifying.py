@@ -120,40 +120,40 @@ class Identifying:
                 continue
             if self.observation is None:
                 self.observation, self.history = observed.observe(self.identify, history), history
-            chance = np.random.default_rng([self.identify.seed, int(grid.case_id(index), 16)])
-            parts = chance.random(len(self.observation.signals))
-            features = self.observation.of_case(history, _noise(parts), chance)
+            rng = np.random.default_rng([self.identify.seed, int(grid.case_id(index), 16)])
+            parts = rng.random(len(self.observation.signals))
+            features = self.observation.of_case(history, _noise(parts), rng)
             point = grid.point(index)
             keys = [choice.part(point[path]) for path, choice in self.identify.over.items()]
             if np.isfinite(features).all():
                 self.points.append(np.array([*keys, *parts]))
                 self.values.append(features)
 
-    def wanted(self) -> list[Point]:
+    def next_points(self) -> list[Point]:
         """Return the points of the next cases."""
         count = min(ROUND, self.identify.cases - self.looked_at)
         if count <= 0:
             return []
-        even = self.box[0] + (self.box[1] - self.box[0]) * self.identify.spread(self.looked_at, count)
+        uniform = self.box[0] + (self.box[1] - self.box[0]) * self.identify.spread(self.looked_at, count)
         if self.looked_at < min(SPREAD, self.identify.cases // 2) or len(self.points) < LEAST_CASES:
-            return [self.identify.point(parts) for parts in even]
+            return [self.identify.point(parts) for parts in uniform]
         with _repeatable():
-            chance = np.random.default_rng([self.identify.seed, self.looked_at])
-            posterior = self._posterior(chance, last=False)[1]
+            rng = np.random.default_rng([self.identify.seed, self.looked_at])
+            posterior = self._posterior(rng, last=False)[1]
             weights = emulator.flattened(posterior)
             if self.looked_at >= self.narrowed + NARROWED:
                 self._narrow(posterior._replace(weights=weights))
-            chosen = chance.choice(len(weights), max(count - EVEN, 1), replace=False, p=weights)
-        likely = posterior.points[chosen, : len(self.identify.over)]
-        return [self.identify.point(parts) for parts in [*likely, *even[: count - len(likely)]]]
+            selected = rng.choice(len(weights), max(count - EVEN, 1), replace=False, p=weights)
+        likely = posterior.points[selected, : len(self.identify.over)]
+        return [self.identify.point(parts) for parts in [*likely, *uniform[: count - len(likely)]]]
 
     def result(self) -> Identified | None:
         """Return the final result, or None if too few cases finished."""
         if self.too_few:
             return None
         with _repeatable():
-            chance = np.random.default_rng([self.identify.seed, self.looked_at])
-            return self._identified(*self._posterior(chance, last=True))
+            rng = np.random.default_rng([self.identify.seed, self.looked_at])
+            return self._identified(*self._posterior(rng, last=True))
 
     @property
     def too_few(self) -> str:
@@ -168,7 +168,7 @@ class Identifying:
 
     def _narrow(self, posterior: emulator.Posterior) -> None:
         """Narrow the ranges to likely values."""
-        intervals = np.array([posterior.quantiles(place, LIKELY) for place in range(self.box.shape[1])]).T
+        intervals = np.array([posterior.quantiles(column, LIKELY) for column in range(self.box.shape[1])]).T
         margin = MARGIN * (intervals[1] - intervals[0])
         box = np.clip([intervals[0] - margin, intervals[1] + margin], self.box[0], self.box[1])
         self.narrowed, self.box, self.learnt = self.looked_at, box, (0, None)
@@ -176,12 +176,14 @@ class Identifying:
     def _inside(self, points: np.ndarray) -> np.ndarray:
         """Return the indices of the cases for the emulator: those within the ranges, if there are enough."""
         keys = points[:, : self.box.shape[1]]
-        away = np.maximum(self.box[0] - keys, keys - self.box[1]).max(axis=1)
-        least = LEAST_INSIDE * points.shape[1]
-        return np.sort(np.argsort(np.maximum(away, 0.0), kind="stable")[: max(np.count_nonzero(away <= 0.0), least)])
+        distances = np.maximum(self.box[0] - keys, keys - self.box[1]).max(axis=1)
+        minimum = LEAST_INSIDE * points.shape[1]
+        return np.sort(
+            np.argsort(np.maximum(distances, 0.0), kind="stable")[: max(np.count_nonzero(distances <= 0.0), minimum)]
+        )
 
     def _posterior(
-        self, chance: np.random.Generator, *, last: bool
+        self, rng: np.random.Generator, *, last: bool
     ) -> tuple[emulator.LikelihoodModel, emulator.Posterior, np.ndarray]:
         """Return the likelihood on the narrowed ranges, a sample of the posterior, and its likeliest point.
 
@@ -193,18 +195,18 @@ class Identifying:
         keys = self.box.shape[1]
         ranges = np.hstack([self.box, np.array([[0.0], [1.0]]).repeat(points.shape[1] - keys, axis=1)])
         points = (points - ranges[0]) / (ranges[1] - ranges[0])
-        known, kernels = self.learnt
-        anew = last or kernels is None or len(points) >= 2 * known
+        features, kernels = self.learnt
+        anew = last or kernels is None or len(points) >= 2 * features
         emulated = emulator.fit(points, values, None if anew else kernels)
         if anew:
             self.learnt = (len(points), emulated.kernels)
         likelihood = emulator.LikelihoodModel(emulated, self.observation.values, self.observation.covariance)
         inputs, size, moves = points.shape[1], POINTS[last], DRAWS[last]
-        posterior = emulator.sample(likelihood, inputs, chance, size, moves)
-        least = float(posterior.squares.min()) / len(self.observation.values)
-        if least > 1.0:  # errors exceed the assumed ones
-            likelihood = likelihood._replace(inflation=least)
-            posterior = emulator.sample(likelihood, inputs, chance, size, moves)
+        posterior = emulator.sample(likelihood, inputs, rng, size, moves)
+        smallest = float(posterior.squares.min()) / len(self.observation.values)
+        if smallest > 1.0:  # errors exceed the assumed ones
+            likelihood = likelihood._replace(inflation=smallest)
+            posterior = emulator.sample(likelihood, inputs, rng, size, moves)
         best = posterior.points[np.argmax(likelihood.log_likelihood(posterior.squares, posterior.volumes))]
         return likelihood, posterior._replace(points=ranges[0] + (ranges[1] - ranges[0]) * posterior.points), best
 
@@ -216,12 +218,12 @@ class Identifying:
         assert self.observation is not None  # cases finished
         over = self.identify.over
         parameters = []
-        for place, (path, choice) in enumerate(over.items()):
-            low, middle, high = posterior.quantiles(place, (0.025, 0.5, 0.975))
+        for column, (path, choice) in enumerate(over.items()):
+            low, median, high = posterior.quantiles(column, (0.025, 0.5, 0.975))
             width = (high - low) / 0.95
             determined = "well" if width <= DETERMINED else "weakly" if width <= WEAKLY else "not"
-            ends = [end for end, there in (("lower", low < AT_END), ("upper", high > 1.0 - AT_END)) if there]
-            values = (choice.at(middle), choice.at(low), choice.at(high))
+            ends = [end for end, is_at_end in (("lower", low < AT_END), ("upper", high > 1.0 - AT_END)) if is_at_end]
+            values = (choice.at(median), choice.at(low), choice.at(high))
             parameters.append(Parameter(path, *values, determined, tuple(ends)))
         names, weights = list(over), posterior.weights
         correlated = _correlations(posterior.points[:, : len(names)], weights)
@@ -247,46 +249,46 @@ class Identifying:
     def _fits(self, likelihood: emulator.LikelihoodModel, best: np.ndarray) -> Iterator[Fitted]:
         """Yield the fit of the best cases to each meaningful feature."""
         assert self.observation is not None  # cases finished
-        off, deviations = likelihood.deviations(best)
+        excess, sigmas = likelihood.deviations(best)
         values = np.array(self.values)
         shared = np.linalg.inv(self.observation.covariance)
-        away = values - self.observation.values
-        nearest = np.argsort(np.einsum("ij,jk,ik->i", away, shared, away), kind="stable")[:BEST_CASES]
-        for place, label in enumerate(self.observation.labels):
+        differences = values - self.observation.values
+        nearest = np.argsort(np.einsum("ij,jk,ik->i", differences, shared, differences), kind="stable")[:BEST_CASES]
+        for index, label in enumerate(self.observation.labels):
             if label.unit:
-                computed = label.natural(float(np.median(values[nearest, place])))
-                own = label.natural(float(self.observation.values[place]))
+                computed = label.natural(float(np.median(values[nearest, index])))
+                measured = label.natural(float(self.observation.values[index]))
                 channel = self.observation.signals[label.signal].turned.signal.channel
-                sigma = float(off[place] / deviations[place])
-                yield Fitted(channel, label.kind, label.text, label.unit, own, computed, sigma)
+                sigma = float(excess[index] / sigmas[index])
+                yield Fitted(channel, label.kind, label.text, label.unit, measured, computed, sigma)
 
     def _read(self, posterior: emulator.Posterior) -> Iterator[Read]:
         """Yield the treatment of each signal."""
         assert self.observation is not None  # cases finished
-        for place, each in enumerate(self.observation.signals):
-            signal, turned = each.turned.signal, each.turned
-            low, middle, high = posterior.quantiles(len(self.identify.over) + place, (0.025, 0.5, 0.975))
-            noise = [float(share) for share in _noise(np.array([middle, low, high]))]
+        for index, observed_signal in enumerate(self.observation.signals):
+            signal, turned = observed_signal.turned.signal, observed_signal.turned
+            low, median, high = posterior.quantiles(len(self.identify.over) + index, (0.025, 0.5, 0.975))
+            noise = [float(share) for share in _noise(np.array([median, low, high]))]
             samples = float(len(turned.angle) - 1) * observed.features.TURN / float(turned.angle[-1] - turned.angle[0])
             yield Read(
                 signal.file,
                 signal.channel,
-                len(each.turns),
+                len(observed_signal.turns),
                 samples,
-                each.orders,
-                float(each.angle(self.history)),
+                observed_signal.orders,
+                float(observed_signal.angle(self.history)),
                 turned.speed,
                 (noise[0], noise[1], noise[2]),
             )
 
     def _sample(self, posterior: emulator.Posterior) -> dict[str, np.ndarray]:
         """Return the sample in SI, only the likeliest rows if there are too many."""
-        kept = np.sort(np.argsort(-posterior.weights, kind="stable")[:KEPT])
+        largest = np.sort(np.argsort(-posterior.weights, kind="stable")[:KEPT])
         columns = {
-            path: np.array([choice.at(part) for part in posterior.points[kept, place].tolist()])
-            for place, (path, choice) in enumerate(self.identify.over.items())
+            path: np.array([choice.at(share) for share in posterior.points[largest, column].tolist()])
+            for column, (path, choice) in enumerate(self.identify.over.items())
         }
-        return columns | {"weight": posterior.weights[kept] / posterior.weights[kept].sum()}
+        return columns | {"weight": posterior.weights[largest] / posterior.weights[largest].sum()}
 
 
 def _noise(parts: np.ndarray) -> np.ndarray:

@@ -31,13 +31,13 @@ class LawCheck:
         badness = self.lead.ranking(values)
         if np.isneginf(badness).all():
             return
-        place = first + int(np.flatnonzero(badness == badness.max())[-1])
-        point, case = grid.point(place), grid.case(place)
+        index = first + int(np.flatnonzero(badness == badness.max())[-1])
+        point, case = grid.point(index), grid.case(index)
         for path, laws in self.simulator.alternatives(case).items():
-            changed = [point | {path: law} for law in laws if path in grid.checked_laws]
-            self.points += [each for each in changed if _used(grid, point) <= _used(grid, each)]
+            variants = [point | {path: law} for law in laws if path in grid.checked_laws]
+            self.points += [variant for variant in variants if _used(grid, point) <= _used(grid, variant)]
 
-    def wanted(self) -> Sequence[Point]:
+    def next_points(self) -> Sequence[Point]:
         """Return the deciding case under each other law, once."""
         return self.points
 
@@ -57,10 +57,10 @@ class LawChecks:
 
     def of_grid(self, block: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return which cases of a block are those of the grid."""
-        own = np.ones(len(block["status"]), bool)
+        is_of_grid = np.ones(len(block["status"]), bool)
         for path, law in self.base.items():
-            own &= np.array([value is None or value == law for value in block[path].tolist()], bool)
-        return own
+            is_of_grid &= np.array([value is None or value == law for value in block[path].tolist()], bool)
+        return is_of_grid
 
     def add(self, block: Mapping[str, np.ndarray]) -> None:
         """Take in finished cases that check laws."""
@@ -70,9 +70,9 @@ class LawChecks:
         """Return what the checks came to next to the deciding case (its entry in the closing table); None: none ran."""
         if not self.rows or deciding is None:
             return None
-        own = deciding["figures"][0]
+        figure = deciding["figures"][0]
         rows = [row._asdict() for row in self.rows]
-        return {"case_id": deciding["case_id"], "column": own["column"], "value": own["value"], "rows": rows}
+        return {"case_id": deciding["case_id"], "column": figure["column"], "value": figure["value"], "rows": rows}
 
 
 def law_lines(check: dict[str, Any] | None, units: Mapping[str, str]) -> list[str]:
@@ -85,5 +85,5 @@ def law_lines(check: dict[str, Any] | None, units: Mapping[str, str]) -> list[st
         return f"{value:.4g} h" if column.endswith("_life_hours") else grid_text(value, units.get(column, "1"))
 
     value = math.nan if check["value"] is None else check["value"]
-    own = law_check.Row(check["case_id"], "", "", check["column"], value)
-    return ["", f"Laws: {law_check.sentence(own, rows, text)}"]
+    used_law = law_check.Row(check["case_id"], "", "", check["column"], value)
+    return ["", f"Laws: {law_check.sentence(used_law, rows, text)}"]

@@ -38,22 +38,22 @@ def run_merge(
     """Join runs as `merge` does; `simulator` reads their grid."""
     begin = time.monotonic()
     out = Path(out)
-    places = list({Path(directory).resolve(): Path(directory) for directory in directories}.values())
-    records = _same_grid(places)
+    paths = list({Path(directory).resolve(): Path(directory) for directory in directories}.values())
+    records = _same_grid(paths)
     grid = grids.load({key: records[0][key] for key in records[0]["keys"]}, simulator.catalogue())
     grid = dataclasses.replace(grid, **grids.as_written(records[0]))
     target = store.RunDirectory(out)
     target.check(grid)
-    if target.record.exists() and out.resolve() not in {place.resolve() for place in places}:
-        places.append(out)
-    if cut := store.Cut.of(grid):
-        return _merge_blocks(places, target, _Joined(grid, cut, simulator, records, begin), partial=partial)
-    sources = [store.RunDirectory(place) for place in places]
-    for source in sources:
-        source.check(grid)
-        for sentence in source.look().values():
-            progress.say(f"{source.path}: {sentence}; left out")
-    rows = [source.rows() for source in sources]
+    if target.record.exists() and out.resolve() not in {path.resolve() for path in paths}:
+        paths.append(out)
+    if blocks := store.Division.of(grid):
+        return _merge_blocks(paths, target, _Joined(grid, blocks, simulator, records, begin), partial=partial)
+    sources = [store.RunDirectory(path) for path in paths]
+    for path in sources:
+        path.check(grid)
+        for sentence in path.look().values():
+            progress.say(f"{path.path}: {sentence}; left out")
+    rows = [path.rows() for path in sources]
     ids = distinct(case_ids(grid))
     if not partial:
         _complete(ids, rows, [record.get("shard") for record in records])
@@ -63,8 +63,8 @@ def run_merge(
         start = min(record["start"] for record in records)
         for sentence in target.recover():
             progress.say(sentence)
-        for source in sources:
-            target.take(source)
+        for path in sources:
+            target.take(path)
         counts: dict[str, Any] = conclude(
             case_runner,
             grid,
@@ -73,7 +73,7 @@ def run_merge(
             source=records[0]["source"],
             derived=derived,
             warnings=warnings,
-            joined=[str(place) for place in places],
+            joined=[str(path) for path in paths],
         )
     return RunResult(
         out,
@@ -83,7 +83,7 @@ def run_merge(
         start_up=0.0,
         derived=derived,
         warnings=tuple(warnings),
-        joined=len(places),
+        joined=len(paths),
     )
 
 
@@ -91,66 +91,69 @@ class _Joined(NamedTuple):
     """The runs to join: their common grid, run.json, and the start time."""
 
     grid: grids.Grid
-    cut: store.Cut
+    division: store.Division
     simulator: Simulator
     records: list[dict[str, Any]]
     begin: float
 
 
-def _merge_blocks(places: list[Path], target: store.RunDirectory, what: _Joined, *, partial: bool) -> RunResult:
+def _merge_blocks(paths: list[Path], target: store.RunDirectory, joined: _Joined, *, partial: bool) -> RunResult:
     """Join runs in blocks one block at a time, so that memory does not grow with their number."""
-    grid, form = what.grid, store.ResultSchema.of(what.grid)
+    grid, result_schema = joined.grid, store.ResultSchema.of(joined.grid)
     job = blockwise.BlockJob(
-        target.path.absolute(), grid, what.simulator, Options(), what.cut, None, blockwise.doubles_of(grid)
+        target.path.absolute(), grid, joined.simulator, Options(), joined.division, None, blockwise.doubles_of(grid)
     )
-    numbers, shards = range(what.cut.count), [record.get("shard") for record in what.records]
+    numbers, shards = range(joined.division.count), [record.get("shard") for record in joined.records]
     missing = 0
     for number in numbers:  # everything is checked before anything is written
-        sources, rows = _sources(places, number, form.frame)
+        sources, rows = _sources(paths, number, result_schema.frame)
         ids = np.sort(job.cases(number)[1])
         if not partial:
             _complete(ids, rows, shards)
         missing += len(np.setdiff1d(ids, np.concatenate([np.empty(0, "u8"), *(row["id"] for row in rows)])))
-        _agree(form, sources, rows)
-    derived, warnings = facts(grid, what.simulator)
-    wanted = blockwise.count_wanted(job)
-    known = {"counts": {"cases": wanted}, "blocks": {"size": what.cut.size, "count": what.cut.count, "numbers": []}}
+        _agree(result_schema, sources, rows)
+    derived, warnings = facts(grid, joined.simulator)
+    requested = blockwise.count_wanted(job)
+    record_entries = {
+        "counts": {"cases": requested},
+        "blocks": {"size": joined.division.size, "count": joined.division.count, "numbers": []},
+    }
     with (
         signals.catching(),
-        target.open_for(grid, **known),
-        CaseRunner(target, Options(executor="serial"), what.simulator) as case_runner,
+        target.open_for(grid, **record_entries),
+        CaseRunner(target, Options(executor="serial"), joined.simulator) as case_runner,
     ):
         runner = blockwise.BlockRunner(job, case_runner)
         for number in numbers:
-            sources, _ = _sources(places, number, form.frame)
+            sources, _ = _sources(paths, number, result_schema.frame)
             runner.join(number, sources)
         outcome = blockwise.Outcome(runner.marks, 0, 0.0, complete=not missing)
         counts: dict[str, Any] = blockwise.conclude(
             target,
             job,
             outcome,
-            (0, wanted),
-            start=min(record["start"] for record in what.records),
-            source=what.records[0]["source"],
+            (0, requested),
+            start=min(record["start"] for record in joined.records),
+            source=joined.records[0]["source"],
             derived=derived,
             warnings=warnings,
-            joined=[str(place) for place in places],
+            joined=[str(path) for path in paths],
         )
     return RunResult(
         target.path,
         **counts,
-        seconds=time.monotonic() - what.begin,
+        seconds=time.monotonic() - joined.begin,
         case_seconds=0.0,
         start_up=0.0,
         derived=derived,
         warnings=tuple(warnings),
-        joined=len(places),
+        joined=len(paths),
     )
 
 
-def _sources(places: list[Path], number: int, frame: str) -> tuple[list[store.RunDirectory], list[np.ndarray]]:
+def _sources(paths: list[Path], number: int, frame: str) -> tuple[list[store.RunDirectory], list[np.ndarray]]:
     """Return the batches of a block in several runs, and the location of each case."""
-    sources = [store.RunDirectory(store.Block(place, number).path) for place in places]
+    sources = [store.RunDirectory(store.Block(path, number).path) for path in paths]
     for source in sources:
         source.frame = frame
         for sentence in source.look().values():
@@ -158,18 +161,18 @@ def _sources(places: list[Path], number: int, frame: str) -> tuple[list[store.Ru
     return sources, [source.rows() for source in sources]
 
 
-def _same_grid(places: list[Path]) -> list[dict[str, Any]]:
+def _same_grid(paths: list[Path]) -> list[dict[str, Any]]:
     """Return the run.json of every directory; DirectoryError if grids or versions differ."""
-    records = [store.read_record(place) for place in places]
-    for place, record in zip(places, records, strict=True):
+    records = [store.read_record(path) for path in paths]
+    for source, record in zip(paths, records, strict=True):
         if not {"frame", "keys", "start"} <= record.keys():
             raise DirectoryError(
-                f"{place / 'run.json'}: was not written by `clearsweep run`; remove this directory from the command"
+                f"{source / 'run.json'}: was not written by `clearsweep run`; remove this directory from the command"
             )
         if "merged" in record and "blocks" not in record:
-            store.verify(place, record)
+            store.verify(source, record)
     first = _decisive(records[0])
-    for place, record in zip(places[1:], records[1:], strict=True):
+    for source, record in zip(paths[1:], records[1:], strict=True):
         other = _decisive(record)
         differing = [path for path in sorted({*first, *other}) if first.get(path) != other.get(path)]
         if differing:
@@ -177,7 +180,7 @@ def _same_grid(places: list[Path]) -> list[dict[str, Any]]:
                 f"\n  {path}: {_short(first.get(path))} there, {_short(other.get(path))} here" for path in differing
             )
             raise DirectoryError(
-                f"{place}: contains results of another grid than {places[0]}; "
+                f"{source}: contains results of another grid than {paths[0]}; "
                 f"only shards of one grid can be merged; differences:{lines}"
             )
     return records
@@ -185,7 +188,7 @@ def _same_grid(places: list[Path]) -> list[dict[str, Any]]:
 
 def _decisive(record: dict[str, Any]) -> dict[str, Any]:
     """Return dotted path -> value of all settings that determine the cases of a run and their results."""
-    axes = {f"{way}.{path}": values for way in WAYS for path, values in (record.get(way) or {}).items()}
+    axes = {f"{section}.{path}": values for section in WAYS for path, values in (record.get(section) or {}).items()}
     frame: dict[str, Any] = record.get("frame", {})
     return frame | axes
 
@@ -199,8 +202,12 @@ def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None])
     divisions = {Shard.read(text).of for text in shards if text}
     where = []
     if len(divisions) == 1 and all(shards):  # all of one division: list the missing shards
-        of = divisions.pop()
-        left = [str(shard) for shard in (Shard(k + 1, of) for k in range(of)) if np.isin(shard.ids(ids), missing).any()]
+        total = divisions.pop()
+        left = [
+            str(shard)
+            for shard in (Shard(k + 1, total) for k in range(total))
+            if np.isin(shard.ids(ids), missing).any()
+        ]
         where = [f"run the rest of shard {_listed(left)}, or"]
     raise DirectoryError(
         f"{len(missing):,} of {len(ids):,} cases are in none of these directories "
@@ -211,10 +218,10 @@ def _complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None])
     )
 
 
-def _agree(form: store.ResultSchema, sources: list[store.RunDirectory], rows: list[np.ndarray]) -> None:
+def _agree(result_schema: store.ResultSchema, sources: list[store.RunDirectory], rows: list[np.ndarray]) -> None:
     """Raise DirectoryError if a case in two directories differs in more than timing."""
     ids = np.concatenate([row["id"] for row in rows])
-    place = np.concatenate([np.arange(len(row)) for row in rows])
+    row_numbers = np.concatenate([np.arange(len(row)) for row in rows])
     number = np.repeat(np.arange(len(rows)), [len(row) for row in rows])
     order = np.argsort(ids, kind="stable")
     twice = np.flatnonzero(ids[order][1:] == ids[order][:-1])
@@ -222,7 +229,7 @@ def _agree(form: store.ResultSchema, sources: list[store.RunDirectory], rows: li
     for a, b in np.unique(np.column_stack([number[first], number[second]]), axis=0).tolist():
         pair = (number[first] == a) & (number[second] == b)
         difference = store.difference(
-            form, sources[a], rows[a][place[first[pair]]], sources[b], rows[b][place[second[pair]]]
+            result_schema, sources[a], rows[a][row_numbers[first[pair]]], sources[b], rows[b][row_numbers[second[pair]]]
         )
         if difference:
             case_id, name, here, there = difference

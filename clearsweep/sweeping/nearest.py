@@ -18,12 +18,12 @@ DIGITS = 4  # digits of a limit that would pass
 def of_run(record: Mapping[str, Any], answers: Sequence[Answer], effects: Iterable[Effect]) -> dict[str, Any]:
     """Return facts about searches without an answer for run.json, in SI; `record` is run.json."""
     limits, columns = verdict.of_record(record).limits, verdict.units_of(record)
-    best = [each for answer in answers for each in answer.best]
-    finite = all(each["margin"] is not None for each in best)
+    best = [case for answer in answers for case in answer.best]
+    finite = all(case["margin"] is not None for case in best)
     units = key_units(record, SIMULATION.catalogue()) if effects else {}
     return {
-        "best": [each | {"needed": needed(limits, columns, [each["margins"]])} for each in best],
-        "needed": needed(limits, columns, [each["margins"] for each in best]) if finite else {},
+        "best": [case | {"needed": needed(limits, columns, [case["margins"]])} for case in best],
+        "needed": needed(limits, columns, [case["margins"] for case in best]) if finite else {},
         "furthest": furthest_from_limits(answers),
         "effects": [effect._asdict() | {"unit": units.get(effect.path, "1")} for effect in effects],
     }
@@ -41,9 +41,9 @@ def needed(limits: Sequence[Limit], units: Mapping[str, str], margins: Sequence[
         if margin < 0.0 and columns[limit.column] > 1:
             return {}
         if margin < 0.0:
-            most = limit.kind == KINDS[0]
-            loosened = limit.value + abs(limit.value) * (-margin if most else margin)
-            value = _rounded(loosened, ROUND_CEILING if most else ROUND_FLOOR)
+            is_upper = limit.kind == KINDS[0]
+            loosened = limit.value + abs(limit.value) * (-margin if is_upper else margin)
+            value = _rounded(loosened, ROUND_CEILING if is_upper else ROUND_FLOOR)
             loosened_limits[limit.column] = limit._replace(value=value).words(units.get(limit.column, "1"))
     return loosened_limits
 

@@ -114,16 +114,16 @@ def _run(token: str, content: bytes, number: int, most_failures: int | None, *, 
     node, address = _node(token, content), _address()
     case_runner, runner = node.case_runner, node.runner
     before = case_runner.ran, case_runner.failed, case_runner.case_seconds
-    refused, complete = "", True
+    error_text, complete = "", True
     try:
         with phases.shown(wanted=False):
-            others = _Others(node, number)
-            others()
+            other_nodes = _Others(node, number)
+            other_nodes()
             if helping:
-                _help(node, number, others)
+                _help(node, number, other_nodes)
             else:
                 runner.most_failures = None if most_failures is None else case_runner.failed + most_failures
-                complete = runner.run(number, others)
+                complete = runner.run(number, other_nodes)
     except _StoppedError:
         node.close()
         runner.finishing.clear()
@@ -131,18 +131,18 @@ def _run(token: str, content: bytes, number: int, most_failures: int | None, *, 
     except StorageError as error:
         _nodes.clear()
         node.close()
-        refused = str(error)
+        error_text = str(error)
     return Report(
         address,
         case_runner.ran - before[0],
         case_runner.failed - before[1],
         case_runner.case_seconds - before[2],
         complete=complete,
-        refused=refused,
+        refused=error_text,
     )
 
 
-def _help(node: _Node, number: int, others: _Others) -> None:
+def _help(node: _Node, number: int, other_nodes: _Others) -> None:
     """Run uncommitted cases of a block, last cases first: its own driver begins with the first cases."""
     job, case_runner = node.job, node.case_runner
     block = store.Block(job.directory, number)
@@ -155,21 +155,21 @@ def _help(node: _Node, number: int, others: _Others) -> None:
     case_runner.directory = directory
     if case_runner.workers is None:
         case_runner.hire(len(ids))
-    case_runner.run_cases(job.grid, Pending(indices[pending], ids[pending], drop=others))
+    case_runner.run_cases(job.grid, Pending(indices[pending], ids[pending], drop=other_nodes))
 
 
 def flush(token: str) -> Report:
     """Wait until the blocks of this node are finished."""
-    refused = ""
+    error_text = ""
     for node in _nodes:
         if node.token == token:
             try:
                 node.runner.collect()
             except StorageError as error:
-                refused = str(error)
+                error_text = str(error)
             except ClearsweepError:
                 node.runner.finishing.clear()  # they are requested again
-    return Report(_address(), refused=refused)
+    return Report(_address(), refused=error_text)
 
 
 def close(token: str) -> None:

@@ -60,9 +60,9 @@ class Cluster:
 
     def reconnect(self) -> None:
         """Reconnect, waiting for the scheduler; raise SchedulerLostError if it does not come back."""
-        end, reason = time.monotonic() + RECONNECTING, "no answer"
+        deadline, reason = time.monotonic() + RECONNECTING, "no answer"
         self.close()
-        while time.monotonic() < end and not signals.requested():
+        while time.monotonic() < deadline and not signals.requested():
             try:
                 self._client = executors.client(self.address)
                 self._counted = -COUNTING
@@ -158,7 +158,7 @@ class NodesDriver:
                 if not done:
                     time.sleep(LOOK)
 
-    def _hand_out(self, queue: "deque[int]", most: int | None) -> None:
+    def _hand_out(self, queue: "deque[int]", most_failures: int | None) -> None:
         nodes = len(self.cluster.nodes())
         if not nodes:
             if self.refusal:
@@ -168,15 +168,15 @@ class NodesDriver:
             number = queue.popleft()
             if any(task.number == number and not task.helping for task in self.tasks):
                 continue
-            future = self.cluster.submit(node.run_block, self.token, self.content, number, most)
+            future = self.cluster.submit(node.run_block, self.token, self.content, number, most_failures)
             self.tasks.append(_Task(number, future, helping=False))
         if queue or self.job.grid.layout.life:
             return  # a life must not run on two nodes
         now = time.monotonic()
-        for number, since in list(self.committed.items()):
-            mine = [task for task in self.tasks if task.number == number and not task.helping]
-            if mine and now - since > SILENCE:  # its node does not answer: another node finishes it
-                for task in mine:
+        for number, committed_at in list(self.committed.items()):
+            own_tasks = [task for task in self.tasks if task.number == number and not task.helping]
+            if own_tasks and now - committed_at > SILENCE:  # its node does not answer: another node finishes it
+                for task in own_tasks:
                     self.tasks.remove(task)
                     self.cluster.leave_out(task.future)
                     task.future.cancel()
@@ -184,7 +184,7 @@ class NodesDriver:
                 queue.append(number)
         mains = [task for task in self.tasks if not task.helping and now - task.since > HELP_AFTER]
         helped = [task.number for task in self.tasks if task.helping]
-        for task in sorted(mains, key=lambda each: (helped.count(each.number), each.since)):
+        for task in sorted(mains, key=lambda task: (helped.count(task.number), task.since)):
             if len(self.tasks) >= nodes:
                 return
             if task.number not in self.committed and task.number not in helped:
@@ -236,8 +236,8 @@ class NodesDriver:
         try:
             tasks = [self.cluster.submit(node.flush, self.token, on=address) for address in self.cluster.nodes()]
             for task in tasks:
-                end = time.monotonic() + executors.PATIENCE
-                while not task.done() and not (signals.requested() or self._all_marked(end)):
+                deadline = time.monotonic() + executors.PATIENCE
+                while not task.done() and not (signals.requested() or self._all_marked(deadline)):
                     time.sleep(LOOK)
                 if task.done() and (report := task.result(timeout=executors.PATIENCE)).refused:
                     self.cluster.excluded.add(report.node)
@@ -245,15 +245,15 @@ class NodesDriver:
         except Exception:
             self.cluster.reconnect()
 
-    def _all_marked(self, end: float) -> bool:
+    def _all_marked(self, deadline: float) -> bool:
         """Return whether all blocks are finished; checked only after a while."""
-        return time.monotonic() > end and not unfinished(self.job)[0]
+        return time.monotonic() > deadline and not unfinished(self.job)[0]
 
     def _close_nodes(self) -> None:
         try:
             tasks = [self.cluster.submit(node.close, self.token, on=address) for address in self.cluster.nodes()]
-            end = time.monotonic() + executors.PATIENCE
-            while tasks and time.monotonic() < end and not all(task.done() for task in tasks):
+            deadline = time.monotonic() + executors.PATIENCE
+            while tasks and time.monotonic() < deadline and not all(task.done() for task in tasks):
                 time.sleep(LOOK)
         except Exception:
             return
@@ -269,7 +269,7 @@ def run_on_nodes(job: BlockJob) -> Outcome:
     assert job.options.scheduler  # `sweep.check` requires it
     for number in left:
         durable.clear(store.Block(job.directory, number).path / store.SCRATCH)
-    cases = sum(len(job.cut.part(number)) for number in left)
+    cases = sum(len(job.division.part(number)) for number in left)
     with phases.phase(display := progress.Cases(cases)):
         driver = NodesDriver(job, Cluster(job.options.scheduler), display)
         complete = driver.run()

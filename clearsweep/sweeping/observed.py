@@ -46,19 +46,19 @@ class Observed(NamedTuple):
 
     def angle(self, history: Mapping[str, np.ndarray]) -> float:
         """Return the offset (rad, -pi to pi) of the measured crank angle from that of a case."""
-        own = self._computed(history)
-        lag = features.shift(self.turns.mean(axis=0), own.mean(axis=0), ALIGNED_ORDERS)
-        phase_shift = float(features.TURN * lag / own.shape[1] + self.turned.angle[0]) % features.TURN
+        computed = self._computed(history)
+        lag = features.shift(self.turns.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
+        phase_shift = float(features.TURN * lag / computed.shape[1] + self.turned.angle[0]) % features.TURN
         return phase_shift - features.TURN * (phase_shift > features.TURN / 2.0)
 
     def statistics(
-        self, history: Mapping[str, np.ndarray], share: float, chance: np.random.Generator
+        self, history: Mapping[str, np.ndarray], share: float, rng: np.random.Generator
     ) -> features.Statistics:
         """Return the statistics of a case at the measured crank angle, with noise of `share` times the measured rms."""
-        own = self._computed(history)
-        lag = features.shift(self.turns.mean(axis=0), own.mean(axis=0), ALIGNED_ORDERS)
-        noisy = own + share * self.rms * features.noise(chance, own, self.orders)
-        return features.statistics(np.roll(noisy.ravel(), lag).reshape(own.shape))
+        computed = self._computed(history)
+        lag = features.shift(self.turns.mean(axis=0), computed.mean(axis=0), ALIGNED_ORDERS)
+        noisy = computed + share * self.rms * features.noise(rng, computed, self.orders)
+        return features.statistics(np.roll(noisy.ravel(), lag).reshape(computed.shape))
 
     def _computed(self, history: Mapping[str, np.ndarray]) -> np.ndarray:
         angle, values = history["crank_angle"], history[self.turned.signal.channel]
@@ -74,45 +74,45 @@ class Observation(NamedTuple):
     values: np.ndarray  # (features,)
     covariance: np.ndarray  # (features, features): scatter of the measurement, gain error and model error
 
-    def of_case(self, history: Mapping[str, np.ndarray], noise: np.ndarray, chance: np.random.Generator) -> np.ndarray:
+    def of_case(self, history: Mapping[str, np.ndarray], noise: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return the feature vector (features,) of a case; noise : (signals,) shares of the signals' rms."""
         parts = []
         for observed, share in zip(self.signals, noise.tolist(), strict=True):
-            features_of_case = observed.statistics(history, share, chance).features()
+            features_of_case = observed.statistics(history, share, rng).features()
             parts.append(vector(features_of_case, observed.orders, self.chosen))
         return np.concatenate(parts)
 
 
 def observe(identify: Identify, history: Mapping[str, np.ndarray]) -> Observation:
     """Return the measurement, prepared for cases with the sampling of `history`."""
-    span, turned = history["t"][-1] - history["t"][0], history["crank_angle"][-1] - history["crank_angle"][0]
-    whole: list[Observed] = []
+    span, angle = history["t"][-1] - history["t"][0], history["crank_angle"][-1] - history["crank_angle"][0]
+    observations: list[Observed] = []
     for file in dict.fromkeys(signal.file for signal in identify.signals):
-        mine = [signal for signal in identify.signals if signal.file == file]
-        for each in turns_of(file, mine, float(turned / span)):
-            orders = features.common_band(features.density(each.angle), features.density(history["crank_angle"]))
-            turns = features.revolutions(each.angle, each.values, None, orders)
+        signals = [signal for signal in identify.signals if signal.file == file]
+        for part in turns_of(file, signals, float(angle / span)):
+            orders = features.common_band(features.density(part.angle), features.density(history["crank_angle"]))
+            turns = features.revolutions(part.angle, part.values, None, orders)
             rms = float(np.sqrt(((turns - turns.mean()) ** 2).mean()))
             if not rms > 0.0:
-                raise InputError(f"{file}: {each.signal.column} does not vary; measure it again, or leave it out")
-            whole.append(Observed(each, turns, orders, rms))
+                raise InputError(f"{file}: {part.signal.column} does not vary; measure it again, or leave it out")
+            observations.append(Observed(part, turns, orders, rms))
     labels: list[Label] = []
     values, scatters = [], []
-    for place, observed in enumerate(whole):
-        own = list(_labels(place, observed, identify.features))
+    for index, observed in enumerate(observations):
+        new_labels = list(_labels(index, observed, identify.features))
         statistics = features.statistics(observed.turns)
         values.append(vector(statistics.features(), observed.orders, identify.features))
-        scatters.append(_scatter(statistics, observed, identify, own))
-        labels += own
+        scatters.append(_scatter(statistics, observed, identify, new_labels))
+        labels += new_labels
     covariance = np.zeros((len(labels), len(labels)))
     first = 0
     for scatter in scatters:
         covariance[first : first + len(scatter), first : first + len(scatter)] = scatter
         first += len(scatter)
-    return Observation(tuple(whole), tuple(labels), identify.features, np.concatenate(values), covariance)
+    return Observation(tuple(observations), tuple(labels), identify.features, np.concatenate(values), covariance)
 
 
-def vector(measured: features.Features, orders: float, chosen: tuple[str, ...]) -> np.ndarray:
+def vector(measured: features.Features, orders: float, names: tuple[str, ...]) -> np.ndarray:
     """Return the chosen features, transformed so that relative errors have a uniform effect."""
     parts: dict[str, list[float]] = {
         "rms": [np.log(measured.rms)],
@@ -120,20 +120,20 @@ def vector(measured: features.Features, orders: float, chosen: tuple[str, ...]) 
         "spectrum": [np.log(measured.spectrum[k] + FLOOR * measured.rms) for k in _band_edges(orders)],
         "impacts": [np.log1p(measured.impacts), *measured.phases],
     }
-    return np.array([number for name in chosen for number in parts[name]])
+    return np.array([number for name in names for number in parts[name]])
 
 
 def _band_edges(orders: float) -> list[int]:
-    return [place for place, (_, high) in enumerate(features.BANDS) if high <= max(orders, features.BANDS[0][1])]
+    return [index for index, (_, high) in enumerate(features.BANDS) if high <= max(orders, features.BANDS[0][1])]
 
 
-def _labels(place: int, observed: Observed, chosen: tuple[str, ...]) -> Iterator[Label]:
+def _labels(index: int, observed: Observed, names: tuple[str, ...]) -> Iterator[Label]:
     unit = observed.turned.signal.unit
-    ends = [features.BANDS[k] for k in _band_edges(observed.orders)]
+    bands = [features.BANDS[k] for k in _band_edges(observed.orders)]
     texts = {
         "rms": [("rms", unit)],
         "peaks": [("peak per revolution, median", unit), ("peak per revolution, p95", unit)],
-        "spectrum": [(f"rms, orders {low} to {high}", unit) for low, high in ends],
+        "spectrum": [(f"rms, orders {low} to {high}", unit) for low, high in bands],
         "impacts": [
             ("impacts a revolution", "1"),
             *(
@@ -143,8 +143,8 @@ def _labels(place: int, observed: Observed, chosen: tuple[str, ...]) -> Iterator
             ),
         ],
     }
-    for name in chosen:
-        yield from (Label(place, name, *text) for text in texts[name])
+    for name in names:
+        yield from (Label(index, name, *text) for text in texts[name])
 
 
 def _scatter(
@@ -152,10 +152,10 @@ def _scatter(
 ) -> np.ndarray:
     """Return the covariance of a signal's features, without the emulator's part."""
     count = len(statistics.peak)
-    chance = np.random.default_rng([identify.seed, count])
-    rows = chance.integers(count, size=(AGAIN, count))
-    drawn = np.array([vector(statistics.features(row), observed.orders, identify.features) for row in rows])
+    rng = np.random.default_rng([identify.seed, count])
+    rows = rng.integers(count, size=(AGAIN, count))
+    vectors = np.array([vector(statistics.features(row), observed.orders, identify.features) for row in rows])
     gain = np.array([GAIN * (label.kind != "impacts") for label in labels])
-    own = np.diag([MODEL[label.kind if label.unit else "phases"] ** 2 for label in labels])
-    covariance: np.ndarray = np.cov(drawn.T) * count / (count - 1.0) + np.outer(gain, gain) + own
+    model_covariance = np.diag([MODEL[label.kind if label.unit else "phases"] ** 2 for label in labels])
+    covariance: np.ndarray = np.cov(vectors.T) * count / (count - 1.0) + np.outer(gain, gain) + model_covariance
     return covariance

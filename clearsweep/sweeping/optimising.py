@@ -83,14 +83,14 @@ class Optimising:
             trial = _Trial(grid.case_id(index), point, values, intervals, margins, results.exceeded[k], failed)
             self.trials.append(trial)
 
-    def wanted(self) -> list[Point]:
+    def next_points(self) -> list[Point]:
         """Return the points of the next cases."""
-        left = self.optimise.cases - len(self.trials)
+        remaining = self.optimise.cases - len(self.trials)
         points: dict[tuple[Any, ...], Point] = {}
-        for attempt in range(ATTEMPTS if left > 0 else 0):
-            for point in self._asked(attempt, min(ROUND, left)):
+        for attempt in range(ATTEMPTS if remaining > 0 else 0):
+            for point in self._proposed(attempt, min(ROUND, remaining)):
                 key = tuple(point.values())
-                if key not in self.seen and len(points) < left:
+                if key not in self.seen and len(points) < remaining:
                     points.setdefault(key, point)
             if points:
                 break
@@ -103,20 +103,23 @@ class Optimising:
             best = list(_front(feasible, self.optimise.objectives))
         else:
             best = sorted(self.trials, key=lambda trial: (trial.violation, trial.case_id))[:1]
-        own = tuple(self.optimise.start.values())
-        start = next((trial.best() for trial in self.trials if own and tuple(trial.point.values()) == own), None)
-        alike = self._alike(best[0], feasible) if len(self.optimise.objectives) == 1 else None
+        start_values = tuple(self.optimise.start.values())
+        start = next(
+            (trial.best() for trial in self.trials if start_values and tuple(trial.point.values()) == start_values),
+            None,
+        )
+        alike = self._indistinguishable_from(best[0], feasible) if len(self.optimise.objectives) == 1 else None
         return Optimised(tuple(trial.best() for trial in best), start, len(self.trials), len(feasible), alike)
 
-    def _alike(self, best: "_Trial", feasible: "list[_Trial]") -> int | None:
+    def _indistinguishable_from(self, best: "_Trial", feasible: "list[_Trial]") -> int | None:
         """Return how many other feasible cases are indistinguishable from the best, or None without an interval."""
         ((name, _),) = self.optimise.objectives
         low, high = best.intervals[name]
         if not feasible or not math.isfinite(low + high):
             return None
-        return sum(each.intervals[name][0] <= high and each.intervals[name][1] >= low for each in feasible) - 1
+        return sum(trial.intervals[name][0] <= high and trial.intervals[name][1] >= low for trial in feasible) - 1
 
-    def _asked(self, attempt: int, count: int) -> Iterator[Point]:
+    def _proposed(self, attempt: int, count: int) -> Iterator[Point]:
         """Yield points from a sampler that knows all trials."""
         import optuna
 
@@ -126,8 +129,10 @@ class Optimising:
         signs = [-1.0 if large else 1.0 for _, large in self.optimise.objectives]
         study = optuna.create_study(directions=["minimize"] * len(signs), sampler=sampler)
         distributions = {path: _distribution(choice) for path, choice in self.optimise.over.items()}
-        good = [trial for trial in self.trials if not trial.failed]
-        worst = {name: max((sign * each.values[name] for each in good), default=0.0) for name, sign in self._signed()}
+        succeeded = [trial for trial in self.trials if not trial.failed]
+        worst = {
+            name: max((sign * trial.values[name] for trial in succeeded), default=0.0) for name, sign in self._signed()
+        }
         for trial in self.trials:
             values = [worst[name] if trial.failed else sign * trial.values[name] for name, sign in self._signed()]
             study.add_trial(
@@ -138,14 +143,14 @@ class Optimising:
                     constraints={"limits": trial.violation},
                 )
             )
-        own = self._varied if len(signs) > 1 else self._expected
-        points = own(int(OWN * count), np.random.default_rng(seed))
+        propose = self._varied if len(signs) > 1 else self._predicted
+        points = propose(int(OWN * count), np.random.default_rng(seed))
         for _ in range(count - len(points)):
-            asked = study.ask(distributions)
-            yield {path: asked.params[path] for path in self.optimise.over}
+            proposal = study.ask(distributions)
+            yield {path: proposal.params[path] for path in self.optimise.over}
         yield from points
 
-    def _expected(self, count: int, chance: np.random.Generator) -> list[Point]:
+    def _predicted(self, count: int, rng: np.random.Generator) -> list[Point]:
         """Return points where a surrogate model of the objective predicts better cases; a sampler stops too early.
 
         They have the categories of the best case; the model uses only cases with the same categories.
@@ -158,18 +163,18 @@ class Optimising:
         if best.failed or not choices:
             return []
         trials = [trial for trial in trials if fixed.items() <= trial.point.items()]
-        known = np.array([[choice.part(trial.point[path]) for path, choice in choices.items()] for trial in trials])
+        shares = np.array([[choice.part(trial.point[path]) for path, choice in choices.items()] for trial in trials])
         objective = np.array([sign * trial.values[name] for trial in trials])
         objective[np.isnan(objective)] = np.nanmax(objective)  # failed cases
         margins = np.array([[-1.0 if trial.failed else trial.margins[key] for key in best.margins] for trial in trials])
-        rows = surrogate.better_points(known, objective, np.nan_to_num(margins, nan=-1.0), count, chance)
-        own = [
-            {path: _within(choices[path], part) for path, part in zip(choices, row, strict=True)}
+        rows = surrogate.better_points(shares, objective, np.nan_to_num(margins, nan=-1.0), count, rng)
+        proposals = [
+            {path: _within(choices[path], share) for path, share in zip(choices, row, strict=True)}
             for row in rows.tolist()
         ]
-        return [{path: (fixed | point)[path] for path in self.optimise.over} for point in own]
+        return [{path: (fixed | point)[path] for path in self.optimise.over} for point in proposals]
 
-    def _varied(self, count: int, chance: np.random.Generator) -> list[Point]:
+    def _varied(self, count: int, rng: np.random.Generator) -> list[Point]:
         """Return points near the front, or [] if it has few cases; a sampler alone leaves gaps.
 
         They come from differential evolution (Storn and Price 1997, J. Global Optim. 11, 341).  Cases next to wide
@@ -179,27 +184,29 @@ class Optimising:
         if len(front) < FEWEST:
             return []
         choices = self.optimise.over
-        parts = np.array([[choice.part(trial.point[path]) for path, choice in choices.items()] for trial in front])
+        shares = np.array([[choice.part(trial.point[path]) for path, choice in choices.items()] for trial in front])
         values = np.array([list(trial.values.values()) for trial in front])
-        apart = np.linalg.norm(
+        distances = np.linalg.norm(
             np.diff(values / np.maximum(np.ptp(values, axis=0), np.finfo(float).tiny), axis=0), axis=1
         )
-        gaps = np.maximum(np.append(apart[0], apart), np.append(apart, apart[-1]))
+        gaps = np.maximum(np.append(distances[0], distances), np.append(distances, distances[-1]))
         weights = 0.5 * gaps / gaps.sum() + 0.5 / len(front)
         step = STEP / math.sqrt(len(self.trials))
         among = np.array([choice.kind == AMONG for choice in choices.values()])
         points = []
         for _ in range(count):
-            own, first, second = parts[[chance.choice(len(front), p=weights), *chance.integers(len(front), size=2)]]
-            changed = chance.random(len(own)) < CHANGED
-            moved = (
-                own + chance.uniform(-0.5, 1.0) * (first - second) + step * changed * chance.standard_normal(len(own))
+            parent, first, second = shares[[rng.choice(len(front), p=weights), *rng.integers(len(front), size=2)]]
+            is_changed = rng.random(len(parent)) < CHANGED
+            child = (
+                parent
+                + rng.uniform(-0.5, 1.0) * (first - second)
+                + step * is_changed * rng.standard_normal(len(parent))
             )
-            moved = np.where(among, np.where(chance.random(len(own)) < CROSSED, first, own), moved).clip(0.0, 1.0)
+            child = np.where(among, np.where(rng.random(len(parent)) < CROSSED, first, parent), child).clip(0.0, 1.0)
             points.append(
                 {
-                    path: _within(choice, part)
-                    for (path, choice), part in zip(choices.items(), moved.tolist(), strict=True)
+                    path: _within(choice, share)
+                    for (path, choice), share in zip(choices.items(), child.tolist(), strict=True)
                 }
             )
         return points
@@ -222,8 +229,8 @@ class _Trial(NamedTuple):
         """Return the total violation of the limits, 0 if all are met."""
         if self.failed:
             return FAILED
-        beyond = [FAILED if not math.isfinite(self.margins[name]) else -self.margins[name] for name in self.names]
-        return sum(max(each, np.finfo(float).tiny) for each in beyond)
+        excesses = [FAILED if not math.isfinite(self.margins[name]) else -self.margins[name] for name in self.names]
+        return sum(max(excess, np.finfo(float).tiny) for excess in excesses)
 
     def merit(self, name: str, sign: float) -> tuple[float, float, str]:
         """Return the sort key of a trial: violation of limits first, then an objective; smaller is better."""
@@ -245,9 +252,9 @@ class _Trial(NamedTuple):
         return Best(self.case_id, self.point, values, intervals, margin, limiting, self.violation == 0.0)
 
 
-def _interval(columns: dict[str, np.ndarray], name: str, place: int) -> tuple[float, float]:
+def _interval(columns: dict[str, np.ndarray], name: str, index: int) -> tuple[float, float]:
     """Return the 95 % interval of a column in the case at an index, NaN without one."""
-    low, high = (float(columns[end][place]) if end in columns else math.nan for end in ends(name))
+    low, high = (float(columns[column][index]) if column in columns else math.nan for column in ends(name))
     return low, high
 
 
@@ -256,16 +263,16 @@ def _front(trials: list[_Trial], objectives: tuple[tuple[str, bool], ...]) -> It
     signed = [(name, -1.0 if large else 1.0) for name, large in objectives]
     table = np.array([[sign * trial.values[name] for name, sign in signed] for trial in trials])
     order = sorted(range(len(trials)), key=lambda k: (*table[k].tolist(), trials[k].case_id))
-    kept: list[int] = []
+    members: list[int] = []
     for k in order:
-        if not any((table[other] <= table[k]).all() for other in kept):
-            kept.append(k)
+        if not any((table[member] <= table[k]).all() for member in members):
+            members.append(k)
             yield trials[k]
 
 
-def _within(choice: Choice, part: float) -> Any:
+def _within(choice: Choice, share: float) -> Any:
     """Return the value at a part of a choice, clipped to the ends of its range."""
-    value = choice.at(part)
+    value = choice.at(share)
     return value if choice.kind == AMONG else min(max(value, choice.values[0]), choice.values[1])
 
 

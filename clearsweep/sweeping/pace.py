@@ -20,15 +20,15 @@ class Pace:
         """Prepare from run.json; lives and free cranks are left out."""
         self.given = {path: _number(record, path) for path in (SPEED, REVOLUTIONS)}
         swept = [path for path in self.given if path in record.get("sweep", record["units"])]
-        there = {column.name for column in layout.columns}
-        self.revolutions = RUN if RUN in there else REVOLUTIONS
-        needed = {SPEED, self.revolutions}
-        known = needed <= {RUN, *swept, *(path for path, value in self.given.items() if value is not None)}
-        self.columns = [SPENT, *sorted(needed & {RUN, *swept})] if known and not layout.life else []
+        names = {column.name for column in layout.columns}
+        self.revolutions = RUN if RUN in names else REVOLUTIONS
+        required = {SPEED, self.revolutions}
+        is_known = required <= {RUN, *swept, *(path for path, value in self.given.items() if value is not None)}
+        self.columns = [SPENT, *sorted(required & {RUN, *swept})] if is_known and not layout.life else []
         self.slowest: dict[str, Any] | None = None
 
-    def add(self, block: Mapping[str, np.ndarray], known: Callable[[int], dict[str, Any]]) -> None:
-        """Add finished cases; known : index in the block -> description of the case."""
+    def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
+        """Add finished cases; describe : index in the block -> description of the case."""
         if not self.columns:
             return
         spent = block[SPENT].astype(float)
@@ -40,10 +40,10 @@ class Pace:
             motion = 2.0 * math.pi * revolutions / np.abs(speed)
             factors = motion / spent
         if np.isfinite(factors).any():
-            place = int(np.nanargmin(factors))
-            if self.slowest is None or factors[place] < self.slowest["factor"]:
-                taken = {"factor": float(factors[place]), "motion": float(motion[place]), "spent": float(spent[place])}
-                self.slowest = known(place) | taken
+            index = int(np.nanargmin(factors))
+            if self.slowest is None or factors[index] < self.slowest["factor"]:
+                pace = {"factor": float(factors[index]), "motion": float(motion[index]), "spent": float(spent[index])}
+                self.slowest = describe(index) | pace
 
 
 def pace_lines(slowest: dict[str, Any] | None) -> list[str]:

@@ -66,43 +66,45 @@ class Cases(phases.Phase):
     def left(self, now: float) -> float | None:
         """Return the time (s) left: from the mean pace of cases, or from the progress of running ones."""
         in_hand, at_work = self.seen()
-        known = [each for each in at_work if each.left is not None]
+        with_estimate = [case for case in at_work if case.left is not None]
         paced = self.pace.left(self.done + in_hand, self.total)
-        if not known:
+        if not with_estimate:
             return paced
-        left = max(each.left or 0.0 for each in known)
+        left = max(case.left or 0.0 for case in with_estimate)
         if paced is not None:
             return max(paced, left)
-        whole = [each.seconds + (each.left or 0.0) for each in known if not each.once]
-        if not whole:
+        durations = [case.seconds + (case.left or 0.0) for case in with_estimate if not case.once]
+        if not durations:
             return None
         waiting = max(self.total - self.done - in_hand - len(at_work), 0)
-        return max(left, sum(whole) / len(whole) * (1.0 + waiting / max(self.jobs, 1)) - known[0].seconds)
+        return max(
+            left, sum(durations) / len(durations) * (1.0 + waiting / max(self.jobs, 1)) - with_estimate[0].seconds
+        )
 
     def further(self) -> str:
         """Return the long cases, each with its progress."""
-        long = [each for each in self.seen()[1] if each.seconds >= LONG]
-        more = f"; and {len(long) - LISTED:,} more" if len(long) > LISTED else ""
-        return "".join(f"; {store.case_text(each)}" for each in long[:LISTED]) + more
+        long_cases = [case for case in self.seen()[1] if case.seconds >= LONG]
+        omitted = f"; and {len(long_cases) - LISTED:,} more" if len(long_cases) > LISTED else ""
+        return "".join(f"; {store.case_text(case)}" for case in long_cases[:LISTED]) + omitted
 
 
 class Compiling(phases.Phase):
     """The phase in which workers compile or load the code of cases."""
 
-    def __init__(self, parts: int, look: Callable[[], Sequence[phases.Progress]]):
-        """Prepare for a number of parts to compile; `look` returns the progress of running ones."""
+    def __init__(self, parts: int, read_progress: Callable[[], Sequence[phases.Progress]]):
+        """Prepare for a number of parts to compile; `read_progress` returns the progress of running ones."""
         super().__init__(self._words)
-        self.parts, self.look, self.done = parts, look, 0
+        self.parts, self.look, self.done = parts, read_progress, 0
 
     def _words(self) -> str:
         if phases.innermost() is not self:
             return ""  # the worker is this process, which shows it itself
-        what = next((each.what for each in self.look()), "loading compiled code")
-        return f"{what}, part {min(self.done + 1, self.parts)} of {self.parts}"
+        phase = next((case.what for case in self.look()), "loading compiled code")
+        return f"{phase}, part {min(self.done + 1, self.parts)} of {self.parts}"
 
     def left(self, now: float) -> float | None:
         """Return the time (s) left: of the slowest running part, and of the others at the present pace."""
-        slowest = max((each.left for each in self.look() if each.left is not None), default=None)
+        slowest = max((case.left for case in self.look() if case.left is not None), default=None)
         if slowest is None or not self.done:
             return slowest
         return slowest + (now - self.begin) * max(self.parts / self.done - 2.0, 0.0)  # at least two at a time

@@ -39,22 +39,22 @@ class _Axis:
         self.geometric = _geometric(self.values)
         self.places = {value: STEP * k for k, value in enumerate(self.values)}  # indices of the values in use
 
-    def value(self, place: int) -> float:
+    def value(self, position: int) -> float:
         """Return the value at a position, computed by halving for the same bits on every machine."""
-        k, rest = divmod(place, STEP)
-        if not rest:
+        k, remainder = divmod(position, STEP)
+        if not remainder:
             return self.values[k]
         (low, high), (first, last) = self.values[k : k + 2], (0, STEP)
         while True:
-            middle = (first + last) // 2
+            centre = (first + last) // 2
             between = math.sqrt(low) * math.sqrt(high) if self.geometric else 0.5 * low + 0.5 * high
-            if middle == rest:
-                self.places[between] = place
+            if centre == remainder:
+                self.places[between] = position
                 return between
-            if rest < middle:
-                high, last = between, middle
+            if remainder < centre:
+                high, last = between, centre
             else:
-                low, first = between, middle
+                low, first = between, centre
 
 
 def _geometric(values: Sequence[float]) -> bool:
@@ -74,13 +74,13 @@ class _Box(NamedTuple):
 
     def corners(self) -> list[GridPoint]:
         """Return the positions of the corners; the last axis varies fastest."""
-        ends = ((low, low + size) for low, size in zip(self.low, self.size, strict=True))
-        return list(itertools.product(*ends))
+        sides = ((low, low + size) for low, size in zip(self.low, self.size, strict=True))
+        return list(itertools.product(*sides))
 
     def edges(self, axis: int) -> list[tuple[GridPoint, GridPoint]]:
         """Return the positions of both ends of the edges along an axis."""
-        first = [corner for corner in self.corners() if corner[axis] == self.low[axis]]
-        return [(corner, _shifted(corner, axis, self.size[axis])) for corner in first]
+        lower_corners = [corner for corner in self.corners() if corner[axis] == self.low[axis]]
+        return [(corner, _shifted(corner, axis, self.size[axis])) for corner in lower_corners]
 
     def halves(self, axis: int) -> tuple["_Box", "_Box"]:
         """Return both halves along an axis."""
@@ -89,8 +89,8 @@ class _Box(NamedTuple):
         return self._replace(size=size), _Box(self.other, _shifted(self.low, axis, half), size)
 
 
-def _shifted(place: GridPoint, axis: int, by: int) -> GridPoint:
-    return (*place[:axis], place[axis] + by, *place[axis + 1 :])
+def _shifted(position: GridPoint, axis: int, by: int) -> GridPoint:
+    return (*position[:axis], position[axis] + by, *position[axis + 1 :])
 
 
 class Refining:
@@ -111,54 +111,54 @@ class Refining:
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Record how the cases of a grid, from the index `first` on, compare to its limits."""
         keys = [self._key(grid.point(index)) for index in range(first, len(grid))]
-        good = [status == "ok" and not names for status, names in zip(results.status, results.exceeded, strict=True)]
+        is_good = [status == "ok" and not names for status, names in zip(results.status, results.exceeded, strict=True)]
         if first:
-            self.between |= dict(zip(keys, good, strict=True))
-            self._look_at_halves()
+            self.between |= dict(zip(keys, is_good, strict=True))
+            self._keep_crossed_halves()
         else:
             self.of_grid = np.zeros((len(self.points), *(len(axis.values) for axis in self.axes)), bool)
-            for (other, place), each in zip(keys, good, strict=True):
-                self.of_grid[other, *(part // STEP for part in place)] = each
+            for (group, position), case_is_good in zip(keys, is_good, strict=True):
+                self.of_grid[group, *(coordinate // STEP for coordinate in position)] = case_is_good
             self.boxes = self._boxes_of_grid()
             self.crossed = len(self.boxes)
 
-    def wanted(self) -> list[Point]:
+    def next_points(self) -> list[Point]:
         """Return the points of the next cases, in the largest boxes that the border crosses."""
-        asked: dict[tuple[int, GridPoint], None] = {}
-        while self.boxes and not asked:
+        requested: dict[tuple[int, GridPoint], None] = {}
+        while self.boxes and not requested:
             largest = max(math.prod(box.size) for box in self.boxes)
-            now = [box for box in self.boxes if math.prod(box.size) == largest]
+            largest_boxes = [box for box in self.boxes if math.prod(box.size) == largest]
             self.boxes = [box for box in self.boxes if math.prod(box.size) < largest]
-            for number in np.random.default_rng(SEED).permutation(len(now)).tolist():
-                self._halve(now[number], asked)
-            if not asked:  # all corners of the halves are known
-                self._look_at_halves()
-        self.added += len(asked)
-        return [self._point(*key) for key in asked]
+            for number in np.random.default_rng(SEED).permutation(len(largest_boxes)).tolist():
+                self._halve(largest_boxes[number], requested)
+            if not requested:  # all corners of the halves are known
+                self._keep_crossed_halves()
+        self.added += len(requested)
+        return [self._point(*key) for key in requested]
 
     def result(self) -> Refined:
         """Return the results, at the end."""
         return Refined(self.refine.cases, self.added, self.crossed, whole=not self.left)
 
-    def _halve(self, box: _Box, asked: dict[tuple[int, GridPoint], None]) -> None:
+    def _halve(self, box: _Box, requested: dict[tuple[int, GridPoint], None]) -> None:
         """Halve a box, unless it has the smallest size or too few cases are left."""
         axes = [axis for axis, size in enumerate(box.size) if size > 1 and self._differ(box, axis)]
         if not axes:
             return
-        axis = max(axes, key=lambda each: box.size[each])
+        axis = max(axes, key=lambda candidate: box.size[candidate])
         corners = [(box.other, corner) for half in box.halves(axis) for corner in half.corners()]
-        new = dict.fromkeys(key for key in corners if key not in asked and self._good(*key) is None)
-        if self.added + len(asked) + len(new) > self.refine.cases:
+        unknown = dict.fromkeys(key for key in corners if key not in requested and self._is_good(*key) is None)
+        if self.added + len(requested) + len(unknown) > self.refine.cases:
             self.left = True
         else:
-            asked |= new
+            requested |= unknown
             self.halved.append((box, axis))
 
-    def _look_at_halves(self) -> None:
+    def _keep_crossed_halves(self) -> None:
         """Keep the halves that the border crosses."""
         halves = (half for box, axis in self.halved for half in box.halves(axis))
         self.boxes += [
-            half for half in halves if len({self._good(half.other, corner) for corner in half.corners()}) == 2
+            half for half in halves if len({self._is_good(half.other, corner) for corner in half.corners()}) == 2
         ]
         self.halved = []
 
@@ -166,28 +166,31 @@ class Refining:
         """Return the boxes between cases of the grid that the border crosses."""
         all_good, any_good = self.of_grid, self.of_grid
         for axis in range(1, self.of_grid.ndim):
-            low, high = ((slice(None),) * axis + (part,) for part in (slice(None, -1), slice(1, None)))
+            low, high = ((slice(None),) * axis + (selection,) for selection in (slice(None, -1), slice(1, None)))
             all_good, any_good = all_good[low] & all_good[high], any_good[low] | any_good[high]
         crossed = np.argwhere(any_good & ~all_good).tolist()
         return [_Box(j, tuple(STEP * k for k in places), (STEP,) * len(places)) for j, *places in crossed]
 
     def _differ(self, box: _Box, axis: int) -> bool:
         """Return whether the ends of an edge along an axis differ."""
-        return any(self._good(box.other, a) is not self._good(box.other, b) for a, b in box.edges(axis))
+        return any(self._is_good(box.other, a) is not self._is_good(box.other, b) for a, b in box.edges(axis))
 
-    def _good(self, other: int, place: GridPoint) -> bool | None:
+    def _is_good(self, group: int, position: GridPoint) -> bool | None:
         """Return whether the case at a position meets the limits, or None if it was not run."""
-        if any(part % STEP for part in place):
-            return self.between.get((other, place))
-        return bool(self.of_grid[other, *(part // STEP for part in place)])
+        if any(coordinate % STEP for coordinate in position):
+            return self.between.get((group, position))
+        return bool(self.of_grid[group, *(coordinate // STEP for coordinate in position)])
 
     def _key(self, point: Point) -> tuple[int, GridPoint]:
-        place = tuple(axis.places[point.pop(path)] for path, axis in zip(self.refine.paths, self.axes, strict=True))
+        position = tuple(axis.places[point.pop(path)] for path, axis in zip(self.refine.paths, self.axes, strict=True))
         number = self.numbers.setdefault(tuple(point.values()), len(self.numbers))
         if number == len(self.points):
             self.points.append(point)
-        return number, place
+        return number, position
 
-    def _point(self, other: int, place: GridPoint) -> Point:
-        values = {path: axis.value(part) for path, axis, part in zip(self.refine.paths, self.axes, place, strict=True)}
-        return self.points[other] | values
+    def _point(self, group: int, position: GridPoint) -> Point:
+        values = {
+            path: axis.value(coordinate)
+            for path, axis, coordinate in zip(self.refine.paths, self.axes, position, strict=True)
+        }
+        return self.points[group] | values

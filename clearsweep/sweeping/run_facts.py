@@ -51,19 +51,19 @@ class RunFacts:
 
     def add(self, block: dict[str, np.ndarray]) -> None:
         """Add some cases, with at least the columns `columns`."""
-        good, own = block["status"] == "ok", self.laws.of_grid(block)
-        if not own.all():
-            self.laws.add({name: values[good & ~own] for name, values in block.items()})
-        for place in np.flatnonzero(~good).tolist():
-            status = block["status"][place]
+        is_ok, is_of_grid = block["status"] == "ok", self.laws.of_grid(block)
+        if not is_of_grid.all():
+            self.laws.add({name: values[is_ok & ~is_of_grid] for name, values in block.items()})
+        for index in np.flatnonzero(~is_ok).tolist():
+            status = block["status"][index]
             self.statuses[status] += 1
             if sum(entry["status"] == status for entry in self.failures) < LISTED_FAILURES:
-                known = _case_description(block, place, self.swept)
-                self.failures.append(known | {"status": status, "message": block["message"][place]})
-        if good.any():
-            self.statuses["ok"] += int(np.count_nonzero(good))
-            chosen = good & own
-            finished = block if chosen.all() else {name: values[chosen] for name, values in block.items()}
+                description = _case_description(block, index, self.swept)
+                self.failures.append(description | {"status": status, "message": block["message"][index]})
+        if is_ok.any():
+            self.statuses["ok"] += int(np.count_nonzero(is_ok))
+            is_counted = is_ok & is_of_grid
+            finished = block if is_counted.all() else {name: values[is_counted] for name, values in block.items()}
             self.remarks.add(finished)
             self.limits.add(finished, self.swept)
             known_at = functools.partial(_case_description, finished, swept=self.swept)
@@ -72,8 +72,8 @@ class RunFacts:
             self.worst.add(finished, known_at)
             largest = expected.worst(finished, self._joints)
             if largest and (self.expected is None or largest.value > self.expected["value"]):
-                place = finished["case_id"].tolist().index(largest.case_id)
-                self.expected = largest._asdict() | known_at(place)
+                index = finished["case_id"].tolist().index(largest.case_id)
+                self.expected = largest._asdict() | known_at(index)
 
     def case_ids(self) -> set[str]:
         """Return the cases named so far."""
@@ -130,16 +130,16 @@ class _LimitCounts:
         for name in {limit.column for limit in self.verdict.limits}:
             unknown = [limit.unknown(block) for limit in self.verdict.limits if limit.column == name]
             self.unknown[name] += int(np.count_nonzero(np.any(unknown, axis=0)))
-        for place, limit in enumerate(self.verdict.limits):
-            self.fails[str(place)] += int(np.count_nonzero(limit.fails(block)))
-            self.unjudged[str(place)] += int(np.count_nonzero(limit.unknown(block)))
+        for index, limit in enumerate(self.verdict.limits):
+            self.fails[str(index)] += int(np.count_nonzero(limit.fails(block)))
+            self.unjudged[str(index)] += int(np.count_nonzero(limit.unknown(block)))
         margins = block[verdict.MARGIN]
         if np.isfinite(margins).any():
-            place = int(np.nanargmin(margins))
-            margin = float(margins[place])
-            if self.worst is None or (margin, block["case_id"][place]) < (self.worst["margin"], self.worst["case_id"]):
-                words = verdict.margin_words(margin, self.verdict.limits, block[verdict.EXCEEDED][place] or "")
-                self.worst = _case_description(block, place, swept) | {"margin": margin, "margin_words": words}
+            index = int(np.nanargmin(margins))
+            margin = float(margins[index])
+            if self.worst is None or (margin, block["case_id"][index]) < (self.worst["margin"], self.worst["case_id"]):
+                words = verdict.margin_words(margin, self.verdict.limits, block[verdict.EXCEEDED][index] or "")
+                self.worst = _case_description(block, index, swept) | {"margin": margin, "margin_words": words}
 
     def facts(self) -> dict[str, Any] | None:
         """Return the counts for JSON, or None if there are no limits."""
@@ -153,15 +153,15 @@ class _LimitCounts:
             "exceeding": self.any,
             "unknown": self.any_unknown,
             "each": {
-                name: {"limit": ", ".join(words), "cases": self.exceeded[name], "unknown": self.unknown[name]}
-                for name, words in bounds.items()
+                name: {"limit": ", ".join(text), "cases": self.exceeded[name], "unknown": self.unknown[name]}
+                for name, text in bounds.items()
             },
             "worst": self.worst,
         }
 
 
-def _case_description(block: dict[str, np.ndarray], place: int, swept: list[str]) -> dict[str, Any]:
+def _case_description(block: dict[str, np.ndarray], index: int, swept: list[str]) -> dict[str, Any]:
     """Return the description of the case at an index of a block; None for values that it does not use."""
-    values = {path: block[path][place : place + 1].tolist()[0] for path in swept}
+    values = {path: block[path][index : index + 1].tolist()[0] for path in swept}
     in_use = {path: None if isinstance(value, float) and math.isnan(value) else value for path, value in values.items()}
-    return {"case_id": block["case_id"][place], "swept": in_use}
+    return {"case_id": block["case_id"][index], "swept": in_use}

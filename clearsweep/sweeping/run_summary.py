@@ -22,9 +22,9 @@ MANY_AXES = 4  # swept paths above which the closing table leaves out columns wi
 def of_run(result: RunResult) -> dict[str, Any]:
     """Return the facts that `run` reports of a RunResult, for JSON: counts, files, worst cases, failures; in SI."""
     run = result.open()
-    seen = RunFacts(run.grid, run.layout)
-    seen.read(run)
-    limits, lead = seen.limits, seen.lead
+    run_facts = RunFacts(run.grid, run.layout)
+    run_facts.read(run)
+    limits, leading = run_facts.limits, run_facts.lead
     return {
         "directory": str(result.directory),
         "cases": result.cases,
@@ -34,64 +34,64 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "failed": result.failed,
         "missing": result.missing,
         "others": result.others,
-        "statuses": dict(seen.statuses),
+        "statuses": dict(run_facts.statuses),
         "joined": result.joined,
         "seconds": round(result.seconds, 3),
         "case_seconds": round(result.case_seconds, 3),
         "derived": result.derived,
-        "warnings": [*result.warnings, *seen.remarks.sentences()],
+        "warnings": [*result.warnings, *run_facts.remarks.sentences()],
         "units": run.grid.get("units", {}),
         "written_units": run.grid.get("written_units", {}),
         "limits": limits.facts(),
         "probability": _probability(result, run.grid, limits.facts()),
-        "life": seen.lives.facts(),
-        "slowest": seen.pace.slowest,
+        "life": run_facts.lives.facts(),
+        "slowest": run_facts.pace.slowest,
         "seek": seek_facts(result, run.grid),
         "optimised": optimised(result, limits.units, limits.verdict.limits),
         "identified": result.identified and identified.of_run(result.identified),
         "refined": result.refined and result.refined._asdict(),
         "fits": run.grid.get("fits", {}),
         "labels": run.grid.get("labels", {}),
-        "question": lead.question,
-        "ranked": {"title": lead.title, "headings": list(lead.headings), "units": limits.units},
-        "no_limits": order.no_limits(run.layout) if lead.question in ("film", "force") else "",
-        "worst": seen.worst.entries,
-        "expected": seen.expected,
-        "law_check": seen.laws.facts(next(iter(seen.worst.entries), None)),
-        "failures": seen.failures,
+        "question": leading.question,
+        "ranked": {"title": leading.title, "headings": list(leading.headings), "units": limits.units},
+        "no_limits": order.no_limits(run.layout) if leading.question in ("film", "force") else "",
+        "worst": run_facts.worst.entries,
+        "expected": run_facts.expected,
+        "law_check": run_facts.laws.facts(next(iter(run_facts.worst.entries), None)),
+        "failures": run_facts.failures,
         "files": {name: str(result.directory / name) for name in run.files},
     }
 
 
 def _probability(
-    result: RunResult, record: Mapping[str, Any], kept: dict[str, Any] | None
+    result: RunResult, record: Mapping[str, Any], limits: dict[str, Any] | None
 ) -> tuple[float, float, float] | None:
     """Return how probable it is that a limit is exceeded, with its interval; None if the cases are no one sample."""
-    if not kept or not kept["cases"] or result.failed or not probability.is_one_sample(record):
+    if not limits or not limits["cases"] or result.failed or not probability.is_one_sample(record):
         return None
-    return probability.share(kept["exceeding"], kept["cases"])
+    return probability.share(limits["exceeding"], limits["cases"])
 
 
 def _limit_lines(facts: dict[str, Any]) -> list[str]:
     """Return the lines on limits."""
-    kept = facts["limits"]
-    if not kept:
+    limits = facts["limits"]
+    if not limits:
         return []
     failed = f"; {cases(facts['failed'])} failed and have no figures" if facts["failed"] else ""
-    lines = ["", f"Limits: {kept['exceeding']:,} of {cases(kept['cases'])} exceed at least one{failed}"]
+    lines = ["", f"Limits: {limits['exceeding']:,} of {cases(limits['cases'])} exceed at least one{failed}"]
     lines += [f"  {probability.sentence(facts['probability'])}"] if facts["probability"] else []
-    for name, each in kept["each"].items():
-        doubt = f" ({each['unknown']:,} of them cannot be judged: null)" if each["unknown"] else ""
-        lines.append(f"  {name} {each['limit']}: {each['cases']:,} exceed it{doubt}")
-    if kept["unknown"]:
+    for name, limit in limits["each"].items():
+        doubt = f" ({limit['unknown']:,} of them cannot be judged: null)" if limit["unknown"] else ""
+        lines.append(f"  {name} {limit['limit']}: {limit['cases']:,} exceed it{doubt}")
+    if limits["unknown"]:
         lines.append(
-            f"  {cases(kept['unknown'])} cannot be judged, as a limited figure is null (infinite, 0/0 or not "
+            f"  {cases(limits['unknown'])} cannot be judged, as a limited figure is null (infinite, 0/0 or not "
             "computed); they count as exceeding it and have no margin"
         )
-    if kept["worst"]:
-        setting = setting_text(kept["worst"]["swept"], facts)
+    if limits["worst"]:
+        setting = setting_text(limits["worst"]["swept"], facts)
         lines.append(
-            f"  smallest margin: {kept['worst']['margin_words']}, case {wording.short_id(kept['worst']['case_id'])}"
+            f"  smallest margin: {limits['worst']['margin_words']}, case {wording.short_id(limits['worst']['case_id'])}"
             + (f", {setting}" if setting else "")
         )
     return lines
@@ -99,24 +99,24 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
 
 def _expected_lines(facts: dict[str, Any]) -> list[str]:
     """Return the line on the largest force peak to expect in many revolutions."""
-    known = facts["expected"]
-    if not known:
+    peak = facts["expected"]
+    if not peak:
         return []
-    many = len(known["swept"]) > MANY_AXES
-    setting = f"case {wording.short_id(known['case_id'])}" if many else setting_text(known["swept"], facts)
-    where = f" in {wording.joint_name(known['joint'])}" + (f" at {setting}" if setting else "")
-    return ["", expected.sentence([grid_text(known[end], "N") for end in ("value", "high", "seen")], where)]
+    has_many_axes = len(peak["swept"]) > MANY_AXES
+    setting = f"case {wording.short_id(peak['case_id'])}" if has_many_axes else setting_text(peak["swept"], facts)
+    where = f" in {wording.joint_name(peak['joint'])}" + (f" at {setting}" if setting else "")
+    return ["", expected.sentence([grid_text(peak[key], "N") for key in ("value", "high", "seen")], where)]
 
 
 def run_text(facts: dict[str, Any]) -> str:
     """Return the facts of a run as text lines."""
-    left = f", {facts['missing']:,} left" if facts["missing"] else ""
-    done = f"{cases(facts['ran'])} ran in {wording.duration(facts['seconds'])} ({facts['reused']:,} reused)"
+    remaining = f", {facts['missing']:,} left" if facts["missing"] else ""
+    first_line = f"{cases(facts['ran'])} ran in {wording.duration(facts['seconds'])} ({facts['reused']:,} reused)"
     if facts["joined"]:
-        done = (
+        first_line = (
             f"{cases(facts['reused'])} of {facts['joined']} directories merged in {wording.duration(facts['seconds'])}"
         )
-    lines = [f"{done}: {facts['ok']:,} ok, {facts['failed']:,} failed{left}", *pace_lines(facts["slowest"])]
+    lines = [f"{first_line}: {facts['ok']:,} ok, {facts['failed']:,} failed{remaining}", *pace_lines(facts["slowest"])]
     if facts["others"]:
         lines.append(
             f"{cases(facts['others'])} with other values on the axes stay stored and are not in summary.parquet; "
@@ -159,14 +159,14 @@ def derived_lines(derived: dict[str, dict[str, Any]], most: int | None = None) -
     """Return a line for each derived value with its range, or for both clearances of a fit; at most `most` lines."""
     lines = []
     for name, value in derived.items():
-        across, scatter = name.replace(RADIAL, DIAMETRAL), name.removesuffix(")") + SCATTER
+        diametral, scatter = name.replace(RADIAL, DIAMETRAL), name.removesuffix(")") + SCATTER
         if name.endswith(DIAMETRAL) and name.replace(DIAMETRAL, RADIAL) in derived:
             continue
         if name.endswith(SCATTER) and name.replace(SCATTER, ")") in derived:
             continue
-        if name.endswith(RADIAL) and across in derived:
-            both = f"{_range(value)} radial, {_range(derived[across])} diametral"
-            lines.append(f"derived: {name.removesuffix(RADIAL)}) = {both}")
+        if name.endswith(RADIAL) and diametral in derived:
+            clearances = f"{_range(value)} radial, {_range(derived[diametral])} diametral"
+            lines.append(f"derived: {name.removesuffix(RADIAL)}) = {clearances}")
         else:
             spread = f" ({_range(derived[scatter])})" if scatter in derived else ""
             lines.append(f"derived: {name} = {_range(value)}{spread}")
@@ -177,7 +177,7 @@ def derived_lines(derived: dict[str, dict[str, Any]], most: int | None = None) -
 
 def _range(value: dict[str, Any]) -> str:
     """Return a derived value, or its range, in words."""
-    low, high = (grid_text(value[end], value["unit"]) for end in ("min", "max"))
+    low, high = (grid_text(value[key], value["unit"]) for key in ("min", "max"))
     return low + (f" to {high}" if high != low else "")
 
 
@@ -214,20 +214,24 @@ def estimate_text(facts: dict[str, Any]) -> str:
 def _assumed_lines(assumed_units: dict[str, dict[str, Any]]) -> list[str]:
     """Return a line for each quantity written without a unit."""
     lines = []
-    for path, each in assumed_units.items():
-        values = " to ".join(f"{value:.6g}" for value in each["values"])
-        known = " to ".join(grid_text(value, each["unit"], speed=path.endswith("speed")) for value in each["values"])
-        same = known == f"{values} {each['unit']}"
-        lines.append(f"no unit given, SI assumed: {path} = {values} {each['unit']}{'' if same else f' = {known}'}")
+    for path, assumed in assumed_units.items():
+        values = " to ".join(f"{value:.6g}" for value in assumed["values"])
+        readable = " to ".join(
+            grid_text(value, assumed["unit"], speed=path.endswith("speed")) for value in assumed["values"]
+        )
+        is_same = readable == f"{values} {assumed['unit']}"
+        lines.append(
+            f"no unit given, SI assumed: {path} = {values} {assumed['unit']}{'' if is_same else f' = {readable}'}"
+        )
     return lines
 
 
 def _defined_lines(defined: dict[str, dict[str, Any]]) -> list[str]:
     """Return a line for each user-defined quantity."""
     lines = []
-    for name, each in defined.items():
-        own = f" = {each['expression']}" if each["expression"] else ""
-        lines.append(f"define: {name}{own} = {grid_text(each['value'], each['unit'])}")
+    for name, quantity in defined.items():
+        formula = f" = {quantity['expression']}" if quantity["expression"] else ""
+        lines.append(f"define: {name}{formula} = {grid_text(quantity['value'], quantity['unit'])}")
     return lines
 
 
@@ -265,17 +269,17 @@ def _listed_paths(facts: dict[str, Any]) -> list[str]:
 
 def _shared(facts: dict[str, Any]) -> str:
     """Return the swept values that all cases of the closing table share and that have no column there."""
-    listed = _listed_paths(facts)
-    same = {path: value for path, value in facts["worst"][0]["swept"].items() if path not in listed}
-    setting = setting_text(same, facts)
+    column_paths = _listed_paths(facts)
+    shared = {path: value for path, value in facts["worst"][0]["swept"].items() if path not in column_paths}
+    setting = setting_text(shared, facts)
     return f", all with {setting}" if setting else ""
 
 
 def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
     paths = _listed_paths(facts)
     of_joint = facts["question"] in ("life", "film", "force")
-    head = ["case_id", *(wording.axis_name(path, number_of_joints(paths)) for path in paths)]
-    rows = [[*head, *(["joint"] if of_joint else []), *facts["ranked"]["headings"]]]
+    headings = ["case_id", *(wording.axis_name(path, number_of_joints(paths)) for path in paths)]
+    rows = [[*headings, *(["joint"] if of_joint else []), *facts["ranked"]["headings"]]]
     for entry in facts["worst"]:
         rows.append(
             [

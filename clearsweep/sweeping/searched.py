@@ -22,23 +22,25 @@ def seek_facts(result: RunResult, record: Mapping[str, Any]) -> dict[str, Any] |
     """
     if result.seek is None:
         return None
-    near = nearest.of_run(record, result.answers, result.effects)
-    best = iter(near.pop("best"))
-    answers = [answer._asdict() | {"best": [*itertools.islice(best, len(answer.best))]} for answer in result.answers]
-    return {"asked": result.seek.written() | {"unit": record["units"][result.seek.path]}, "answers": answers} | near
+    remedies = nearest.of_run(record, result.answers, result.effects)
+    nearest_cases = iter(remedies.pop("best"))
+    answers = [
+        answer._asdict() | {"best": [*itertools.islice(nearest_cases, len(answer.best))]} for answer in result.answers
+    ]
+    return {"asked": result.seek.written() | {"unit": record["units"][result.seek.path]}, "answers": answers} | remedies
 
 
 def seek_lines(facts: dict[str, Any]) -> list[str]:
     """Return the closing lines on the result of `seek`."""
     if not facts["seek"]:
         return []
-    asked, answers = facts["seek"]["asked"], facts["seek"]["answers"]
-    end = "largest" if "largest" in asked else "smallest"
-    sought_paths = asked[end] if isinstance(asked[end], list) else [asked[end]]
+    question, answers = facts["seek"]["asked"], facts["seek"]["answers"]
+    direction = "largest" if "largest" in question else "smallest"
+    sought_paths = question[direction] if isinstance(question[direction], list) else [question[direction]]
     path = sought_paths[0]
     paths = [*facts["units"]]
     names = wording.sentence_list([wording.axis_name(path, number_of_joints(paths)) for path in sought_paths])
-    lines = ["", f"The {end} {names} within the limits (all in seek.parquet)"]
+    lines = ["", f"The {direction} {names} within the limits (all in seek.parquet)"]
     if not answers:
         return [*lines, "  the search was stopped before its end; run the same command again to go on"]
     for answer in answers[:LISTED_ANSWERS]:
@@ -55,51 +57,51 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
         if answer["beyond"]:
             names = wording.sentence_list(list(answer["beyond"]))
             lines.append(f"    not monotone: {names} beyond it also meet the limits")
-        lines += [f"    {_nearest(path, best, facts)}" for best in answer["best"][:LISTED_ANSWERS]]
+        lines += [f"    {_nearest(path, case, facts)}" for case in answer["best"][:LISTED_ANSWERS]]
         if len(answer["best"]) > LISTED_ANSWERS:
             lines.append(f"    and {len(answer['best']) - LISTED_ANSWERS:,} more")
     if len(answers) > LISTED_ANSWERS:
         lines.append(f"  and {len(answers) - LISTED_ANSWERS:,} more")
     count = sum(len(answer["best"]) for answer in answers)
     if facts["seek"]["needed"] and count > 1:
-        loosened = wording.sentence_list([f"{name} {words}" for name, words in facts["seek"]["needed"].items()])
+        loosened = wording.sentence_list([f"{name} {change}" for name, change in facts["seek"]["needed"].items()])
         lines.append(f"  All of these {count} would pass with {loosened}.")
     return [*lines, *_effect_lines(path, facts)]
 
 
 def _effect_lines(path: str, facts: dict[str, Any]) -> list[str]:
     """Return the lines on keys that change the margin if no value of `path` meets the limits."""
-    effects, furthest, moving = facts["seek"]["effects"], facts["seek"]["furthest"], []
+    effects, furthest, texts = facts["seek"]["effects"], facts["seek"]["furthest"], []
     step = f"{100.0 * STEP:g} %"
     for effect in effects:
-        lower, own, upper = (_margin(effect[name]) for name in ("lower", "margin", "upper"))
-        if len({lower, own, upper}) > 1:
+        lower, unchanged, upper = (_margin(effect[name]) for name in ("lower", "margin", "upper"))
+        if len({lower, unchanged, upper}) > 1:
             value = grid_text(effect["value"], effect["unit"], speed=effect["path"].endswith("speed"))
-            moving.append(f"    {effect['path']} ({value}): {lower} with {step} less, {upper} with {step} more")
-    if not moving:
+            texts.append(f"    {effect['path']} ({value}): {lower} with {step} less, {upper} with {step} more")
+    if not texts:
         return ["  No other key of the grid moves the margin by itself."] if effects else []
     setting = setting_text({**furthest["point"], path: furthest["value"]}, facts)
-    head = f"  Other keys that move the margin furthest from the limits, {_margin(furthest['margin'])} at {setting}:"
-    return [head, *moving[:LISTED_EFFECTS]]
+    heading = f"  Other keys that move the margin furthest from the limits, {_margin(furthest['margin'])} at {setting}:"
+    return [heading, *texts[:LISTED_EFFECTS]]
 
 
 def _margin(margin: float | None) -> str:
     return "failed" if margin is None else f"{100.0 * margin:.3g} %"
 
 
-def _nearest(path: str, best: dict[str, Any], facts: dict[str, Any]) -> str:
+def _nearest(path: str, case: dict[str, Any], facts: dict[str, Any]) -> str:
     """Return how near a case of the other axes comes to its limits, and the limits that would pass."""
-    setting = setting_text(best["point"], facts)
+    setting = setting_text(case["point"], facts)
     where = f"{setting}: " if setting else ""
-    if best["margin"] is None:
-        return f"{where}every case failed or cannot be judged ({best['limiting']})"
-    margin = _margin(best["margin"])
-    text = f"{where}best at {value_text(path, best['value'], facts)}, margin {margin}"
-    text = f"{where}best with {best['fit']}, margin {margin}" if best["fit"] else text
-    if best["limiting"] is None:  # another case exceeds them, or the motion is chaotic
+    if case["margin"] is None:
+        return f"{where}every case failed or cannot be judged ({case['limiting']})"
+    margin = _margin(case["margin"])
+    text = f"{where}best at {value_text(path, case['value'], facts)}, margin {margin}"
+    text = f"{where}best with {case['fit']}, margin {margin}" if case["fit"] else text
+    if case["limiting"] is None:  # another case exceeds them, or the motion is chaotic
         return f"{text}, within the limits there"
-    text += f", limited by {best['limiting']}"
-    needed = [f"{name} {words}" for name, words in best["needed"].items()]
+    text += f", limited by {case['limiting']}"
+    needed = [f"{name} {change}" for name, change in case["needed"].items()]
     return f"{text}; it would meet the limits with {wording.sentence_list(needed)}" if needed else text
 
 
@@ -108,16 +110,16 @@ def refine_lines(facts: dict[str, Any]) -> list[str]:
     refinement = facts["refined"]
     if not refinement:
         return []
-    count, asked = refinement["added"], refinement["asked"]
+    count, section = refinement["added"], refinement["asked"]
     if not refinement["crossed"]:
         return ["", "Refined: no cases added, because no two neighbours differ in meeting the limits"]
-    known = (
+    units = (
         "its place is known to a thousandth of the steps of the grid" if refinement["whole"] else "more would narrow it"
     )
     boxes = f"{refinement['crossed']:,} place" + "s" * (refinement["crossed"] != 1)
     return [
         "",
-        f"Refined: {count:,} of at most {asked:,} cases added where the limits' border runs, at {boxes}; {known}",
+        f"Refined: {count:,} of at most {section:,} cases added where the limits' border runs, at {boxes}; {units}",
     ]
 
 
@@ -126,7 +128,7 @@ def optimised(result: RunResult, units: Mapping[str, str], limits: Sequence[Limi
     optimum = result.optimised
     if optimum is None:
         return None
-    best = [_with_words(each, limits) for each in optimum.best]
+    best = [_with_words(case, limits) for case in optimum.best]
     start = _with_words(optimum.start, limits) if optimum.start else None
     names = [*optimum.best[0].values]
     return optimum._asdict() | {"best": best, "start": start, "units": {name: units.get(name, "1") for name in names}}
@@ -160,14 +162,16 @@ def optimise_lines(facts: dict[str, Any]) -> list[str]:
     if not optimum["feasible"]:
         front = "none keeps to the limits; the nearest one"
         lines[-1] = f"Optimised over {optimum['looked_at']:,} cases: {front} (optimise.parquet)"
-    for name, each in [*(("", each) for each in best[:LISTED_ANSWERS]), *((("start: ", start),) if start else ())]:
-        values = [_objective(column, each, optimum["units"][column]) for column in each["values"]]
-        near = wording.sentence_list((each["limiting"] or "").split(","))
-        margin = "" if each["margin"] is None else f", margin {each['margin_words']} ({near})"
-        lines.append(f"  {name}{setting_text(each['point'], facts)}: {', '.join(values) or 'failed'}{margin}")
+    for name, case in [*(("", case) for case in best[:LISTED_ANSWERS]), *((("start: ", start),) if start else ())]:
+        values = [_objective(column, case, optimum["units"][column]) for column in case["values"]]
+        limiting = wording.sentence_list((case["limiting"] or "").split(","))
+        margin = "" if case["margin"] is None else f", margin {case['margin_words']} ({limiting})"
+        lines.append(f"  {name}{setting_text(case['point'], facts)}: {', '.join(values) or 'failed'}{margin}")
     if len(best) > LISTED_ANSWERS:
         lines.append(f"  and {len(best) - LISTED_ANSWERS:,} more")
     if optimum["alike"]:
-        others = wording.count(optimum["alike"], "other case") + (" within the limits" if best[0]["limiting"] else "")
-        lines.append(f"  {others} cannot be distinguished from it: the 95 % intervals overlap")
+        equivalent = wording.count(optimum["alike"], "other case") + (
+            " within the limits" if best[0]["limiting"] else ""
+        )
+        lines.append(f"  {equivalent} cannot be distinguished from it: the 95 % intervals overlap")
     return lines

@@ -41,10 +41,10 @@ class Seeking:
         self.seek = grid.seek
         self.others = _others(grid, self.seek)
         self.place_of = {tuple(point.values()): j for j, point in enumerate(self.others)}
-        every = range(len(self.others))
-        self.subjects = [(j,) for j in every] if self.seek.each else [tuple(every)]
+        subjects = range(len(self.others))
+        self.subjects = [(j,) for j in subjects] if self.seek.each else [tuple(subjects)]
         self.probes: list[dict[int, _Probe]] = [{} for _ in self.others]  # for each: place -> probe
-        self.asked = {self.seek.value(place): place for place in self._first()}  # value -> place
+        self.indices = {self.seek.value(index): index for index in self._first()}  # value -> place
 
     def _first(self) -> tuple[int, ...]:
         return tuple(range(self.seek.last + 1)) if self.seek.fits else scan(self.seek.last)
@@ -53,10 +53,10 @@ class Seeking:
         """Record how the cases of a grid, from the index `first` on, compare to its limits."""
         for index in range(first, len(grid)):
             point = grid.point(index)
-            place = self.asked[[point.pop(path) for path in self.seek.paths].pop()]
+            place = self.indices[[point.pop(path) for path in self.seek.paths].pop()]
             self.probes[self.place_of[tuple(point.values())]][place] = _probe(results, index - first)
 
-    def wanted(self) -> list[Point]:
+    def next_points(self) -> list[Point]:
         """Return the points of the next cases."""
         return [self._point(*probe) for probe in dict.fromkeys(self._next())]
 
@@ -66,16 +66,16 @@ class Seeking:
 
     def _next(self) -> Iterator[tuple[int, int]]:
         for subject in () if self.seek.fits else self.subjects:  # all fits are tried at once
-            for place in search(self._known(subject), self.seek.last).wanted:
-                yield from ((j, place) for j in subject)
+            for index in search(self._known(subject), self.seek.last).probes:
+                yield from ((j, index) for j in subject)
 
     def _known(self, subject: tuple[int, ...]) -> dict[int, bool]:
-        """Return place -> whether all cases there meet their limits."""
-        return {place: all(self.probes[j][place].good for j in subject) for place in self.probes[subject[0]]}
+        """Return index -> whether all cases there meet their limits."""
+        return {index: all(self.probes[j][index].good for j in subject) for index in self.probes[subject[0]]}
 
-    def _point(self, j: int, place: int) -> Point:
-        value = self.seek.value(place)
-        self.asked[value] = place
+    def _point(self, j: int, index: int) -> Point:
+        value = self.seek.value(index)
+        self.indices[value] = index
         return self.others[j] | dict.fromkeys(self.seek.paths, value)
 
     def _answer(self, subject: tuple[int, ...]) -> Answer:
@@ -83,31 +83,35 @@ class Seeking:
         known, seek = self._known(subject), self.seek
         border = every(known, seek.last) if seek.fits else search(known, seek.last).border
         assert border is not None  # the search is finished
-        at = _deciding(known, border, seek.last)
-        worst = min(subject, key=lambda j: (self.probes[j][at].margin, j))
-        limiting = None if known[at] else self.probes[worst][at].limiting
+        deciding = _deciding(known, border, seek.last)
+        worst = min(subject, key=lambda j: (self.probes[j][deciding].margin, j))
+        limiting = None if known[deciding] else self.probes[worst][deciding].limiting
         point = self.others[worst]
-        if border.good is None:
-            nearest = max(known, key=lambda place: (min(self.probes[j][place].margin for j in subject), -place))
+        if border.last_good is None:
+            nearest = max(known, key=lambda index: (min(self.probes[j][index].margin for j in subject), -index))
             best = tuple(self._best(j, nearest) for j in subject)
-            tried = len(known) * len(subject)
-            return Answer(point, None, None, None, limiting, tried, fits=bool(seek.fits), best=best)
-        good = seek.value(border.good)
-        bad = seek.value(seek.last if border.bad is None else border.bad)
-        answer = Answer(point, good, min(good, bad), max(good, bad), limiting, len(known) * len(subject))
+            probe_count = len(known) * len(subject)
+            return Answer(point, None, None, None, limiting, probe_count, fits=bool(seek.fits), best=best)
+        last_good = seek.value(border.last_good)
+        first_bad = seek.value(seek.last if border.first_bad is None else border.first_bad)
+        answer = Answer(
+            point, last_good, min(last_good, first_bad), max(last_good, first_bad), limiting, len(known) * len(subject)
+        )
         if not seek.fits:
             return answer
-        beyond = tuple(seek.fit(place).name for place in sorted(known) if known[place] and place > border.good)
-        return answer._replace(fits=True, fit=seek.fit(border.good).name, beyond=beyond)
+        passing_beyond = tuple(
+            seek.fit(index).name for index in sorted(known) if known[index] and index > border.last_good
+        )
+        return answer._replace(fits=True, fit=seek.fit(border.last_good).name, beyond=passing_beyond)
 
-    def _best(self, j: int, place: int) -> dict[str, Any]:
+    def _best(self, j: int, index: int) -> dict[str, Any]:
         """Return the best margin of a case of the other axes, and the limiting column there."""
-        probe = self.probes[j][place]
+        probe = self.probes[j][index]
         finite = np.isfinite(probe.margin)
         return {
             "point": self.others[j],
-            "value": self.seek.value(place),
-            "fit": self.seek.fit(place).name if self.seek.fits else None,
+            "value": self.seek.value(index),
+            "fit": self.seek.fit(index).name if self.seek.fits else None,
             "margin": probe.margin if finite else None,
             "limiting": probe.limiting,
             "margins": {name: margin for name, margin in probe.margins.items() if np.isfinite(margin)},
@@ -115,26 +119,26 @@ class Seeking:
 
 
 def _deciding(known: dict[int, bool], border: Border, last: int) -> int:
-    """Return the place that determines the limiting column: the first bad one beyond the border."""
-    if border.good is None:
-        return min((place for place, good in known.items() if not good), default=0)
-    return min((place for place, good in known.items() if place > border.good and not good), default=last)
+    """Return the index that determines the limiting column: the first bad one beyond the border."""
+    if border.last_good is None:
+        return min((index for index, is_good in known.items() if not is_good), default=0)
+    return min((index for index, is_good in known.items() if index > border.last_good and not is_good), default=last)
 
 
 def every(known: Mapping[int, bool], last: int) -> Border:
-    """Return the border if all places of 0 to `last` are known: it is before the first bad place."""
-    start = next((place for place in range(last + 1) if known[place]), None)
+    """Return the border if all indices of 0 to `last` are known: it is before the first bad one."""
+    start = next((index for index in range(last + 1) if known[index]), None)
     if start is None:
         return Border(None, 0)
-    bad = next((place for place in range(start, last + 1) if not known[place]), None)
-    return Border(last if bad is None else bad - 1, bad)
+    first_bad = next((index for index in range(start, last + 1) if not known[index]), None)
+    return Border(last if first_bad is None else first_bad - 1, first_bad)
 
 
 def _others(grid: Grid, seek: Seek) -> list[Point]:
     """Return the values of all axes except the searched one, for each combination."""
     points = (grid.point(index) for index in range(len(grid)))
-    others = (tuple((path, value) for path, value in point.items() if path not in seek.paths) for point in points)
-    return [dict(point) for point in dict.fromkeys(others)]
+    other_points = (tuple((path, value) for path, value in point.items() if path not in seek.paths) for point in points)
+    return [dict(point) for point in dict.fromkeys(other_points)]
 
 
 def _probe(results: store.CaseResults, index: int) -> _Probe:

@@ -34,7 +34,7 @@ class Effect(NamedTuple):
     @property
     def size(self) -> float:
         """Return the largest change of the margin."""
-        return max(abs(each - self.margin) for each in (self.lower, self.upper, self.margin) if each is not None)
+        return max(abs(margin - self.margin) for margin in (self.lower, self.upper, self.margin) if margin is not None)
 
 
 def effects(
@@ -48,33 +48,36 @@ def effects(
     if grid.seek is None or worst is None:
         return []
     point = worst["point"] | dict.fromkeys(grid.seek.paths, worst["value"])
-    fixed = {key: part for key, part in grid.resolved().items() if key not in _APART}
-    moved = _perturbed(grid, point, fixed, simulator)
-    paths = list(moved)
+    fixed = {key: section for key, section in grid.resolved().items() if key not in _APART}
+    perturbed = _perturbed(grid, point, fixed, simulator)
+    paths = list(perturbed)
     if not paths:
         return []
-    own = {path: value for path, value in _numbers(grid, point).items() if path in moved}
-    rows = [own, *(own | {path: value} for path, values in moved.items() for value in values)]
+    point_values = {path: value for path, value in _numbers(grid, point).items() if path in perturbed}
+    rows = [point_values, *(point_values | {path: value} for path, values in perturbed.items() for value in values)]
     columns = {path: [value] * len(rows) for path, value in point.items()}
     columns |= {path: [row[path] for row in rows] for path in paths}
     name = hashlib.sha256(" ".join(sorted(columns)).encode()).hexdigest()[:8]
     out = directory / f"{FOLDER}-{name}"
     run(fixed | {"cases": columns}, out)
     margins = _margins(store.open(out), paths)
-    start = margins.get(tuple(own.values()))
+    start = margins.get(tuple(point_values.values()))
     if start is None:
         return []
     effects = []
     for path in paths:
-        ends = [margins.get(tuple((own | {path: own[path] * factor}).values())) for factor in (1.0 - STEP, 1.0 + STEP)]
-        effects.append(Effect(path, own[path], start, *ends))
+        neighbours = [
+            margins.get(tuple((point_values | {path: point_values[path] * factor}).values()))
+            for factor in (1.0 - STEP, 1.0 + STEP)
+        ]
+        effects.append(Effect(path, point_values[path], start, *neighbours))
     return sorted(effects, key=lambda effect: (-effect.size, effect.path))
 
 
 def furthest_from_limits(answers: Iterable[Answer]) -> dict[str, Any] | None:
     """Return the case furthest from its limits at its best value, or None if every search has an answer."""
-    finite = [each for answer in answers for each in answer.best if each["margin"] is not None]
-    return min(finite, key=lambda each: each["margin"], default=None)
+    finite = [case for answer in answers for case in answer.best if case["margin"] is not None]
+    return min(finite, key=lambda case: case["margin"], default=None)
 
 
 def _numbers(grid: grids.Grid, point: Mapping[str, Any]) -> dict[str, float]:
@@ -95,16 +98,19 @@ def _perturbed(
     grid: grids.Grid, point: Mapping[str, Any], fixed: dict[str, Any], simulator: Simulator
 ) -> dict[str, list[float]]:
     """Return path -> values lower and higher by STEP, for keys that accept them."""
-    moved = {}
+    perturbed = {}
     for path, value in _numbers(grid, point).items():
         possible = [
-            other
-            for other in (value * (1.0 - STEP), value * (1.0 + STEP))
-            if _is_possible(fixed | {"cases": {**{axis: [at] for axis, at in point.items()}, path: [other]}}, simulator)
+            changed
+            for changed in (value * (1.0 - STEP), value * (1.0 + STEP))
+            if _is_possible(
+                fixed | {"cases": {**{axis: [coordinate] for axis, coordinate in point.items()}, path: [changed]}},
+                simulator,
+            )
         ]
         if possible:
-            moved[path] = possible
-    return moved
+            perturbed[path] = possible
+    return perturbed
 
 
 def _is_possible(source: dict[str, Any], simulator: Simulator) -> bool:

@@ -42,7 +42,7 @@ def value_text(path: str, value: Any, facts: dict[str, Any]) -> str:
     """Return a swept value with its unit, and its fit if it is the mean of one; its label comes first."""
     if value is None or isinstance(value, str):
         return value or "-"
-    label = next((name for name, known in facts.get("labels", {}).get(path, {}).items() if known == value), "")
+    label = next((name for name, labelled in facts.get("labels", {}).get(path, {}).items() if labelled == value), "")
     number = _number_text(path, value, facts)
     return f"{label} ({number})" if label else number
 

@@ -38,5 +38,5 @@ class Shard(NamedTuple):
 def distinct(ids: np.ndarray) -> np.ndarray:
     """Return the distinct identities, ascending; np.unique needs five times the memory for a million."""
     ordered = np.sort(ids)
-    again = ordered[1:] == ordered[:-1]
-    return ordered[np.concatenate([[True], ~again])] if again.any() else ordered
+    is_repeated = ordered[1:] == ordered[:-1]
+    return ordered[np.concatenate([[True], ~is_repeated])] if is_repeated.any() else ordered

@@ -43,11 +43,11 @@ def end_with_run() -> None:
 @contextlib.contextmanager
 def patience() -> Iterator[None]:
     """Only record the first signal in this context, where the code checks requested() itself."""
-    before, _Request.patient = _Request.patient, True
+    previous, _Request.patient = _Request.patient, True
     try:
         yield
     finally:
-        _Request.patient = before
+        _Request.patient = previous
 
 
 @contextlib.contextmanager
@@ -62,8 +62,8 @@ def catching() -> Iterator[None]:
         yield  # only the main thread can catch signals
         return
     nohup = signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
-    caught = [signum for signum in SIGNALS if signum != signal.SIGHUP or not nohup]
-    before = {signum: signal.signal(signum, _in_parent) for signum in caught}
+    handled = [signum for signum in SIGNALS if signum != signal.SIGHUP or not nohup]
+    previous = {signum: signal.signal(signum, _in_parent) for signum in handled}
     try:
         yield
     except ClearsweepError:
@@ -73,7 +73,7 @@ def catching() -> Iterator[None]:
             raise Stopped(_Request.signum) from error
         raise
     finally:
-        for signum, handler in before.items():
+        for signum, handler in previous.items():
             signal.signal(signum, signal.SIG_IGN if _Request.last and _Request.leaving else handler)
 
 
@@ -91,20 +91,20 @@ def shielded() -> Iterator[None]:
     """Block all of these signals for threads and processes started in this context: Ctrl-C must not reach them."""
     from multiprocessing import resource_tracker
 
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+    previous = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     resource_tracker.ensure_running()  # otherwise it would start with the first worker, and unblock two signals
     signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, previous)
 
 
 def _in_parent(signum: int, _frame: FrameType | None) -> None:
     if _Request.leaving:
         return
-    again, _Request.signum = _Request.signum, _Request.signum or signum
-    if again or not _Request.patient:
+    is_repeated, _Request.signum = _Request.signum, _Request.signum or signum
+    if is_repeated or not _Request.patient:
         raise Stopped(_Request.signum)
 
 

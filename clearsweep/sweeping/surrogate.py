@@ -19,7 +19,7 @@ INFEASIBLE = 10.0  # penalty for exceeded limits, in ranges of the objective
 
 
 def better_points(
-    known: np.ndarray, objective: np.ndarray, margins: np.ndarray, count: int, chance: np.random.Generator
+    known: np.ndarray, objective: np.ndarray, margins: np.ndarray, count: int, rng: np.random.Generator
 ) -> np.ndarray:
     """Return points (count, keys) of the unit cube, (0, keys) if there are too few cases.
 
@@ -31,35 +31,38 @@ def better_points(
     from scipy.spatial.distance import cdist
 
     keys = known.shape[1]
-    near = np.sort(np.argsort(np.linalg.norm(known - known[0], axis=1), kind="stable")[:NEIGHBOURS])
-    known, objective = known[near], np.minimum(objective[near], np.percentile(objective[near], CLIPPED))
+    neighbours = np.sort(np.argsort(np.linalg.norm(known - known[0], axis=1), kind="stable")[:NEIGHBOURS])
+    known, objective = (
+        known[neighbours],
+        np.minimum(objective[neighbours], np.percentile(objective[neighbours], CLIPPED)),
+    )
     if len(known) < LEAST[0] + LEAST[1] * keys:
         return np.empty((0, keys))
     scaled = (objective - objective.min()) / max(np.ptp(objective), np.finfo(float).tiny)
     try:
-        model = RBFInterpolator(known, np.column_stack([scaled, margins[near].clip(-1.0, 1.0)]), kernel="cubic")
+        model = RBFInterpolator(known, np.column_stack([scaled, margins[neighbours].clip(-1.0, 1.0)]), kernel="cubic")
     except np.linalg.LinAlgError:  # all cases have the same value of a key
         return np.empty((0, keys))
-    taken = known
-    for place in range(count):
-        weight = WEIGHTS[place % len(WEIGHTS)]
-        candidates = chance.random((CANDIDATES, keys)) if weight == WEIGHTS[0] else _candidates_near(known, chance)
+    existing = known
+    for position in range(count):
+        weight = WEIGHTS[position % len(WEIGHTS)]
+        candidates = rng.random((CANDIDATES, keys)) if weight == WEIGHTS[0] else _candidates_near(known, rng)
         expected = model(candidates)
         exceeded = np.maximum(-expected[:, 1:], 0.0).sum(axis=1)
         merit = expected[:, 0] + (exceeded > 0.0) * (INFEASIBLE + exceeded)
-        apart = cdist(candidates, taken).min(axis=1)
-        chosen = np.argmin(weight * _ranks(merit) + (1.0 - weight) * _ranks(-apart))
-        taken = np.vstack([taken, candidates[chosen]])
-    return taken[len(known) :]
+        distances = cdist(candidates, existing).min(axis=1)
+        selected = np.argmin(weight * _ranks(merit) + (1.0 - weight) * _ranks(-distances))
+        existing = np.vstack([existing, candidates[selected]])
+    return existing[len(known) :]
 
 
-def _candidates_near(known: np.ndarray, chance: np.random.Generator) -> np.ndarray:
+def _candidates_near(known: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return candidates around cases in order of merit: half around the first, a quarter around the next."""
-    centres = known[np.minimum(chance.geometric(0.5, CANDIDATES), len(known)) - 1]
-    steps = LARGEST_STEP * 0.5 ** chance.integers(HALVINGS, size=(CANDIDATES, 1))
-    changed = chance.random(centres.shape) < CHANGED
-    changed[np.arange(CANDIDATES), chance.integers(centres.shape[1], size=CANDIDATES)] = True
-    candidates: np.ndarray = (centres + steps * changed * chance.standard_normal(centres.shape)).clip(0.0, 1.0)
+    centres = known[np.minimum(rng.geometric(0.5, CANDIDATES), len(known)) - 1]
+    steps = LARGEST_STEP * 0.5 ** rng.integers(HALVINGS, size=(CANDIDATES, 1))
+    is_changed = rng.random(centres.shape) < CHANGED
+    is_changed[np.arange(CANDIDATES), rng.integers(centres.shape[1], size=CANDIDATES)] = True
+    candidates: np.ndarray = (centres + steps * is_changed * rng.standard_normal(centres.shape)).clip(0.0, 1.0)
     return candidates
 
 

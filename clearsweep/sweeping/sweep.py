@@ -144,8 +144,8 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
     shard = None if options.shard is None else Shard.read(options.shard)
     if shard:
         _refuse_shard(grid)
-    if cut := store.Cut.of(grid, str(shard or "")):
-        return _run_cut(grid, out, options, simulator, (cut, shard, begin))
+    if division := store.Division.of(grid, str(shard or "")):
+        return _run_cut(grid, out, options, simulator, (division, shard, begin))
     if options.executor == executors.NODES:
         raise InputError(
             f"executor: nodes assigns whole blocks of {store.block_size():,} cases to nodes, and this grid has "
@@ -153,11 +153,11 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         )
     with phases.phase("looking at the cases"):
         ids = case_ids(grid)
-        wanted = shard.ids(ids) if shard else distinct(ids)
+        requested = shard.ids(ids) if shard else distinct(ids)
         derived, warnings = facts(grid, simulator)
-    known: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
+    record_entries: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
     search = _search(grid, simulator)
-    begun = {"counts": {"cases": len(wanted)}, **known}
+    begun = {"counts": {"cases": len(requested)}, **record_entries}
     with signals.catching(), directory_of(grid, out, shard).open_for(grid, **begun) as directory:
         start = store.now()
         with phases.phase("reading the directory"):
@@ -167,26 +167,26 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         with CaseRunner(directory, options, simulator) as case_runner:
             if search:
                 grid, complete = adaptive.run(grid, search, case_runner.look)
-                wanted = distinct(case_ids(grid))
+                requested = distinct(case_ids(grid))
             else:
-                complete = case_runner.run(grid, ids, wanted)
+                complete = case_runner.run(grid, ids, requested)
             del ids  # 8 MB for a million cases, which merging needs
             answers = search.answers() if isinstance(search, Seeking) and complete else []
             paths = grid.seek.paths if grid.seek else ()
-            best = search.result() if isinstance(search, Optimising) and complete else None
+            optimum = search.result() if isinstance(search, Optimising) and complete else None
             names = [column for column, _ in grid.optimise.objectives] if grid.optimise else []
-            known["answers"] = store.write_answers(directory, store.ResultSchema.of(grid), paths, answers)
-            known["answers"] |= store.write_best(
-                directory, store.ResultSchema.of(grid), names, best.best if best else ()
+            record_entries["answers"] = store.write_answers(directory, store.ResultSchema.of(grid), paths, answers)
+            record_entries["answers"] |= store.write_best(
+                directory, store.ResultSchema.of(grid), names, optimum.best if optimum else ()
             )
             machine = search.result() if isinstance(search, Identifying) and complete else None
             if isinstance(search, Identifying) and complete and search.too_few:
-                known["warnings"] = warnings = [*warnings, search.too_few]
-            known["answers"] |= store.write_sample(
+                record_entries["warnings"] = warnings = [*warnings, search.too_few]
+            record_entries["answers"] |= store.write_sample(
                 directory, store.ResultSchema.of(grid), machine.sample if machine else {}
             )
-            known["identified"] = machine and identified.of_run(machine)
-            counts: dict[str, Any] = conclude(case_runner, grid, wanted, start=start, **known)
+            record_entries["identified"] = machine and identified.of_run(machine)
+            counts: dict[str, Any] = conclude(case_runner, grid, requested, start=start, **record_entries)
     return RunResult(
         directory.path,
         **counts,
@@ -197,7 +197,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         warnings=tuple(warnings),
         seek=grid.seek,
         answers=tuple(answers),
-        optimised=best,
+        optimised=optimum,
         identified=machine,
         refined=search.result() if isinstance(search, Refining) and complete else None,
     )
@@ -225,19 +225,19 @@ def _run_cut(
     out: str | Path | None,
     options: Options,
     simulator: Simulator,
-    known_of_run: tuple[store.Cut, Shard | None, float],
+    known_of_run: tuple[store.Division, Shard | None, float],
 ) -> RunResult:
     """Run a grid in blocks; known_of_run : the division, the shard, and the start time."""
-    cut, shard, begin = known_of_run
+    division, shard, begin = known_of_run
     with phases.phase("looking at the cases"):
         doubles = blockwise.doubles_of(grid)
         derived, warnings = facts(grid, simulator)
-    known: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
+    record_entries: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
     directory = directory_of(grid, out, shard)
-    job = blockwise.BlockJob(directory.path.absolute(), grid, simulator, options, cut, shard, doubles)
-    wanted = blockwise.count_wanted(job)
-    blocks = {"size": cut.size, "count": cut.count, "numbers": []}
-    with signals.catching(), directory.open_for(grid, counts={"cases": wanted}, blocks=blocks, **known):
+    job = blockwise.BlockJob(directory.path.absolute(), grid, simulator, options, division, shard, doubles)
+    requested = blockwise.count_wanted(job)
+    blocks = {"size": division.size, "count": division.count, "numbers": []}
+    with signals.catching(), directory.open_for(grid, counts={"cases": requested}, blocks=blocks, **record_entries):
         start = store.now()
         with phases.phase("reading the directory"):
             for sentence in directory.recover():
@@ -247,7 +247,9 @@ def _run_cut(
                 outcome = nodes.run_on_nodes(job)
             else:
                 outcome = blockwise.run_blocks(job, case_runner, directory)
-            counts = blockwise.conclude(directory, job, outcome, (outcome.ran, wanted), start=start, **known)
+            counts = blockwise.conclude(
+                directory, job, outcome, (outcome.ran, requested), start=start, **record_entries
+            )
     return RunResult(
         directory.path,
         **counts,
@@ -289,7 +291,7 @@ def directory_of(grid: grids.Grid, out: str | Path | None = None, shard: Shard |
     return store.RunDirectory(path)
 
 
-def conclude(case_runner: CaseRunner, grid: grids.Grid, wanted: np.ndarray, **known: Any) -> dict[str, int]:
+def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, **record_entries: Any) -> dict[str, int]:
     """Merge the results of the wanted cases and write run.json; return the counts.
 
     The runner knows the directory, and computes the final parts of the run.
@@ -297,27 +299,27 @@ def conclude(case_runner: CaseRunner, grid: grids.Grid, wanted: np.ndarray, **kn
     directory, ran = case_runner.directory, case_runner.ran
     rows = directory.rows()
     stored = len(rows)
-    asked = common_values(rows["id"], wanted)
-    rows = rows if asked.all() else rows[asked]
-    form = store.ResultSchema.of(grid)
+    requested_ids = common_values(rows["id"], requested)
+    rows = rows if requested_ids.all() else rows[requested_ids]
+    result_schema = store.ResultSchema.of(grid)
 
-    def again(worst: Sequence[store.Worst]) -> list[Peak | None]:
-        words = f"saving the revolution of the largest peak of {wording.count(len(worst), 'case')}"
-        with phases.phase(words):
+    def find_peaks(worst: Sequence[store.Worst]) -> list[Peak | None]:
+        activity = f"saving the revolution of the largest peak of {wording.count(len(worst), 'case')}"
+        with phases.phase(activity):
             return case_runner.peaks(grid, worst)
 
-    merged = store.merge(directory, form, rows, say=progress.say, again=again)
+    merged = store.merge(directory, result_schema, rows, say=progress.say, find_peaks=find_peaks)
     failed = int(np.count_nonzero(rows["failed"]))
     counts = {
-        "cases": len(wanted),
+        "cases": len(requested),
         "ran": ran,
         "reused": max(len(rows) - ran, 0),
         "ok": len(rows) - failed,
         "failed": failed,
-        "missing": len(wanted) - len(rows),
+        "missing": len(requested) - len(rows),
         "others": stored - len(rows),
     }
-    directory.write_record(grid, end=store.now(), counts=counts, merged=merged, **({"answers": {}} | known))
+    directory.write_record(grid, end=store.now(), counts=counts, merged=merged, **({"answers": {}} | record_entries))
     return counts
 
 
@@ -326,21 +328,21 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
     ranges: dict[str, dict[str, Any]] = {}
     sentences: dict[str, None] = {}
     for path, fits in grid.fits.items():
-        for known in fits:
+        for fit in fits:
             for kind, factor in (("radial", 1.0), ("diametral", 2.0)):
-                ends = {"min": factor * known.low, "max": factor * known.high}
-                ranges[f"{path} ({known.name}, {kind})"] = {"unit": "m", **ends}
-    for taken in grid.taken:
-        unit, typical, low, high = taken.value
-        ranges[f"{taken.path} ({taken.name})"] = {"unit": unit, "min": typical, "max": typical}
-        ranges[f"{taken.path} ({taken.name}, range)"] = {"unit": unit, "min": low, "max": high}
+                range_of_fit = {"min": factor * fit.low, "max": factor * fit.high}
+                ranges[f"{path} ({fit.name}, {kind})"] = {"unit": "m", **range_of_fit}
+    for assumed in grid.taken:
+        unit, best_value, low, high = assumed.value
+        ranges[f"{assumed.path} ({assumed.name})"] = {"unit": unit, "min": best_value, "max": best_value}
+        ranges[f"{assumed.path} ({assumed.name}, range)"] = {"unit": unit, "min": low, "max": high}
     for index in np.unique(np.linspace(0, len(grid) - 1, SAMPLED_CASES).round().astype(int)).tolist():
         case = grid.case(index)
         for name, (value, unit) in simulator.derived(case).items():
             same = ranges.get(name, {"unit": unit})["unit"] == unit  # laws may give one name different dimensions
             key = name if same else f"{name} [{unit}]"
-            before = ranges.get(key, {"min": value, "max": value})
-            ranges[key] = {"unit": unit, "min": min(before["min"], value), "max": max(before["max"], value)}
+            known_range = ranges.get(key, {"min": value, "max": value})
+            ranges[key] = {"unit": unit, "min": min(known_range["min"], value), "max": max(known_range["max"], value)}
         sentences.update(dict.fromkeys(simulator.warnings(case)))
     return ranges, list(sentences)[:MOST_WARNINGS]
 

@@ -22,16 +22,16 @@ class Tasks:
     def __len__(self) -> int:
         return len(self.indices)
 
-    def __getitem__(self, place: int) -> Task:
-        return Task(f"{int(self.ids[place]):016x}", int(self.indices[place]))
+    def __getitem__(self, position: int) -> Task:
+        return Task(f"{int(self.ids[position]):016x}", int(self.indices[position]))
 
     def part(self, first: int, last: int | None = None) -> "Tasks":
         """Return the cases from one place to another, default the end."""
         return Tasks(self.indices[first:last], self.ids[first:last])
 
-    def without(self, place: int) -> "Tasks":
+    def without(self, position: int) -> "Tasks":
         """Return all cases but the one at a place."""
-        return Tasks(np.delete(self.indices, place), np.delete(self.ids, place))
+        return Tasks(np.delete(self.indices, position), np.delete(self.ids, position))
 
     def listed(self) -> list[Task]:
         """Return the cases one by one."""
@@ -44,4 +44,4 @@ class Batch(NamedTuple):
 
     name: str  # of its files
     cases: Tasks
-    tried: int = 0  # how often it was lost with its worker
+    attempts: int = 0  # how often it was lost with its worker

@@ -92,7 +92,7 @@ class Job:
     grid: Grid
     simulator: Simulator
     case_timeout: float | None  # s
-    together: bool = False  # whether cases of a batch are computed together, by `solve_each`
+    in_bulk: bool = False  # whether cases of a batch are computed together, by `solve_each`
     driver: str = ""  # owner of the batches, if several drivers work at one block
 
     def __reduce__(self) -> tuple[Callable[[bytes], "Job"], tuple[bytes]]:
@@ -100,10 +100,10 @@ class Job:
 
     @cached_property
     def _packed(self) -> bytes:
-        return pickle.dumps((self.directory, self.grid, self.simulator, self.case_timeout, self.together, self.driver))
+        return pickle.dumps((self.directory, self.grid, self.simulator, self.case_timeout, self.in_bulk, self.driver))
 
     @cached_property
-    def form(self) -> store.ResultSchema:
+    def result_schema(self) -> store.ResultSchema:
         """Return the schema of the results."""
         return store.ResultSchema.of(self.grid)
 
@@ -162,34 +162,41 @@ class Timed(NamedTuple):
 
     seconds: float | None  # s, without compiling; None: the beginning does not determine it
     events: int
-    spent: float  # s, time of the measurement without compiling
-    once: float  # s, compiling during the measurement
+    elapsed: float  # s, time of the measurement without compiling
+    compiling: float  # s, compiling during the measurement
     extrapolated: bool = False
-    beyond: bool = False  # its time budget ends it earlier, so that is its time
+    over_budget: bool = False  # its time budget ends it earlier, so that is its time
 
 
 def time_case(simulator: Simulator, case: Case, patience: float, working: store.Working | None = None) -> Timed:
     """Return the time of a case; after `patience` (s) it is extrapolated from the beginning."""
     budget = min(case.simulate.time_budget, patience)
-    begin, once = time.perf_counter(), phases.once_seconds()
+    begin, compile_time = time.perf_counter(), phases.compile_seconds()
     with phases.written(working.put) if working else contextlib.nullcontext(), phases.estimated() as latest:
         trajectory = simulator.solve(case._replace(simulate=case.simulate._replace(time_budget=budget)))
-    once = phases.once_seconds() - once
-    spent = time.perf_counter() - begin - once
+    compile_time = phases.compile_seconds() - compile_time
+    spent = time.perf_counter() - begin - compile_time
     out_of_time = [trajectory.status, *trajectory.message.partition(LIFE_FAILED)[2:]]  # of the case, of a further life
     if not any(OUT_OF_TIME in text for text in out_of_time) or budget == case.simulate.time_budget:
-        return Timed(spent, len(trajectory.events), spent, once)
-    total = latest.total and max(latest.total - once, spent)
+        return Timed(spent, len(trajectory.events), spent, compile_time)
+    total = latest.total and max(latest.total - compile_time, spent)
     if total and case.simulate.error_check:
         total *= 1.0 + CHECK
-    beyond = total is not None and total > case.simulate.time_budget
-    return Timed(case.simulate.time_budget if beyond else total, 0, spent, once, extrapolated=True, beyond=beyond)
+    over_budget = total is not None and total > case.simulate.time_budget
+    return Timed(
+        case.simulate.time_budget if over_budget else total,
+        0,
+        spent,
+        compile_time,
+        extrapolated=True,
+        over_budget=over_budget,
+    )
 
 
-def prepare(working: store.Working, part: Callable[[Case], None], case: Case) -> None:
+def prepare(working: store.Working, compile_part: Callable[[Case], None], case: Case) -> None:
     """Compile a part of a case's code, or load it, and record the progress in a file."""
     with phases.written(working.put):
-        part(case)
+        compile_part(case)
 
 
 def find_peak(simulator: Simulator, case: Case, joint: int, revolutions: float) -> Peak:
@@ -214,12 +221,12 @@ def run_batch(job: Job, batch: Batch) -> Manifest:
             "program; install the same version everywhere"
         )
     rows, logs, begin = [], list[store.Unfinished](), time.perf_counter()
-    together = job.together and not batch.tried
+    in_bulk = job.in_bulk and not batch.attempts
     with signals.patience(), _new_note(job.note(batch)) as note, phases.written(job.working(batch).put):
-        for task, point, trajectory in (_together if together else _one_by_one)(job, batch, note, logs):
+        for task, point, trajectory in (_in_bulk if in_bulk else _one_by_one)(job, batch, note, logs):
             rows.append(store.Row(task.case_id, point, trajectory))
         seconds = time.perf_counter() - begin
-        committed = store.commit(job.directory, job.form, batch.name, rows) if rows else None
+        committed = store.commit(job.directory, job.result_schema, batch.name, rows) if rows else None
         for log in logs:
             log.discard()
     return Manifest(committed, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
@@ -233,11 +240,11 @@ def _one_by_one(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Un
 
     `logs` : receives the logs of lives, which are obsolete once their results are stored.
     """
-    stopping = _StopRequest(job)
+    stop_request = _StopRequest(job)
     for index, (task, point, case) in enumerate(_cases(job.grid, batch)):
-        if stopping.asked():
+        if stop_request.is_requested():
             return
-        note.say(index)
+        note.record(index)
         log = store.Unfinished(job.directory, task.case_id) if case.life else None
         with phases.phase("") as phase:
             phase.facts = job.facts(task)
@@ -246,26 +253,26 @@ def _one_by_one(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Un
         logs += [log] if log else []
 
 
-def _together(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Unfinished]) -> _Solved:
+def _in_bulk(job: Job, batch: Batch, note: "_NoteWriter", logs: list[store.Unfinished]) -> _Solved:
     """Yield the same for cases computed together; on a request to stop, end before the first unfinished case.
 
     Lives, which keep logs, are run one by one.  If the worker dies, the case is unknown: the first is recorded, and all
     are run one by one from then on.
     """
     assert job.simulator.solve_each
-    stopping, listed, done = _StopRequest(job), list(_cases(job.grid, batch)), dict[int, Trajectory]()
-    if any(case.life for _, _, case in listed):
+    stop_request, members, results = _StopRequest(job), list(_cases(job.grid, batch)), dict[int, Trajectory]()
+    if any(case.life for _, _, case in members):
         yield from _one_by_one(job, batch, note, logs)
         return
-    note.say(0)
-    for index, result in job.simulator.solve_each([case for _, _, case in listed]):
-        done[index] = result if isinstance(result, Trajectory) else _result_of_error(result)
-        if stopping.asked():
+    note.record(0)
+    for index, result in job.simulator.solve_each([case for _, _, case in members]):
+        results[index] = result if isinstance(result, Trajectory) else _result_of_error(result)
+        if stop_request.is_requested():
             break
-    for index, (task, point, _) in enumerate(listed):
-        if index not in done:
+    for index, (task, point, _) in enumerate(members):
+        if index not in results:
             return
-        yield task, point, done[index]
+        yield task, point, results[index]
 
 
 def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Case]]:
@@ -282,7 +289,7 @@ class _StopRequest:
     def __init__(self, job: Job):
         self.stop, self.due = os.fspath(job.stop), 0.0
 
-    def asked(self) -> bool:
+    def is_requested(self) -> bool:
         """Return whether to stop."""
         if signals.requested():
             return True
@@ -299,7 +306,7 @@ class _NoteWriter:
         self.path, self.handle, self.process = path, handle, os.getpid()
         os.lseek(handle, NOTE_LENGTH, os.SEEK_SET)
 
-    def say(self, index: int) -> None:
+    def record(self, index: int) -> None:
         """Record which case of the batch is next."""
         try:
             os.pwrite(self.handle, f"{self.process:10d} {index:10d}\n".encode(), 0)
@@ -334,8 +341,8 @@ def read_note(job: Job, batch: Batch) -> Note | None:
     """Return the note of a batch, or None if no worker has begun it."""
     try:
         path = job.note(batch)
-        process, index, *rest = durable.read(path).split()
-        return Note(int(process), int(index), bool(rest), path.stat().st_mtime)
+        process, index, *mark = durable.read(path).split()
+        return Note(int(process), int(index), bool(mark), path.stat().st_mtime)
     except (OSError, ValueError):
         return None
 

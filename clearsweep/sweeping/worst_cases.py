@@ -20,31 +20,33 @@ class WorstCases:
         self.columns = [*dict.fromkeys((*lead.columns, *(f"{joint}_force_peak" for joint in joints)))]
         self.entries: list[dict[str, Any]] = []  # the worst first
 
-    def add(self, block: Mapping[str, np.ndarray], known: Callable[[int], dict[str, Any]]) -> None:
-        """Add finished cases; known : index in the block -> description of the case."""
+    def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
+        """Add finished cases; describe : index in the block -> description of the case."""
         if not self.lead.candidates:
             return
-        values, which = self.lead.worst(block)
+        values, candidate_numbers = self.lead.worst(block)
         badness = self.lead.ranking(values)
         least = np.partition(badness, -WORST_CASES)[-WORST_CASES] if len(badness) > WORST_CASES else -np.inf
         worst = np.flatnonzero(badness >= least)
         worst = worst[np.lexsort((block["case_id"][worst], badness[worst]))[-WORST_CASES:]]
-        entries = [known(place) | self._figures(block, place, int(which[place])) for place in worst.tolist()]
+        entries = [
+            describe(index) | self._figures(block, index, int(candidate_numbers[index])) for index in worst.tolist()
+        ]
         self.entries = sorted([*self.entries, *entries], key=self._badness, reverse=True)[:WORST_CASES]
 
     def _badness(self, entry: dict[str, Any]) -> tuple[float, str]:
-        first = entry["figures"][0]["value"]
-        return float(self.lead.ranking(np.array(np.nan if first is None else first))), entry["case_id"]
+        figure = entry["figures"][0]["value"]
+        return float(self.lead.ranking(np.array(np.nan if figure is None else figure))), entry["case_id"]
 
-    def _figures(self, block: Mapping[str, np.ndarray], place: int, which: int) -> dict[str, Any]:
+    def _figures(self, block: Mapping[str, np.ndarray], index: int, number: int) -> dict[str, Any]:
         """Return the figures that rank a case, and the largest force peak with its joint; None for null."""
-        candidate = self.lead.candidates[which]
-        peaks = [(float(np.nan_to_num(float(block[f"{joint}_force_peak"][place]))), joint) for joint in self.joints]
+        candidate = self.lead.candidates[number]
+        peaks = [(float(np.nan_to_num(float(block[f"{joint}_force_peak"][index]))), joint) for joint in self.joints]
         peak, joint = max(peaks)
         figures = []
         for name in candidate.columns:
-            value = float(block[name][place])
+            value = float(block[name][index])
             figures.append({"column": name, "value": None if np.isnan(value) else value})
             if name == MARGIN:
-                figures[-1]["words"] = margin_words(value, self.limits, block[EXCEEDED][place] or "")
+                figures[-1]["words"] = margin_words(value, self.limits, block[EXCEEDED][index] or "")
         return {"joint": candidate.joint or joint, "force_peak": peak, "figures": figures}
