@@ -68,8 +68,8 @@ def pattern(text: str) -> re.Pattern[str]:
     return re.compile(begin + r"\s*".join(parts) + end)
 
 
-FIGURES, SUMS, OUTCOME = "simulation/figures.py", "simulation/sums.py", "simulation/outcome.py"
-SPREAD, WORN = "simulation/spread.py", "simulation/wear_figures.py"
+FIGURES, SUMS, OUTCOME = "simulation/figures/catalogue.py", "simulation/sums.py", "simulation/outcome.py"
+SPREAD, WORN = "simulation/spread.py", "simulation/figures/wear.py"
 WINDOW = "tests/test_plain.py -k window"
 WEAR = "tests/test_plain.py -k archard"
 IMPACT = "tests/test_plain.py -k give"

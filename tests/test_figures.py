@@ -14,7 +14,7 @@ from clearsweep.contracts.layout import Layout, markdown
 from clearsweep.contracts.results import TIMINGS
 from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.mechanics.solver.accumulate import totals as total_columns
-from clearsweep.simulation import figures
+from clearsweep.simulation.figures import catalogue as figures
 from clearsweep.simulation.sums import Mean
 
 ROOT = Path(__file__).parent.parent

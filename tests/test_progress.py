@@ -371,8 +371,8 @@ def test_the_time_of_a_case_is_without_what_it_compiles(monkeypatch):
     case = clearsweep.grid.load(grid(1), Fake.catalogue()).case(0)
     timed = time_case(Steady, case, 1.5)
     assert timed.extrapolated
-    assert timed.once == pytest.approx(1.5, abs=0.5)
-    assert timed.spent == pytest.approx(1.5, abs=0.5)
+    assert timed.compiling == pytest.approx(1.5, abs=0.5)
+    assert timed.elapsed == pytest.approx(1.5, abs=0.5)
     assert timed.seconds == pytest.approx(100.0, rel=0.1)
     short = case._replace(simulate=case.simulate._replace(time_budget=50.0))
     assert time_case(Steady, short, 1.5).over_budget
@@ -391,7 +391,7 @@ def test_a_case_whose_further_life_is_cut_off_is_extrapolated_like_one_cut_off_b
         monkeypatch.setattr(Steady, "solve", staticmethod(solve_own))
         timed = time_case(Steady, case, 1.5)
         assert timed.extrapolated == extrapolated
-        assert timed.seconds == pytest.approx(100.0 if extrapolated else timed.spent, rel=0.1)
+        assert timed.seconds == pytest.approx(100.0 if extrapolated else timed.elapsed, rel=0.1)
 
 
 # ---------------------------------------------------------------------------------------------- unfinished runs
@@ -505,5 +505,5 @@ def test_the_time_of_a_life_is_extrapolated_from_its_first_block():
     case = real_case(**life)
     _, timed = (time_case(SIMULATION, case, 2.0) for _ in range(2))  # the first one compiles and loads
     assert timed.extrapolated
-    assert timed.seconds > 5.0 * timed.spent
-    assert timed.spent < 30.0
+    assert timed.seconds > 5.0 * timed.elapsed
+    assert timed.elapsed < 30.0

@@ -13,7 +13,7 @@ from clearsweep.judging import validity
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.observe.histogram import BINS, FORCE, KAPPA_COURSE, PARTS, add_course, time_above
 from clearsweep.mechanics.solver.accumulate.totals import ENERGY_RUBBED, JOINT, LOAD_TIME
-from clearsweep.simulation import figures
+from clearsweep.simulation.figures import catalogue as figures
 from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integration_of
 from clearsweep.simulation.sums import DryTime, Share

@@ -102,7 +102,7 @@ class Block:
     def __call__(self, aged, state):
         self.runs += 1
         (part,) = aged.parts
-        wear = aged.scene.case.joints[part.place].wear.values
+        wear = aged.scene.case.joints[part.joint_index].wear.values
         rate = np.zeros(aged.size)
         for body, where in (("bearing", part.bearing), ("journal", part.journal)):
             rate[where.start] = wear[f"{body}_coefficient"] * self.rate / (1.0 + state[where.start] / self.scale)

@@ -66,15 +66,21 @@ def laws_text(name: str | None = None) -> str:
         indent = " " * len(f"  {'':10}")
         wrapped = [textwrap.fill(line, WIDTH, subsequent_indent=indent, break_on_hyphens=False) for line in lines]
         return "\n".join([describe.text(), "", "libraries", *wrapped])
-    known = catalogue()
-    if texts := [text for text in (library.text(name), describe.text(name), grid.key_text(name, known)) if text]:
+    laws = catalogue()
+    if texts := [text for text in (library.text(name), describe.text(name), grid.key_text(name, laws)) if text]:
         return "\n\n".join(texts)
     word = name.rpartition(".")[2]
-    like = similar_words(word, (*describe.names(), *library.names())) or similar_words(word, grid.key_names(known))
-    near = f"; did you mean '{like[0]}'?" if len(like) == 1 else f"; there are {', '.join(like)}" if like else ""
+    similar = similar_words(word, (*describe.names(), *library.names())) or similar_words(word, grid.key_names(laws))
+    suggestion = (
+        f"; did you mean '{similar[0]}'?"
+        if len(similar) == 1
+        else f"; there are {', '.join(similar)}"
+        if similar
+        else ""
+    )
     raise InputError(
-        f"list: unknown name '{name}'{near} (`clearsweep list` prints laws and libraries; a key of a grid has a path "
-        "such as simulate.tolerance)"
+        f"list: unknown name '{name}'{suggestion} (`clearsweep list` prints laws and libraries; a key of a grid has a "
+        "path such as simulate.tolerance)"
     )
 
 
@@ -87,10 +93,10 @@ def of_joint(joint: Joint, load: float | None) -> Advice:
 
 def _setting(joint: Joint, load: float | None) -> str:
     """Return clearance, dimensions, material and load of a joint in words."""
-    clearance, across = (wording.text(factor * joint.clearance, "m", 4) for factor in (1.0, 2.0))
+    clearance, diametral = (wording.text(factor * joint.clearance, "m", 4) for factor in (1.0, 2.0))
     words = [f"clearance {clearance}"]
     if joint.bearing_radius is not None:
-        words = [f"radial clearance {clearance} (diametral {across})"]
+        words = [f"radial clearance {clearance} (diametral {diametral})"]
     for name, size in (("bearing radius", joint.bearing_radius), ("length", joint.length)):
         words.append(f"{name} {wording.text(size, 'm', 4)}" if size else f"no {name}")
     if joint.contact.material:
@@ -114,8 +120,8 @@ def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
     """Return where a law is used outside its trusted ranges."""
     slenderness = joint.length / (2.0 * joint.bearing_radius) if joint.length and joint.bearing_radius else None
     measured = {"arc": _arc(joint, load), "length": joint.length, "length / diameter": slenderness}
-    known = [(limit, measured[limit.path]) for limit in law.trusted]
-    outside = [limit for limit, value in known if value is not None and not limit.contains(value)]
+    with_values = [(limit, measured[limit.path]) for limit in law.trusted]
+    outside = [limit for limit, value in with_values if value is not None and not limit.contains(value)]
     ranges = [f" (trusted for {limit.path} {limit.allowed()})" if limit.high else "" for limit in outside]
     doubts = [f"{limit.reason}{where}" for limit, where in zip(outside, ranges, strict=True)]
     return ([law.unsound] if law.unsound else []) + doubts
@@ -124,13 +130,13 @@ def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
 def _elastic(joint: Joint, load: float | None) -> Iterator[Verdict]:
     """Yield the verdicts on the elastic laws."""
     laws = {law.name: law for law in registry.described() if law.family == "elastic"}
-    for name, (chosen, lack) in registry.elastic_candidates(joint).items():
+    for name, (candidate, lack) in registry.elastic_candidates(joint).items():
         if lack:
             yield Verdict("elastic", name, OUT, lack)
             continue
-        measured = "stiffness" in chosen.contact.values and any(x.name == "stiffness" for x in laws[name].fields)
+        measured = "stiffness" in candidate.contact.values and any(x.name == "stiffness" for x in laws[name].fields)
         doubts = [] if measured else _doubts(laws[name], joint, load)
-        reason, too_deep = _depth(chosen, load)
+        reason, too_deep = _depth(candidate, load)
         reason = reason or ("its stiffness is written" if measured else NOTHING)
         word = DOUBTFUL if doubts or too_deep else HOLDS
         merit = WRITTEN if measured else laws[name].merit
@@ -171,32 +177,32 @@ def _films(joint: Joint, load: float | None) -> Iterator[Verdict]:
 
 def _losses(joint: Joint) -> Iterator[Verdict]:
     """Yield the verdicts on the laws of the normal force, by the restitution of the joint."""
-    wanted = joint.contact.values.get("restitution")
+    required = joint.contact.values.get("restitution")
     for law in (law for law in registry.described() if law.family == "law"):
-        returned = registry.RECIPES["law", law.name].returned
+        restitution_of = registry.RECIPES["law", law.name].returned
         field = next((field for field in law.fields if field.name == "restitution"), None)
         if lacking := _lacking(law, joint):
             yield Verdict("law", law.name, OUT, f"needs {' and '.join(lacking)}")
         elif "hertz" in law.needs and joint.contact.elastic != "power":
             yield Verdict("law", law.name, OUT, "needs elastic: power with the exponent 1.5")
-        elif returned is None:
+        elif restitution_of is None:
             yield Verdict("law", law.name, DOUBTFUL, "what an impact gives back follows from its keys, mass and speed")
-        elif wanted is None:
+        elif required is None:
             yield Verdict("law", law.name, DOUBTFUL if field else HOLDS, "the joint asks for no restitution")
-        elif field and not field.contains(wanted):
+        elif field and not field.contains(required):
             yield Verdict("law", law.name, OUT, f"takes a restitution {field.allowed()}")
         else:
-            given = float(returned(wanted))
-            word = HOLDS if abs(given - wanted) <= NEAR * wanted else DOUBTFUL
-            reason = f"gives back {given:.3g} where {wanted:.3g} is asked for"
+            reproduced = float(restitution_of(required))
+            word = HOLDS if abs(reproduced - required) <= NEAR * required else DOUBTFUL
+            reason = f"gives back {reproduced:.3g} where {required:.3g} is asked for"
             yield Verdict("law", law.name, word, reason, law.merit)
 
 
 def _lacking(law: Law, joint: Joint) -> list[str]:
     """Return the keys of a law of the normal force that a joint has not, besides the restitution."""
-    there = {"restitution", *joint.contact.values, *(("stiffness",) if joint.contact.material else ())}
-    needed = (field for field in law.fields if field.default is None and not field.optional)
-    return [field.name for field in needed if field.name not in there]
+    available = {"restitution", *joint.contact.values, *(("stiffness",) if joint.contact.material else ())}
+    required = (field for field in law.fields if field.default is None and not field.optional)
+    return [field.name for field in required if field.name not in available]
 
 
 def _pressures(joint: Joint, load: float | None) -> Iterator[Verdict]:

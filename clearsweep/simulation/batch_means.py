@@ -14,7 +14,7 @@ import numpy as np
 
 from ..contracts.layout import Layout
 from ..mechanics.solver.event import Work
-from .figures import column_of
+from .figures.catalogue import column_of
 from .window import by_joint
 
 LEAST, MOST = 8, 32  # blocks: fewer make the interval unreliable, more do not improve it
@@ -44,17 +44,17 @@ class Blocks:
 
     def note(self, work: Work) -> bool:
         """Record the sums at the end of a revolution of a run (event.Work); return whether a block ends here."""
-        ends = self.turns % self.stride == 0
+        is_block_end = self.turns % self.stride == 0
         self.turns += 1
-        if ends:
+        if is_block_end:
             whole: Any = work.totals  # mypy takes it for a tuple of anything
             totals = by_joint(whole, self.layout)
-            sums = {name: figure.sums.take(totals, place) for name, (figure, place) in self.figures.items()}
+            sums = {name: figure.sums.take(totals, index) for name, (figure, index) in self.figures.items()}
             self.ends.append((float(work.y[work.time]), sums))
             if len(self.ends) > MOST + 1:
                 del self.ends[1::2]
                 self.stride *= 2
-        return ends
+        return is_block_end
 
     def interval(self, name: str) -> Interval:
         """Return the mean of a figure over all blocks, and its interval."""
@@ -62,5 +62,5 @@ class Blocks:
             return Interval(math.nan, math.inf, 0)
         times = np.array([time for time, _ in self.ends])
         sums = self.figures[name][0].sums
-        value, half_width = sums.over_blocks(times, [taken[name] for _, taken in self.ends], self.stride)
+        value, half_width = sums.over_blocks(times, [sums_at_end[name] for _, sums_at_end in self.ends], self.stride)
         return Interval(float(value), float(half_width), len(times) - 1)

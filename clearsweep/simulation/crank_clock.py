@@ -43,14 +43,14 @@ class ScheduledClock(NamedTuple):
         angle = 2.0 * math.pi * revolutions
         row = int(np.searchsorted(self.angles, angle, side="right")) - 1
         row = min(max(row, 0), len(self.times) - 1)
-        rest, speed = angle - self.angles[row], self.speeds[row]
-        if rest == 0.0:
+        remainder, speed = angle - self.angles[row], self.speeds[row]
+        if remainder == 0.0:
             return float(self.times[row])
         if row == len(self.times) - 1:
-            return float(self.times[row] + rest / speed) if speed > 0.0 else math.inf
+            return float(self.times[row] + remainder / speed) if speed > 0.0 else math.inf
         slope = (self.speeds[row + 1] - speed) / (self.times[row + 1] - self.times[row])
-        root = math.sqrt(max(speed * speed + 2.0 * slope * rest, 0.0))
-        return float(self.times[row] + 2.0 * rest / (speed + root))
+        root = math.sqrt(max(speed * speed + 2.0 * slope * remainder, 0.0))
+        return float(self.times[row] + 2.0 * remainder / (speed + root))
 
 
 class FreeClock(NamedTuple):
@@ -79,9 +79,9 @@ def clock_of(machine: Machine | None, turn: float) -> SteadyClock | ScheduledClo
 
 def followed(schedule: Schedule) -> ScheduledClock:
     """Return the clock of a table of speeds from t = 0 on, constant before its first row."""
-    later = schedule.times > 0.0
-    times = np.concatenate([[0.0], schedule.times[later]])
-    speeds = np.concatenate([[np.interp(0.0, schedule.times, schedule.speeds)], schedule.speeds[later]])
+    is_later = schedule.times > 0.0
+    times = np.concatenate([[0.0], schedule.times[is_later]])
+    speeds = np.concatenate([[np.interp(0.0, schedule.times, schedule.speeds)], schedule.speeds[is_later]])
     angles = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times))])
     return ScheduledClock(times, speeds, angles)
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ..contracts.case import Case
 from ..contracts.results import Trajectory
-from .figures import SETUP
+from .figures.catalogue import SETUP
 from .heat import has_balance
 from .outcome import Outcome, outcome_of, periods_of, to_trajectory
 from .run import integrate, keeps_events, release, run_at
@@ -21,7 +21,7 @@ Ended = tuple[int, Trajectory | Exception]
 class PendingResult(NamedTuple):
     """A case that is integrated but not reported yet."""
 
-    place: int  # index among the cases
+    case_index: int
     seconds: float  # s, time to build the scene
     outcome: Outcome
 
@@ -33,31 +33,31 @@ def solve_each(cases: Iterable[Case]) -> Iterator[Ended]:
     """
     waiting: list[PendingResult] = []
     reported = time.process_time()
-    for place, case in enumerate(cases):
+    for index, case in enumerate(cases):
         try:
             begin = time.perf_counter()
             scene = build(case)
             if is_plain(scene):
-                waiting.append(_integrate_plain(place, scene, begin))
+                waiting.append(_integrate_plain(index, scene, begin))
                 if time.process_time() - reported > OFTEN:
                     yield from _results(waiting)
                     waiting, reported = [], time.process_time()
                 continue
-            ended: Trajectory | Exception = simulate(scene)
+            result: Trajectory | Exception = simulate(scene)
         except Exception as error:
-            ended = error
-        yield place, ended
+            result = error
+        yield index, result
     yield from _results(waiting)
 
 
 def is_plain(scene: Scene) -> bool:
     """Return whether a single integration of known length gives the result of a scene."""
-    layout, turns = scene.layout, scene.mechanism.turns and not scene.crank_clock.free
-    single = not (layout.until or layout.horizon or layout.error_check or has_balance(scene.case) or scene.case.life)
-    return turns and single
+    layout, has_crank = scene.layout, scene.mechanism.turns and not scene.crank_clock.free
+    is_single = not (layout.until or layout.horizon or layout.error_check or has_balance(scene.case) or scene.case.life)
+    return has_crank and is_single
 
 
-def _integrate_plain(place: int, scene: Scene, begin: float) -> PendingResult:
+def _integrate_plain(index: int, scene: Scene, begin: float) -> PendingResult:
     """Return a plain scene with its integration; building it began at `begin` (s)."""
     scene = with_deadline(scene)
     extent = horizon_of(scene)
@@ -66,7 +66,7 @@ def _integrate_plain(place: int, scene: Scene, begin: float) -> PendingResult:
     integrate(scene, run, extent.end, keep_events=keeps_events(scene, extent.times))
     outcome = outcome_of(scene, run, extent.end)
     release(run)
-    return PendingResult(place, seconds, outcome)
+    return PendingResult(index, seconds, outcome)
 
 
 def _results(waiting: list[PendingResult]) -> Iterator[Ended]:
@@ -85,4 +85,4 @@ def _results(waiting: list[PendingResult]) -> Iterator[Ended]:
             result = with_limits(case.outcome.scene, result)
         except Exception as error:
             result = error
-        yield case.place, result
+        yield case.case_index, result

@@ -92,41 +92,41 @@ def extrapolated_life(
 
     measure : worn state -> Block run in this state, or None if it failed
     """
-    first = measure(start)
-    if first is None:
+    first_block = measure(start)
+    if first_block is None:
         return None
-    nodes, blocks = [Node(0.0, start, first.rate, first)], 1
-    grows = first.rate > 0.0
-    jump = float(np.min(settings.first[grows] / first.rate[grows], initial=math.inf))
+    nodes, blocks = [Node(0.0, start, first_block.rate, first_block)], 1
+    grows = first_block.rate > 0.0
+    jump = float(np.min(settings.first[grows] / first_block.rate[grows], initial=math.inf))
     while settings.constant or blocks < settings.blocks:
-        here = nodes[-1]
-        fastest = max(float(here.rate[group].max(initial=0.0)) for group in settings.groups)
+        node = nodes[-1]
+        fastest = max(float(node.rate[group].max(initial=0.0)) for group in settings.groups)
         if fastest == 0.0:
             break
-        needed = revolutions_to(settings.limit, criterion, here, fastest)
+        remaining = revolutions_to(settings.limit, criterion, node, fastest)
         if settings.constant:
-            if math.isinf(needed):
+            if math.isinf(remaining):
                 break
-            nodes.append(Node(needed, here.state + needed * here.rate, here.rate, first))
+            nodes.append(Node(remaining, node.state + remaining * node.rate, node.rate, first_block))
             return _interval(nodes, blocks, criterion, settings)
-        jump = max(min(jump, settings.longest, BEYOND * needed), settings.least)
-        predicted = here.state + jump * here.rate
-        there = measure(predicted)
+        jump = max(min(jump, settings.longest, BEYOND * remaining), settings.least)
+        predicted = node.state + jump * node.rate
+        next_block = measure(predicted)
         blocks += 1
-        if there is None:
+        if next_block is None:
             return None
-        off = redistributed_share(here, there, settings.groups)
-        if off > settings.tolerance and jump > settings.least:
+        share = redistributed_share(node, next_block, settings.groups)
+        if share > settings.tolerance and jump > settings.least:
             jump *= SHRINKAGE
             continue
         # the motion is unchanged: only the sliding distance acts, and its prediction is exact
-        rate = there.rate if settings.alike else _corrected(here.rate, there.rate, criterion.slope(predicted))
-        end = Node(here.revolutions + jump, here.state + 0.5 * jump * (here.rate + rate), rate, there)
-        if criterion.value(end.state) >= settings.limit:
-            nodes.append(_cut(settings.limit, criterion, here, end))
+        rate = next_block.rate if settings.alike else _corrected(node.rate, next_block.rate, criterion.slope(predicted))
+        next_node = Node(node.revolutions + jump, node.state + 0.5 * jump * (node.rate + rate), rate, next_block)
+        if criterion.value(next_node.state) >= settings.limit:
+            nodes.append(_cut(settings.limit, criterion, node, next_node))
             return _interval(nodes, blocks, criterion, settings, jump)
-        nodes.append(end)
-        jump *= min(max(SAFETY * settings.tolerance / off, SHRINKAGE), GROWTH) if off else GROWTH
+        nodes.append(next_node)
+        jump *= min(max(SAFETY * settings.tolerance / share, SHRINKAGE), GROWTH) if share else GROWTH
     low = nodes[-1].revolutions
     return Life(tuple(nodes), reached=False, low=low, high=math.inf, jump_error=math.nan, blocks=blocks)
 
@@ -136,48 +136,52 @@ def _corrected(before: np.ndarray, after: np.ndarray, slope: np.ndarray) -> np.n
 
     slope : (n,) derivatives of the limited quantity
     """
-    first, last = float(slope @ before), float(slope @ after)
-    bend = min(max(0.5 * (last - first) / first, -FURTHEST_BEND), FURTHEST_BEND) if first > 0.0 else 0.0
-    rate: np.ndarray = np.maximum(before + (after - before) / (1.0 - bend), 0.0)
+    rate_before, rate_after = float(slope @ before), float(slope @ after)
+    half_change = (
+        min(max(0.5 * (rate_after - rate_before) / rate_before, -FURTHEST_BEND), FURTHEST_BEND)
+        if rate_before > 0.0
+        else 0.0
+    )
+    rate: np.ndarray = np.maximum(before + (after - before) / (1.0 - half_change), 0.0)
     return rate
 
 
-def _within(here: Node, end: Node, part: float) -> Node:
-    """Return the worn state `part` revolutions into a jump, in which the rates change linearly."""
-    share = part / (end.revolutions - here.revolutions)
-    rate = here.rate + share * (end.rate - here.rate)
-    return Node(here.revolutions + part, here.state + 0.5 * part * (here.rate + rate), rate, end.block)
+def _within(start: Node, end: Node, turns: float) -> Node:
+    """Return the worn state `turns` revolutions into a jump, in which the rates change linearly."""
+    share = turns / (end.revolutions - start.revolutions)
+    rate = start.rate + share * (end.rate - start.rate)
+    return Node(start.revolutions + turns, start.state + 0.5 * turns * (start.rate + rate), rate, end.block)
 
 
-def _cut(limit: float, criterion: LimitedQuantity, here: Node, end: Node) -> Node:
+def _cut(limit: float, criterion: LimitedQuantity, start: Node, end: Node) -> Node:
     """Return the node at which the limit is reached, between two nodes."""
-    jump = end.revolutions - here.revolutions
-    return _within(here, end, _root(lambda part: criterion.value(_within(here, end, part).state) - limit, jump))
+    jump = end.revolutions - start.revolutions
+    return _within(start, end, _root(lambda turns: criterion.value(_within(start, end, turns).state) - limit, jump))
 
 
-def redistributed_share(here: Node, there: Block, groups: tuple[slice, ...]) -> float:
+def redistributed_share(node: Node, there: Block, groups: tuple[slice, ...]) -> float:
     """Return the share of the wear that two rates distribute differently, in the worst group."""
-    allowed = np.hypot(*(np.where(np.isfinite(block.width), block.width, 0.0) for block in (here.block, there)))
-    off = np.maximum(np.abs(there.rate - here.rate) - allowed, 0.0)
+    allowed = np.hypot(*(np.where(np.isfinite(block.width), block.width, 0.0) for block in (node.block, there)))
+    shifted = np.maximum(np.abs(there.rate - node.rate) - allowed, 0.0)
     shares = [0.0]
     for group in groups:
-        both = float((here.rate + there.rate)[group].sum())
-        shares.append(float(off[group].sum()) / both if both else 0.0)
+        total = float((node.rate + there.rate)[group].sum())
+        shares.append(float(shifted[group].sum()) / total if total else 0.0)
     return max(shares)
 
 
-def revolutions_to(limit: float, criterion: LimitedQuantity, here: Node, fastest: float) -> float:
+def revolutions_to(limit: float, criterion: LimitedQuantity, node: Node, fastest: float) -> float:
     """Return the revolutions to the limit at constant rates, `fastest` being the largest; inf if never."""
 
-    def value(part: float) -> float:
-        return criterion.value(here.state + part * here.rate)
+    def value(turns: float) -> float:
+        return criterion.value(node.state + turns * node.rate)
 
-    first = last = (limit - value(0.0)) / fastest
+    estimate = last = (limit - value(0.0)) / fastest
     while value(last) < limit:
         last *= 2.0
-        if last > FURTHEST * first:
+        if last > FURTHEST * estimate:
             return math.inf
-    return _root(lambda part: value(part) - limit, last)
+    return _root(lambda turns: value(turns) - limit, last)
 
 
 def _root(function: Callable[[float], float], last: float) -> float:
@@ -207,8 +211,8 @@ def _interval(
         weights[id(block)] = weights.get(id(block), 0.0) + offsets * _rate_half_width(slopes[k], block) / growth[k]
     spread = (math.fsum(weights.values()) if settings.alike else math.hypot(*weights.values())) / total
     error = abs(_change_without_every_other(nodes, slopes, growth)) / total
-    off = math.hypot(spread, error)
-    low, high = total / (1.0 + off), total / (1.0 - off) if off < 1.0 else math.inf
+    half_width = math.hypot(spread, error)
+    low, high = total / (1.0 + half_width), total / (1.0 - half_width) if half_width < 1.0 else math.inf
     if settings.drifting:
         lag = _drift_bias(nodes, growth)
         low, high = max(low - lag, 0.0), high + lag
@@ -224,8 +228,10 @@ def _drift_bias(nodes: list[Node], growth: list[float]) -> float:
     growth : rate of the limited quantity at each node
     """
     changes = [
-        0.5 * max(here.block.turns, there.block.turns) * abs(after - before)
-        for (here, there), (before, after) in zip(itertools.pairwise(nodes), itertools.pairwise(growth), strict=True)
+        0.5 * max(node.block.turns, next_node.block.turns) * abs(next_rate - rate)
+        for (node, next_node), (rate, next_rate) in zip(
+            itertools.pairwise(nodes), itertools.pairwise(growth), strict=True
+        )
     ]
     return math.fsum(changes) / growth[-1]
 
@@ -234,10 +240,10 @@ def _revolutions_by_block(nodes: list[Node], jump: float | None) -> list[float]:
     """Return the revolutions to which each node's block applies; the last jump may have been longer."""
     offsets = [0.0] * len(nodes)
     for k in range(len(nodes) - 1):
-        part = nodes[k + 1].revolutions - nodes[k].revolutions
-        bend = 0.5 * part * part / (jump if jump and k == len(nodes) - 2 else part)
-        offsets[k] += part - bend
-        offsets[k + 1] += bend
+        turns = nodes[k + 1].revolutions - nodes[k].revolutions
+        half_square = 0.5 * turns * turns / (jump if jump and k == len(nodes) - 2 else turns)
+        offsets[k] += turns - half_square
+        offsets[k + 1] += half_square
     return offsets
 
 
@@ -253,11 +259,11 @@ def _change_without_every_other(nodes: list[Node], slopes: list[np.ndarray], gro
     slopes, growth : derivatives of the limited quantity at the end of each jump, and its rate at each node
     """
     last = len(nodes) - 1
-    kept = sorted({0, *range(last, -1, -2)})
+    remaining = sorted({0, *range(last, -1, -2)})
     total = 0.0
-    for k, m in itertools.pairwise(kept):
-        here, there = nodes[k], nodes[m]
-        rates = here.rate + (there.rate if last > 1 else here.rate)
-        missing = 0.5 * (there.revolutions - here.revolutions) * rates - (there.state - here.state)
+    for k, m in itertools.pairwise(remaining):
+        node, next_node = nodes[k], nodes[m]
+        rates = node.rate + (next_node.rate if last > 1 else node.rate)
+        missing = 0.5 * (next_node.revolutions - node.revolutions) * rates - (next_node.state - node.state)
         total += float(slopes[m - 1] @ missing) / growth[m]
     return total

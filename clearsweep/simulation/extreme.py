@@ -57,33 +57,33 @@ def expected_largest(values: np.ndarray, revolutions: float = REVOLUTIONS) -> Qu
     ordered = np.sort(values)[::-1]
     count = max(FEWEST_ABOVE, round(SHARE_ABOVE * math.sqrt(len(values))))
     threshold = float(ordered[count])
-    above = ordered[:count] - threshold
-    if above[0] <= SAME * abs(largest):
+    exceedances = ordered[:count] - threshold
+    if exceedances[0] <= SAME * abs(largest):
         return Quantile(largest, largest, largest)
-    tail = _weighted(above, clustered)
+    tail = _weighted(exceedances, clustered)
     rate = revolutions * count / len(values)  # values above the threshold in all revolutions
     median, high = (max(threshold + _quantile(tail, rate, share), largest) for share in (0.5, 1.0 - OUTSIDE))
     return Quantile(median, largest, high)  # densities that end abruptly would need a lower end of their own
 
 
-def _weighted(above: np.ndarray, clustered: float) -> Tail:
+def _weighted(exceedances: np.ndarray, clustered: float) -> Tail:
     """Return the distributions that values above a threshold may have, weighted by their likelihood.
 
     clustered : how many successive values count as one independent value
     """
-    tail = _on_grid(above, clustered, SHAPES, SCALES)
+    tail = _on_grid(exceedances, clustered, SHAPES, SCALES)
     likely = tail.weight > UNLIKELY * tail.weight.max()
-    shapes, scales = tail.shape[likely], tail.scale[likely] / above.mean()
-    low, high = (min(max(end, SHAPES[0]), SHAPES[-1]) for end in (shapes.min() - STEP, shapes.max() + STEP))
+    shapes, scales = tail.shape[likely], tail.scale[likely] / exceedances.mean()
+    low, high = (min(max(bound, SHAPES[0]), SHAPES[-1]) for bound in (shapes.min() - STEP, shapes.max() + STEP))
     finer = np.exp(np.linspace(np.log(scales.min()) - LOG_STEP, np.log(scales.max()) + LOG_STEP, len(SCALES)))
-    return _on_grid(above, clustered, np.linspace(low, high, len(SHAPES)), finer)
+    return _on_grid(exceedances, clustered, np.linspace(low, high, len(SHAPES)), finer)
 
 
-def _on_grid(above: np.ndarray, clustered: float, shapes: np.ndarray, scales: np.ndarray) -> Tail:
+def _on_grid(exceedances: np.ndarray, clustered: float, shapes: np.ndarray, scales: np.ndarray) -> Tail:
     """Return the distributions on a grid of shapes and of scales over the mean above the threshold."""
-    shape, ratio = (each.ravel() for each in np.meshgrid(shapes, scales, indexing="ij"))
-    scale = float(above.mean()) * ratio
-    logarithms = _log_exceeded(above, scale, shape)
+    shape, ratio = (axis.ravel() for axis in np.meshgrid(shapes, scales, indexing="ij"))
+    scale = float(exceedances.mean()) * ratio
+    logarithms = _log_exceeded(exceedances, scale, shape)
     with np.errstate(divide="ignore", invalid="ignore"):
         density = (1.0 + shape[:, None]) * logarithms - np.log(scale)[:, None]
     density[np.isneginf(logarithms)] = -np.inf
@@ -105,13 +105,13 @@ def _log_exceeded(values: np.ndarray, scale: np.ndarray, shape: np.ndarray) -> n
 def _quantile(tail: Tail, rate: float, share: float) -> float:
     """Return the value that the largest of `rate` values above the threshold does not exceed, with a probability."""
 
-    def below(value: float) -> float:
+    def probability_below(value: float) -> float:
         return float(tail.weight @ np.exp(-rate * tail.exceeded(value)))
 
     low, high = 0.0, float(tail.scale.max())
-    while below(high) < share:
+    while probability_below(high) < share:
         high *= 2.0
     for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if below(middle) >= share else (middle, high)
+        mid = 0.5 * (low + high)
+        low, high = (low, mid) if probability_below(mid) >= share else (mid, high)
     return high

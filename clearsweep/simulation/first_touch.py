@@ -29,18 +29,18 @@ def first_touch(clearance: float, bearing: np.ndarray, journal: np.ndarray, turn
     places = np.arange(bins)
     on_journal = (places - steps[:, None]) % bins  # (turns, bins) bin of the journal that faces each bin of the bearing
     gap = clearance + bearing + journal[on_journal]
-    reach = int(np.arccos(clearance / gap.max()) * bins / (2.0 * np.pi)) + 1  # no first touch beyond this angle
-    offsets = [k for k in range(-reach, reach + 1) if 4 * abs(k) < bins]
-    nearest, at_step = gap.copy(), np.zeros(gap.shape, int)
+    bins_in_reach = int(np.arccos(clearance / gap.max()) * bins / (2.0 * np.pi)) + 1  # no first touch beyond this angle
+    offsets = [k for k in range(-bins_in_reach, bins_in_reach + 1) if 4 * abs(k) < bins]
+    smallest, at_step = gap.copy(), np.zeros(gap.shape, int)
     for k in offsets:
-        there = np.roll(gap, -k, axis=1) / np.cos(2.0 * np.pi * k / bins)
-        first = there < nearest
-        nearest[first], at_step[first] = there[first], k
-    turn, direction = np.unravel_index(int(np.argmax(nearest)), nearest.shape)
+        eccentricity = np.roll(gap, -k, axis=1) / np.cos(2.0 * np.pi * k / bins)
+        is_smaller = eccentricity < smallest
+        smallest[is_smaller], at_step[is_smaller] = eccentricity[is_smaller], k
+    turn, direction = np.unravel_index(int(np.argmax(smallest)), smallest.shape)
     offset = int(at_step[turn, direction])
     touched = int((direction + offset) % bins)
     slant = float(1.0 / np.cos(2.0 * np.pi * offset / bins))
-    return Touch(float(nearest[turn, direction]) - clearance, touched, int(on_journal[turn, touched]), slant)
+    return Touch(float(smallest[turn, direction]) - clearance, touched, int(on_journal[turn, touched]), slant)
 
 
 def first_touch_in_slot(bearing: np.ndarray, journal: np.ndarray) -> Touch:

@@ -42,7 +42,7 @@ class Balance(NamedTuple):
     rise: dict[str, float]  # K, above ambient
     converged: bool
     cold: tuple[Joint, ...]  # no joint has a heat balance
-    found: dict[str, float]  # K, implied by the last loss
+    implied: dict[str, float]  # K, implied by the last loss
     seized: tuple[str, ...]  # column names of dry joints whose clearance closes before equilibrium
 
     def unsure(self) -> dict[str, tuple[float, float, float]]:
@@ -89,36 +89,36 @@ def at_equilibrium(scene: Scene) -> tuple[Scene, Balance]:
     ambient = np.array([thermal.ambient for thermal in thermals])
     conductance = np.array([thermal.conductance for thermal in thermals])
     dry, hottest = np.array([joint.film is None for joint in joints]), np.array(list(map(_hottest, joints)))
-    here, last, missing = np.minimum(ambient, hottest), ambient.copy(), np.zeros(len(names))
+    current, last, missing = np.minimum(ambient, hottest), ambient.copy(), np.zeros(len(names))
     width, converged, rises = np.full(len(names), math.inf), False, ambient
     for run in range(MOST):
-        scene = at_temperatures(cold, dict(zip(names, here, strict=True)))
+        scene = at_temperatures(cold, dict(zip(names, current, strict=True)))
         measured = _losses(scene, names)
         if measured is None:
             break
         loss, width = measured
         rises, width = ambient + loss / conductance, width / conductance
-        before, missing = missing, np.minimum(rises, hottest) - here
-        allowed = np.maximum(CLOSE, NEAR * (rises - ambient))
+        previous, missing = missing, np.minimum(rises, hottest) - current
+        accuracy = np.maximum(CLOSE, NEAR * (rises - ambient))
         if run < EARLY:
-            allowed = np.where(dry, CLOSEST * (rises - ambient), allowed)
+            accuracy = np.where(dry, CLOSEST * (rises - ambient), accuracy)
         if run >= PATIENT:
-            allowed = np.maximum(allowed, np.minimum(width, UNSURE * (rises - ambient)))
-        converged = run > 0 and bool(np.all(np.abs(missing) <= allowed))
+            accuracy = np.maximum(accuracy, np.minimum(width, UNSURE * (rises - ambient)))
+        converged = run > 0 and bool(np.all(np.abs(missing) <= accuracy))
         if converged or run == MOST - 1:
             break
         step = np.where(dry, 1.0, CAUTIOUS) * missing
         if run:
-            bend = missing - before
-            moved = here - last
-            secant = np.where(bend * moved < 0.0, -missing * moved / np.where(bend == 0.0, 1.0, bend), step)
+            change = missing - previous
+            moved = current - last
+            secant = np.where(change * moved < 0.0, -missing * moved / np.where(change == 0.0, 1.0, change), step)
             step = np.clip(secant, -2.0 * np.abs(missing), 2.0 * np.abs(missing))
-        last, here = here, np.minimum(np.maximum(here + step, ambient), hottest)
-    at, within, rise, jumps = (
-        dict(zip(names, map(float, each), strict=True)) for each in (here, width, here - ambient, rises)
+        last, current = current, np.minimum(np.maximum(current + step, ambient), hottest)
+    temperature, half_width, rise, implied = (
+        dict(zip(names, map(float, values), strict=True)) for values in (current, width, current - ambient, rises)
     )
-    closed = tuple(joint.column for joint in joints if _closed(joint, jumps[joint.column]))
-    return scene, Balance(at, within, rise, converged, cold.case.joints, jumps, closed)
+    closed = tuple(joint.column for joint in joints if _closed(joint, implied[joint.column]))
+    return scene, Balance(temperature, half_width, rise, converged, cold.case.joints, implied, closed)
 
 
 def _hottest(joint: Joint) -> float:

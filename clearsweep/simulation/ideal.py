@@ -100,5 +100,5 @@ def peaks(
 
     first, last = (2.0 * math.pi * turns for turns in stretch)
     even = np.linspace(first, last, max(round(STEPS * (stretch[1] - stretch[0])), 2) + 1)
-    most = largest(sizes, np.union1d(even, knots))
-    return dict(zip(names, most.tolist(), strict=True))
+    largest_values = largest(sizes, np.union1d(even, knots))
+    return dict(zip(names, largest_values.tolist(), strict=True))

@@ -24,7 +24,7 @@ def largest(functions: Functions, places: np.ndarray) -> np.ndarray:
     """
     places = places[np.append(True, np.diff(places) > CLOSEST * np.ptp(places))]
     values = functions(places)
-    most = np.full(len(values), np.nan)
+    maxima = np.full(len(values), np.nan)
     defined = np.isfinite(values).all(axis=1)
     if defined.any():
 
@@ -32,8 +32,8 @@ def largest(functions: Functions, places: np.ndarray) -> np.ndarray:
             return functions(at)[defined]
 
         samples = [(places, values[defined])]
-        most[defined] = _maxima(those, *_merged(samples + _jumps(those, *samples[0])))
-    return most
+        maxima[defined] = _maxima(those, *_merged(samples + _jumps(those, *samples[0])))
+    return maxima
 
 
 def _merged(samples: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
@@ -46,64 +46,74 @@ def _merged(samples: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, n
 def _jumps(functions: Functions, places: np.ndarray, values: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return samples that enclose every jump ever more closely, by bisection of the intervals that may contain one."""
     scale = np.maximum(np.abs(values).max(axis=1, keepdims=True), np.finfo(float).tiny)
-    change, half = np.abs(np.diff(values)) / scale, NEIGHBOURS // 2
+    change, half_width = np.abs(np.diff(values)) / scale, NEIGHBOURS // 2
     slope = change / np.diff(places)
-    padded = np.pad(slope, ((0, 0), (half, half)), "edge")
+    padded = np.pad(slope, ((0, 0), (half_width, half_width)), "edge")
     window = np.lib.stride_tricks.sliding_window_view(padded, NEIGHBOURS, axis=1)
-    least = functools.reduce(np.minimum, (window[..., k] for k in range(NEIGHBOURS)))
-    of, at = np.nonzero((slope > STEEP * least) & (change > ACCURATE))  # few; the median takes longer
-    usual = np.median(window[of, at], axis=-1)
+    smallest = functools.reduce(np.minimum, (window[..., k] for k in range(NEIGHBOURS)))
+    rows, columns = np.nonzero((slope > STEEP * smallest) & (change > ACCURATE))  # few; the median takes longer
+    usual = np.median(window[rows, columns], axis=-1)
     steep = np.zeros(len(places) - 1)
-    np.maximum.at(steep, at, np.where(slope[of, at] > STEEP * usual, change[of, at], 0.0))
-    at = np.flatnonzero(steep)
-    at = at[np.argsort(-steep[at], kind="stable")[:MOST]]
-    low, high, below, above = places[at], places[at + 1], values[:, at], values[:, at + 1]
+    np.maximum.at(steep, columns, np.where(slope[rows, columns] > STEEP * usual, change[rows, columns], 0.0))
+    columns = np.flatnonzero(steep)
+    columns = columns[np.argsort(-steep[columns], kind="stable")[:MOST]]
+    low, high, left, right = places[columns], places[columns + 1], values[:, columns], values[:, columns + 1]
     jumps = []
     for _ in range(ROUNDS):
-        middle = 0.5 * (low + high)
-        going = (low < middle) & (middle < high) & (np.abs(above - below) > ACCURATE * scale).any(axis=0)
-        if not going.any():
+        centre = 0.5 * (low + high)
+        is_open = (low < centre) & (centre < high) & (np.abs(right - left) > ACCURATE * scale).any(axis=0)
+        if not is_open.any():
             break
-        low, high, below, above, middle = low[going], high[going], below[:, going], above[:, going], middle[going]
-        between = functions(middle)
-        jumps.append((middle, between))
-        later = (np.abs(above - between) / scale).sum(axis=0) > (np.abs(between - below) / scale).sum(axis=0)
-        low, below = np.where(later, middle, low), np.where(later, between, below)
-        high, above = np.where(later, high, middle), np.where(later, above, between)
+        low, high, left, right, centre = (
+            low[is_open],
+            high[is_open],
+            left[:, is_open],
+            right[:, is_open],
+            centre[is_open],
+        )
+        value_at_centre = functions(centre)
+        jumps.append((centre, value_at_centre))
+        jump_is_right = (np.abs(right - value_at_centre) / scale).sum(axis=0) > (
+            np.abs(value_at_centre - left) / scale
+        ).sum(axis=0)
+        low, left = np.where(jump_is_right, centre, low), np.where(jump_is_right, value_at_centre, left)
+        high, right = np.where(jump_is_right, high, centre), np.where(jump_is_right, right, value_at_centre)
     return jumps
 
 
 def _maxima(functions: Functions, places: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the largest value of each function, refining around every maximum that may be the largest."""
-    most: np.ndarray = values.max(axis=1)
-    of, x, y = _candidates(places, values)
+    largest_values: np.ndarray = values.max(axis=1)
+    rows, x, y = _candidates(places, values)
     share = np.arange(1, INSIDE + 1) / (INSIDE + 1.0)
     for _ in range(ROUNDS):
         fall = y[:, 1] - y.min(axis=1)
-        wide = x[:, 2] - x[:, 0] > 4.0 * np.spacing(np.abs(x).max(axis=1))
-        going = wide & (fall > ACCURATE * np.abs(most[of])) & (y[:, 1] + fall >= most[of])
-        if not going.any():
+        is_wide = x[:, 2] - x[:, 0] > 4.0 * np.spacing(np.abs(x).max(axis=1))
+        is_open = is_wide & (fall > ACCURATE * np.abs(largest_values[rows])) & (y[:, 1] + fall >= largest_values[rows])
+        if not is_open.any():
             break
-        of, x, y = of[going], x[going], y[going]
+        rows, x, y = rows[is_open], x[is_open], y[is_open]
         low, top, high = (x[:, k : k + 1] for k in range(3))
         near_vertex = np.clip(_vertex(x, y)[:, None] + (high - low) * BESIDE * np.arange(-1, 2), low, high)
-        more = np.concatenate([low + share * (top - low), top + share * (high - top), near_vertex], axis=1)
-        there = functions(more.ravel())[np.repeat(of, more.shape[1]), np.arange(more.size)].reshape(more.shape)
-        x, y = np.concatenate([x, more], axis=1), np.concatenate([y, there], axis=1)
+        new_places = np.concatenate([low + share * (top - low), top + share * (high - top), near_vertex], axis=1)
+        new_values = functions(new_places.ravel())[
+            np.repeat(rows, new_places.shape[1]), np.arange(new_places.size)
+        ].reshape(new_places.shape)
+        x, y = np.concatenate([x, new_places], axis=1), np.concatenate([y, new_values], axis=1)
         order = np.argsort(x, axis=1, kind="stable")
         x, y = np.take_along_axis(x, order, 1), np.take_along_axis(y, order, 1)
-        near = _neighbours(np.argmax(y, axis=1), x.shape[1])
-        x, y = np.take_along_axis(x, near, 1), np.take_along_axis(y, near, 1)
-        np.maximum.at(most, of, y[:, 1])
-    return most
+        around = _neighbours(np.argmax(y, axis=1), x.shape[1])
+        x, y = np.take_along_axis(x, around, 1), np.take_along_axis(y, around, 1)
+        np.maximum.at(largest_values, rows, y[:, 1])
+    return largest_values
 
 
 def _vertex(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return the vertices (b,) of the parabolas through three samples each, places and values (b, 3)."""
-    before, after = x[:, 1] - x[:, 0], x[:, 2] - x[:, 1]
-    rise, fall = _slope(y[:, 1] - y[:, 0], before), _slope(y[:, 1] - y[:, 2], after)
-    bend = rise + fall  # above 0: the middle value is the largest
-    vertex: np.ndarray = x[:, 1] + _slope(rise * after - fall * before, 2.0 * bend)
+    left_width, right_width = x[:, 1] - x[:, 0], x[:, 2] - x[:, 1]
+    rise, fall = _slope(y[:, 1] - y[:, 0], left_width), _slope(y[:, 1] - y[:, 2], right_width)
+    curvature = rise + fall  # above 0: the middle value is the largest
+    vertex: np.ndarray = x[:, 1] + _slope(rise * right_width - fall * left_width, 2.0 * curvature)
     return vertex
 
 
@@ -117,15 +127,15 @@ def _candidates(places: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.
     """Return the candidates for the largest value: function index (b,), places and values (b, 3) around each."""
     step = np.diff(values)
     rises, falls = np.pad(step, ((0, 0), (1, 0))), np.pad(step, ((0, 0), (0, 1)))  # before and behind each sample
-    reach = values + np.maximum(rises, -falls)
-    of, at = np.nonzero((rises >= 0.0) & (falls <= 0.0) & (reach >= values.max(axis=1, keepdims=True)))
-    order = np.lexsort((-values[of, at], of))  # largest first for each function
-    order = order[np.arange(len(of)) - np.searchsorted(of, of) < MOST]
-    of, at = of[order], at[order]
-    near = _neighbours(at, len(places))
-    return of, places[near], values[of[:, None], near]
+    upper_bound = values + np.maximum(rises, -falls)
+    rows, columns = np.nonzero((rises >= 0.0) & (falls <= 0.0) & (upper_bound >= values.max(axis=1, keepdims=True)))
+    order = np.lexsort((-values[rows, columns], rows))  # largest first for each function
+    order = order[np.arange(len(rows)) - np.searchsorted(rows, rows) < MOST]
+    rows, columns = rows[order], columns[order]
+    around = _neighbours(columns, len(places))
+    return rows, places[around], values[rows[:, None], around]
 
 
-def _neighbours(at: np.ndarray, count: int) -> np.ndarray:
+def _neighbours(indices: np.ndarray, count: int) -> np.ndarray:
     """Return indices below `count` with their neighbours: (b, 3) from (b,)."""
-    return np.stack([np.maximum(at - 1, 0), at, np.minimum(at + 1, count - 1)], axis=-1)
+    return np.stack([np.maximum(indices - 1, 0), indices, np.minimum(indices + 1, count - 1)], axis=-1)

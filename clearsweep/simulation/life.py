@@ -44,15 +44,17 @@ class Ageing:
         self.scene, self.log, self.life, self.parts = scene, log, scene.case.life, parts_of(scene.case)
         self.size = self.parts[-1].slid + 2
         self.number, self.lives, self.failure = number, number, ""  # status of a block that failed
-        kept = read(log.read() if log else None, self.size)
-        self.before = [records for records in kept if records.life < number]
-        self.records = [records for records in kept if records.life == number]
+        stored = read(log.read() if log else None, self.size)
+        self.before = [records for records in stored if records.life < number]
+        self.records = [records for records in stored if records.life == number]
         self.recalled = 0  # blocks requested in this process
-        self.spent = float(kept[-1].seconds[1]) if kept else 0.0  # s, processor time of earlier processes
+        self.spent = float(stored[-1].seconds[1]) if stored else 0.0  # s, processor time of earlier processes
         self.start = np.zeros(self.size)
         self.target = next(part for part in self.parts if part.name == self.life.joint)
-        first = FIRST * min(joint.clearance for joint in scene.case.joints)
-        limits = LifeLimits(self.life.limit, first, self.life.blocks, scene.case.simulate.revolutions, self.constant)
+        most_wear = FIRST * min(joint.clearance for joint in scene.case.joints)
+        limits = LifeLimits(
+            self.life.limit, most_wear, self.life.blocks, scene.case.simulate.revolutions, self.constant
+        )
         if scene.case.uncertain and not self.constant:  # if rates are constant, one block also gives the further lives
             limits = limits._replace(further=FURTHER - number)
         self.progress = LifePhase(limits, len(self.records), name)
@@ -77,19 +79,19 @@ class Ageing:
 
     def settings(self) -> StepControl:
         """Return limit and step control of the extrapolation."""
-        case, life, first = self.scene.case, self.life, np.full(self.size, math.inf)
+        case, life, first_growth = self.scene.case, self.life, np.full(self.size, math.inf)
         for part in self.parts:
-            first[part.both] = FIRST * min(joint.clearance for joint in case.joints)
-            wear = case.joints[part.place].wear
+            first_growth[part.both] = FIRST * min(joint.clearance for joint in case.joints)
+            wear = case.joints[part.joint_index].wear
             if wear and wear.running_in:
-                first[part.slid] = FRESH * wear.running_in["distance"]
+                first_growth[part.slid] = FRESH * wear.running_in["distance"]
         return StepControl(
             limit=life.limit,
             tolerance=life.tolerance,
             blocks=life.blocks,
             least=case.simulate.revolutions - case.simulate.discard,
             longest=life.longest_jump,
-            first=first,
+            first=first_growth,
             groups=tuple(part.both for part in self.parts),
             constant=self.constant,
             alike=self.alike,
@@ -128,8 +130,8 @@ class Ageing:
         """Return a function that runs the next block by `run` and logs it, or reads it from the log."""
 
         def measure(state: np.ndarray) -> BlockRecord | None:
-            if (known := self.recall(state)) is not None:
-                return known
+            if (stored := self.recall(state)) is not None:
+                return stored
             records = run(self, state)
             if records:
                 self.keep(records, state)
@@ -139,7 +141,7 @@ class Ageing:
 
     def touch(self, part: Part, state: np.ndarray) -> Touch:
         """Return the largest eccentricity of a joint before its surfaces touch."""
-        joint, turned = self.scene.case.joints[part.place], self.records[0].turned[:, part.place]
+        joint, turned = self.scene.case.joints[part.joint_index], self.records[0].turned[:, part.joint_index]
         if joint.slot_length is not None:
             return first_touch_in_slot(state[part.bearing], state[part.journal])
         return first_touch(joint.clearance, state[part.bearing], state[part.journal], turned)
@@ -162,24 +164,24 @@ class Ageing:
 
     def ended(self, life: Life, records: BlockRecord) -> Life:
         """Return a life with the block of its last node's worn state."""
-        end = life.nodes[-1]._replace(rate=records.rate, block=records)
-        return life._replace(nodes=(*life.nodes[:-1], end), blocks=life.blocks + 1)
+        last_node = life.nodes[-1]._replace(rate=records.rate, block=records)
+        return life._replace(nodes=(*life.nodes[:-1], last_node), blocks=life.blocks + 1)
 
     def figures(self, life: Life) -> dict[str, float | int | None]:
         """Return the figures of a life, by column of the summary."""
-        end, target = life.nodes[-1], self.target.column
+        last_node, target = life.nodes[-1], self.target.column
         numbers = {
             f"{target}_life_revolutions": life.revolutions if life.reached else math.nan,
-            f"{target}_life_hours": end.state[-1] / HOUR if life.reached else math.nan,
+            f"{target}_life_hours": last_node.state[-1] / HOUR if life.reached else math.nan,
             f"{target}_life_low": life.low,
             f"{target}_life_high": life.high,
             f"{target}_life_jump_error": life.jump_error,
         }
         numbers |= {
             f"{part.column}_wear_smoothing": math.nan if width is None else width
-            for part, width in zip(self.parts, self.smoothing(end.state), strict=True)
+            for part, width in zip(self.parts, self.smoothing(last_node.state), strict=True)
         }
-        numbers |= {f"{part.column}_clearance_growth": self.touch(part, end.state).growth for part in self.parts}
+        numbers |= {f"{part.column}_clearance_growth": self.touch(part, last_node.state).growth for part in self.parts}
         figures: dict[str, float | int | None] = {
             name: float(value) if math.isfinite(value) else None for name, value in numbers.items()
         }
@@ -188,7 +190,7 @@ class Ageing:
     def smoothing(self, state: np.ndarray) -> list[float | None]:
         """Return the smoothing width (rad) of each joint's worn shape, or None if shapes do not affect contact."""
         joints = self.scene.case.joints
-        return [registry.smoothing(joints[part.place], self._worn(part, state)) for part in self.parts]
+        return [registry.smoothing(joints[part.joint_index], self._worn(part, state)) for part in self.parts]
 
     def remarks(self, life: Life) -> tuple[str, ...]:
         """Return why a life did not reach its limit, and which shapes were smoothed widely; '' for neither."""
@@ -215,7 +217,7 @@ class Ageing:
                 f"{part.column}/{name}": np.array([self._at(part, node)[name] for node in nodes])
                 for name in ("wear_depth_max", "clearance", "force_peak", "wear_rate")
             }
-            bins = layouts[part.place].wear_bins
+            bins = layouts[part.joint_index].wear_bins
             for body, where in (("bearing", part.bearing), ("journal", part.journal)):
                 profiles = [node.state[where] for node in nodes]
                 columns[f"{part.column}/profile_{body}"] = np.array(
@@ -227,7 +229,7 @@ class Ageing:
         """Return the values of a joint at a node of the history."""
         return {
             "wear_depth_max": float(node.state[part.both].max()),
-            "clearance": self.scene.case.joints[part.place].clearance + self.touch(part, node.state).growth,
-            "force_peak": float(node.block.force_peak[part.place]),
+            "clearance": self.scene.case.joints[part.joint_index].clearance + self.touch(part, node.state).growth,
+            "force_peak": float(node.block.force_peak[part.joint_index]),
             "wear_rate": float(node.rate[part.both].max() / node.rate[-1]),
         }

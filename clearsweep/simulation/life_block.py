@@ -27,7 +27,7 @@ PARTS = 24  # phases of a revolution at which relative body angles are recorded
 class Part(NamedTuple):
     """A joint with wear, and its elements of the worn state."""
 
-    place: int  # index of the joint
+    joint_index: int
     name: str
     column: str
     bins: int  # of each body
@@ -95,11 +95,16 @@ class RateObserver:
 
     def see(self, work: Work) -> bool:
         """Return whether the block may end with this revolution."""
-        part, self.seen = self.seen % PARTS, self.seen + 1
+        phase, self.seen = self.seen % PARTS, self.seen + 1
         if len(self.turned) < PARTS:
             angles = body_angles(self.mechanism, work.y)
-            self.turned.append([side * (far - near) for side, (near, far) in zip(self.sides, angles, strict=True)])
-        if part:
+            self.turned.append(
+                [
+                    side * (journal_angle - bearing_angle)
+                    for side, (bearing_angle, journal_angle) in zip(self.sides, angles, strict=True)
+                ]
+            )
+        if phase:
             return False
         self.starts.append(snapshot_of(work))
         if self.seen == 1:
@@ -132,9 +137,9 @@ def block_record_of(scene: Scene, run: Run, watch: RateObserver, process_time: f
     rate, width = np.zeros(parts[-1].slid + 2), np.zeros(parts[-1].slid + 2)
     rate[-1] = (float(run.work.end[run.work.time]) - float(whole.whole[OPENED])) / turns
     for part in parts:
-        rate[part.both] = depths[part.place, :, : part.bins].ravel() / turns
-        before = scene.worn[part.name].slid
-        rate[part.slid] = (totals.account[part.place, SLID] - before) / turns
+        rate[part.both] = depths[part.joint_index, :, : part.bins].ravel() / turns
+        earlier_slid = scene.worn[part.name].slid
+        rate[part.slid] = (totals.account[part.joint_index, SLID] - earlier_slid) / turns
         width[part.both] = _half_widths(watch.blocks, part) * rate[-1]
     peaks = np.array(totals.joint[:, FORCE_MAX])
     seconds = np.array([run.duration, process_time])
@@ -150,7 +155,7 @@ def _half_widths(blocks: Blocks, part: Part) -> np.ndarray:
         rates = np.diff(depths, axis=0) / np.diff([time for time, _ in blocks.ends])[:, None]
         worn = rates.any(axis=0)
         widths[:] = 0.0
-        widths[worn] = [half_width(each) for each in rates.T[worn]]
+        widths[worn] = [half_width(column) for column in rates.T[worn]]
     return widths
 
 

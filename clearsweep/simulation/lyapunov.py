@@ -80,17 +80,19 @@ class Perturbed:
     def _measure(self, base: Work) -> None:
         """Record the distance of the perturbed motion from `base`, and rescale it."""
         work, n = self.work, self.scale.size
-        alike = bool(np.all(work.mode == base.mode))
-        alike = alike and bool(np.all(np.sign(work.latched[self.signs]) == np.sign(base.latched[self.signs])))
-        alike = alike and bool(np.all(work.latched[self.pieces] == base.latched[self.pieces]))
-        off = float(np.linalg.norm((work.y[:n] - base.y[:n]) / self.scale))
-        if not alike and off < SATURATED:
+        same_contacts = bool(np.all(work.mode == base.mode))
+        same_contacts = same_contacts and bool(
+            np.all(np.sign(work.latched[self.signs]) == np.sign(base.latched[self.signs]))
+        )
+        same_contacts = same_contacts and bool(np.all(work.latched[self.pieces] == base.latched[self.pieces]))
+        distance = float(np.linalg.norm((work.y[:n] - base.y[:n]) / self.scale))
+        if not same_contacts and distance < SATURATED:
             return
         self.times.append(float(base.y[base.time]))
-        self.growths.append(self.growths[-1] + math.log(max(off, FAINTEST * self.size) / self.size))
-        if alike and off > 0.0:
+        self.growths.append(self.growths[-1] + math.log(max(distance, FAINTEST * self.size) / self.size))
+        if same_contacts and distance > 0.0:
             deeper = np.square(work.y[self.roots]) - np.square(base.y[self.roots])
-            self._bring(base, (work.y - base.y) / off, (work.latched - base.latched) / off, deeper / off)
+            self._bring(base, (work.y - base.y) / distance, (work.latched - base.latched) / distance, deeper / distance)
         else:
             self._bring(base, self.scale / math.sqrt(n), 0.0, 0.0)
 
@@ -106,8 +108,8 @@ class Perturbed:
         restore(snapshot_of(base), work)
         work.y[: len(direction)] += self.size * direction
         work.latched[:] += self.size * latched
-        pressed = np.sqrt(np.maximum(np.square(base.y[self.roots]) + self.size * deeper, seed * seed))
-        work.y[self.roots] = np.where(touches(work.mode), pressed, 0.0)
+        roots = np.sqrt(np.maximum(np.square(base.y[self.roots]) + self.size * deeper, seed * seed))
+        work.y[self.roots] = np.where(touches(work.mode), roots, 0.0)
 
     def figures(self, turn: float) -> dict[str, float | None]:
         """Return exponent and horizon, each None if undefined or if disturbances do not grow.

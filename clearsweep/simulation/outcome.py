@@ -14,7 +14,7 @@ from ..mechanics.solver import event as events
 from ..mechanics.solver import run_control
 from ..mechanics.solver.accumulate.record import Record, sample_states
 from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, LOAD_TIME, OPENED, Totals
-from .figures import figures_of, shared_by
+from .figures.catalogue import figures_of, shared_by
 from .ideal import ideal_peaks
 from .remarks import remarks
 from .revolutions import Marks, peak_spreads, periods_in, reached, start_turns
@@ -153,9 +153,10 @@ def _exceeded_forces(totals: Totals, duration: float) -> list[float]:
 
 def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:
     """Return how long (s) each joint's dry contact carries load in a window of `duration` (s); totals : by joint."""
-    least = LEAST_DRY * totals.joint[:, LOAD_TIME] / duration
+    threshold = LEAST_DRY * totals.joint[:, LOAD_TIME] / duration
     return [
-        time_above(least[place], totals.dry[place]) if joint.film else 0.0 for place, joint in enumerate(layout.joints)
+        time_above(threshold[index], totals.dry[index]) if joint.film else 0.0
+        for index, joint in enumerate(layout.joints)
     ]
 
 
@@ -171,8 +172,8 @@ def to_trajectory(outcome: Outcome, period: int | None) -> Trajectory:
     summary = figures_of(window, failed=failed)
     log = _events_of(scene.layout, outcome.log)
     if failed:
-        kept = log if outcome.status == LEFT_BEARING else log[:0]
-        return Trajectory(outcome.status, outcome.message, summary, events=kept, units=units)
+        log_rows = log if outcome.status == LEFT_BEARING else log[:0]
+        return Trajectory(outcome.status, outcome.message, summary, events=log_rows, units=units)
     summary |= outcome.figures
     summary |= yield_speeds(scene)
     message = message_of(*remarks(scene, window, summary))
@@ -188,13 +189,13 @@ def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
 def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
     """Return the status of a failed integration and its message."""
     status, text = _status_of(scene, run)
-    whole = f" of {end:.6g} s" if math.isfinite(end) else ""
+    of_total = f" of {end:.6g} s" if math.isfinite(end) else ""
     if scene.crank_clock.free:
-        whole = f" of {scene.case.simulate.revolutions:.6g} revolutions"
+        of_total = f" of {scene.case.simulate.revolutions:.6g} revolutions"
     message = text.format(
         time=run.work.y[run.work.time],
         turned=(run.work.y[run.work.independent] - scene.crank_clock.at(0.0)) / (2.0 * math.pi),
-        whole=whole,
+        whole=of_total,
         events=int(run.work.counts[events.EVENTS]),
         steps=int(run.work.counts[events.STEPS]),
         rejected=int(run.work.counts[events.REJECTED]),
@@ -208,15 +209,15 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
 def _escaped_journal(scene: Scene, run: Run) -> dict[str, str | float]:
     """Return which journal left its bearing, when (s, revolutions) and its eccentricity (mm)."""
     work, contact = run.work, int(run.work.stepper[run_control.STEPPER_CONTACT])
-    ends = np.cumsum([len(joint.contacts) for joint in scene.layout.joints])
-    place = int(np.searchsorted(ends, contact, side="right"))
-    joint: Any = scene.value.joints[place]  # mypy takes it for a tuple of anything
+    bounds = np.cumsum([len(joint.contacts) for joint in scene.layout.joints])
+    index = int(np.searchsorted(bounds, contact, side="right"))
+    joint: Any = scene.value.joints[index]  # mypy takes it for a tuple of anything
     assert scene.case.drive  # what moves in space is turned
-    turned = work.end[work.time] * scene.case.drive.speed / (2.0 * math.pi)
+    turns = work.end[work.time] * scene.case.drive.speed / (2.0 * math.pi)
     return {
-        "joint": scene.case.joints[place].name,
+        "joint": scene.case.joints[index].name,
         "left": work.end[work.time],
-        "angle": turned,
+        "angle": turns,
         "beyond": 1e3 * (joint.half_length + joint.half_journal),
     }
 
@@ -230,7 +231,7 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
     channels = scene.layout.channels
     values = np.zeros((len(sections), len(channels)))
     sample_states(run.work, turns.states[sections], values)
-    columns = {channel.name: values[:, place].copy() for place, channel in enumerate(channels)}
+    columns = {channel.name: values[:, index].copy() for index, channel in enumerate(channels)}
     counted = np.round(run.marks.turns[sections] + start_turns(scene)).astype("i8")
     return {SECTION_COUNT: counted} | {section: columns[name] for name, section in scene.layout.sections}
 

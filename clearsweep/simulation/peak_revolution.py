@@ -28,22 +28,24 @@ def peak_revolution(case: Case, joint: int, revolutions: float) -> Peak:
     joint : index among the clearance joints.
     revolutions : length of the run; that of the case unless `simulate.until` determined it.
     """
-    bare = case.simulate._replace(until=None, horizon=False, error_check=False, revolutions=revolutions)
-    scene = build(case._replace(simulate=bare, save=case.save._replace(orbits="none")))
+    simulate_settings = case.simulate._replace(until=None, horizon=False, error_check=False, revolutions=revolutions)
+    scene = build(case._replace(simulate=simulate_settings, save=case.save._replace(orbits="none")))
     if has_balance(case):
         scene, _ = at_equilibrium(scene)
-    at, turned = scene.crank_clock.at, scene.crank_clock.free
+    at, is_free = scene.crank_clock.at, scene.crank_clock.free
     end, marks = at(revolutions), marks_of(scene, revolutions)
-    run = integration_of(scene, np.empty(0), end, turned=turned, marks=marks)
+    run = integration_of(scene, np.empty(0), end, turned=is_free, marks=marks)
     peaks, window = peaks_of(scene, marks, run.work.turns), marks.turns[marks.window]
-    place = int(peaks[:, joint].argmax()) if len(peaks) else 0
-    first, last = window[place : place + 2].tolist() if len(peaks) else (max(revolutions - 1.0, 0.0), revolutions)
-    samples, fine = case.save.samples, max(min(FINE, MOST // case.save.samples), 1)
-    counts = np.arange(round(first * samples) * fine, round(last * samples) * fine + 1)
-    times = np.minimum([at(count / (fine * samples)) for count in counts.tolist()], end)
-    path = trajectory_of(scene, integration_of(scene, times, end, turned=turned, marks=marks), end)
+    peak_index = int(peaks[:, joint].argmax()) if len(peaks) else 0
+    first, last = (
+        window[peak_index : peak_index + 2].tolist() if len(peaks) else (max(revolutions - 1.0, 0.0), revolutions)
+    )
+    samples, density = case.save.samples, max(min(FINE, MOST // case.save.samples), 1)
+    counts = np.arange(round(first * samples) * density, round(last * samples) * density + 1)
+    times = np.minimum([at(count / (density * samples)) for count in counts.tolist()], end)
+    path = trajectory_of(scene, integration_of(scene, times, end, turned=is_free, marks=marks), end)
     if path.status != "ok":
         return Peak(first, path)
     largest = int(path[f"joints/{case.joints[joint].column}/force_normal"].argmax())
-    kept = (counts % fine == 0) | (np.abs(np.arange(len(counts)) - largest) <= BESIDE * fine)
-    return Peak(first, dataclasses.replace(path, channels={name: path[name][kept] for name in path.channels}))
+    is_kept = (counts % density == 0) | (np.abs(np.arange(len(counts)) - largest) <= BESIDE * density)
+    return Peak(first, dataclasses.replace(path, channels={name: path[name][is_kept] for name in path.channels}))

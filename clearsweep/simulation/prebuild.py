@@ -34,9 +34,9 @@ def main(levels: list[str]) -> int:
             print(f"{level}: no level; known: {', '.join(known)}", file=sys.stderr)
             return 2
         begin = time.perf_counter()
-        with objects.shipped_for(level) as place:
+        with objects.shipped_for(level) as folder:
             compile_loop(case)
-        print(f"integration loop for {level} in {place}, {time.perf_counter() - begin:.1f} s")
+        print(f"integration loop for {level} in {folder}, {time.perf_counter() - begin:.1f} s")
     return 0
 
 

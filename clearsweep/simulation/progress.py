@@ -66,8 +66,8 @@ class Life(phases.Phase):
             return None
         jumps = 0.0 if self.limits.constant else max(self.limits.limit - self.worn, 0.0) / self.jump
         blocks = 1.0 + min(jumps, float(max(self.limits.blocks - self.block, 0)))
-        own = max(block * blocks - (now - self.since - self.idle), 0.0)
-        return own + self.limits.further * block * (self.block - 1 + blocks) or None
+        remaining = max(block * blocks - (now - self.since - self.idle), 0.0)
+        return remaining + self.limits.further * block * (self.block - 1 + blocks) or None
 
     def _block_seconds(self, now: float) -> float | None:
         """Return the time (s) of a block: the mean of finished ones, or else that of the fewest revolutions."""

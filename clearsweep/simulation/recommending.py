@@ -35,20 +35,24 @@ class Recommendation(NamedTuple):
         """Return it in words, with what the grid has."""
         if not self.law:
             return f"Recommended for {self.joint}: no {self.key}, as none holds there.{self._used()}"
-        same = self.law == self.used
-        law = f"{self.key} {self.law}{' (in use)' if same else ''}"
-        head = f"Recommended for {self.joint}: {law}, because {self.reason}."
-        return head if same else f"{head}{self._used()}"
+        is_used = self.law == self.used
+        law = f"{self.key} {self.law}{' (in use)' if is_used else ''}"
+        recommendation = f"Recommended for {self.joint}: {law}, because {self.reason}."
+        return recommendation if is_used else f"{recommendation}{self._used()}"
 
     def _used(self) -> str:
         """Return what is to be said of the law in use."""
-        said = HOLDS if self.word == HOLDS else f"is {self.word}: {self.objection}"
-        return f" In use is {self.used}, which {said}."
+        description = HOLDS if self.word == HOLDS else f"is {self.word}: {self.objection}"
+        return f" In use is {self.used}, which {description}."
 
 
 def recommendations(case: Case) -> list[Recommendation]:
     """Return what is recommended for each dry joint of a case."""
-    return [each for joint, known in zip(case.joints, advice(case), strict=True) for each in _of(joint, known.verdicts)]
+    return [
+        recommendation
+        for joint, joint_advice in zip(case.joints, advice(case), strict=True)
+        for recommendation in _of(joint, joint_advice.verdicts)
+    ]
 
 
 def recommendations_for(joint: Joint, load: float | None) -> list[Recommendation]:
@@ -68,8 +72,8 @@ def elastic_words(joint: Joint, load: float | None) -> dict[str, tuple[str, str]
 def alternatives(case: Case) -> dict[str, list[str]]:
     """Return path of a law's name -> the other laws that hold in its joint."""
     names: dict[str, list[str]] = {}
-    for joint, known in zip(case.joints, advice(case), strict=True):
-        for verdict in known.verdicts:
+    for joint, joint_advice in zip(case.joints, advice(case), strict=True):
+        for verdict in joint_advice.verdicts:
             if verdict.family in FAMILIES and verdict.word == HOLDS and verdict.law != _used(joint, verdict.family):
                 names.setdefault(f"joints.{joint.name}.{KEYS[verdict.family]}", []).append(verdict.law)
     return names
@@ -82,41 +86,46 @@ def advice_text(source: str | PathLike, name: str | None = None) -> str:
     """
     cases = grid.load(source, catalogue())
     places = np.unique(np.linspace(0, len(cases) - 1, MOST_CASES).round().astype(int)).tolist()
-    looked = [cases.case(place) for place in places]
-    by_case = [advice(case) for case in looked]
+    sampled = [cases.case(index) for index in places]
+    by_case = [advice(case) for case in sampled]
     blocks: dict[str, list[str]] = {}  # text -> the joints that it is of
-    for number, section in enumerate(looked[0].joints):
-        text = _text(section, [each[number] for each in by_case], name)
+    for number, section in enumerate(sampled[0].joints):
+        text = _text(section, [sections[number] for sections in by_case], name)
         blocks.setdefault(text, []).append(section.name)
-    named = (f"{', '.join(joints)}: {text}" for text, joints in blocks.items())
-    return "\n\n".join([*named, _CAVEAT])
+    headed = (f"{', '.join(joints)}: {text}" for text, joints in blocks.items())
+    return "\n\n".join([*headed, _CAVEAT])
 
 
-def _text(joint: Joint, looked: Sequence[Advice], name: str | None) -> str:
+def _text(joint: Joint, sampled: Sequence[Advice], name: str | None) -> str:
     """Return what is to be said of the laws for a joint in some cases, `joint` that of the first."""
-    settings = dict.fromkeys((looked[0].setting, looked[-1].setting))
-    worst = [_worst(verdicts) for verdicts in _by_law(looked).values()]
+    settings = dict.fromkeys((sampled[0].setting, sampled[-1].setting))
+    worst = [_worst(verdicts) for verdicts in _by_law(sampled).values()]
     if name is not None:
-        chosen = [each for each in worst if each.law == name]
-        if not chosen:
-            known = dict.fromkeys(each.law for each in worst)
-            raise InputError(f"list: no entry '{name}' there{nearest(name, known)}")
-        return "\n".join([" ... ".join(settings), *(line for each in chosen for line in ("", *_rows([each])))])
-    lines = [" ... ".join(settings), "", *(each.sentence() for each in _of(joint, worst))]
-    if factor := _factor(joint, [each.law for each in worst if each.family == "elastic" and each.word == HOLDS]):
+        of_name = [verdict for verdict in worst if verdict.law == name]
+        if not of_name:
+            law_names = dict.fromkeys(verdict.law for verdict in worst)
+            raise InputError(f"list: no entry '{name}' there{nearest(name, law_names)}")
+        return "\n".join([" ... ".join(settings), *(line for verdict in of_name for line in ("", *_rows([verdict])))])
+    lines = [" ... ".join(settings), "", *(verdict.sentence() for verdict in _of(joint, worst))]
+    if factor := _factor(
+        joint, [verdict.law for verdict in worst if verdict.family == "elastic" and verdict.word == HOLDS]
+    ):
         lines.append(factor)
-    for family in sorted({each.family for each in worst}, key=[*KEYS].index):
-        lines += ["", *_rows([each for each in worst if each.family == family])]
+    for family in sorted({verdict.family for verdict in worst}, key=[*KEYS].index):
+        lines += ["", *_rows([verdict for verdict in worst if verdict.family == family])]
     return "\n".join(lines)
 
 
 def _rows(verdicts: list[Verdict]) -> list[str]:
     """Return the laws of a family: those that hold row by row, of many others the names alone."""
-    alone = len(verdicts) == 1
-    shown = [verdict for verdict in verdicts if alone or verdict.word == HOLDS]
-    wide = max((len(each.law) for each in shown), default=0)
-    lines = [KEYS[verdicts[0].family], *(f"  {each.law:{wide}}  {each.word:8}  {each.reason}" for each in shown)]
-    for word in () if alone else (DOUBTFUL, OUT):
+    is_single = len(verdicts) == 1
+    listed = [verdict for verdict in verdicts if is_single or verdict.word == HOLDS]
+    width = max((len(verdict.law) for verdict in listed), default=0)
+    lines = [
+        KEYS[verdicts[0].family],
+        *(f"  {verdict.law:{width}}  {verdict.word:8}  {verdict.reason}" for verdict in listed),
+    ]
+    for word in () if is_single else (DOUBTFUL, OUT):
         if names := [verdict.law for verdict in verdicts if verdict.word == word]:
             lines.append(f"  {word}: {', '.join(names)} (clearsweep list NAME --for GRID gives the reason)")
     return lines
@@ -129,27 +138,27 @@ def _factor(joint: Joint, names: list[str]) -> str:
     if len(forces) < 2:
         return ""
     softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
-    at = wording.text(DEPTH, "m", 1)
+    depth_text = wording.text(DEPTH, "m", 1)
     return (
         f"The {len(forces)} elastic laws that hold differ by a factor of "
-        f"{wording.plain(forces[stiffest] / forces[softest])} in force at {at}, from {softest} to {stiffest}."
+        f"{wording.plain(forces[stiffest] / forces[softest])} in force at {depth_text}, from {softest} to {stiffest}."
     )
 
 
 def _of(joint: Joint, verdicts: Iterable[Verdict]) -> list[Recommendation]:
     """Return what is recommended for a joint, by what is to be said of each law."""
-    listed = list(verdicts)
+    all_verdicts = list(verdicts)
     recommended = []
     for family in FAMILIES:
-        own = {each.law: each for each in listed if each.family == family}
-        if not own or all(each.reason == _NO_RESTITUTION for each in own.values() if each.word == HOLDS):
+        by_law = {verdict.law: verdict for verdict in all_verdicts if verdict.family == family}
+        if not by_law or all(verdict.reason == _NO_RESTITUTION for verdict in by_law.values() if verdict.word == HOLDS):
             continue
         used = _used(joint, family)
-        mine = own.get(used, Verdict(family, used, HOLDS, ""))
-        holding = [each for each in own.values() if each.word == HOLDS]
+        current = by_law.get(used, Verdict(family, used, HOLDS, ""))
+        holding = [verdict for verdict in by_law.values() if verdict.word == HOLDS]
         best = min(holding, key=_rank, default=None)
         law, reason = (best.law, best.merit.reason if best.merit else best.reason) if best else ("", "")
-        recommended.append(Recommendation(joint.name, KEYS[family], law, reason, used, mine.word, mine.reason))
+        recommended.append(Recommendation(joint.name, KEYS[family], law, reason, used, current.word, current.reason))
     return recommended
 
 

@@ -35,14 +35,21 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
     limits = past_limits(
         [(joint.name, joint.elastic_name, registry.penetration_limit(joint), share) for joint, share in shares if share]
     )
-    oiled = films(_lubricated(scene, window, summary)) if any(part.film for part, _ in parts) else ()
+    film_remarks = films(_lubricated(scene, window, summary)) if any(part.film for part, _ in parts) else ()
     dry = [(part, joint) for part, joint in parts if part.friction and not part.film]
     leads = [joint.thermal.conductance if joint.thermal else None for _, joint in dry]
     powers = [(joint.name, summary[f"{part.name}_friction_power"]) for part, joint in dry]
     ideal = [(name, summary[f"{column_name(name)}_{FRICTION_POWER}"], None) for name in _rubbing(scene)]
-    heat = friction_heat([*((*power, lead) for power, lead in zip(powers, leads, strict=True)), *ideal])
+    heat = friction_heat([*((*power, mean_lead) for power, mean_lead in zip(powers, leads, strict=True)), *ideal])
     balls = ball_stiffness([joint.name for _, joint in parts if scene.mechanism.turns and registry.is_ball(joint)])
-    return limits, kept_onsets(_lasting(scene, window)), *oiled, heat, balls, *_implausible(scene, window, summary)
+    return (
+        limits,
+        kept_onsets(_lasting(scene, window)),
+        *film_remarks,
+        heat,
+        balls,
+        *_implausible(scene, window, summary),
+    )
 
 
 def _rubbing(scene: Scene) -> list[str]:
@@ -61,9 +68,9 @@ def _lasting(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
 
 def _lubricated(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Iterator[Lubricated]:
     """Yield the state of every film."""
-    for place, joint in enumerate(scene.case.joints):
+    for index, joint in enumerate(scene.case.joints):
         if joint.film:
-            fed, drained = window.totals.joint[place, [FED_ENERGY, DRAINED_ENERGY]]
+            fed, drained = window.totals.joint[index, [FED_ENERGY, DRAINED_ENERGY]]
             yield Lubricated(
                 joint.name,
                 joint.film.limit,

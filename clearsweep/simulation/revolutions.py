@@ -62,8 +62,8 @@ def start_turns(scene: Scene) -> float:
     return scene.case.drive.start_angle / (2.0 * math.pi) if scene.case.drive else 0.0
 
 
-def _nearest(turns: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    return np.searchsorted(turns, wanted - SAME)
+def _nearest(turns: np.ndarray, requested: np.ndarray) -> np.ndarray:
+    return np.searchsorted(turns, requested - SAME)
 
 
 def buffers_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., np.ndarray]) -> Turns:
@@ -101,8 +101,8 @@ def _highest(peaks: np.ndarray, begins: np.ndarray) -> tuple[float, int] | None:
     """
     if not len(peaks):
         return None
-    place = int(peaks.argmax())
-    return float(peaks[place]), math.floor(begins[place] + SAME) + 1
+    index = int(peaks.argmax())
+    return float(peaks[index]), math.floor(begins[index] + SAME) + 1
 
 
 def reached(places: np.ndarray, turns: Any) -> np.ndarray:
@@ -135,15 +135,15 @@ def periods_in(runs: Sequence[tuple[Scene, Marks, Any]]) -> list[int | None]:
     runs : scene, Marks and Turns of each; runs of equal length are evaluated together, which is much faster.
     """
     periods: list[int | None] = [None] * len(runs)
-    alike: dict[int, list[int]] = {}  # revolutions -> indices of runs
-    for place, (_, marks, turns) in enumerate(runs):
-        alike.setdefault(len(reached(marks.window, turns)), []).append(place)
-    for places in [places for rows, places in alike.items() if rows > REPEATS]:
-        units = np.array([state_units(runs[place][0]) for place in places])[:, None]
-        states = np.array([_returns(*runs[place]) for place in places])
+    by_length: dict[int, list[int]] = {}  # revolutions -> indices of runs
+    for run_index, (_, marks, turns) in enumerate(runs):
+        by_length.setdefault(len(reached(marks.window, turns)), []).append(run_index)
+    for places in [places for rows, places in by_length.items() if rows > REPEATS]:
+        units = np.array([state_units(runs[run_index][0]) for run_index in places])[:, None]
+        states = np.array([_returns(*runs[run_index]) for run_index in places])
         turn = 2.0 * math.pi / units[..., : units.shape[-1] // 2]
-        for place, period in zip(places, periods_of(states / units, turn), strict=True):
-            periods[place] = period
+        for run_index, period in zip(places, periods_of(states / units, turn), strict=True):
+            periods[run_index] = period
     return periods
 
 
@@ -166,12 +166,14 @@ def periods_of(returns: np.ndarray, turn: np.ndarray | None = None) -> list[int 
     """Return the periods of several motions, (motions, revolutions, columns); turn : (motions, 1, angles)."""
     periods, rows = np.zeros(len(returns), int), returns.shape[1]
     for period in range(1, min(LONGEST_PERIOD, rows // (REPEATS + 1)) + 1):
-        left = np.flatnonzero(periods == 0)
-        if not left.size:
+        undecided = np.flatnonzero(periods == 0)
+        if not undecided.size:
             break
-        off = returns[left, rows - REPEATS * period :] - returns[left, rows - (REPEATS + 1) * period : -period]
+        differences = (
+            returns[undecided, rows - REPEATS * period :] - returns[undecided, rows - (REPEATS + 1) * period : -period]
+        )
         if turn is not None:
-            angles = off[..., : turn.shape[-1]]
-            angles -= np.round(angles / turn[left]) * turn[left]
-        periods[left[np.all(np.abs(off) <= RETURN, axis=(1, 2))]] = period
+            angles = differences[..., : turn.shape[-1]]
+            angles -= np.round(angles / turn[undecided]) * turn[undecided]
+        periods[undecided[np.all(np.abs(differences) <= RETURN, axis=(1, 2))]] = period
     return [period or None for period in periods.tolist()]

@@ -75,12 +75,12 @@ def arrays_of(scene: Scene) -> Arrays:
         "z": (n,),
     }
     numbers, arrays = np.zeros(sum(map(math.prod, begun.values()))), dict[str, np.ndarray]()
-    ends = itertools.accumulate(map(math.prod, begun.values()))
-    for (name, shape), end in zip(begun.items(), ends, strict=True):
-        arrays[name] = numbers[end - math.prod(shape) : end].reshape(shape)
+    stops = itertools.accumulate(map(math.prod, begun.values()))
+    for (name, shape), stop in zip(begun.items(), stops, strict=True):
+        arrays[name] = numbers[stop - math.prod(shape) : stop].reshape(shape)
     arrays |= {name: _aligned(shape) for name, shape in step.items()}
-    whole = {"mode": (contacts,), "rubs": (contacts,), "bins": (contacts, total_columns.HIGHEST_BIN + 1)}
-    return arrays | {name: np.zeros(shape, np.int64) for name, shape in whole.items()} | {"begun": numbers}
+    sizes = {"mode": (contacts,), "rubs": (contacts,), "bins": (contacts, total_columns.HIGHEST_BIN + 1)}
+    return arrays | {name: np.zeros(shape, np.int64) for name, shape in sizes.items()} | {"begun": numbers}
 
 
 def _aligned(shape: tuple[int, ...]) -> np.ndarray:
@@ -109,8 +109,8 @@ class _Memory:
             self.pieces.append(np.zeros(max(size, PIECE), np.uint8))
             self.used = 0
         first, self.used = self.used, self.used + -(-size // 8) * 8
-        part: np.ndarray = self.pieces[-1][first : first + size].view(dtype).reshape(shape)
-        return part
+        array: np.ndarray = self.pieces[-1][first : first + size].view(dtype).reshape(shape)
+        return array
 
     def clear(self) -> None:
         """Set all of them to zero."""
@@ -154,15 +154,17 @@ class Run:
         """Initialise at `start`; its times are in s or, for a free crank that has `turned`, in rad."""
         scene, value, contacts = start.scene, start.scene.value, every_contact(start.scene.value.joints)
         internal, self.memory = every_state(value), _Memory()
-        n, many, zeros = scene.start.size, len(contacts), self.memory.zeros
+        n, contact_count, zeros = scene.start.size, len(contacts), self.memory.zeros
         self.number, self.form, self.turned = form_number(value), start.form, turned
         self.arrays = arrays = arrays_of(scene)
         self.parameters = arrays["parameters"]  # compiled code keeps its address
         moment = 2 * len(value.coordinates)
         independent = 0 if scene.crank_clock.free else moment
         self.given = start.given.copy()
-        given = parts_of(self.given, start.form, many, len(internal))
-        self.totals = _accumulators_of(scene, many, zeros)._replace(**_fields_from(total_columns.Totals, arrays))
+        given = parts_of(self.given, start.form, contact_count, len(internal))
+        self.totals = _accumulators_of(scene, contact_count, zeros)._replace(
+            **_fields_from(total_columns.Totals, arrays)
+        )
         samples = zeros((given.times.size, len(scene.layout.channels)))
         self.record = Record(given.times, samples, independent if turned else moment)
         self.work = events.Work(
@@ -186,15 +188,15 @@ class Run:
             limit_depth=given.limit_depth,
             counts=zeros(events.COUNTS, dtype=np.int64),
             method=zeros(3, dtype=np.int64),
-            proposals=zeros(2 << many),
-            paces=zeros(2 << many),
+            proposals=zeros(2 << contact_count),
+            paces=zeros(2 << contact_count),
             control=np.zeros(len(run_control.Control._fields)),
             log=np.empty((loop.LOG_ROWS, 5)),
             slopes=zeros(2, dtype=np.int64),
             implicit=newton.implicit_of(n, zeros),
             totals=self.totals,
             record=self.record,
-            turns=buffers_for(given.marks, n, many, zeros)._replace(**_fields_from(Turns, arrays)),
+            turns=buffers_for(given.marks, n, contact_count, zeros)._replace(**_fields_from(Turns, arrays)),
             **_fields_from(events.Work, arrays),
         )
         self.kept = Pinned(self.work)
@@ -203,10 +205,10 @@ class Run:
     def begin(self, start: Start) -> None:
         """Restart from another scene of the same type and BatchKey, as if this run were new."""
         self.memory.clear()
-        for filled, highest in zip(
+        for histogram_rows, highest in zip(
             self.totals.histogram, self.totals.bins[:, total_columns.HIGHEST_BIN].tolist(), strict=True
         ):
-            filled[: highest + 1] = 0.0  # most of it was never written
+            histogram_rows[: highest + 1] = 0.0  # most of it was never written
         self.totals.dry.fill(0.0)
         self._begin(start)
 
@@ -316,29 +318,29 @@ def release(run: Run) -> None:
         _spare[:] = [run]
 
 
-def onset_rates(ends: FinalContacts) -> list[float]:
+def onset_rates(final: FinalContacts) -> list[float]:
     """Return the onset rate (m/s) that each joint's law uses at the end of an integration, nan without one."""
-    rates, contact = [math.nan] * len(ends.joints), 0
-    for j, joint in enumerate(ends.joints):
-        if touches(ends.mode.item(contact)) and keeps_onset(_law_at_end(ends, j)):
-            rates[j] = ends.latched.item(contact)
+    rates, contact = [math.nan] * len(final.joints), 0
+    for j, joint in enumerate(final.joints):
+        if touches(final.mode.item(contact)) and keeps_onset(_law_at_end(final, j)):
+            rates[j] = final.latched.item(contact)
         contact += len(contact_modes(joint))
     return rates
 
 
-def _law_at_end(ends: FinalContacts, place: int) -> Any:
+def _law_at_end(final: FinalContacts, index: int) -> Any:
     """Return the law of a joint with its internal state at the end of an integration."""
-    law: Any = ends.joints[place].law  # mypy takes it for a tuple of anything
-    return with_current_state(law, ends.state, ends.latched, ends.places[place]) if law._field_defaults else law
+    law: Any = final.joints[index].law  # mypy takes it for a tuple of anything
+    return with_current_state(law, final.state, final.latched, final.places[index]) if law._field_defaults else law
 
 
 def _branches(scene: Scene) -> Branches:
     """Return the indices of the latched numbers that select a branch of a law."""
     joints = scene.value.joints
-    listed = list(enumerate(every_latched(joints), start=len(every_contact(joints))))
+    latched_laws = list(enumerate(every_latched(joints), start=len(every_contact(joints))))
     return Branches(
-        signs=[place for place, (law, _) in listed if type(law) in awaits_mass.members],
-        pieces=[place for place, (law, _) in listed if hasattr(law, "piece")],
+        signs=[index for index, (law, _) in latched_laws if type(law) in awaits_mass.members],
+        pieces=[index for index, (law, _) in latched_laws if hasattr(law, "piece")],
     )
 
 

@@ -28,7 +28,8 @@ from ..mechanics.joint.worn import has_worn_shape, seat
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built, body_angles, gaps, place
 from ..mechanics.mechanism.spatial import seats
-from . import crank_clock, figures, links
+from . import crank_clock, links
+from .figures.catalogue import FIGURES
 from .ideal import ideal_motion, mechanism_of
 
 _LAYOUTS: dict[Parts, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with their sources
@@ -57,7 +58,7 @@ class Scene:
 
 def catalogue() -> Catalogue:
     """Return everything that a grid can name and that its cases can report."""
-    return Catalogue(registry.described(), tuple(MECHANISMS.values()), figures.FIGURES, *rates.CHANNELS)
+    return Catalogue(registry.described(), tuple(MECHANISMS.values()), FIGURES, *rates.CHANNELS)
 
 
 def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | None = None) -> Scene:
@@ -76,11 +77,11 @@ def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | N
 
 def layout_of(case: Case) -> Layout:
     """Return the layout of a case; cases with the same parts share one, since creating it takes 70 us."""
-    parts, origin = parts_of(case), (figures.FIGURES, MECHANISMS[case.mechanism.type])
-    known = _LAYOUTS.get(parts)
-    if known is None or any(old is not new for old, new in zip(known[0], origin, strict=True)):
-        known = _LAYOUTS[parts] = origin, Layout.with_parts(parts, catalogue())
-    return known[1]
+    parts, origin = parts_of(case), (FIGURES, MECHANISMS[case.mechanism.type])
+    stored = _LAYOUTS.get(parts)
+    if stored is None or any(previous is not current for previous, current in zip(stored[0], origin, strict=True)):
+        stored = _LAYOUTS[parts] = origin, Layout.with_parts(parts, catalogue())
+    return stored[1]
 
 
 def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
@@ -96,14 +97,14 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         for joint in case.joints
     }
     terms: tuple[Any, ...] = tuple(joints.values())
-    offsets, roots, pressed = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(every_contact(terms))), False
+    offsets, roots, in_contact = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(every_contact(terms))), False
     if case.simulate.start == "seated":
         ideal = ideal_motion(case, np.array(case.drive.start_angle if case.drive else 0.0))
         assert ideal is not None  # grids accept `start` only for mechanisms that have one
         offsets, roots = _seated(ideal.reactions, joints)
-        pressed = bool(roots.any())
+        in_contact = bool(roots.any())
     built, seated = _built(case, mechanism, machine, joints, offsets), offsets
-    for _ in range(SEATINGS if pressed and any(has_worn_shape(term) for term in terms) else 0):
+    for _ in range(SEATINGS if in_contact and any(has_worn_shape(term) for term in terms) else 0):
         offsets = dict(seated)
         for index, angles in enumerate(body_angles(built.value, built.start)):
             if has_worn_shape(terms[index]):
@@ -120,7 +121,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     start = np.array([*built.start.tolist(), *roots.tolist(), *[began for _, _, began in every_state(value)]])
     layout, time_source = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
     spent = time.perf_counter() - begin
-    return Scene(case, mechanism, built, value, layout, start, pressed, machine, time_source, worn, build_time=spent)
+    return Scene(case, mechanism, built, value, layout, start, in_contact, machine, time_source, worn, build_time=spent)
 
 
 def state_units(scene: Scene) -> np.ndarray:
@@ -215,8 +216,8 @@ def signature(case: Case) -> tuple:
 
 def _types(term: tuple) -> str:
     """Return the name of a compiled type with those of the types in it: 'Archard(Mean)'."""
-    inner = ", ".join(_types(part) for part in term if isinstance(part, tuple))
-    return f"{type(term).__name__}({inner})" if inner else type(term).__name__
+    types = ", ".join(_types(part) for part in term if isinstance(part, tuple))
+    return f"{type(term).__name__}({types})" if types else type(term).__name__
 
 
 def derived(case: Case) -> dict[str, tuple[float, str]]:

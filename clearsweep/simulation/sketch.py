@@ -66,23 +66,31 @@ def sketch(case: Case) -> Sketch | None:
         origin, angle = frames[body]
         x, y = machine.bodies[body].points[point]
         c, s = math.cos(angle), math.sin(angle)
-        moved: np.ndarray = origin + np.array([c * x - s * y, s * x + c * y])
-        return moved
+        position: np.ndarray = origin + np.array([c * x - s * y, s * x + c * y])
+        return position
 
-    opened = {joint.name for joint in case.joints}
+    clearance_joints = {joint.name for joint in case.joints}
     joints: list[SketchedJoint] = []
     carried_points: dict[str, list[np.ndarray]] = {name: [] for name in machine.bodies}
     for joint in machine.joints:
-        ends = (joint.proximal, joint.distal)
+        endpoints = (joint.proximal, joint.distal)
         guide = joint.axis + frames[joint.proximal.body][1] if isinstance(joint, Guide) else None
-        at = place(*joint.distal)
+        position = place(*joint.distal)
         grounded = GROUND in (joint.proximal.body, joint.distal.body)
         slides = joint.distal.body if guide is not None else ""
         joints.append(
-            SketchedJoint(joint.name, at, guide, joint.name in opened, joint.name == machine.driven, grounded, slides)
+            SketchedJoint(
+                joint.name,
+                position,
+                guide,
+                joint.name in clearance_joints,
+                joint.name == machine.driven,
+                grounded,
+                slides,
+            )
         )
-        for end in ends:
-            carried_points[end.body].append(place(*end))
+        for endpoint in endpoints:
+            carried_points[endpoint.body].append(place(*endpoint))
     bodies = tuple(
         SketchedBody(
             name,
@@ -100,9 +108,9 @@ def sketch(case: Case) -> Sketch | None:
 
 def _frames(machine: Machine) -> dict[str, tuple[np.ndarray, float]]:
     """Return the origin (2,) m and the angle (rad) of every body's frame at the start."""
-    still = machine._replace(drive=Constant(1.0, _start_angle(machine)), loads=())
+    at_start = machine._replace(drive=Constant(1.0, _start_angle(machine)), loads=())
     try:
-        ideal_machine = ideal_of(still)
+        ideal_machine = ideal_of(at_start)
     except (planar.ClosureError, planar.MobilityError) as error:
         raise InputError(f"mechanism: {error}") from error
     frames = {GROUND: (np.zeros(2), 0.0)}
@@ -119,8 +127,8 @@ def _center(machine: Machine, frames: dict, name: str) -> np.ndarray:
     origin, angle = frames[name]
     x, y = machine.bodies[name].center
     c, s = math.cos(angle), math.sin(angle)
-    moved: np.ndarray = origin + np.array([c * x - s * y, s * x + c * y])
-    return moved
+    position: np.ndarray = origin + np.array([c * x - s * y, s * x + c * y])
+    return position
 
 
 def _start_angle(machine: Machine) -> float:

@@ -44,9 +44,9 @@ def quantiles(values: np.ndarray, shares: tuple[float, ...]) -> tuple[Quantile, 
 def _quantile(ordered: list[float], independent: int, share: float) -> Quantile:
     """Return a quantile of sorted values, of which the number `independent` are independent."""
     count = len(ordered)
-    place = share * (count - 1)
-    below = min(int(place), count - 1)
-    value = ordered[below] + (place - below) * (ordered[min(below + 1, count - 1)] - ordered[below])
+    rank = share * (count - 1)
+    lower = min(int(rank), count - 1)
+    value = ordered[lower] + (rank - lower) * (ordered[min(lower + 1, count - 1)] - ordered[lower])
     low, high = _enclosing_ranks(independent, share)
     bottom = None if low is None else ordered[low * count // independent]
     top = None if high is None else ordered[min(-(-(high + 1) * count // independent), count) - 1]
@@ -57,10 +57,10 @@ def dependence(values: np.ndarray) -> float:
     """Return how many successive values count as one independent value: (1 + r) / (1 - r)."""
     if len(values) < 3:
         return 1.0  # two values lie on either side of their mean
-    off = values - np.add.reduce(values) / len(values)
-    squares = float(off @ off)
-    together = min(max(float(off[1:] @ off[:-1]) / squares, 0.0), STRONGEST) if squares > 0.0 else 0.0
-    return (1.0 + together) / (1.0 - together)
+    deviations = values - np.add.reduce(values) / len(values)
+    squares = float(deviations @ deviations)
+    correlation = min(max(float(deviations[1:] @ deviations[:-1]) / squares, 0.0), STRONGEST) if squares > 0.0 else 0.0
+    return (1.0 + correlation) / (1.0 - correlation)
 
 
 @lru_cache(1024)
@@ -68,7 +68,7 @@ def _enclosing_ranks(count: int, share: float) -> tuple[int | None, int | None]:
     """Return the ranks, from 0, that enclose a quantile, or None for too few values."""
     from scipy.special import bdtr
 
-    below = np.asarray(bdtr(np.arange(count, dtype=float), count, share))  # of at most 0, 1, ... values below
-    low = int(np.searchsorted(below, OUTSIDE, side="right")) - 1
-    high = int(np.searchsorted(below, 1.0 - OUTSIDE))
+    probabilities = np.asarray(bdtr(np.arange(count, dtype=float), count, share))  # of at most 0, 1, ... values below
+    low = int(np.searchsorted(probabilities, OUTSIDE, side="right")) - 1
+    high = int(np.searchsorted(probabilities, 1.0 - OUTSIDE))
     return (low if low >= 0 else None), (high if high < count else None)

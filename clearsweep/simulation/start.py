@@ -126,7 +126,7 @@ def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
         given=np.concatenate([times, given]),
         first=np.array(list(chain.from_iterable(first))),
         rubs=[described.friction is not None or described.film is not None for _, described in contacts],
-        slid=[scene.worn[each.name].slid if each.name in scene.worn else 0.0 for _, each in contacts if scene.worn],
+        slid=[scene.worn[part.name].slid if part.name in scene.worn else 0.0 for _, part in contacts if scene.worn],
         longest=LONGEST * period(scene) if scene.mechanism.turns else math.inf,
     )
 
@@ -150,12 +150,12 @@ def _error_scale(scene: Scene, contacts: int, internal: list[float]) -> list[flo
     lengths = scene.built.lengths.tolist()
     oiled = any(joint.film for joint in scene.layout.joints)
     weight = OILED * RATE_WEIGHT if oiled else RATE_WEIGHT
-    place = max(PLACE_WEIGHT * tolerance * clearance, ROUNDING * size)
+    displacement = max(PLACE_WEIGHT * tolerance * clearance, ROUNDING * size)
     rate = max(weight * tolerance * clearance, ROUNDING * size) * value.reference_rate
     moment = max(PLACE_WEIGHT * tolerance, ROUNDING) / value.reference_rate
     root = ROOT_WEIGHT * tolerance * math.sqrt(clearance)
-    here = [*(place / length for length in lengths), *(rate / length for length in lengths), moment]
-    return [*here, *[root] * contacts, *(tolerance * scale for scale in internal)]
+    scales = [*(displacement / length for length in lengths), *(rate / length for length in lengths), moment]
+    return [*scales, *[root] * contacts, *(tolerance * scale for scale in internal)]
 
 
 def control_of(scene: Scene, end: float, *, keep_events: bool) -> run_control.Control:

@@ -1,7 +1,7 @@
 """Computes figures from sums over the motion: over the whole window, and over its blocks with an interval.
 
-Each kind has three functions.  `take(totals, place)` returns the present sums of a joint or, if `place`
-is None, of the mechanism; `value(window, place)` the figure over the window; `over_blocks(times, sums, revolutions)`
+Each kind has three functions.  `take(totals, index)` returns the present sums of a joint or, if `index`
+is None, of the mechanism; `value(window, index)` the figure over the window; `over_blocks(times, sums, revolutions)`
 the figure over all blocks and the half-width of its 95 % interval, from the times (s) at the ends of the blocks, the
 sums there, and the revolutions of a block.
 """
@@ -27,16 +27,16 @@ def half_width(values: np.ndarray) -> float:
     count = len(values)
     if count < 2:
         return math.inf
-    off = values - values.mean()
-    squares = float(off @ off)
+    deviations = values - values.mean()
+    squares = float(deviations @ deviations)
     if squares == 0.0:
         return 0.0
     variance = squares / (count * (count - 1)) * dependence(values)
     return float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(variance)
 
 
-def _sum(totals: Totals | Summed, place: int | None, column: int) -> Any:
-    return totals.whole[column] if place is None else totals.joint[place, column]
+def _sum(totals: Totals | Summed, index: int | None, column: int) -> Any:
+    return totals.whole[column] if index is None else totals.joint[index, column]
 
 
 def _mean(times: np.ndarray, sums: Sequence[Any]) -> tuple[float, float]:
@@ -49,13 +49,13 @@ class Mean(NamedTuple):
 
     column: int  # of Totals.joint or Totals.whole
 
-    def take(self, totals: Totals | Summed, place: int | None) -> Any:
+    def take(self, totals: Totals | Summed, index: int | None) -> Any:
         """Return the integral."""
-        return _sum(totals, place, self.column)
+        return _sum(totals, index, self.column)
 
-    def value(self, window: Window, place: int | None) -> Any:
+    def value(self, window: Window, index: int | None) -> Any:
         """Return the mean over the window."""
-        return self.take(window.totals, place) / window.duration
+        return self.take(window.totals, index) / window.duration
 
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the mean and its half-width."""
@@ -65,14 +65,14 @@ class Mean(NamedTuple):
 class FrictionMean(NamedTuple):
     """The mean power of friction in a joint without clearance."""
 
-    def take(self, totals: Totals | Summed, place: int | None) -> Any:
-        """Return the work; `place`: of the joint in `Layout.rubbing`."""
-        assert place is not None
-        return totals.friction[place]
+    def take(self, totals: Totals | Summed, index: int | None) -> Any:
+        """Return the work; `index`: of the joint in `Layout.rubbing`."""
+        assert index is not None
+        return totals.friction[index]
 
-    def value(self, window: Window, place: int | None) -> Any:
+    def value(self, window: Window, index: int | None) -> Any:
         """Return the mean power."""
-        return self.take(window.totals, place) / window.duration
+        return self.take(window.totals, index) / window.duration
 
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the mean and its half-width."""
@@ -90,13 +90,13 @@ class Share(NamedTuple):
     part: int  # column of Totals.joint or Totals.whole
     whole: int  # column of the denominator
 
-    def take(self, totals: Totals | Summed, place: int | None) -> Any:
+    def take(self, totals: Totals | Summed, index: int | None) -> Any:
         """Return both integrals."""
-        return np.array([_sum(totals, place, self.part), _sum(totals, place, self.whole)])
+        return np.array([_sum(totals, index, self.part), _sum(totals, index, self.whole)])
 
-    def value(self, window: Window, place: int | None) -> Any:
+    def value(self, window: Window, index: int | None) -> Any:
         """Return the ratio over the window, 0 if both are 0."""
-        part, whole = self.take(window.totals, place)
+        part, whole = self.take(window.totals, index)
         return part / whole if whole else 0.0
 
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
@@ -113,13 +113,13 @@ class RootMean(NamedTuple):
 
     column: int  # of Totals.joint or Totals.whole
 
-    def take(self, totals: Totals | Summed, place: int | None) -> Any:
+    def take(self, totals: Totals | Summed, index: int | None) -> Any:
         """Return the integral of the square."""
-        return _sum(totals, place, self.column)
+        return _sum(totals, index, self.column)
 
-    def value(self, window: Window, place: int | None) -> Any:
+    def value(self, window: Window, index: int | None) -> Any:
         """Return the root mean square over the window."""
-        return math.sqrt(self.take(window.totals, place) / window.duration)
+        return math.sqrt(self.take(window.totals, index) / window.duration)
 
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the root mean square; its half-width follows from that of the square."""
@@ -133,13 +133,13 @@ class PerRevolution(NamedTuple):
 
     column: int  # of Totals.joint or Totals.whole
 
-    def take(self, totals: Totals | Summed, place: int | None) -> Any:
+    def take(self, totals: Totals | Summed, index: int | None) -> Any:
         """Return the count."""
-        return _sum(totals, place, self.column)
+        return _sum(totals, index, self.column)
 
-    def value(self, window: Window, place: int | None) -> Any:
+    def value(self, window: Window, index: int | None) -> Any:
         """Return the mean over the window's revolutions."""
-        return self.take(window.totals, place) / window.turns
+        return self.take(window.totals, index) / window.turns
 
     def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the mean over revolutions and its half-width."""
@@ -149,30 +149,30 @@ class PerRevolution(NamedTuple):
 class DepthRate(NamedTuple):
     """Wear rate (m/s) of the deepest bin of a joint, of either body."""
 
-    def take(self, totals: Totals | Summed, place: int | None) -> Any:
+    def take(self, totals: Totals | Summed, index: int | None) -> Any:
         """Return the depths (m) of all bins of both bodies."""
-        return totals.wear.reshape(len(totals.joint), -1)[place].copy()
+        return totals.wear.reshape(len(totals.joint), -1)[index].copy()
 
-    def value(self, window: Window, place: int | None) -> Any:
+    def value(self, window: Window, index: int | None) -> Any:
         """Return the largest depth over the window's time."""
-        return self.take(window.totals, place).max() / window.duration
+        return self.take(window.totals, index).max() / window.duration
 
     def over_blocks(self, times: np.ndarray, depths: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the rate of the finally deepest bin, and its half-width."""
-        deepest = int(np.argmax(depths[-1] - depths[0]))
-        return _mean(times, [depth[deepest] for depth in depths])
+        deepest_bin = int(np.argmax(depths[-1] - depths[0]))
+        return _mean(times, [depth[deepest_bin] for depth in depths])
 
 
 class ForceExceeded(NamedTuple):
     """Normal force (N) of a joint that is exceeded for the share RARELY of the time."""
 
-    def take(self, totals: Totals, place: int | None) -> Any:
+    def take(self, totals: Totals, index: int | None) -> Any:
         """Return the joint's histogram of the force over time."""
-        return totals.histogram[place].copy()
+        return totals.histogram[index].copy()
 
-    def value(self, window: Window, place: int) -> Any:
+    def value(self, window: Window, index: int) -> Any:
         """Return the force over the window."""
-        return window.exceeded[place]
+        return window.exceeded[index]
 
     def over_blocks(self, times: np.ndarray, histograms: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the force and its half-width.
@@ -185,8 +185,8 @@ class ForceExceeded(NamedTuple):
             return float(histogram.force_exceeded(whole, min(max(share, 0.0), 1.0) * duration))
 
         value = force(RARELY)
-        above = np.array([histogram.time_above(value, each) for each in histograms])
-        width = half_width(np.diff(above) / np.diff(times))
+        time_above = np.array([histogram.time_above(value, total) for total in histograms])
+        width = half_width(np.diff(time_above) / np.diff(times))
         return value, 0.5 * (force(RARELY - width) - force(RARELY + width))
 
 
@@ -195,19 +195,19 @@ class DryTime(NamedTuple):
 
     bears: bool  # True: above
 
-    def take(self, totals: Totals, place: int | None) -> Any:
+    def take(self, totals: Totals, index: int | None) -> Any:
         """Return the joint's histogram of the dry force over time, and the integral of its load (N s)."""
-        return totals.dry[place].copy(), _sum(totals, place, LOAD_TIME)
+        return totals.dry[index].copy(), _sum(totals, index, LOAD_TIME)
 
-    def value(self, window: Window, place: int) -> Any:
+    def value(self, window: Window, index: int) -> Any:
         """Return the share of the window."""
-        return self._of(window.dry[place] / window.duration)
+        return self._of(window.dry[index] / window.duration)
 
-    def over_blocks(self, times: np.ndarray, taken: Sequence[Any], revolutions: int) -> tuple[float, float]:
+    def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
         """Return the share and its half-width, with the mean load of all blocks."""
-        histograms, loads = zip(*taken, strict=True)
-        least = LEAST_DRY * (loads[-1] - loads[0]) / (times[-1] - times[0])
-        share, width = _mean(times, [histogram.time_above(least, each) for each in histograms])
+        histograms, loads = zip(*sums, strict=True)
+        threshold = LEAST_DRY * (loads[-1] - loads[0]) / (times[-1] - times[0])
+        share, width = _mean(times, [histogram.time_above(threshold, total) for total in histograms])
         return self._of(share), width
 
     def _of(self, share: float) -> float:

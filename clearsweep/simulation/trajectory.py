@@ -21,7 +21,7 @@ from ..mechanics.solver import event as events
 from ..mechanics.solver import loop, run_control
 from ..mechanics.solver.accumulate.record import Record
 from .extrapolation import extrapolated_life
-from .figures import COST, SETUP
+from .figures.catalogue import COST, SETUP
 from .heat import Balance, at_equilibrium, has_balance
 from .life import Ageing
 from .life_block import BlockRecord, Log, RateObserver, block_record_of, longest_block
@@ -107,7 +107,7 @@ def _seized(scene: Scene, balance: Balance) -> Trajectory:
     spent = {figure.name: trajectory.summary[figure.name] for figure in COST}
     block_record = [
         f"{joint.name}, with {1e6 * cold.clearance:.4g} um of clearance at 20 degC, closes on its way to "
-        f"{balance.found[joint.column]:.4g} K"
+        f"{balance.implied[joint.column]:.4g} K"
         for joint, cold in zip(scene.case.joints, balance.cold, strict=True)
         if joint.column in balance.seized
     ]
@@ -206,15 +206,15 @@ def _run_until_converged(scene: Scene, times: ArrayLike | None, watchers: Sequen
     The samples come from a second, bit-identical run over the saved revolutions, as their times were unknown.
     """
     settings, at, orbits = scene.case.simulate, scene.crank_clock.at, scene.case.save.orbits
-    whole = _with_settings(scene, revolutions=longest(settings))
-    end = at(whole.case.simulate.revolutions)
+    full_scene = _with_settings(scene, revolutions=longest(settings))
+    end = at(full_scene.case.simulate.revolutions)
     run = Run(start_of(scene, marks(settings, at), marks_of(scene, longest(settings))), turned=True)
     watch = Until(scene, run.record.samples)
     keep_events = orbits != "none" or times is not None
-    integrate(whole, run, end, keep_events=keep_events, watchers=(watch, *watchers))
+    integrate(full_scene, run, end, keep_events=keep_events, watchers=(watch, *watchers))
     run.record = Record(NOWHERE, NOWHERE, run.record.independent)
     if run.status != run_control.OK:
-        return trajectory_of(whole, run, end)
+        return trajectory_of(full_scene, run, end)
     trajectory = _converged_trajectory(scene, run, watch, times)
     trajectory.summary.update(watch.figures())
     return trajectory
@@ -223,15 +223,15 @@ def _run_until_converged(scene: Scene, times: ArrayLike | None, watchers: Sequen
 def _converged_trajectory(scene: Scene, run: Run, watch: Until | RateObserver, times: ArrayLike | None) -> Trajectory:
     """Return the trajectory of a run that has determined its length."""
     at, orbits = scene.crank_clock.at, scene.case.save.orbits
-    settled = _with_settings(scene, revolutions=watch.revolutions)
+    final_scene = _with_settings(scene, revolutions=watch.revolutions)
     end = at(watch.revolutions)
     if times is not None or orbits != "none":
         check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, watch.revolutions))
         last = math.inf if scene.crank_clock.free else end
-        reported = sampling_times(settled.case, at) if times is None else checked_times(times, last)
-        again = Run(start_of(scene, reported), turned=times is None)
-        _retrace(settled, run, again, end, watch.starts)
-    return trajectory_of(settled, run, end)
+        reported = sampling_times(final_scene.case, at) if times is None else checked_times(times, last)
+        second_run = Run(start_of(scene, reported), turned=times is None)
+        _retrace(final_scene, run, second_run, end, watch.starts)
+    return trajectory_of(final_scene, run, end)
 
 
 def _run_life(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], ageing: Ageing) -> Trajectory:
@@ -251,55 +251,55 @@ def _run_life(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer
     with phases.phase(ageing.progress):
         life = extrapolated_life(ageing.measured(run_block), ageing, ageing.settings(), ageing.start)
         if life and not ageing.constant:
-            ended = run_block(ageing, life.nodes[-1].state)
-            life = ageing.ended(life, ended) if ended else None
+            last_block = run_block(ageing, life.nodes[-1].state)
+            life = ageing.ended(life, last_block) if last_block else None
         elif life and not last and not run_block(ageing, ageing.start):  # its only block is in the log
             life = None
     aged, run, watch = last[0]
     if life is None:
         failed = _failed_block(aged, run)
         return dataclasses.replace(failed, message=f"block {len(ageing.records) + 1} of its life: {failed.message}")
-    further = further_lives(ageing, run_block) if scene.case.uncertain else {}
+    bounding_lives = further_lives(ageing, run_block) if scene.case.uncertain else {}
     for block_record in [
         *([] if ageing.constant else ageing.records),
-        *(block_record for each in further.values() for block_record in each.records),
+        *(block_record for bounding_life in bounding_lives.values() for block_record in bounding_life.records),
     ]:
         run.counts += block_record.counts
         run.duration += float(block_record.seconds[0])
     trajectory = _converged_trajectory(aged, run, watch, times)
     trajectory.summary.update(ageing.figures(life))
-    trajectory.summary.update(uncertain_figures(ageing.target.column, further) if further else {})
-    message = message_of(trajectory.message, *ageing.remarks(life), *failures(further))
+    trajectory.summary.update(uncertain_figures(ageing.target.column, bounding_lives) if bounding_lives else {})
+    message = message_of(trajectory.message, *ageing.remarks(life), *failures(bounding_lives))
     return dataclasses.replace(trajectory, history=ageing.history(life), message=message)
 
 
 def _failed_block(scene: Scene, run: Run) -> Trajectory:
     """Return the trajectory of a failed block."""
-    whole = _with_settings(scene, revolutions=longest_block(scene.case))
-    return trajectory_of(whole, run, scene.crank_clock.at(whole.case.simulate.revolutions))
+    full_scene = _with_settings(scene, revolutions=longest_block(scene.case))
+    return trajectory_of(full_scene, run, scene.crank_clock.at(full_scene.case.simulate.revolutions))
 
 
 def _block(scene: Scene, watchers: Sequence[Observer]) -> tuple[Scene, Run, RateObserver]:
     """Return a scene, the run of a block of revolutions, and its observer."""
-    most = longest_block(scene.case)
-    whole = _with_settings(scene, revolutions=most)
-    run, watch = Run(start_of(whole, NOWHERE, marks_of(whole, most))), RateObserver(scene)
+    longest = longest_block(scene.case)
+    full_scene = _with_settings(scene, revolutions=longest)
+    run, watch = Run(start_of(full_scene, NOWHERE, marks_of(full_scene, longest))), RateObserver(scene)
     keep_events = scene.case.save.orbits != "none"
-    integrate(whole, run, scene.crank_clock.at(most), keep_events=keep_events, watchers=(watch, *watchers))
+    integrate(full_scene, run, scene.crank_clock.at(longest), keep_events=keep_events, watchers=(watch, *watchers))
     return scene, run, watch
 
 
-def _retrace(scene: Scene, run: Run, again: Run, end: float, starts: Iterable[Moment]) -> None:
-    """Record the motion of a run in `again`, from the last suitable snapshot in `starts` or from the beginning."""
-    times, independent = again.record.times, again.record.independent
-    before = [start for start in starts if times.size and start["y"][independent] <= times[0]]
-    if before:
-        restore(before[-1], again.work)
-    call(again, control_of(scene, end, keep_events=False), scene)
-    if scene.crank_clock.free and independent == again.work.time and again.status == run_control.OK:
-        finish_samples(scene, again)
-    run.status, run.record = again.status, again.record
-    run.spent(again)
+def _retrace(scene: Scene, run: Run, second_run: Run, end: float, starts: Iterable[Moment]) -> None:
+    """Record the motion of a run in `second_run`, from the last suitable snapshot in `starts` or from the beginning."""
+    times, independent = second_run.record.times, second_run.record.independent
+    snapshots = [start for start in starts if times.size and start["y"][independent] <= times[0]]
+    if snapshots:
+        restore(snapshots[-1], second_run.work)
+    call(second_run, control_of(scene, end, keep_events=False), scene)
+    if scene.crank_clock.free and independent == second_run.work.time and second_run.status == run_control.OK:
+        finish_samples(scene, second_run)
+    run.status, run.record = second_run.status, second_run.record
+    run.spent(second_run)
 
 
 def _with_settings(scene: Scene, **settings: Any) -> Scene:
@@ -315,11 +315,13 @@ def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
     tighter = {"tolerance": 0.1 * scene.case.simulate.tolerance}
     if scene.layout.until:
         tighter["revolutions"] = trajectory.summary["revolutions_run"]
-    other = _simulate(_with_settings(scene, **tighter), NOWHERE)
-    _add_differences(trajectory.summary, other.summary)
-    if other.status == "ok":
+    tighter_run = _simulate(_with_settings(scene, **tighter), NOWHERE)
+    _add_differences(trajectory.summary, tighter_run.summary)
+    if tighter_run.status == "ok":
         return trajectory
-    failure = f"{UNCHECKED}the run at a tenth of the tolerance has the status {other.status}: {other.message}"
+    failure = (
+        f"{UNCHECKED}the run at a tenth of the tolerance has the status {tighter_run.status}: {tighter_run.message}"
+    )
     return dataclasses.replace(trajectory, message=message_of(trajectory.message, failure))
 
 
@@ -335,8 +337,8 @@ def _add_differences(summary: dict, tighter: dict) -> None:
 def compile_for(case: Case) -> None:
     """Compile the code of a case's scene, or load it from the cache; stiff motion may need further code."""
     scene = build(case)
-    bare = case.save.orbits == "none" and not scene.layout.until
-    Run(start_of(scene, NOWHERE if bare else np.array([0.0])))
+    without_samples = case.save.orbits == "none" and not scene.layout.until
+    Run(start_of(scene, NOWHERE if without_samples else np.array([0.0])))
 
 
 def compile_loop(case: Case) -> None:
@@ -375,4 +377,4 @@ def work_counts(scene: Scene) -> dict[str, int]:
         "rhs_evaluations": events.EVALUATIONS,
         "rhs_evaluations_locating": events.LOCATING,
     }
-    return {name: int(counts[place]) for name, place in places.items()}
+    return {name: int(counts[column]) for name, column in places.items()}

@@ -27,11 +27,11 @@ class BoundingLife(NamedTuple):
 def with_bounding_coefficients(case: Case, end: str) -> Case:
     """Return a case whose uncertain wear coefficients are all at one end of their 95 % intervals, LOW or HIGH."""
     joints = {joint.name: joint for joint in case.joints}
-    for each in case.uncertain:
-        joint, number = joints[each.joint], getattr(each, end)
+    for coefficient in case.uncertain:
+        joint, number = joints[coefficient.joint], getattr(coefficient, end)
         assert joint.wear is not None  # grids accept uncertain coefficients only for joints with wear
-        values = {key: joint.wear.values[key] * number if each.relative else number for key in each.keys}
-        joints[each.joint] = joint._replace(wear=joint.wear._replace(values={**joint.wear.values, **values}))
+        values = {key: joint.wear.values[key] * number if coefficient.relative else number for key in coefficient.keys}
+        joints[coefficient.joint] = joint._replace(wear=joint.wear._replace(values={**joint.wear.values, **values}))
     return case._replace(joints=tuple(joints.values()))
 
 
@@ -78,13 +78,13 @@ def _scaled(ageing: Ageing, case: Case) -> BlockRecord:
 
 def _ratio(case: Case, other: Case, part: Part, body: str) -> float:
     """Return the ratio of a body's wear coefficients in two cases; 1 if it does not wear."""
-    before, after = (_coefficient(each, part, body) for each in (case, other))
-    return after / before if before else 1.0
+    coefficient, other_coefficient = (_coefficient(of_case, part, body) for of_case in (case, other))
+    return other_coefficient / coefficient if coefficient else 1.0
 
 
 def _coefficient(case: Case, part: Part, body: str) -> float:
     """Return the wear coefficient of a body, in the unit of the grid."""
-    wear = case.joints[part.place].wear
+    wear = case.joints[part.joint_index].wear
     assert wear is not None  # asked of joints that wear
     return wear.values[f"{body}_coefficient"]
 
@@ -93,9 +93,9 @@ def failures(lives: dict[str, BoundingLife]) -> tuple[str, ...]:
     """Return a remark for each life with a failed block, whose column is null."""
     return tuple(
         f"{LIFE_FAILED}the life with the wear coefficients at their {end} ends is not known: its block "
-        f"{len(each.records) + 1} has the status {each.failure}"
-        for end, each in lives.items()
-        if each.failure
+        f"{len(life.records) + 1} has the status {life.failure}"
+        for end, life in lives.items()
+        if life.failure
     )
 
 

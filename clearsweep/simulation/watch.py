@@ -60,8 +60,8 @@ def drive(
         if status != run_control.PAUSED:
             return status, np.concatenate(logs)
         end = at(discard + k // parts)
-        enough = [watcher.see(work) for watcher in watchers if k % (parts // watcher.parts) == 0]
-        if any(enough) and work.y[work.independent] < end:
+        may_end = [watcher.see(work) for watcher in watchers if k % (parts // watcher.parts) == 0]
+        if any(may_end) and work.y[work.independent] < end:
             control = control._replace(end=end)
     status, log = run.go(control)
     return status, np.concatenate([*logs, log])

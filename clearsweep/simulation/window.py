@@ -98,10 +98,10 @@ def by_joint(totals: Totals, layout: Layout) -> Totals:
 def _with_friction(totals: Totals, layout: Layout) -> Totals:
     """Return the sums with the work of friction loads assigned to their joints."""
     joint, work = totals.joint.copy(), dict.fromkeys(layout.rubbing, 0.0)
-    opened = {part.name: (row, part) for row, part in zip(rows_of(layout), layout.joints, strict=True)}
+    clearance_joints = {part.name: (row, part) for row, part in zip(rows_of(layout), layout.joints, strict=True)}
     for name, taken in zip(layout.frictions, totals.friction, strict=True):
-        if name in opened:
-            row, _ = opened[name]
+        if name in clearance_joints:
+            row, _ = clearance_joints[name]
             joint[row.start, [FRICTION_ENERGY, HEAT]] += taken
         else:
             work[name] += taken
@@ -122,20 +122,20 @@ def bearing_of(layout: Layout) -> list[slice]:
 
 def _together(contacts: np.ndarray, joint: JointLayout) -> np.ndarray:
     """Return the sums of a joint, (WIDTH,), from those of its contacts, (contacts, JOINT)."""
-    together = np.zeros(WIDTH)
-    touching = contacts[:WALLS] if joint.telling else contacts
-    together[:JOINT] = touching.sum(axis=0)
+    combined = np.zeros(WIDTH)
+    walls = contacts[:WALLS] if joint.telling else contacts
+    combined[:JOINT] = walls.sum(axis=0)
     for column in LARGEST:
-        together[column] = touching[:, column].max()
+        combined[column] = walls[:, column].max()
     if joint.telling:
         points, flanges, (whole, uneven) = contacts[: joint.corners], contacts[WALLS : joint.corners], contacts[-2:]
         for column in (FORCE_SQUARE, FORCE_MAX, LOAD_MAX):
-            together[column] = whole[column]
-        together[CLIPS], together[FRICTION_ENERGY] = points[:, CLIPS].sum(), points[:, FRICTION_ENERGY].sum()
-        together[AXIAL_FORCE_MAX] = flanges[:, FORCE_MAX].max(initial=0.0)
-        together[AXIAL_ONSETS] = flanges[:, ONSETS].sum()
-        together[UNEVEN_TIME], together[TILT_MAX] = uneven[FORCE_TIME], math.asin(min(uneven[DEPTH_MAX], 1.0))
-    return together
+            combined[column] = whole[column]
+        combined[CLIPS], combined[FRICTION_ENERGY] = points[:, CLIPS].sum(), points[:, FRICTION_ENERGY].sum()
+        combined[AXIAL_FORCE_MAX] = flanges[:, FORCE_MAX].max(initial=0.0)
+        combined[AXIAL_ONSETS] = flanges[:, ONSETS].sum()
+        combined[UNEVEN_TIME], combined[TILT_MAX] = uneven[FORCE_TIME], math.asin(min(uneven[DEPTH_MAX], 1.0))
+    return combined
 
 
 def worn_together(accounts: np.ndarray, contacts: np.ndarray) -> np.ndarray:
@@ -144,13 +144,13 @@ def worn_together(accounts: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     Maxima and the time beyond the limit are those of one contact; the mean pressure is over the times
     in contact of each.  contacts : their rows of Totals.joint.
     """
-    together: np.ndarray = accounts.sum(axis=0)
+    combined: np.ndarray = accounts.sum(axis=0)
     for column in (PRESSURE_MAX, PV_MAX, PV_BEYOND, SLID):
-        together[column] = accounts[:, column].max()
+        combined[column] = accounts[:, column].max()
     time = contacts[accounts[:, ARCS] > 0.0, CONTACT_TIME]
     if time.size:
-        together[PRESSURE_TIME] *= time.max() / time.sum()
-    return together
+        combined[PRESSURE_TIME] *= time.max() / time.sum()
+    return combined
 
 
 def finer(depths: np.ndarray, bins: int) -> np.ndarray:
@@ -163,9 +163,9 @@ def finer(depths: np.ndarray, bins: int) -> np.ndarray:
     """
     from scipy.interpolate import PchipInterpolator
 
-    turn, n = np.concatenate([depths[-FEW:], depths, depths[:FEW]]), len(depths)
+    periodic, n = np.concatenate([depths[-FEW:], depths, depths[:FEW]]), len(depths)
     edges = np.arange(-FEW, n + FEW + 1) / n
-    worn = PchipInterpolator(edges, np.concatenate([turn[:1] * 0.0, np.cumsum(turn, axis=0)]) / n)
+    worn = PchipInterpolator(edges, np.concatenate([periodic[:1] * 0.0, np.cumsum(periodic, axis=0)]) / n)
     finest: np.ndarray = np.maximum(np.diff(worn(np.arange(bins + 1) / bins), axis=0) * bins, 0.0)
     return finest
 
@@ -181,8 +181,8 @@ def wear_of(layout: Layout, totals: Totals | Summed) -> dict[str, tuple[np.ndarr
     for joint, depths in zip(layout.joints, totals.wear.reshape(len(layout.joints), 2, -1), strict=True):
         bins = joint.wear_bins
         if bins:
-            kept, rows = min(bins, FINEST), joint.wear_rows
-            bearing, journal = depths[:, : kept * rows].reshape(2, rows, kept).swapaxes(1, 2).copy()
+            bins_kept, rows = min(bins, FINEST), joint.wear_rows
+            bearing, journal = depths[:, : bins_kept * rows].reshape(2, rows, bins_kept).swapaxes(1, 2).copy()
             if not joint.telling:
                 bearing, journal = bearing[:, 0], journal[:, 0]
             wear[joint.name] = (bearing, journal) if bins <= FINEST else (finer(bearing, bins), finer(journal, bins))

@@ -42,8 +42,10 @@ def _masses(scene: Scene) -> list[float | None]:
     pose = place(mechanism, start)
     by_direction = [
         impact_masses(
-            mechanism, pose, (Gap(math.cos(way), math.sin(way), 0.0, 0.0, 0.0, 0.0),) * len(scene.case.joints)
+            mechanism,
+            pose,
+            (Gap(math.cos(direction), math.sin(direction), 0.0, 0.0, 0.0, 0.0),) * len(scene.case.joints),
         )
-        for way in DIRECTIONS
+        for direction in DIRECTIONS
     ]
     return [largest_mass(np.array(masses, float)) for masses in zip(*by_direction, strict=True)]

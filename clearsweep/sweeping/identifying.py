@@ -249,7 +249,7 @@ class Identifying:
     def _fits(self, likelihood: emulator.LikelihoodModel, best: np.ndarray) -> Iterator[Fitted]:
         """Yield the fit of the best cases to each meaningful feature."""
         assert self.observation is not None  # cases finished
-        excess, sigmas = likelihood.deviations(best)
+        differences_from_best, sigmas = likelihood.deviations(best)
         values = np.array(self.values)
         shared = np.linalg.inv(self.observation.covariance)
         differences = values - self.observation.values
@@ -259,7 +259,7 @@ class Identifying:
                 computed = label.natural(float(np.median(values[nearest, index])))
                 measured = label.natural(float(self.observation.values[index]))
                 channel = self.observation.signals[label.signal].turned.signal.channel
-                sigma = float(excess[index] / sigmas[index])
+                sigma = float(differences_from_best[index] / sigmas[index])
                 yield Fitted(channel, label.kind, label.text, label.unit, measured, computed, sigma)
 
     def _read(self, posterior: emulator.Posterior) -> Iterator[Read]:

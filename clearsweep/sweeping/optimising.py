@@ -230,7 +230,7 @@ class _Trial(NamedTuple):
         if self.failed:
             return FAILED
         excesses = [FAILED if not math.isfinite(self.margins[name]) else -self.margins[name] for name in self.names]
-        return sum(max(excess, np.finfo(float).tiny) for excess in excesses)
+        return sum(max(violation, np.finfo(float).tiny) for violation in excesses)
 
     def merit(self, name: str, sign: float) -> tuple[float, float, str]:
         """Return the sort key of a trial: violation of limits first, then an objective; smaller is better."""

@@ -214,14 +214,14 @@ def estimate_text(facts: dict[str, Any]) -> str:
 def _assumed_lines(assumed_units: dict[str, dict[str, Any]]) -> list[str]:
     """Return a line for each quantity written without a unit."""
     lines = []
-    for path, assumed in assumed_units.items():
-        values = " to ".join(f"{value:.6g}" for value in assumed["values"])
+    for path, entry in assumed_units.items():
+        values = " to ".join(f"{value:.6g}" for value in entry["values"])
         readable = " to ".join(
-            grid_text(value, assumed["unit"], speed=path.endswith("speed")) for value in assumed["values"]
+            grid_text(value, entry["unit"], speed=path.endswith("speed")) for value in entry["values"]
         )
-        is_same = readable == f"{values} {assumed['unit']}"
+        is_same = readable == f"{values} {entry['unit']}"
         lines.append(
-            f"no unit given, SI assumed: {path} = {values} {assumed['unit']}{'' if is_same else f' = {readable}'}"
+            f"no unit given, SI assumed: {path} = {values} {entry['unit']}{'' if is_same else f' = {readable}'}"
         )
     return lines
 

@@ -8,39 +8,39 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ..contracts.catalogue import NOTHING, Figure, Shown
-from ..contracts.layout import Layout
-from ..mechanics.solver import event as events
-from ..mechanics.solver.accumulate import totals as total_columns
-from . import film_figures, life_figures, wear_figures
-from .peak_figures import PEAKS, RETURNS, ideal_peak
-from .spatial_figures import SPATIAL
-from .sums import ForceExceeded, Mean, PerRevolution, RootMean, of_joint
-from .window import Window
+from ...contracts.catalogue import NOTHING, Figure, Shown
+from ...contracts.layout import Layout
+from ...mechanics.solver import event as events
+from ...mechanics.solver.accumulate import totals as total_columns
+from ..sums import ForceExceeded, Mean, PerRevolution, RootMean, of_joint
+from ..window import Window
+from . import film, life, wear
+from .peaks import PEAKS, RETURNS, ideal_peak
+from .spatial import SPATIAL
 
 
 def largest(column: int, of: str = "joint") -> Callable[[Window, int], float]:
     """Return the formula of a figure that is itself a column of Totals.joint or Totals.whole."""
     if of == "joint":
-        return lambda window, place: window.totals.joint[place, column]
+        return lambda window, index: window.totals.joint[index, column]
     return lambda window, _: window.totals.whole[column]
 
 
-def depth(window: Window, place: int) -> float:
+def depth(window: Window, index: int) -> float:
     """Return the largest penetration (m) of the journal, negative if it never touched the bearing."""
-    return float(max(window.totals.joint[place, total_columns.DEPTH_MAX], -window.joints[place].clearance))
+    return float(max(window.totals.joint[index, total_columns.DEPTH_MAX], -window.joints[index].clearance))
 
 
-def restitution(window: Window, place: int) -> float | None:
+def restitution(window: Window, index: int) -> float | None:
     """Return the mean ratio of rebound to approach speed, or None without rebounds."""
-    joint = window.totals.joint[place]
+    joint = window.totals.joint[index]
     return joint[total_columns.RESTITUTION] / joint[total_columns.REBOUNDS] if joint[total_columns.REBOUNDS] else None
 
 
 def crank_speed(name: str, text: str, column: int) -> Figure:
     """Return the figure `name` of a free crank's speed; `text`: which speed."""
-    value, shown = largest(column, "case"), (Shown("output", f"crank speed {name}", 5),)
-    return Figure(f"crank_speed_{name}", "rad/s", f"{text} of a free crank", "case", ("free",), value, shown=shown)
+    value, places = largest(column, "case"), (Shown("output", f"crank speed {name}", 5),)
+    return Figure(f"crank_speed_{name}", "rad/s", f"{text} of a free crank", "case", ("free",), value, shown=places)
 
 
 JOINT = (
@@ -121,7 +121,7 @@ JOINT = (
         "m/s",
         "onset rate that the contact's law uses at the end of the window; null: no contact, or it uses none",
         of="joint",
-        value=lambda window, place: None if math.isnan(window.onset[place]) else window.onset[place],
+        value=lambda window, index: None if math.isnan(window.onset[index]) else window.onset[index],
         differs=False,
         null=NOTHING,
     ),
@@ -130,7 +130,7 @@ JOINT = (
         "m",
         "largest penetration",
         of="joint",
-        value=lambda window, place: max(depth(window, place), 0.0),
+        value=lambda window, index: max(depth(window, index), 0.0),
         shown=(Shown("forces", "penetration", 9),),
     ),
     Figure(
@@ -138,7 +138,7 @@ JOINT = (
         "m",
         "largest distance of the journal centre from the bearing centre",
         of="joint",
-        value=lambda window, place: window.joints[place].clearance + depth(window, place),
+        value=lambda window, index: window.joints[index].clearance + depth(window, index),
     ),
     Figure(
         "law_limit_fraction",
@@ -171,7 +171,7 @@ JOINT = (
         "temperature of both bodies of a dry joint at which its heat balance settles",
         of="joint",
         needs=("thermal",),
-        value=lambda window, place: window.case.joints[place].temperature,
+        value=lambda window, index: window.case.joints[index].temperature,
         shown=(Shown("forces", "temperature", 13, if_any=True), Shown("case", "temperature", 9)),
     ),
     Figure(
@@ -180,7 +180,7 @@ JOINT = (
         "radial clearance at that temperature",
         of="joint",
         needs=("thermal",),
-        value=lambda window, place: window.case.joints[place].clearance,
+        value=lambda window, index: window.case.joints[index].clearance,
         shown=(Shown("forces", "warm clearance", 14, if_any=True), Shown("case", "warm clearance", 10)),
     ),
     Figure(
@@ -201,11 +201,11 @@ JOINT = (
         differs=False,
         shown=(Shown("forces", "ideal peak", 4), Shown("case", "ideal peak", 4)),
     ),
-    *film_figures.FILM,
+    *film.FILM,
     *PEAKS,
     *SPATIAL,
-    *wear_figures.WEAR,
-    *life_figures.LIFE,
+    *wear.WEAR,
+    *life.LIFE,
     Figure(
         "restitution",
         "1",
@@ -344,20 +344,20 @@ def column_of(layout: Layout, name: str) -> tuple[Figure, int | None]:
     """Return the figure of a column of the summary and the index of its joint, or None."""
     column = next(column for column in layout.columns if column.name == name)
     figure = next(figure for figure in FIGURES if figure.name == column.figure)
-    return of_joint(figure, layout, column.joint), _places(layout).get(column.joint)
+    return of_joint(figure, layout, column.joint), _joint_indices(layout).get(column.joint)
 
 
-def _places(layout: Layout) -> dict[str, int]:
-    places = {joint.name: place for place, joint in enumerate(layout.joints)}
-    return places | {joint: place for place, joint in enumerate(layout.rubbing)}
+def _joint_indices(layout: Layout) -> dict[str, int]:
+    indices = {joint.name: index for index, joint in enumerate(layout.joints)}
+    return indices | {joint: index for index, joint in enumerate(layout.rubbing)}
 
 
 def figures_of(window: Window, *, failed: bool = False) -> dict:
     """Return all columns: figures that follow from sums, else None; of a `failed` run only the work counts."""
     shared = shared_by(window.layout)
     values = shared.blank.copy()
-    for name, formula, place, kind in shared.cost if failed else shared.formulas:
-        value = formula(window, place)
+    for name, formula, index, kind in shared.cost if failed else shared.formulas:
+        value = formula(window, index)
         values[name] = value if value is None else kind(value)
     return values
 
@@ -390,11 +390,11 @@ def shared_by(layout: Layout) -> Shared:
 
 def _formulas(layout: Layout, figures: tuple[Figure, ...]) -> list[_Formula]:
     """Return the formulas of the columns of some figures in a layout."""
-    known, places = {figure.name: figure for figure in figures}, _places(layout)
+    by_name, indices = {figure.name: figure for figure in figures}, _joint_indices(layout)
     formulas: list[_Formula] = []
     for column in layout.columns:
-        figure = column.figure in known and of_joint(known[column.figure], layout, column.joint)
+        figure = column.figure in by_name and of_joint(by_name[column.figure], layout, column.joint)
         formula = figure and (figure.sums.value if figure.settles else figure.value)
         if figure and formula:
-            formulas.append((column.name, formula, places.get(column.joint), int if figure.kind == "int" else float))
+            formulas.append((column.name, formula, indices.get(column.joint), int if figure.kind == "int" else float))
     return formulas

@@ -2,22 +2,22 @@
 
 import math
 
-from ..contracts.catalogue import ENDLESS, Figure, Shown
-from ..mechanics.joint.spatial import jam_angle
-from ..mechanics.solver.accumulate.totals import FORCE_TIME
-from .sums import PerRevolution
-from .window import AXIAL_FORCE_MAX, AXIAL_ONSETS, TILT_MAX, UNEVEN_TIME, Window
+from ...contracts.catalogue import ENDLESS, Figure, Shown
+from ...mechanics.joint.spatial import jam_angle
+from ...mechanics.solver.accumulate.totals import FORCE_TIME
+from ..sums import PerRevolution
+from ..window import AXIAL_FORCE_MAX, AXIAL_ONSETS, TILT_MAX, UNEVEN_TIME, Window
 
 
-def tilt_limit(window: Window, place: int) -> float | None:
+def tilt_limit(window: Window, index: int) -> float | None:
     """Return the tilt (rad) at which the journal jams between the walls, or None if it cannot."""
-    angle = jam_angle(window.joints[place])
+    angle = jam_angle(window.joints[index])
     return angle if math.isfinite(angle) else None
 
 
-def edge_load_share(window: Window, place: int) -> float:
+def edge_load_share(window: Window, index: int) -> float:
     """Return the imbalance of wall loads: difference of normal forces over their sum, both averaged over time."""
-    joint = window.totals.joint[place]
+    joint = window.totals.joint[index]
     return float(joint[UNEVEN_TIME] / joint[FORCE_TIME]) if joint[FORCE_TIME] else 0.0
 
 
@@ -28,7 +28,7 @@ SPATIAL = (
         "largest angle between the axes of bearing and journal",
         of="joint",
         needs=("spatial",),
-        value=lambda window, place: window.totals.joint[place, TILT_MAX],
+        value=lambda window, index: window.totals.joint[index, TILT_MAX],
         shown=(Shown("forces", "tilt", 20),),
     ),
     Figure(
@@ -57,7 +57,7 @@ SPATIAL = (
         "largest normal force at a flange, located",
         of="joint",
         needs=("spatial", "axial"),
-        value=lambda window, place: window.totals.joint[place, AXIAL_FORCE_MAX],
+        value=lambda window, index: window.totals.joint[index, AXIAL_FORCE_MAX],
         shown=(Shown("forces", "axial force peak", 23),),
     ),
     Figure(

@@ -1,6 +1,6 @@
 """Figures of merit of a life; `life` computes them under these names."""
 
-from ..contracts.catalogue import Figure, Shown
+from ...contracts.catalogue import Figure, Shown
 
 LIFE = (
     Figure(
