@@ -87,9 +87,9 @@ class _Verbs(click.Group):
         return super().get_command(ctx, "list" if cmd_name == "laws" else cmd_name)
 
 
-def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> None:
+def _show_version(context: click.Context, _: click.Parameter, requested: bool) -> None:
     """Print the versions, the level of the processor and the directory of compiled code; then exit."""
-    if not asked or context.resilient_parsing:
+    if not requested or context.resilient_parsing:
         return
     from .mechanics.trace import cache, objects
 
@@ -216,7 +216,7 @@ def report(  # noqa: PLR0913 - one argument per option
     all_cases: bool,
     partial: bool,
     units: str,
-    **more: Any,
+    **arguments: Any,
 ) -> None:
     """Write the report of a run (default: the newest in results/) as one offline HTML page.
 
@@ -233,7 +233,7 @@ def report(  # noqa: PLR0913 - one argument per option
     if len(directories) == 2:
         with writing(), shown_in(units):
             first, second = (reports.open(directory, partial=partial) for directory in directories)
-            _write(reports.compared(first, second), out or second.directory / "compared.html", **more)
+            _write(reports.compared(first, second), out or second.directory / "compared.html", **arguments)
         return
     directory = directories[0] if directories else store.newest(RESULTS)
     with (
@@ -244,7 +244,7 @@ def report(  # noqa: PLR0913 - one argument per option
         shown_in(units),
     ):
         page = reports.of(stored, typical=median, measured=overlay)
-        _write(page, out or directory / "report.html", **more)
+        _write(page, out or directory / "report.html", **arguments)
 
 
 def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None, as_json: bool, **looks: str) -> None:
@@ -396,5 +396,5 @@ def schema(markdown: bool) -> None:
     """Print the JSON Schema of grid files, for editors."""
     from . import grid, simulation
 
-    known = simulation.catalogue()
-    click.echo(grid.markdown(known) if markdown else json.dumps(grid.schema(known), indent=2), nl=not markdown)
+    catalogue = simulation.catalogue()
+    click.echo(grid.markdown(catalogue) if markdown else json.dumps(grid.schema(catalogue), indent=2), nl=not markdown)

@@ -111,27 +111,31 @@ def read(file: str | PathLike) -> Series:
     path = Path(file)
     try:
         refuse_endless(path, _LARGEST_FILE)
-        heads, rows = rows_of_csv(path)
+        headings, rows = rows_of_csv(path)
     except (OSError, ValueError, csv.Error) as error:
         raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     for line, row in rows:
-        if len(row) != len(heads):
-            raise InputError(f"{path}:{line}: the row has {len(row)} cells, the head {len(heads)}; write every value")
+        if len(row) != len(headings):
+            raise InputError(
+                f"{path}:{line}: the row has {len(row)} cells, the head {len(headings)}; write every value"
+            )
     columns: dict[str, np.ndarray] = {}
     rounding: dict[str, np.ndarray] = {}
-    for place, head in enumerate(heads):
-        name, unit = _column(head)
+    for column, heading in enumerate(headings):
+        name, unit = _column(heading)
         if name in columns:
-            raise InputError(f"{path}:1:{place + 1}: '{head.strip()}' is a second column of {name}; keep one of them")
+            raise InputError(
+                f"{path}:1:{column + 1}: '{heading.strip()}' is a second column of {name}; keep one of them"
+            )
         if name:
-            texts = [row[place] for _, row in rows]
+            texts = [row[column] for _, row in rows]
             columns[name] = _values(
-                texts, unit, COLUMNS[name][0], f"{path}:{{}}:{place + 1}", [line for line, _ in rows]
+                texts, unit, COLUMNS[name][0], f"{path}:{{}}:{column + 1}", [line for line, _ in rows]
             )
             if name in _ROUNDED:
                 scale = 0.5 * quantity.read(f"1 {unit}", COLUMNS[name][0])
                 rounding[name] = scale * np.array([_last_digit(text) for text in texts])
-    _check(path, columns, heads)
+    _check(path, columns, headings)
     return Series(columns, rounding, str(path))
 
 
@@ -155,8 +159,8 @@ def wear(series: Series, coefficient: float, area: float | None = None) -> Worn:
         )
     rate, steps = pressure * np.abs(columns["speed"]), np.diff(columns["time"])
     sums = {"trapezoidal": 0.5 * (rate[1:] + rate[:-1]), "left": rate[:-1], "right": rate[1:]}
-    depth = {rule: coefficient * np.concatenate([[0.0], np.cumsum(way * steps)]) for rule, way in sums.items()}
-    if max(way[-1] for way in depth.values()) > LARGEST:
+    depth = {rule: coefficient * np.concatenate([[0.0], np.cumsum(depths * steps)]) for rule, depths in sums.items()}
+    if max(depths[-1] for depths in depth.values()) > LARGEST:
         raise InputError(
             f"{series.name}: {coefficient:.3g} m^2/N with pressures up to {pressure.max():.3g} Pa wears more than "
             f"{LARGEST:g} m; check the units of the coefficient, the area and the columns"
@@ -175,9 +179,9 @@ def wear(series: Series, coefficient: float, area: float | None = None) -> Worn:
 
 def _tolerance(worn: Worn) -> np.ndarray:
     """Return the rounding error (rows,) m of the growth of the table's depth: half a last digit at each end."""
-    half = worn.series.rounding["depth"]
-    first = half[0] if worn.series.columns["depth"][0] else 0.0
-    return np.asarray(half + first + _NOISE * worn.depth["right"][-1])
+    half_digit = worn.series.rounding["depth"]
+    first = half_digit[0] if worn.series.columns["depth"][0] else 0.0
+    return np.asarray(half_digit + first + _NOISE * worn.depth["right"][-1])
 
 
 def _is_coarse(worn: Worn) -> bool:
@@ -192,26 +196,26 @@ def _of_depth(worn: Worn) -> list[str]:
     if implied is None or worn.coefficient == 0.0:
         return []
     grown = columns["depth"] - columns["depth"][0]
-    time, off = columns["time"], _tolerance(worn)[1:]
-    agreeing = {rule: np.abs(grown[1:] - way[1:]) <= off for rule, way in worn.depth.items()}
-    lengths = {rule: len(near) if near.all() else int(np.argmin(near)) for rule, near in agreeing.items()}
-    best = max(lengths, key=lambda rule: lengths[rule])
-    if lengths[best] == len(time) - 1:
+    time, tolerances = columns["time"], _tolerance(worn)[1:]
+    agreeing = {rule: np.abs(grown[1:] - depths[1:]) <= tolerances for rule, depths in worn.depth.items()}
+    lengths = {rule: len(is_near) if is_near.all() else int(np.argmin(is_near)) for rule, is_near in agreeing.items()}
+    best_rule = max(lengths, key=lambda rule: lengths[rule])
+    if lengths[best_rule] == len(time) - 1:
         return []
-    ends = {rule: _um(way[-1]) for rule, way in worn.depth.items()}
-    known = implied[np.isfinite(implied)]
+    final_depths = {rule: _um(depths[-1]) for rule, depths in worn.depth.items()}
+    finite = implied[np.isfinite(implied)]
     sentence = (
         f"Wear depth: the table grows by {_um(grown[-1])} um, its own pressures and speeds with "
-        f"{worn.coefficient:.3g} m^2/N give {ends['trapezoidal']} um (trapezoidal rule; {ends['left']} with the first "
-        f"values of each step, {ends['right']} with the last). "
+        f"{worn.coefficient:.3g} m^2/N give {final_depths['trapezoidal']} um (trapezoidal rule; {final_depths['left']} "
+        f"with the first values of each step, {final_depths['right']} with the last). "
     )
-    if lengths[best]:
-        sentence += f"Its steps follow one of these sums, the {best} one, up to {time[lengths[best]]:g} s. "
+    if lengths[best_rule]:
+        sentence += f"Its steps follow one of these sums, the {best_rule} one, up to {time[lengths[best_rule]]:g} s. "
     else:
         sentence += "Its steps follow none of these sums, from the first on. "
-    if len(known) and not _one_coefficient(worn):
+    if len(finite) and not _one_coefficient(worn):
         sentence += (
-            f"No one coefficient gives its depth: what its steps ask for goes from {known[0]:.3g} to {known[-1]:.3g} "
+            f"No one coefficient gives its depth: what its steps ask for goes from {finite[0]:.3g} to {finite[-1]:.3g} "
             "m^2/N."
         )
     return [sentence.strip()]
@@ -222,12 +226,12 @@ def _one_coefficient(worn: Worn) -> bool:
     columns, depth = worn.series.columns, np.diff(worn.series.columns["depth"])
     unit = worn.series.rounding["depth"][1:] + worn.series.rounding["depth"][:-1]
     rate, steps = worn.pressure * np.abs(columns["speed"]), np.diff(columns["time"])
-    most = np.maximum(rate[1:], rate[:-1]) * steps
-    least = np.minimum(rate[1:], rate[:-1]) * steps
+    upper = np.maximum(rate[1:], rate[:-1]) * steps
+    lower = np.minimum(rate[1:], rate[:-1]) * steps
     with np.errstate(all="ignore"):
         low, high = (
-            np.where(most > 0.0, (depth - unit) / most, 0.0),
-            np.where(least > 0.0, (depth + unit) / least, np.inf),
+            np.where(upper > 0.0, (depth - unit) / upper, 0.0),
+            np.where(lower > 0.0, (depth + unit) / lower, np.inf),
         )
     return bool(low.max() <= high.min())
 
@@ -240,9 +244,9 @@ def _of_clearance(series: Series) -> list[str]:
     change, grown = clearance[-1] - clearance[0], depth[-1] - depth[0]
     if abs(change - grown) <= sum(float(series.rounding[name][[0, -1]].sum()) for name in _ROUNDED):
         return []
-    way = "shrinks" if change < 0.0 else "grows"
+    verb = "shrinks" if change < 0.0 else "grows"
     return [
-        f"Clearance: the table's radial clearance {way} by {1e6 * abs(change):.3g} um (diametral "
+        f"Clearance: the table's radial clearance {verb} by {1e6 * abs(change):.3g} um (diametral "
         f"{2e6 * abs(change):.3g} um) while {1e6 * grown:.3g} um are worn; wear enlarges a clearance, by no more than "
         "its depth."
     ]
@@ -255,21 +259,23 @@ def _of_area(series: Series) -> list[str]:
     force, pressure = series.columns["force"], series.columns["pressure"]
     if np.any(pressure <= 0.0) or np.ptp(force) == 0.0:
         return []
-    area, least, most = force / pressure, int(np.argmin(force)), int(np.argmax(force))
-    if area[most] >= 0.99 * area[least]:
+    area, smallest, largest = force / pressure, int(np.argmin(force)), int(np.argmax(force))
+    if area[largest] >= 0.99 * area[smallest]:
         return []
     return [
-        f"Area: force over pressure falls from {1e6 * area[least]:.4g} to {1e6 * area[most]:.4g} mm^2 while the force "
-        f"grows from {force[least]:.4g} to {force[most]:.4g} N; the arc of a conformal contact grows with its force."
+        f"Area: force over pressure falls from {1e6 * area[smallest]:.4g} to {1e6 * area[largest]:.4g} mm^2 while the "
+        f"force grows from {force[smallest]:.4g} to {force[largest]:.4g} N; the arc of a conformal contact grows with "
+        "its force."
     ]
 
 
 def _of_unit(worn: Worn) -> str:
     """Return the coefficient in mm^2/N, and the wear if that number were in m^2/N."""
-    end = worn.depth["trapezoidal"][-1]
+    final_depth = worn.depth["trapezoidal"][-1]
     return (
         f"Unit: {worn.coefficient:.3g} m^2/N is {1e6 * worn.coefficient:.3g} mm^2/N; {1e6 * worn.coefficient:.3g} "
-        f"m^2/N, as such a number is often printed, would wear {1e6 * end:.3g} m, not {1e6 * end:.3g} um."
+        f"m^2/N, as such a number is often printed, would wear {1e6 * final_depth:.3g} m, not "
+        f"{1e6 * final_depth:.3g} um."
     )
 
 
@@ -281,10 +287,10 @@ def facts(worn: Worn, number: float | None = None) -> str:
         {
             "coefficient": worn.coefficient,
             "wear_number": number,
-            "depth": {rule: float(way[-1]) for rule, way in worn.depth.items()},
+            "depth": {rule: float(depths[-1]) for rule, depths in worn.depth.items()},
             "table_depth": columns["depth"][-1] if "depth" in columns else None,
             "series": columns | {"pressure": worn.pressure.tolist()},
-            "depths": {rule: way.tolist() for rule, way in worn.depth.items()},
+            "depths": {rule: depths.tolist() for rule, depths in worn.depth.items()},
             "implied_coefficients": implied,
             "contradictions": list(worn.remarks),
             "notes": list(worn.notes),
@@ -297,10 +303,10 @@ def facts(worn: Worn, number: float | None = None) -> str:
 def text(worn: Worn, number: float | None = None) -> str:
     """Return the series with its depths as a table, followed by remarks."""
     columns, rules = worn.series.columns, ("trapezoidal", "left", "right")
-    heads = ["time, s", "pressure, MPa", "speed, m/s", *(f"{rule}, um" for rule in rules)]
+    headings = ["time, s", "pressure, MPa", "speed, m/s", *(f"{rule}, um" for rule in rules)]
     cells = [columns["time"], 1e-6 * worn.pressure, columns["speed"], *(1e6 * worn.depth[rule] for rule in rules)]
     if worn.implied is not None:
-        heads += ["table, um", "its k, m^2/N"]
+        headings += ["table, um", "its k, m^2/N"]
         cells += [1e6 * columns["depth"], np.concatenate([[np.nan], worn.implied])]
     cells = [column[:_SHOWN] for column in cells]
     rows = [[f"{value:.4g}" for value in row] for row in zip(*cells, strict=True)]
@@ -308,13 +314,17 @@ def text(worn: Worn, number: float | None = None) -> str:
     for row, values in zip(rows, zip(*cells, strict=True), strict=True):
         row[places] = [_um(1e-6 * value) for value in values[places]]
     rows = [["-" if cell == "nan" else cell for cell in row] for row in rows]
-    widths = [max(map(len, column)) for column in zip(heads, *rows, strict=True)]
-    lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (heads, *rows)]
+    widths = [max(map(len, column)) for column in zip(headings, *rows, strict=True)]
+    lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (headings, *rows)]
     if len(columns["time"]) > _SHOWN:
         lines.append(f"... {len(columns['time']) - _SHOWN:,} more rows; --json has all")
     dimensionless = "" if number is None else f" (dimensionless {number:.3g})"
-    ends = ", ".join(f"{_um(worn.depth[rule][-1])} um {rule}" for rule in rules)
-    lines += ["", f"k = {worn.coefficient:.4g} m^2/N{dimensionless}; depth after {columns['time'][-1]:g} s: {ends}", ""]
+    final_depths = ", ".join(f"{_um(worn.depth[rule][-1])} um {rule}" for rule in rules)
+    lines += [
+        "",
+        f"k = {worn.coefficient:.4g} m^2/N{dimensionless}; depth after {columns['time'][-1]:g} s: {final_depths}",
+        "",
+    ]
     if _is_coarse(worn):
         lines += ["The table's depth is rounded too coarsely to be compared with its own pressures and speeds.", ""]
     elif "depth" in columns and not worn.remarks:
@@ -332,21 +342,21 @@ def _um(depth: float) -> str:
     return f"{1e6 * depth:.3f}" if abs(depth) < 1.0 else f"{1e6 * depth:.4g}"
 
 
-def _column(head: str) -> tuple[str, str]:
+def _column(heading: str) -> tuple[str, str]:
     """Return the name in COLUMNS and the unit of a header, '' for none."""
-    name, unit = head_of(head)
-    word = name.lower().replace(" ", "_")
+    name, unit = head_of(heading)
+    column_word = name.lower().replace(" ", "_")
     for column, (_, names) in COLUMNS.items():
-        for known in names:
-            if word == known:
+        for alias in names:
+            if column_word == alias:
                 return column, unit
-            if not unit and word.startswith(f"{known}_"):
-                return column, name[len(known) + 1 :].replace("_", "/", 1)
+            if not unit and column_word.startswith(f"{alias}_"):
+                return column, name[len(alias) + 1 :].replace("_", "/", 1)
     return "", ""
 
 
-def _values(texts: list[str], unit: str, si: str, place: str, lines: list[int]) -> np.ndarray:
-    """Return the numbers (rows,) of `texts` in `unit`, converted to the SI unit `si`; `place` takes a line number."""
+def _values(texts: list[str], unit: str, si: str, location: str, lines: list[int]) -> np.ndarray:
+    """Return the numbers (rows,) of `texts` in `unit`, in the SI unit `si`; `location`: `{}` is the line."""
     if frozenset().union(*texts) <= _DIGITS:  # plain numbers, a million of which are converted at once
         scale = quantity.exact(f"1 {unit}", si)
         exact = max(scale.numerator, scale.denominator) < 2**53
@@ -360,7 +370,7 @@ def _values(texts: list[str], unit: str, si: str, place: str, lines: list[int]) 
             if np.isfinite(values).all():
                 return values
     cells = zip(texts, lines, strict=True)
-    return np.array([_read(place.replace("{}", str(line)), f"{text.strip()} {unit}", si) for text, line in cells])
+    return np.array([_read(location.replace("{}", str(line)), f"{text.strip()} {unit}", si) for text, line in cells])
 
 
 def _last_digit(text: str) -> float:
@@ -376,13 +386,15 @@ def _read(where: str, written: str, unit: str) -> float:
         raise InputError(f"{where}: {error}") from None
 
 
-def _check(path: Path, columns: Mapping[str, np.ndarray], heads: list[str]) -> None:
+def _check(path: Path, columns: Mapping[str, np.ndarray], headings: list[str]) -> None:
     """Raise InputError if a series lacks a column or its time does not increase."""
-    names = [name for _, (_, several) in COLUMNS.items() for name in several]
+    names = [name for _, (_, aliases) in COLUMNS.items() for name in aliases]
     for name in ("time", "speed"):
         if name not in columns:
-            near = next((nearest(head_of(head)[0], names) for head in heads if nearest(head_of(head)[0], names)), "")
-            raise InputError(f"{path}:1:1: has no column of {name}{near} (known: {_KNOWN})")
+            suggestion = next(
+                (nearest(head_of(heading)[0], names) for heading in headings if nearest(head_of(heading)[0], names)), ""
+            )
+            raise InputError(f"{path}:1:1: has no column of {name}{suggestion} (known: {_KNOWN})")
     for name, values in columns.items():
         if values.size and np.abs(values).max() > LARGEST:
             row = int(np.argmax(np.abs(values)))
@@ -391,9 +403,9 @@ def _check(path: Path, columns: Mapping[str, np.ndarray], heads: list[str]) -> N
             )
     if len(columns["time"]) < 2:
         raise InputError(f"{path}: has {len(columns['time'])} rows; a series has at least 2")
-    late = np.flatnonzero(np.diff(columns["time"]) <= 0.0)
-    if len(late):
-        raise InputError(f"{path}: row {late[0] + 3}: the time does not increase; order the rows by it")
+    not_increasing = np.flatnonzero(np.diff(columns["time"]) <= 0.0)
+    if len(not_increasing):
+        raise InputError(f"{path}: row {not_increasing[0] + 3}: the time does not increase; order the rows by it")
     for name in ("pressure", "force"):
         if name in columns and np.any(columns[name] < 0.0):
             row = int(np.flatnonzero(columns[name] < 0.0)[0]) + 2

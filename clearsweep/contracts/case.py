@@ -104,11 +104,11 @@ class Wear(NamedTuple):
     def coefficients(self) -> dict[str, tuple[float, ...]]:
         """Return the wear coefficients (m^2/N or m^3/J) of both bodies: after and before running-in."""
         per = self.values["hardness"] if self.dimensionless else 1.0
-        first = self.running_in or {}
+        unworn = self.running_in or {}
         return {
             body: tuple(
                 numbers[key] / per
-                for numbers, key in ((self.values, f"{body}_coefficient"), (first, f"{body}_initial"))
+                for numbers, key in ((self.values, f"{body}_coefficient"), (unworn, f"{body}_initial"))
                 if key in numbers
             )
             for body in ("bearing", "journal")
@@ -209,9 +209,9 @@ class Joint(NamedTuple):
     @property
     def strength(self) -> float | None:
         """Return the yield strength (Pa) of the weaker body, if necessary from hardness, or None if unknown."""
-        given = [body.yield_strength for body in self.contact.material or () if body.yield_strength]
-        if given:
-            return min(given)
+        strengths = [body.yield_strength for body in self.contact.material or () if body.yield_strength]
+        if strengths:
+            return min(strengths)
         sections = [section.values for section in (self.roughness, self.wear) if section]
         hard = [values["hardness"] for values in sections if "hardness" in values]
         return min(hard) / HARDNESS_OVER_STRENGTH if hard else None

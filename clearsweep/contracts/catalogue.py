@@ -43,9 +43,9 @@ class Field(NamedTuple):
 
     def contains(self, value: float) -> bool:
         """Return whether `value`, in SI, is allowed."""
-        above = value > self.low if self.low_open else value >= self.low
-        below = value < self.high if self.high_open else value <= self.high
-        return above and below and (not self.whole or value == int(value)) and _is_sized(value)
+        is_above = value > self.low if self.low_open else value >= self.low
+        is_below = value < self.high if self.high_open else value <= self.high
+        return is_above and is_below and (not self.whole or value == int(value)) and _is_sized(value)
 
 
 def _is_sized(value: float) -> bool:
@@ -68,10 +68,12 @@ class Range(NamedTuple):
 
     def allowed(self) -> str:
         """Return the range in words: 'from 5e-06 to 0.01 m', 'up to 10 deg'."""
-        turn, unit = (math.degrees(1.0), "deg") if self.unit == "rad" else (1.0, "" if self.unit == "1" else self.unit)
-        low, high = f"{turn * self.low:.4g}", f"{turn * self.high:.4g}"
-        words = "" if self.high == inf else f"up to {high}" if self.low in (0.0, -inf) else f"from {low} to {high}"
-        return f"{words or f'from {low}'} {unit}".rstrip()
+        factor, unit = (
+            (math.degrees(1.0), "deg") if self.unit == "rad" else (1.0, "" if self.unit == "1" else self.unit)
+        )
+        low, high = f"{factor * self.low:.4g}", f"{factor * self.high:.4g}"
+        range_text = "" if self.high == inf else f"up to {high}" if self.low in (0.0, -inf) else f"from {low} to {high}"
+        return f"{range_text or f'from {low}'} {unit}".rstrip()
 
 
 class Order(NamedTuple):

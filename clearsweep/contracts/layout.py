@@ -50,7 +50,7 @@ class JointLayout(NamedTuple):
         flanged = self.telling and self.corners > WALLS
         parts = {"wear": self.wear_bins, "film": self.film, "friction": self.friction}
         parts |= {"spatial": self.telling, "axial": flanged, "strength": self.strength, "thermal": self.thermal}
-        return {name for name, present_ in parts.items() if present_}
+        return {name for name, features in parts.items() if features}
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -138,7 +138,7 @@ class Layout(NamedTuple):
         """Return the layout of cases with these properties."""
         mechanism = catalogue.outlined(parts.mechanism, parts.outline)
         assert mechanism is not None, parts.mechanism  # a case always has a known mechanism
-        asked = {name for name in ASKED if getattr(parts, name)}
+        requested = {name for name in ASKED if getattr(parts, name)}
         frictions = (*rubbing_joints(parts.outline), *parts.preloads)
         has = {joint.name: joint.has | ({"limited"} if joint.name == parts.life else set()) for joint in parts.joints}
         return cls(
@@ -146,7 +146,7 @@ class Layout(NamedTuple):
             mechanism.turns,
             mechanism.output.name if mechanism.output else "",
             parts.joints,
-            columns_of(catalogue, mechanism, has, asked, parts.until, frictions),
+            columns_of(catalogue, mechanism, has, requested, parts.until, frictions),
             _channels(catalogue, mechanism, parts.joints),
             parts.horizon,
             parts.error_check,
@@ -159,14 +159,14 @@ class Layout(NamedTuple):
     @property
     def rubbing(self) -> tuple[str, ...]:
         """Return the joints without clearance that have friction."""
-        opened = {joint.name for joint in self.joints}
-        return tuple(name for name in dict.fromkeys(self.frictions) if name not in opened)
+        with_clearance = {joint.name for joint in self.joints}
+        return tuple(name for name in dict.fromkeys(self.frictions) if name not in with_clearance)
 
     @property
     def stored(self) -> tuple[Column, ...]:
         """Return the channels that are stored of every case, `t` first."""
-        kept = {*ALWAYS_STORED, *self.listed}
-        return tuple(channel for channel in self.channels if not self.listed or channel.name in kept)
+        stored_names = {*ALWAYS_STORED, *self.listed}
+        return tuple(channel for channel in self.channels if not self.listed or channel.name in stored_names)
 
     @property
     def sections(self) -> tuple[tuple[str, str], ...]:
@@ -174,8 +174,8 @@ class Layout(NamedTuple):
 
         The first is 'joints/rod_slider/x', the second 'poincare/rod_slider/x'.
         """
-        wanted = {f"joints/{joint.name}/{name}" for joint in self.joints for name in _SECTIONED if self.turns}
-        names = [channel.name for channel in self.channels if channel.name in wanted]
+        section_names = {f"joints/{joint.name}/{name}" for joint in self.joints for name in _SECTIONED if self.turns}
+        names = [channel.name for channel in self.channels if channel.name in section_names]
         return tuple((name, name.replace("joints", "poincare", 1)) for name in names)
 
     @property
@@ -190,15 +190,17 @@ class Layout(NamedTuple):
 
     def written(self) -> dict[str, Any]:
         """Return the layout as run.json contains it."""
-        listed = {name: [each._asdict() for each in getattr(self, name)] for name in _LISTED}
-        return self._asdict() | listed
+        entries = {name: [entry._asdict() for entry in getattr(self, name)] for name in _LISTED}
+        return self._asdict() | entries
 
     @classmethod
     def read(cls, written: Mapping[str, Any]) -> "Layout":
         """Return the layout from the result of `written`."""
-        listed: dict[str, Any] = {name: tuple(kind(**each) for each in written[name]) for name, kind in _LISTED.items()}
-        listed |= {name: tuple(written.get(name, ())) for name in ("frictions", "listed")}
-        return cls(**(dict(written) | listed))
+        entries: dict[str, Any] = {
+            name: tuple(kind(**entry) for entry in written[name]) for name, kind in _LISTED.items()
+        }
+        entries |= {name: tuple(written.get(name, ())) for name in ("frictions", "listed")}
+        return cls(**(dict(written) | entries))
 
 
 _LISTED = {"joints": JointLayout, "columns": Column, "channels": Column}
@@ -212,36 +214,36 @@ def columns_of(
     catalogue: Catalogue,
     mechanism: Mechanism,
     parts: Mapping[str, set],
-    asked: set,
+    requested: set,
     until: str = "",
     frictions: Iterable[str] = (),
 ) -> tuple[Column, ...]:
     """Return the figures of merit of a case, in the order of the summary's columns.
 
-    parts : clearance joint ('rod_slider') -> its features ('wear', 'film'); asked : those of ASKED that the grid
+    parts : clearance joint ('rod_slider') -> its features ('wear', 'film'); requested : those of ASKED that the grid
     requests; until : the figure in `simulate.until`; frictions : the joints of friction loads, of
     which those without clearance have a friction power.
     """
-    present_ = {*asked, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
+    features = {*requested, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
     columns: list[Column] = []
     for joint, has in parts.items():
-        wanted = (figure for figure in catalogue.figures if figure.of == "joint")
-        columns += [_column(figure, joint, mechanism) for figure in wanted if present_ | has >= {*figure.needs}]
+        joint_figures = (figure for figure in catalogue.figures if figure.of == "joint")
+        columns += [_column(figure, joint, mechanism) for figure in joint_figures if features | has >= {*figure.needs}]
     for joint in dict.fromkeys(frictions):
-        wanted = (figure for figure in catalogue.figures if figure.name == FRICTION_POWER and joint not in parts)
-        columns += [_column(figure, joint, mechanism) for figure in wanted]
+        joint_figures = (figure for figure in catalogue.figures if figure.name == FRICTION_POWER and joint not in parts)
+        columns += [_column(figure, joint, mechanism) for figure in joint_figures]
     for figure in catalogue.figures:
-        if figure.of == "joint" or not present_ >= {*figure.needs} or (figure.of == "output" and not mechanism.output):
+        if figure.of == "joint" or not features >= {*figure.needs} or (figure.of == "output" and not mechanism.output):
             continue
         watched = {column.name: column.unit for column in columns}.get(until, "1")
         columns.append(_column(figure, "", mechanism, until, watched))
-    if "error_check" not in asked:
+    if "error_check" not in requested:
         return tuple(columns)
     differing = {figure.name for figure in catalogue.figures if figure.differs}
     return tuple(
-        each
+        new_column
         for column in columns
-        for each in ((column, _difference(column)) if column.figure in differing else (column,))
+        for new_column in ((column, _difference(column)) if column.figure in differing else (column,))
     )
 
 
@@ -297,8 +299,10 @@ def settling(catalogue: Catalogue, mechanism: Mechanism, *, settles: bool = True
     }
     total = {"wear", "film", "friction"}
     parts = {column_name(site.name): kinds.get(site.kind, total) for site in mechanism.joints}
-    named = {figure.name for figure in catalogue.figures if figure.settles is settles}
-    return tuple(column.name for column in columns_of(catalogue, mechanism, parts, set()) if column.figure in named)
+    figure_names = {figure.name for figure in catalogue.figures if figure.settles is settles}
+    return tuple(
+        column.name for column in columns_of(catalogue, mechanism, parts, set()) if column.figure in figure_names
+    )
 
 
 def markdown(catalogue: Catalogue) -> str:

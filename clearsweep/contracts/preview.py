@@ -32,10 +32,10 @@ def _joint(channels: Mapping[str, np.ndarray], joint: str) -> list[str]:
     """Return drawings of a joint's journal orbit and of its normal force over time."""
     title, force = wording.joint_name(joint), channels[f"joints/{joint}/force_normal"]
     x, y = channels[f"joints/{joint}/x"], channels[f"joints/{joint}/y"]
-    reach, largest = wording.text(float(np.hypot(x, y).max()), "m"), wording.text(float(force.max()), "N")
+    farthest, largest = wording.text(float(np.hypot(x, y).max()), "m"), wording.text(float(force.max()), "N")
     over_time = f"{title}: normal force over time, up to {largest}"
     return [
-        _curve(x, y, f"{title}: orbit, up to {reach}", equal=True),
+        _curve(x, y, f"{title}: orbit, up to {farthest}", equal=True),
         _curve(channels["t"], force, over_time, width=2 * SIZE),
     ]
 
@@ -44,11 +44,14 @@ def _curve(x: np.ndarray, y: np.ndarray, title: str, *, width: int = SIZE, equal
     """Return a curve with its title as SVG; `equal`: both axes have the same scale."""
     step = max(1, len(x) // MOST_POINTS)
     x, y = np.asarray(x[::step]), np.asarray(y[::step])
-    middle, half = [(values.max() + values.min()) / 2.0 for values in (x, y)], [np.ptp(x) / 2.0, np.ptp(y) / 2.0]
-    half = [max(half)] * 2 if equal else half
-    across = width / 2 + (width / 2 - MARGIN) * (x - middle[0]) / (half[0] or 1.0)
-    up = SIZE / 2 - (SIZE / 2 - MARGIN) * (y - middle[1]) / (half[1] or 1.0)
-    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, up, strict=True))
+    centres, half_ranges = (
+        [(values.max() + values.min()) / 2.0 for values in (x, y)],
+        [np.ptp(x) / 2.0, np.ptp(y) / 2.0],
+    )
+    half_ranges = [max(half_ranges)] * 2 if equal else half_ranges
+    x_pixels = width / 2 + (width / 2 - MARGIN) * (x - centres[0]) / (half_ranges[0] or 1.0)
+    y_pixels = SIZE / 2 - (SIZE / 2 - MARGIN) * (y - centres[1]) / (half_ranges[1] or 1.0)
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x_pixels, y_pixels, strict=True))
     return (
         f'<figure style="display:inline-block;margin:0 1em 0 0"><figcaption>{html.escape(title)}</figcaption>'
         f'<svg width="{width}" height="{SIZE}" role="img" aria-label="{html.escape(title)}">'

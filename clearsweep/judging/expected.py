@@ -35,24 +35,24 @@ def worst(block: Mapping[str, np.ndarray], joints: list[str]) -> Expected | None
         values = np.where(irregular, np.asarray(block[f"{joint}_{FIGURE}"], float), np.nan)
         if np.isnan(values).all():
             continue
-        place = int(np.nanargmax(values))
-        ends = (float(block[name][place]) for name in (*_predicted(joint), f"{joint}_force_peak"))
-        here = Expected(str(block["case_id"][place]), joint, *ends)
-        highest = here if highest is None or here.value > highest.value else highest
+        index = int(np.nanargmax(values))
+        figures = (float(block[name][index]) for name in (*_predicted(joint), f"{joint}_force_peak"))
+        candidate = Expected(str(block["case_id"][index]), joint, *figures)
+        highest = candidate if highest is None or candidate.value > highest.value else highest
     return highest
 
 
-def sentence(ends: list[str], where: str) -> str:
+def sentence(figures: list[str], where: str) -> str:
     """Return it in words.
 
-    ends : value, upper end and the largest of the window as text; where : ' in joint ... at ...'
+    figures : value, upper end and the largest of the window as text; where : ' in joint ... at ...'
     """
-    value, high, seen = ends
+    value, high, largest = figures
     return (
         f"In 10⁶ revolutions expect a force peak of {value}, at most {high} (97.5 %){where}; the window's largest is "
-        f"{seen}."
+        f"{largest}."
     )
 
 
 def _predicted(joint: str) -> list[str]:
-    return [f"{joint}_{FIGURE}{end}" for end in ENDS]
+    return [f"{joint}_{FIGURE}{suffix}" for suffix in ENDS]

@@ -68,13 +68,15 @@ def statistics(turns: "np.ndarray") -> Statistics:
     import numpy as np
 
     count, samples = turns.shape
-    about = turns - turns.mean()
+    deviations = turns - turns.mean()
     amplitudes = np.fft.rfft(turns, axis=1) / samples
     power = 2.0 * np.abs(amplitudes) ** 2
     bands = np.array([power[:, low : high + 1].sum(axis=1) for low, high in BANDS]).T
-    above = about - _up_to(turns.ravel(), RIGID_ORDERS * count, len(turns.ravel())).reshape(turns.shape)
-    energy = np.fft.rfft(above**2, axis=1)[:, : HARMONICS + 1] / samples
-    return Statistics((about**2).mean(axis=1), np.abs(about).max(axis=1), bands, _impacts(np.abs(above)), energy)
+    fast_part = deviations - _up_to(turns.ravel(), RIGID_ORDERS * count, len(turns.ravel())).reshape(turns.shape)
+    energy = np.fft.rfft(fast_part**2, axis=1)[:, : HARMONICS + 1] / samples
+    return Statistics(
+        (deviations**2).mean(axis=1), np.abs(deviations).max(axis=1), bands, _impacts(np.abs(fast_part)), energy
+    )
 
 
 def _impacts(size: "np.ndarray") -> "np.ndarray":
@@ -96,8 +98,8 @@ def _up_to(values: "np.ndarray", highest: float, count: int) -> "np.ndarray":
     import numpy as np
 
     spectrum = np.fft.rfft(values)[: count // 2 + 1]
-    place = np.arange(len(spectrum)) / max(highest, 1.0)
-    spectrum *= 0.5 + 0.5 * np.cos(np.pi * np.clip((place - 0.8) / 0.2, 0.0, 1.0))
+    orders = np.arange(len(spectrum)) / max(highest, 1.0)
+    spectrum *= 0.5 + 0.5 * np.cos(np.pi * np.clip((orders - 0.8) / 0.2, 0.0, 1.0))
     spectrum[0] = 0.0
     filtered: np.ndarray = np.fft.irfft(spectrum, count) * (count / len(values))
     return filtered
@@ -144,13 +146,13 @@ def revolutions(
     """
     import numpy as np
 
-    own = density(angle)
-    orders = common_band(own) if orders is None else orders
+    own_density = density(angle)
+    orders = common_band(own_density) if orders is None else orders
     samples = grid_of(orders)
-    begin = angle[0] if start is None else start + TURN * np.ceil((angle[0] - start) / TURN - 1e-9)
-    count = int(np.floor((angle[-1] - begin) / TURN + 1e-6))
-    fine = samples * max(int(np.ceil(4.0 * own / samples)), 1)
-    fitted: np.ndarray = np.interp(begin + TURN * np.arange(count * fine) / fine, angle, values)
+    first_angle = angle[0] if start is None else start + TURN * np.ceil((angle[0] - start) / TURN - 1e-9)
+    count = int(np.floor((angle[-1] - first_angle) / TURN + 1e-6))
+    fine_samples = samples * max(int(np.ceil(4.0 * own_density / samples)), 1)
+    fitted: np.ndarray = np.interp(first_angle + TURN * np.arange(count * fine_samples) / fine_samples, angle, values)
     if not count:
         return fitted.reshape(0, samples)
     resampled: np.ndarray = fitted.mean() + _up_to(fitted, orders * count, count * samples).reshape(count, samples)
@@ -167,7 +169,8 @@ def shift(measured: "np.ndarray", computed: "np.ndarray", highest: int | None = 
     import numpy as np
 
     spectra = [
-        np.fft.rfft(each - each.mean())[: None if highest is None else highest + 1] for each in (measured, computed)
+        np.fft.rfft(signal - signal.mean())[: None if highest is None else highest + 1]
+        for signal in (measured, computed)
     ]
     return int(np.argmax(np.fft.irfft(spectra[0] * np.conj(spectra[1]), len(measured))))
 
@@ -180,17 +183,17 @@ def angle_of_time(times: "np.ndarray", values: "np.ndarray", rate: float) -> "np
     """
     import numpy as np
 
-    about = values - values.mean()
+    deviations = values - values.mean()
     span = times[-1] - times[0]
-    even = np.linspace(times[0], times[-1], len(times))
-    about = np.interp(even, times, about) * np.hanning(len(times))
-    spectrum = np.abs(np.fft.rfft(about, 4 * len(about))) ** 2
+    uniform_times = np.linspace(times[0], times[-1], len(times))
+    deviations = np.interp(uniform_times, times, deviations) * np.hanning(len(times))
+    spectrum = np.abs(np.fft.rfft(deviations, 4 * len(deviations))) ** 2
     step = TURN / (4.0 * span * len(times) / (len(times) - 1))  # rad/s, resolution of the spectrum
-    tried = rate * np.linspace(0.95, 1.05, 2001)
+    rates = rate * np.linspace(0.95, 1.05, 2001)
     lines = np.arange(len(spectrum)) * step
-    power = [np.interp(order * tried, lines, spectrum) for order in (1, 2, 3, 4)]
-    best = int(np.argmax(np.sum(power, axis=0)))
-    mean, strongest = float(tried[best]), int(np.argmax([each[best] for each in power])) + 1
+    power = [np.interp(order * rates, lines, spectrum) for order in (1, 2, 3, 4)]
+    best_index = int(np.argmax(np.sum(power, axis=0)))
+    mean, strongest = float(rates[best_index]), int(np.argmax([spectrum[best_index] for spectrum in power])) + 1
     angle: np.ndarray = mean * (times - times[0])
     for _ in range(2):  # the first pass leaves an error from variation within a revolution
         demodulated = (values - values.mean()) * np.exp(-1j * strongest * angle)
@@ -198,10 +201,10 @@ def angle_of_time(times: "np.ndarray", values: "np.ndarray", rate: float) -> "np
         if np.abs(smooth).min() < WEAK * np.std(values):
             return angle
         phase = np.unwrap(np.angle(smooth)) / strongest
-        better = angle + phase - phase[0]
-        if (np.diff(better) <= 0.0).any():
+        refined_angle = angle + phase - phase[0]
+        if (np.diff(refined_angle) <= 0.0).any():
             return angle
-        angle = better
+        angle = refined_angle
     return angle
 
 
@@ -210,8 +213,11 @@ def _averaged(times: "np.ndarray", values: "np.ndarray", width: float) -> "np.nd
     import numpy as np
 
     total = np.concatenate([[0.0], np.cumsum(values)])
-    half = min(width, times[-1] - times[0]) / 2.0
-    middle = np.clip(times, times[0] + half, times[-1] - half)  # full width also at both ends
-    first, last = np.searchsorted(times, middle - half), np.searchsorted(times, middle + half, side="right")
+    half_width = min(width, times[-1] - times[0]) / 2.0
+    centres = np.clip(times, times[0] + half_width, times[-1] - half_width)  # full width also at both ends
+    first, last = (
+        np.searchsorted(times, centres - half_width),
+        np.searchsorted(times, centres + half_width, side="right"),
+    )
     averages: np.ndarray = (total[last] - total[first]) / np.maximum(last - first, 1)
     return averages

@@ -24,29 +24,31 @@ class Row(NamedTuple):
     value: float  # SI, nan for null
 
 
-def rows_of(block: Mapping[str, np.ndarray], base: Mapping[str, str], lead: Lead) -> list[Row]:
+def rows_of(block: Mapping[str, np.ndarray], base: Mapping[str, str], ranking: Lead) -> list[Row]:
     """Return what finished cases that check laws came to; base : path -> law of the grid."""
-    values, which = lead.worst(block)
+    values, candidate_numbers = ranking.worst(block)
     rows = []
-    for place, case_id in enumerate(block["case_id"].tolist()):
-        now = {path: block[path][place] for path in base}
-        ((path, law),) = ((path, law) for path, law in now.items() if law is not None and law != base[path])
-        rows.append(Row(case_id, path, law, lead.candidates[int(which[place])].columns[0], float(values[place])))
+    for index, case_id in enumerate(block["case_id"].tolist()):
+        laws = {path: block[path][index] for path in base}
+        ((path, law),) = ((path, law) for path, law in laws.items() if law is not None and law != base[path])
+        rows.append(
+            Row(case_id, path, law, ranking.candidates[int(candidate_numbers[index])].columns[0], float(values[index]))
+        )
     return rows
 
 
-def sentence(own: Row, rows: list[Row], text: Callable[[str, float], str]) -> str:
+def sentence(deciding: Row, rows: list[Row], text: Callable[[str, float], str]) -> str:
     """Return whether the other laws move the verdict on the deciding case; text : column and value -> in words."""
-    known = sorted((row for row in rows if not math.isnan(row.value)), key=lambda row: row.value)
-    many = "other valid law" if len(rows) == 1 else "other valid laws"
-    head = f"case {wording.short_id(own.case_id)} under {len(rows)} {many}"
-    if not known or math.isnan(own.value):
-        return f"{head}: no figure to compare."
-    names = _names(known)
-    first, last, written = (_figure(row, text) for row in (known[0], known[-1], own))
-    span = f"{first} ({names[0]})" + (f" to {last} ({names[-1]})" if len(known) > 1 else "")
-    figure = "margin " if own.column == MARGIN else ""
-    return f"{head}: {figure}{span}; {written} as written. {_moved(own, known)}"
+    ordered = sorted((row for row in rows if not math.isnan(row.value)), key=lambda row: row.value)
+    noun = "other valid law" if len(rows) == 1 else "other valid laws"
+    subject = f"case {wording.short_id(deciding.case_id)} under {len(rows)} {noun}"
+    if not ordered or math.isnan(deciding.value):
+        return f"{subject}: no figure to compare."
+    names = _names(ordered)
+    first, last, written = (_figure(row, text) for row in (ordered[0], ordered[-1], deciding))
+    span = f"{first} ({names[0]})" + (f" to {last} ({names[-1]})" if len(ordered) > 1 else "")
+    figure = "margin " if deciding.column == MARGIN else ""
+    return f"{subject}: {figure}{span}; {written} as written. {_moved(deciding, ordered)}"
 
 
 def _figure(row: Row, text: Callable[[str, float], str]) -> str:
@@ -56,22 +58,22 @@ def _figure(row: Row, text: Callable[[str, float], str]) -> str:
 def _names(rows: list[Row]) -> list[str]:
     """Return the laws, with their joints where there are several."""
     joints = [row.path.split(".")[1] for row in rows]
-    several = len({*joints}) > 1
-    return [f"{row.law}, {joint}" if several else row.law for row, joint in zip(rows, joints, strict=True)]
+    has_several_joints = len({*joints}) > 1
+    return [f"{row.law}, {joint}" if has_several_joints else row.law for row, joint in zip(rows, joints, strict=True)]
 
 
-def _moved(own: Row, known: list[Row]) -> str:
+def _moved(deciding: Row, ordered: list[Row]) -> str:
     """Return whether the verdict is another one under some law, without limits how far the figure moves."""
-    if own.column != MARGIN:
-        factors = [row.value / own.value for row in known if own.value]
+    if deciding.column != MARGIN:
+        factors = [row.value / deciding.value for row in ordered if deciding.value]
         if not factors:
             return "The figure is zero as written."
-        low, high = (wording.plain(end, 3) for end in (min(factors), max(factors)))
+        low, high = (wording.plain(factor, 3) for factor in (min(factors), max(factors)))
         return f"They give {' to '.join(dict.fromkeys((low, high)))} times the figure as written."
-    moved = [(row.value >= 0.0) != (own.value >= 0.0) for row in known]
-    other = list(itertools.compress(_names(known), moved))
-    if not other:
+    is_moved = [(row.value >= 0.0) != (deciding.value >= 0.0) for row in ordered]
+    moving_laws = list(itertools.compress(_names(ordered), is_moved))
+    if not moving_laws:
         return "No law moves the verdict."
-    named = [*other[:LISTED], *([f"{len(other) - LISTED} more"] if len(other) > LISTED else [])]
-    does = "exceeds a limit" if own.value >= 0.0 else "keeps to the limits"
-    return f"The verdict moves: the case {does} with {wording.sentence_list(named)}."
+    names = [*moving_laws[:LISTED], *([f"{len(moving_laws) - LISTED} more"] if len(moving_laws) > LISTED else [])]
+    does = "exceeds a limit" if deciding.value >= 0.0 else "keeps to the limits"
+    return f"The verdict moves: the case {does} with {wording.sentence_list(names)}."

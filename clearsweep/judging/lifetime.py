@@ -27,22 +27,24 @@ class Lifetime(NamedTuple):
 COLUMNS = {f"life_{name}": name for name in Lifetime._fields[:-1]} | {"wear_smoothing": "smoothing"}
 
 
-def lifetime_of(known: Mapping[str, float]) -> Lifetime:
+def lifetime_of(columns: Mapping[str, float]) -> Lifetime:
     """Return a life from its columns, without the joint's name; missing columns are nan."""
-    return Lifetime(**{field: known.get(name, math.nan) for name, field in COLUMNS.items()})
+    return Lifetime(**{field: columns.get(name, math.nan) for name, field in COLUMNS.items()})
 
 
 def interval_text(life: Lifetime) -> str:
     """Return a life in hours with the numerical interval only, and a remark on what this omits."""
     parts = [f"{wording.plain(life.hours)} h ({_numerics(life)})"]
     if math.isfinite(life.low_uncertain) or math.isfinite(life.high_uncertain):
-        known = [
-            f"{which}{_hours(life, end, DIGITS[0])}"
-            for which, end in (("from ", life.low_uncertain), ("to ", life.high_uncertain))
-            if math.isfinite(end)
+        bounds = [
+            f"{preposition}{_hours(life, revolutions, DIGITS[0])}"
+            for preposition, revolutions in (("from ", life.low_uncertain), ("to ", life.high_uncertain))
+            if math.isfinite(revolutions)
         ]
-        words = " ".join(known).removeprefix("from ") if len(known) == 2 else f"{known[0]}, the other end not known,"
-        parts.append(f"{words} with the uncertain wear coefficients")
+        range_text = (
+            " ".join(bounds).removeprefix("from ") if len(bounds) == 2 else f"{bounds[0]}, the other end not known,"
+        )
+        parts.append(f"{range_text} with the uncertain wear coefficients")
     if life.smoothing > WIDE_SMOOTHING:
         parts.append(
             f"its worn shapes are smoothed over {math.degrees(life.smoothing):.2g} deg, an effect that the interval "
@@ -51,9 +53,9 @@ def interval_text(life: Lifetime) -> str:
     return "; ".join(parts)
 
 
-def _hours(life: Lifetime, end: float, digits: int) -> str:
+def _hours(life: Lifetime, revolutions: float, digits: int) -> str:
     """Return an end of an interval (revolutions) in hours."""
-    return f"{wording.plain(life.hours * end / life.revolutions, digits)} h"
+    return f"{wording.plain(life.hours * revolutions / life.revolutions, digits)} h"
 
 
 def _numerics(life: Lifetime) -> str:
@@ -62,9 +64,9 @@ def _numerics(life: Lifetime) -> str:
     if not math.isfinite(life.high):
         return f"{percent}: {_hours(life, life.low, DIGITS[0])} to no end"
     for digits in DIGITS:
-        ends = [_hours(life, end, digits) for end in (life.low, life.revolutions, life.high)]
-        if len({*ends}) == len(ends):
-            return f"{percent}: {ends[0]} to {ends[2]}"
+        texts = [_hours(life, revolutions, digits) for revolutions in (life.low, life.revolutions, life.high)]
+        if len({*texts}) == len(texts):
+            return f"{percent}: {texts[0]} to {texts[2]}"
     share = 0.5 * (life.high - life.low) / life.revolutions
     if share < FINEST:
         return f"{percent}: \u00b1 under {wording.plain(100.0 * FINEST, 1)}{wording.BLANK}%"

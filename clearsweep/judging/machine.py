@@ -13,8 +13,8 @@ LISTED = 4  # most features mentioned
 
 def certainty(parameter: Mapping[str, Any]) -> str:
     """Return the remark on an interval: the data hardly determine the value, or the interval ends at the range."""
-    words = {"not": "the data do not determine it", "weakly": "the data determine it weakly"}
-    parts = [words[parameter["determined"]]] if parameter["determined"] in words else []
+    remarks = {"not": "the data do not determine it", "weakly": "the data determine it weakly"}
+    parts = [remarks[parameter["determined"]]] if parameter["determined"] in remarks else []
     if parameter["ends"] and parameter["determined"] == "well":
         parts.append(f"the interval ends at the {' and '.join(parameter['ends'])} end of its range: widen the range")
     return f"; {', '.join(parts)}" if parts else ""
@@ -24,8 +24,8 @@ def difference(fit: Mapping[str, Any]) -> str:
     """Return the difference between a computed and a measured feature in words."""
     if not fit["measured"]:
         return ""
-    off = 100.0 * (fit["computed"] / fit["measured"] - 1.0)
-    return f" ({off:+.3g} %)" if math.isfinite(off) else ""
+    percentage = 100.0 * (fit["computed"] / fit["measured"] - 1.0)
+    return f" ({percentage:+.3g} %)" if math.isfinite(percentage) else ""
 
 
 def sentences(identified: Mapping[str, Any], joints: int) -> list[str]:
@@ -34,23 +34,23 @@ def sentences(identified: Mapping[str, Any], joints: int) -> list[str]:
     for first, second, size in identified["traded"]:
         names = f"{wording.axis_name(first, joints)} and {wording.axis_name(second, joints)}"
         lines.append(f"{names} trade off (correlation {size:.2f}): the data determine a combination of them.")
-    for each in identified["signals"]:
-        noise, low, high = (f"{100.0 * share:.2g}" for share in each["noise"])
+    for signal in identified["signals"]:
+        noise, low, high = (f"{100.0 * share:.2g}" for share in signal["noise"])
         lines.append(
-            f"{each['channel']} of {each['file']}: {each['revolutions']} revolutions of {each['samples']:.4g} samples, "
-            f"compared up to order {each['orders']:.3g}; crank angle {math.degrees(each['angle']):.3g} deg ahead, "
-            f"noise {noise} % of the rms (95 %: {low} to {high} %)."
+            f"{signal['channel']} of {signal['file']}: {signal['revolutions']} revolutions of {signal['samples']:.4g} "
+            f"samples, compared up to order {signal['orders']:.3g}; crank angle {math.degrees(signal['angle']):.3g} deg "
+            f"ahead, noise {noise} % of the rms (95 %: {low} to {high} %)."
         )
-        speed, own = each["speed"], identified["computed_speed"]
-        if speed and abs(speed / own - 1.0) > SPEED:
+        speed, computed_speed = signal["speed"], identified["computed_speed"]
+        if speed and abs(speed / computed_speed - 1.0) > SPEED:
             lines.append(
-                f"{each['file']}: the measured speed is {speed * 30.0 / math.pi:.5g} rpm, but the cases have "
-                f"{own * 30.0 / math.pi:.5g} rpm; write the measured one under drive."
+                f"{signal['file']}: the measured speed is {speed * 30.0 / math.pi:.5g} rpm, but the cases have "
+                f"{computed_speed * 30.0 / math.pi:.5g} rpm; write the measured one under drive."
             )
-    gain, ends = identified["priors"]["gain"], [100.0 * share for share in identified["priors"]["noise"]]
+    gain, noise_range = identified["priors"]["gain"], [100.0 * share for share in identified["priors"]["noise"]]
     lines.append(
         f"Priors: even over each range; gain within {196.0 * gain:.2g} % (95 %); offset and crank angle free; noise "
-        f"{ends[0]:.2g} to {ends[1]:.2g} % of the rms."
+        f"{noise_range[0]:.2g} to {noise_range[1]:.2g} % of the rms."
     )
     return lines
 
@@ -62,12 +62,12 @@ def _misfit(identified: Mapping[str, Any]) -> str:
             "The model explains what was measured within the errors that are assumed; a law that differs by less is "
             "not noticed."
         )
-    far = sorted(
-        (each for each in identified["fits"] if abs(each["deviations"]) > FAR),
-        key=lambda each: -abs(each["deviations"]),
+    deviating = sorted(
+        (fit for fit in identified["fits"] if abs(fit["deviations"]) > FAR),
+        key=lambda fit: -abs(fit["deviations"]),
     )
-    named = [f"{each['channel']}, {each['feature']}{difference(each)}" for each in far[:LISTED]]
-    where = f"; furthest off: {wording.sentence_list(named)}" if named else ""
+    descriptions = [f"{fit['channel']}, {fit['feature']}{difference(fit)}" for fit in deviating[:LISTED]]
+    where = f"; furthest off: {wording.sentence_list(descriptions)}" if descriptions else ""
     return (
         f"Misfit: no values of these keys explain what was measured{where}. Errors are "
         f"{math.sqrt(identified['misfit']):.2g} times those assumed, by which the intervals are widened; "

@@ -48,8 +48,8 @@ class Lead(NamedTuple):
         if self.question == "optimise" and MARGIN in self.columns:  # cases beyond the limits are never the best
             values = np.where(np.asarray(columns[MARGIN], float) < 0.0, np.nan, values)
         sign = -1.0 if self.smallest else 1.0
-        which = np.argmax(np.where(np.isnan(values), -np.inf, sign * values), axis=0)
-        return np.take_along_axis(values, which[None], axis=0)[0], which
+        candidate_numbers = np.argmax(np.where(np.isnan(values), -np.inf, sign * values), axis=0)
+        return np.take_along_axis(values, candidate_numbers[None], axis=0)[0], candidate_numbers
 
     def ranking(self, values: np.ndarray) -> np.ndarray:
         """Return numbers that increase from the best case to the worst, -inf for null."""
@@ -64,18 +64,18 @@ def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | N
     The cases of a search are ranked by their margin to the limits, those of `optimise` by the first
     objective, best first.  The cases of `identify` are not ranked.
     """
-    asked = next((name for name in SEARCHES if (grid or {}).get(name)), "")
+    search = next((name for name in SEARCHES if (grid or {}).get(name)), "")
     there = {column.name for column in layout.columns}
     if (hours := f"{layout.life}_life_hours") in there:
         return Lead("life", "Shortest life", ("life",), _LEAST, (Candidate(layout.life, (hours,)),))
     limited = tuple(dict.fromkeys(limit.column for limit in limits))
-    if asked == "optimise":
+    if search == "optimise":
         return _optimised((grid or {})["optimise"], limited)
-    if asked == "identify":
+    if search == "identify":
         return Lead("identify", "", (), _MOST, ())
     if limited:
         names = (MARGIN, *limited)
-        return Lead(asked or "limits", "Smallest margin", names, _LEAST, (Candidate("", names),))
+        return Lead(search or "limits", "Smallest margin", names, _LEAST, (Candidate("", names),))
     joints = [joint.name for joint in layout.joints]
     for question, title, smallest, figures in _BY_CONTENT:
         matching = [name for name in joints if f"{name}_{next(iter(figures))}" in there]
@@ -90,9 +90,9 @@ def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | N
     return Lead("force", "", (), _MOST, ())
 
 
-def _optimised(asked: Mapping[str, Any], limited: tuple[str, ...]) -> Lead:
+def _optimised(section: Mapping[str, Any], limited: tuple[str, ...]) -> Lead:
     """Return the ranking by the objectives of `optimise`."""
-    written = {sense: asked.get(sense) or [] for sense in SENSES}
+    written = {sense: section.get(sense) or [] for sense in SENSES}
     objectives = [name for names in written.values() for name in ([names] if isinstance(names, str) else names)]
     names = (*objectives, *((MARGIN,) if limited else ()))
     return Lead("optimise", "Best cases", names, bool(written["minimise"]), (Candidate("", names),))
@@ -111,14 +111,14 @@ _BY_CONTENT: tuple[tuple[str, str, bool, dict[str, str]], ...] = (
 
 def no_limits(layout: Layout) -> str:
     """Return the suggested limit for a grid without limits."""
-    there = {column.name for column in layout.columns}
-    lead = lead_of(layout, ())
-    if lead.question == "film":
-        example = f"{lead.candidates[0].columns[0]}: {{at_least: 2 um}}"
-    elif lead.candidates:
-        joint = lead.candidates[0].joint
+    names = {column.name for column in layout.columns}
+    leading = lead_of(layout, ())
+    if leading.question == "film":
+        example = f"{leading.candidates[0].columns[0]}: {{at_least: 2 um}}"
+    elif leading.candidates:
+        joint = leading.candidates[0].joint
         ideal = f"{joint}_force_peak_ideal"
-        example = f"{joint}_force_peak: " + (f"{{at_most: 3, times: {ideal}}}" if ideal in there else "5 kN")
+        example = f"{joint}_force_peak: " + (f"{{at_most: 3, times: {ideal}}}" if ideal in names else "5 kN")
     else:
         return "No limits are set, so no case is judged."
     return f"No limits are set, so no case is judged. To judge them, add to the grid: limits: {{{example}}}"

@@ -7,11 +7,11 @@ INDEPENDENT = ("sobol", "latin-hypercube", "random")  # methods whose points rep
 LEVEL = 0.95  # of intervals
 
 
-def share(beyond: int, cases: int) -> tuple[float, float, float]:
+def share(count: int, cases: int) -> tuple[float, float, float]:
     """Return the probability of what is true of some cases, and the ends of Clopper and Pearson's exact interval."""
     from scipy.stats import binomtest
 
-    test = binomtest(beyond, cases)
+    test = binomtest(count, cases)
     interval = test.proportion_ci(LEVEL, method="exact")
     return float(test.statistic), float(interval.low), float(interval.high)
 
@@ -23,7 +23,7 @@ def is_one_sample(record: Mapping[str, Any]) -> bool:
     return sample.get("method") in INDEPENDENT and set(record.get("units", {})) == set(drawn)
 
 
-def sentence(known: tuple[float, float, float]) -> str:
+def sentence(probability: tuple[float, float, float]) -> str:
     """Return the probability in words."""
-    value, low, high = (f"{100.0 * each:.3g}" for each in known)
+    value, low, high = (f"{100.0 * value:.3g}" for value in probability)
     return f"A limit is exceeded with a probability of {value} % (95 %: {low} to {high} %)."

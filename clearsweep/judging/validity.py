@@ -46,13 +46,13 @@ PV_BORNE = 3.6e6
 RESIDUAL, LEAST_RESIDUAL, MOST_RESIDUAL = 10.0, 1e-9, 1e-2
 
 
-def columns(joints: Iterable[str], known: Collection[str]) -> list[str]:
+def columns(joints: Iterable[str], available: Collection[str]) -> list[str]:
     """Return the columns of the summary that the remarks on some joints ('rod_slider') need.
 
-    known : all columns; a joint of unknown strength has no `yield_speed` and gets no remark on yield.
+    available : all columns; a joint of unknown strength has no `yield_speed` and gets no remark on yield.
     """
-    wanted = [f"{joint}_{figure}" for figure in (*_FIGURES, YIELD_SPEED) for joint in joints]
-    return ["case_id", "message", *(name for name in wanted if name in known)]
+    required = [f"{joint}_{figure}" for figure in (*_FIGURES, YIELD_SPEED) for joint in joints]
+    return ["case_id", "message", *(name for name in required if name in available)]
 
 
 class _Worst(NamedTuple):
@@ -81,13 +81,13 @@ class Remarks:
         """Add finished cases: column of the summary -> its values, with at least `columns`."""
         ids, messages = cases["case_id"], cases["message"]
         self.cases += len(ids)
-        for place in np.flatnonzero(np.asarray(messages, object)).tolist():
+        for index in np.flatnonzero(np.asarray(messages, object)).tolist():
             for word in _TOLD:
-                if remark := _remark(messages[place], word):
+                if remark := _remark(messages[index], word):
                     self.counts[word] += 1
                     if word not in self.first:
-                        self.first[word] = short_id(ids[place]), remark
-                        self.named.add(ids[place])
+                        self.first[word] = short_id(ids[index]), remark
+                        self.named.add(ids[index])
         if not self.joints or not len(ids):
             return
         limits = np.array([_numbers(cases, f"{joint}_{YIELD_SPEED}", len(ids)) for joint in self.joints])
@@ -96,15 +96,15 @@ class Remarks:
             values = np.nan_to_num(values / limits if figure == ONSET_RATE else values)
             largest = values.max(axis=0)
             self.counts[figure] += int(np.count_nonzero(largest > threshold))
-            place = int(np.argmax(largest))
-            if largest[place] > max(threshold, self.worst[figure].value):
-                row = max(np.flatnonzero(values[:, place] == largest[place]), key=self.joints.__getitem__)
+            index = int(np.argmax(largest))
+            if largest[index] > max(threshold, self.worst[figure].value):
+                row = max(np.flatnonzero(values[:, index] == largest[index]), key=self.joints.__getitem__)
                 self.worst[figure] = _Worst(
-                    float(largest[place]),
+                    float(largest[index]),
                     joint_name(self.joints[row]),
-                    ids[place],
-                    messages[place],
-                    float(limits[row, place]),
+                    ids[index],
+                    messages[index],
+                    float(limits[row, index]),
                 )
 
     def replace_counts(self, counts: Mapping[str, int]) -> None:
@@ -296,7 +296,7 @@ def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
         for joint in joints
         if joint.share_beyond > 0.0
     ]
-    beyond = [
+    beyond_limit = [
         f"{joint.joint} reaches {joint.ratio:.4g} clearances" for joint in joints if joint.ratio > 1.0 and not joint.dry
     ]
     flow = [
@@ -314,7 +314,7 @@ def films(joints: Iterable[Lubricated]) -> tuple[str, ...]:
     hint = "; write the joint's contact, more viscosity, or less clearance"
     return (
         FILM_HELD + "; ".join(share_beyond) if share_beyond else "",
-        FILM_BEYOND + "; ".join(beyond) + hint if beyond else "",
+        FILM_BEYOND + "; ".join(beyond_limit) + hint if beyond_limit else "",
         FILM_FLOW + "; ".join(flow) if flow else "",
         FILM_FED + "; ".join(fed) if fed else "",
     )
@@ -366,11 +366,11 @@ def _mm(length: float) -> str:
     return f"{1e3 * length:.4g} mm"
 
 
-def past_limits(spent: Iterable[tuple[str, str, float, float]]) -> str:
+def past_limits(shares: Iterable[tuple[str, str, float, float]]) -> str:
     """Return the remark on elastic laws beyond their range: (joint, law, limit in m, share of the time beyond it)."""
     excesses = [
         f"{joint} is deeper than {1e3 * limit:.4g} mm, up to which {law} holds, for {_percent(share)} of the time"
-        for joint, law, limit, share in spent
+        for joint, law, limit, share in shares
         if share > 0.0
     ]
     return LAW_LIMIT + "; ".join(excesses) if excesses else ""
@@ -378,11 +378,11 @@ def past_limits(spent: Iterable[tuple[str, str, float, float]]) -> str:
 
 def kept_onsets(lasting: Iterable[tuple[str, float]]) -> str:
     """Return the remark on contacts that never end and keep their onset rate: (joint, onset rate in m/s)."""
-    kept = [
+    descriptions = [
         f"{joint} never loses contact in the window, and its law keeps the {rate:.3g} m/s of the first touch"
         for joint, rate in lasting
     ]
-    return f"{ONSET_KEPT}{', '.join(kept)}; contact.onset: renewed forgets how it began" if kept else ""
+    return f"{ONSET_KEPT}{', '.join(descriptions)}; contact.onset: renewed forgets how it began" if descriptions else ""
 
 
 def _percent(share: float) -> str:

@@ -34,9 +34,9 @@ class Limit(NamedTuple):
         """Return the bound of every case, in the unit of the column; not finite for a multiple of a missing value."""
         import numpy as np
 
-        given = columns[self.times] if self.times else np.ones(len(columns[self.column]))
+        factors = columns[self.times] if self.times else np.ones(len(columns[self.column]))
         with np.errstate(all="ignore"):
-            allowed: np.ndarray = self.value * given
+            allowed: np.ndarray = self.value * factors
         return allowed
 
     def short_by(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
@@ -44,8 +44,8 @@ class Limit(NamedTuple):
         import numpy as np
 
         with np.errstate(all="ignore"):
-            off: np.ndarray = self.threshold(columns) - columns[self.column]
-        return off if self.kind == "at_most" else -off
+            distance: np.ndarray = self.threshold(columns) - columns[self.column]
+        return distance if self.kind == "at_most" else -distance
 
     def unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return which cases cannot be assessed because value or bound is missing or not finite.
@@ -76,18 +76,18 @@ class Limit(NamedTuple):
         """Return 1 - value / limit of every case, for `at_least` value / limit - 1; NaN for a zero limit."""
         import numpy as np
 
-        most = np.finfo(float).max
+        largest = np.finfo(float).max
         with np.errstate(all="ignore"):
             size = np.abs(self.threshold(columns))
             margin: np.ndarray = np.where(size > 0.0, self.short_by(columns) / size, np.nan)
             usable = np.isfinite(columns[self.column]) & np.isfinite(size)
-        return np.where(usable, np.clip(margin, -most, most), np.nan)
+        return np.where(usable, np.clip(margin, -largest, largest), np.nan)
 
 
 def units_of(record: Mapping[str, Any]) -> dict[str, str]:
     """Return the SI unit of every column of a run, from its run.json."""
-    own = {figure.name: figure.unit for figure in of_record(record).figures}
-    return {column["name"]: column["unit"] for column in record["layout"]["columns"]} | own
+    figure_units = {figure.name: figure.unit for figure in of_record(record).figures}
+    return {column["name"]: column["unit"] for column in record["layout"]["columns"]} | figure_units
 
 
 class UserFigure(NamedTuple):
@@ -107,7 +107,7 @@ class Verdict(NamedTuple):
     @property
     def columns(self) -> tuple[Column, ...]:
         """Return the columns that the verdict adds to a summary."""
-        figures = [Column(own.name, own.unit, f"own figure: {own.text}") for own in self.figures]
+        figures = [Column(figure.name, figure.unit, f"own figure: {figure.text}") for figure in self.figures]
         if self.limits:
             figures += [
                 Column(EXCEEDED, "", _EXCEEDED, "text"),
@@ -117,10 +117,10 @@ class Verdict(NamedTuple):
 
     def needs(self) -> set[str]:
         """Return the columns that the verdict needs."""
-        own = {figure.name for figure in self.figures}
-        used = {name for figure in self.figures for name in expression.names_in(figure.text)}
-        used |= {name for limit in self.limits for name in (limit.column, limit.times) if name}
-        return used - own
+        defined = {figure.name for figure in self.figures}
+        referenced = {name for figure in self.figures for name in expression.names_in(figure.text)}
+        referenced |= {name for limit in self.limits for name in (limit.column, limit.times) if name}
+        return referenced - defined
 
     def of_case(self, summary: Mapping[str, Any], *, failed: bool = False) -> dict[str, Any]:
         """Return the added columns of a case from its `summary`; None for missing values."""
@@ -143,18 +143,18 @@ class Verdict(NamedTuple):
         """
         import numpy as np
 
-        known, evaluated = dict(columns), dict[str, np.ndarray]()
-        for own in self.figures:
-            evaluated[own.name] = known[own.name] = expression.value_of(own.text, known)
+        values, evaluated = dict(columns), dict[str, np.ndarray]()
+        for figure in self.figures:
+            evaluated[figure.name] = values[figure.name] = expression.value_of(figure.text, values)
         if self.limits:
-            beyond = {limit.column: np.zeros(len(known[limit.column]), bool) for limit in self.limits}
+            is_beyond = {limit.column: np.zeros(len(values[limit.column]), bool) for limit in self.limits}
             for limit in self.limits:
-                beyond[limit.column] |= limit.fails(known)
-            table = np.array(list(beyond.values()))
-            names = np.array(list(beyond), object)
+                is_beyond[limit.column] |= limit.fails(values)
+            table = np.array(list(is_beyond.values()))
+            names = np.array(list(is_beyond), object)
             evaluated[EXCEEDED] = np.array([",".join(names[case]) for case in table.T], object)
-            margins = np.array([limit.margin(known) for limit in self.limits])
-            evaluated[MARGIN] = np.where(self.unknown(known), np.nan, np.fmin.reduce(margins, axis=0))
+            margins = np.array([limit.margin(values) for limit in self.limits])
+            evaluated[MARGIN] = np.where(self.unknown(values), np.nan, np.fmin.reduce(margins, axis=0))
         return evaluated
 
     def unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
@@ -175,10 +175,10 @@ def margin_words(margin: float, limits: Iterable[Limit], exceeded: str) -> str:
 
     limits, exceeded : limits of a grid, and the columns that the case exceeds, as in EXCEEDED
     """
-    beyond = [limit for limit in limits if limit.column in exceeded.split(",")]
+    exceeded_limits = [limit for limit in limits if limit.column in exceeded.split(",")]
     if not math.isfinite(margin):
         return wording.DASH
-    if margin < -1.0 and all(limit.kind == "at_most" and limit.value > 0.0 for limit in beyond):
+    if margin < -1.0 and all(limit.kind == "at_most" and limit.value > 0.0 for limit in exceeded_limits):
         return f"{wording.plain(1.0 - margin, 2)} times the limit"
     return f"{wording.short(100.0 * margin, 3)}{wording.BLANK}%"
 
@@ -206,8 +206,8 @@ def of_record(record: Mapping[str, Any]) -> Verdict:
 
 def figures_of(written: Mapping[str, str], units: Mapping[str, str]) -> tuple[UserFigure, ...]:
     """Return the user-defined figures of a grid, functions of columns and earlier figures; InputError for a mistake."""
-    known, figures = dict(units), []
+    known_units, figures = dict(units), []
     for name, text in written.items():
-        known[name] = expression.unit_of(text, known)
-        figures.append(UserFigure(name, text, known[name]))
+        known_units[name] = expression.unit_of(text, known_units)
+        figures.append(UserFigure(name, text, known_units[name]))
     return tuple(figures)

@@ -52,8 +52,9 @@ class SchedulerLostError(ClearsweepError, ConnectionError):
 
 def brief(error: BaseException) -> str:
     """Return an error as one short line that begins with its type."""
-    first = (str(error).strip().splitlines() or [""])[0]
-    return f"{type(error).__name__}: {first if len(first) <= LONGEST_LINE else first[:LONGEST_LINE] + '...'}"
+    first_line = (str(error).strip().splitlines() or [""])[0]
+    text = first_line if len(first_line) <= LONGEST_LINE else first_line[:LONGEST_LINE] + "..."
+    return f"{type(error).__name__}: {text}"
 
 
 def printable(text: str) -> str:
@@ -67,27 +68,27 @@ def printable(text: str) -> str:
 _UNSEEN = ("Cc", "Cf", "Zl", "Zp")
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
+def nearest(word: str, names: Iterable[str]) -> str:
     """Return `; did you mean 'hertz'?` for the known word nearest to `word`, or ''."""
-    known = list(known)
-    same = [other for other in known if other.lower() == word.lower()]
-    near = same or get_close_matches(word, known, 1, 0.7)
-    return f"; did you mean '{near[0]}'?" if near else ""
+    names = list(names)
+    equal_names = [name for name in names if name.lower() == word.lower()]
+    matches = equal_names or get_close_matches(word, names, 1, 0.7)
+    return f"; did you mean '{matches[0]}'?" if matches else ""
 
 
-def similar_words(word: str, known: Iterable[str]) -> list[str]:
+def similar_words(word: str, names: Iterable[str]) -> list[str]:
     """Return the known words that contain `word`, or else those most similar to it; [] for none."""
-    known = list(known)
-    parts = [other for other in known if word and word.lower() in other.lower()]
-    return parts or get_close_matches(word, known, 3, 0.6)
+    names = list(names)
+    parts = [name for name in names if word and word.lower() in name.lower()]
+    return parts or get_close_matches(word, names, 3, 0.6)
 
 
 def shown(value: object) -> str:
     """Return a value for a message: shortened, text in quotes."""
     if isinstance(value, (dict, list)):
         return "a section" if isinstance(value, dict) else "a list"
-    words = {True: "true", False: "false", None: "nothing"}
-    text = words[value] if value is None or isinstance(value, bool) else repr(value)
+    texts = {True: "true", False: "false", None: "nothing"}
+    text = texts[value] if value is None or isinstance(value, bool) else repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 

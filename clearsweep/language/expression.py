@@ -93,9 +93,11 @@ def _tree(text: str, vocabulary: Vocabulary = COLUMNS) -> ast.expr:
     try:
         return ast.parse(text.strip(), mode="eval").body
     except SyntaxError as error:
-        place = f" at character {error.offset}" if error.offset else ""
+        position = f" at character {error.offset}" if error.offset else ""
         hint = _hint(text, vocabulary)
-        raise InputError(f"found {shown(text)}, which cannot be read{place}; {hint}{_expected(vocabulary)}") from None
+        raise InputError(
+            f"found {shown(text)}, which cannot be read{position}; {hint}{_expected(vocabulary)}"
+        ) from None
     except (ValueError, RecursionError, MemoryError):
         raise InputError(f"found {shown(text)}, which cannot be read; {_expected(vocabulary)}") from None
 
@@ -104,8 +106,10 @@ def _hint(text: str, vocabulary: Vocabulary) -> str:
     """Return the likely remedy of an expression that cannot be read, '' where none is known."""
     if text.count("(") > text.count(")") and vocabulary is DEFINED:
         return "inside {} or [] an expression with a comma is written in quotes; "
-    bare = next((match for match in _BARE.finditer(text) if quantity.is_unit(match[2])), None)
-    return f"a number with a unit is written in quotes, '{bare[1]} {bare[2]}'; " if bare else ""
+    bare_quantity = next((match for match in _BARE.finditer(text) if quantity.is_unit(match[2])), None)
+    return (
+        f"a number with a unit is written in quotes, '{bare_quantity[1]} {bare_quantity[2]}'; " if bare_quantity else ""
+    )
 
 
 def names_in(text: str, vocabulary: Vocabulary = COLUMNS) -> set[str]:
@@ -131,32 +135,32 @@ class _Checked:
         match node:
             case ast.Constant(value=bool() | None) | ast.Constant(value=complex()) | ast.Constant(value=bytes()):
                 raise InputError(f"found {shown(ast.unparse(node))}; {_expected(self.vocabulary)}")
-            case ast.Constant(value=str(written)):
-                return dict(quantity.with_unit(written)[1])
+            case ast.Constant(value=str(digits)):
+                return dict(quantity.with_unit(digits)[1])
             case ast.Constant(value=int() | float()):
                 _number(node)
                 return {}
             case ast.Name(id=name):
                 return self._named(name)
-            case ast.UnaryOp(op=sign, operand=inner) if type(sign) in _SIGNS:
-                return self.dimension(inner)
+            case ast.UnaryOp(op=sign, operand=operand) if type(sign) in _SIGNS:
+                return self.dimension(operand)
             case ast.BinOp(left=left, op=ast.Pow(), right=power):
                 return _scaled(self.dimension(left), Fraction(repr(_number(power))))
             case ast.BinOp(left=left, op=sign, right=right) if type(sign) in _PRODUCTS:
-                turned = Fraction(_PRODUCTS[type(sign)][1])
-                return _times(self.dimension(left), _scaled(self.dimension(right), turned))
+                exponent = Fraction(_PRODUCTS[type(sign)][1])
+                return _times(self.dimension(left), _scaled(self.dimension(right), exponent))
             case ast.BinOp(left=left, op=sign, right=right) if type(sign) in _SUMS:
                 return self._same(left, right)
             case ast.Call(func=ast.Name(id=name), args=[_, _, *_] as parts, keywords=[]) if name in _OF_SAME_UNIT:
-                return [self._same(parts[0], part) for part in parts[1:]][-1]
-            case ast.Call(func=ast.Name(id=name), args=[part], keywords=[]) if name in _OF_ONE:
-                return _scaled(self.dimension(part), _OF_ONE[name])
+                return [self._same(parts[0], argument) for argument in parts[1:]][-1]
+            case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in _OF_ONE:
+                return _scaled(self.dimension(argument), _OF_ONE[name])
         raise InputError(f"found {shown(ast.unparse(node))}; {_expected(self.vocabulary)}")
 
     def _named(self, name: str) -> Dimension:
         if name not in self.units:
-            known = ", ".join(self.units) or "none"
-            raise InputError(f"{shown(name)} is {self.vocabulary.unknown}{nearest(name, self.units)} (known: {known})")
+            names = ", ".join(self.units) or "none"
+            raise InputError(f"{shown(name)} is {self.vocabulary.unknown}{nearest(name, self.units)} (known: {names})")
         return dict(quantity.dimension_of(self.units[name]))
 
     def _same(self, left: ast.expr, right: ast.expr) -> Dimension:
@@ -165,8 +169,8 @@ class _Checked:
         if dimensions[0] == dimensions[1]:
             return dimensions[0]
         texts = [
-            f"{shown(ast.unparse(part))} in {quantity.unit_of(tuple(sorted(dimension.items())))}"
-            for part, dimension in zip((left, right), dimensions, strict=True)
+            f"{shown(ast.unparse(operand))} in {quantity.unit_of(tuple(sorted(dimension.items())))}"
+            for operand, dimension in zip((left, right), dimensions, strict=True)
         ]
         raise InputError(
             f"{texts[0]} and {texts[1]} cannot be added or compared; a number with a unit is written in quotes, '5 kN'"
@@ -178,21 +182,21 @@ def _value(node: Any, columns: "Mapping[str, np.ndarray]") -> Any:
     import numpy as np
 
     match node:
-        case ast.Constant(value=str(written)):
-            return quantity.with_unit(written)[0]
+        case ast.Constant(value=str(digits)):
+            return quantity.with_unit(digits)[0]
         case ast.Constant():
             return _number(node)
         case ast.Name(id=name):
             return columns[name]
-        case ast.UnaryOp(op=sign, operand=inner):
-            return _SIGNS[type(sign)](_value(inner, columns))
+        case ast.UnaryOp(op=sign, operand=operand):
+            return _SIGNS[type(sign)](_value(operand, columns))
         case ast.BinOp(left=left, op=ast.Pow(), right=power):
             return np.asarray(_value(left, columns), float) ** _number(power)
         case ast.BinOp(left=left, op=sign, right=right):
             form = _SUMS.get(type(sign)) or _PRODUCTS[type(sign)][0]
             return form(_value(left, columns), _value(right, columns))
         case ast.Call(func=ast.Name(id=name), args=parts):
-            values = [_value(part, columns) for part in parts]
+            values = [_value(argument, columns) for argument in parts]
             return (
                 reduce(getattr(np, _OF_SAME_UNIT[name]), values)
                 if name in _OF_SAME_UNIT
@@ -204,24 +208,24 @@ def _value(node: Any, columns: "Mapping[str, np.ndarray]") -> Any:
 def _exact(node: Any, values: Mapping[str, Fraction]) -> Fraction:
     """Return the exact value of such an expression."""
     match node:
-        case ast.Constant(value=str(written)):
-            return Fraction(repr(quantity.with_unit(written)[0]))
+        case ast.Constant(value=str(digits)):
+            return Fraction(repr(quantity.with_unit(digits)[0]))
         case ast.Constant():
             return Fraction(repr(_number(node)))
         case ast.Name(id=name):
             return values[name]
-        case ast.UnaryOp(op=sign, operand=inner):
-            return Fraction(_SIGNS[type(sign)](_exact(inner, values)))
+        case ast.UnaryOp(op=sign, operand=operand):
+            return Fraction(_SIGNS[type(sign)](_exact(operand, values)))
         case ast.BinOp(left=left, op=ast.Pow(), right=power):
             return _power(_exact(left, values), _number(power))
         case ast.BinOp(left=left, op=sign, right=right):
             form = _SUMS.get(type(sign)) or _PRODUCTS[type(sign)][0]
             return Fraction(form(_exact(left, values), _exact(right, values)))
-        case ast.Call(func=ast.Name(id="sqrt"), args=[part]):
-            return _power(_exact(part, values), 0.5)
+        case ast.Call(func=ast.Name(id="sqrt"), args=[argument]):
+            return _power(_exact(argument, values), 0.5)
         case ast.Call(func=ast.Name(id=name), args=parts):
             of_parts: Any = {"min": min, "max": max, "abs": abs}[name]
-            return Fraction(of_parts(*(_exact(part, values) for part in parts)))
+            return Fraction(of_parts(*(_exact(argument, values) for argument in parts)))
     raise AssertionError(node)  # `unit_of_defined` has refused it
 
 
@@ -236,8 +240,8 @@ def _power(base: Fraction, power: float) -> Fraction:
 def _number(node: ast.expr) -> float:
     """Return a written number with its sign."""
     match node:
-        case ast.UnaryOp(op=ast.USub(), operand=inner):
-            return -_number(inner)
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return -_number(operand)
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool) and abs(value) < 1e300:
             return float(value)
     raise InputError(f"found {shown(ast.unparse(node))}; expected one number below 1e300, written out")
@@ -249,4 +253,4 @@ def _times(left: Dimension, right: Dimension) -> Dimension:
 
 
 def _scaled(dimension: Dimension, power: Fraction) -> Dimension:
-    return {name: power * old for name, old in dimension.items() if power}
+    return {name: power * exponent for name, exponent in dimension.items() if power}

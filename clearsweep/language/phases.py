@@ -51,9 +51,9 @@ class Phase:
     """
 
     def __init__(
-        self, what: str | Callable[[], str], *, whole: bool = False, once: bool = False, since: float | None = None
+        self, name: str | Callable[[], str], *, whole: bool = False, once: bool = False, since: float | None = None
     ):
-        self._what, self.whole, self.once = what, whole, once
+        self._what, self.whole, self.once = name, whole, once
         self.opened = time.monotonic()
         self.begin = self.opened if since is None else since
         self.share: float | None = None
@@ -80,8 +80,8 @@ class Phase:
         if self._left is not None:
             left, noted = self._left
             return max(left - (now - noted), 0.0) or None
-        spent = now - self.begin - self.idle
-        return spent * (1.0 / self.share - 1.0) if self.share and spent >= SETTLED else None
+        elapsed = now - self.begin - self.idle
+        return elapsed * (1.0 / self.share - 1.0) if self.share and elapsed >= SETTLED else None
 
     def further(self) -> str:
         """Return further words for a line about this phase."""
@@ -104,30 +104,30 @@ def _changed() -> None:
 
 
 @contextlib.contextmanager
-def phase(what: str | Phase | Callable[[], str], *, whole: bool = False) -> Iterator[Phase]:
+def phase(name: str | Phase | Callable[[], str], *, whole: bool = False) -> Iterator[Phase]:
     """Open a phase for as long as this context lasts; see Phase."""
-    opened = start(what if isinstance(what, Phase) else Phase(what, whole=whole))
+    new_phase = start(name if isinstance(name, Phase) else Phase(name, whole=whole))
     try:
-        yield opened
+        yield new_phase
     finally:
-        end(opened)
+        end(new_phase)
 
 
-def start(opened: Phase) -> Phase:
+def start(new_phase: Phase) -> Phase:
     """Open a phase and return it."""
-    _open.append(opened)
+    _open.append(new_phase)
     _changed()
-    return opened
+    return new_phase
 
 
-def end(opened: Phase) -> None:
+def end(ended: Phase) -> None:
     """Close a phase."""
-    _open[:] = [other for other in _open if other is not opened]
-    if opened.once and not any(other.once for other in _open):
-        spent = time.monotonic() - opened.opened
-        _once[0] += spent
+    _open[:] = [other for other in _open if other is not ended]
+    if ended.once and not any(other.once for other in _open):
+        elapsed = time.monotonic() - ended.opened
+        _once[0] += elapsed
         for other in _open:
-            other.idle += spent
+            other.idle += elapsed
     _changed()
 
 
@@ -144,15 +144,15 @@ def progress(first: int = 0) -> Progress | None:
     phases, now = list(_open)[first:], time.monotonic()
     if not phases:
         return None
-    inner = next((opened for opened in phases if opened.whole), None)
-    known = [opened for opened in reversed(phases) if opened.left(now) is not None]
-    timed = inner or (known[0] if known else phases[-1])
+    measured = next((opened for opened in phases if opened.whole), None)
+    with_estimate = [opened for opened in reversed(phases) if opened.left(now) is not None]
+    timed_phase = measured or (with_estimate[0] if with_estimate else phases[-1])
     facts: dict[str, Any] = {}
     for opened in phases:
         facts |= opened.facts
-    what = ": ".join(filter(None, [opened.what() for opened in phases]))
+    name = ": ".join(filter(None, [opened.what() for opened in phases]))
     once = phases[-1].once
-    return Progress(what, now - timed.begin, timed.left(now), facts, phases[-1].share, once)
+    return Progress(name, now - timed_phase.begin, timed_phase.left(now), facts, phases[-1].share, once)
 
 
 def innermost() -> Phase | None:
@@ -232,15 +232,15 @@ _display: list[Display] = []  # the one in use
 
 
 @contextlib.contextmanager
-def shown(wanted: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT002 - read as `shown(progress)`
+def shown(enabled: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT002 - read as `shown(progress)`
     """Print the progress of the work in this context on stderr, unless it is printed already."""
-    if not wanted or _display or sys.stderr is None:
+    if not enabled or _display or sys.stderr is None:
         yield
         return
-    display, ended = Display(), threading.Event()
+    display, stopped = Display(), threading.Event()
 
     def watch() -> None:
-        while not ended.wait(LOOK):
+        while not stopped.wait(LOOK):
             with contextlib.suppress(Exception):  # stderr may be closed; an error in one line must not end the others
                 display.look()
 
@@ -250,7 +250,7 @@ def shown(wanted: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT002 - read
     try:
         yield
     finally:
-        ended.set()
+        stopped.set()
         thread.join()
         _display.remove(display)
         with contextlib.suppress(Exception):
@@ -304,11 +304,11 @@ def written(put: Callable[[bytes | None], None]) -> Iterator[None]:
 def read(content: bytes) -> Progress | None:
     """Return the present progress from stored content, or None if the content is incomplete."""
     try:
-        written = json.loads(content)
-        age = max(time.time() - written.pop("time"), 0.0)
-        kept = Progress(**written)
-        left = kept.left if kept.left is None else max(kept.left - age, 0.0) or None
-        return kept._replace(seconds=kept.seconds + age, left=left)
+        content_of_file = json.loads(content)
+        age = max(time.time() - content_of_file.pop("time"), 0.0)
+        stored = Progress(**content_of_file)
+        left = stored.left if stored.left is None else max(stored.left - age, 0.0) or None
+        return stored._replace(seconds=stored.seconds + age, left=left)
     except (ValueError, KeyError, TypeError, AttributeError):
         return None
 

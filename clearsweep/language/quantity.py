@@ -198,12 +198,12 @@ def unit_of(dimension: tuple[tuple[str, Fraction], ...]) -> str:
         if dimension_of(unit) == dimension:
             return unit
     parts = [(_BASE[name], float(power)) for name, power in dimension]
-    above, below = (
+    numerator, denominator = (
         "*".join(f"{name}^{sign * power:.15g}".removesuffix("^1") for name, power in parts if sign * power > 0.0)
         for sign in (1, -1)
     )
-    below = f"({below})" if "*" in below else below
-    return f"{above or 1}/{below}" if below else above
+    denominator = f"({denominator})" if "*" in denominator else denominator
+    return f"{numerator or 1}/{denominator}" if denominator else numerator
 
 
 def with_unit(text: str) -> tuple[float, tuple[tuple[str, Fraction], ...]]:
@@ -211,8 +211,8 @@ def with_unit(text: str) -> tuple[float, tuple[tuple[str, Fraction], ...]]:
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if not match:
         raise InputError(f"found {shown(text)}, which does not begin with a number; expected one such as '5 kN'")
-    written = "K" if match.group(2) in _CELSIUS else match.group(2)
-    dimension = _unit(written, text)[1] if written not in ("", "%") else ()
+    unit_name = "K" if match.group(2) in _CELSIUS else match.group(2)
+    dimension = _unit(unit_name, text)[1] if unit_name not in ("", "%") else ()
     return read(text, unit_of(dimension)), dimension
 
 
@@ -223,45 +223,45 @@ def _from_text(text: str, unit: str) -> Fraction:
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if not match:
         raise InputError(f"found {shown(text)}, which does not begin with a number; {expected(unit)}")
-    digits, written = match.groups()
-    if written.startswith(","):
+    digits, unit_name = match.groups()
+    if unit_name.startswith(","):
         raise InputError(f"found {shown(text)}; write a decimal point, not a comma ({expected(unit)})")
     offset = Fraction(0)
-    if not written:
+    if not unit_name:
         scale = Fraction(1)
-    elif written in _CELSIUS and unit == "K":
+    elif unit_name in _CELSIUS and unit == "K":
         scale, offset = Fraction(1), _FREEZING
-    elif written == "%" and unit == "1":
+    elif unit_name == "%" and unit == "1":
         scale = Fraction(1, 100)
-    elif unit == "rad/s" and re.fullmatch(_PER_MINUTE, written):  # for a shaft these are turns, as on a rating plate
+    elif unit == "rad/s" and re.fullmatch(_PER_MINUTE, unit_name):  # for a shaft these are turns, as on a rating plate
         scale, _ = _unit("rpm", text)
     else:
-        scale, dimension = _unit(written, text)
+        scale, dimension = _unit(unit_name, text)
         size, wanted = _unit(unit, unit)
         scale /= size  # 1, or the unit of a column in hours
         if dimension != wanted:
-            raise InputError(f"found {shown(text)}, whose unit {written} has another dimension; {expected(unit)}")
+            raise InputError(f"found {shown(text)}, whose unit {unit_name} has another dimension; {expected(unit)}")
     rough = float(digits)  # 0 and infinity would need too much memory as exact digits (1e-999999999)
     if rough - rough != 0.0:
         raise InputError(_infinite(text, unit))
     return (Fraction(digits) * scale if rough else Fraction(0)) + offset
 
 
-def _has_power_of_power(written: str) -> bool:
+def _has_power_of_power(unit_name: str) -> bool:
     """Return whether a unit contains nested powers, whose size has no bound."""
-    before: str | None = ""
-    closed, groups = False, [False]  # whether the last closed bracket, and each open one, contains a power
-    for part in _PART.finditer(written):
-        if part["power"]:
-            if before == "power" or (before == ")" and closed):
+    previous: str | None = ""
+    closed_has_power, groups = False, [False]  # whether the last closed bracket, and each open one, contains a power
+    for token in _PART.finditer(unit_name):
+        if token["power"]:
+            if previous == "power" or (previous == ")" and closed_has_power):
                 return True
             groups[-1] = True
-        elif part["bracket"] == "(":
+        elif token["bracket"] == "(":
             groups.append(False)
-        elif part["bracket"] == ")" and len(groups) > 1:
-            closed = groups.pop()
-            groups[-1] |= closed
-        before = part["bracket"] or part.lastgroup
+        elif token["bracket"] == ")" and len(groups) > 1:
+            closed_has_power = groups.pop()
+            groups[-1] |= closed_has_power
+        previous = token["bracket"] or token.lastgroup
     return False
 
 
@@ -294,35 +294,35 @@ def _table() -> "pint.UnitRegistry":
     return pint.UnitRegistry(_UNITS.strip().splitlines(), non_int_type=Fraction, cache_folder=None)
 
 
-def _unit(written: str, text: str) -> tuple[Fraction, tuple]:
+def _unit(unit_name: str, text: str) -> tuple[Fraction, tuple]:
     """Return the exact size of a unit in SI and its dimension; `text` is the whole quantity."""
-    measure = _measure(written)
+    measure = _measure(unit_name)
     if isinstance(measure, str):
         raise InputError(f"found {shown(text)}; {measure}")
     return measure
 
 
 @cache
-def _measure(written: str) -> tuple[Fraction, tuple] | str:
+def _measure(unit_name: str) -> tuple[Fraction, tuple] | str:
     """Return size and dimension of a unit, or the reason why it cannot be read."""
-    if written == "1":
+    if unit_name == "1":
         return Fraction(1), ()
-    if written == "%":
+    if unit_name == "%":
         return "% belongs to quantities without a unit"
-    unreadable = f"'{written}' cannot be read as a unit; write units such as mm, N*s/m, kg*m^2 or N/m^1.5"
-    if not _UNIT.fullmatch(written):
+    unreadable = f"'{unit_name}' cannot be read as a unit; write units such as mm, N*s/m, kg*m^2 or N/m^1.5"
+    if not _UNIT.fullmatch(unit_name):
         return unreadable
-    if _has_power_of_power(written):
-        return f"'{written}' has a power of a power; write m^6 for (m^2)^3"
+    if _has_power_of_power(unit_name):
+        return f"'{unit_name}' has a power of a power; write m^6 for (m^2)^3"
     table = _table()
     import pint  # after building the table, which imports it
 
     try:
-        for name in re.findall(r"[^\W\d_]+|°", written):
+        for name in re.findall(r"[^\W\d_]+|°", unit_name):
             if name not in table:
-                near = nearest(name, f"{_COMMON} {_WORDS}".split())
-                return f"unknown unit '{name}'{near} (known: {_COMMON}, N*s/m, m^2)"
-        size: Any = table.Quantity(table.parse_expression(written)).to_base_units()
+                suggestion = nearest(name, f"{_COMMON} {_WORDS}".split())
+                return f"unknown unit '{name}'{suggestion} (known: {_COMMON}, N*s/m, m^2)"
+        size: Any = table.Quantity(table.parse_expression(unit_name)).to_base_units()
         return Fraction(size.magnitude), tuple(sorted(size.dimensionality.items()))
     except (pint.PintError, *_UNREADABLE):
         return unreadable

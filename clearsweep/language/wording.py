@@ -113,8 +113,8 @@ def scale(unit: str, values: Iterable[float | None] | float, *, speed: bool = Fa
     for smallest, factor, name in (_IMPERIAL if _SYSTEM.get() == "imperial" else _LADDERS).get(unit, ()):
         if largest >= smallest:
             return Scale(factor, name) if largest > 0.0 else Scale(1.0, pretty(unit))
-    known = _IMPERIAL_NAMES.get(unit) if _SYSTEM.get() == "imperial" else None
-    factor, name = known or (1.0, pretty(unit))
+    imperial = _IMPERIAL_NAMES.get(unit) if _SYSTEM.get() == "imperial" else None
+    factor, name = imperial or (1.0, pretty(unit))
     largest /= factor
     if unit in ("1", "", None) or 1e-3 <= largest < 1e5 or largest == 0.0:
         return Scale(factor, name)
@@ -152,8 +152,8 @@ def in_common_unit(values: Iterable[float | None], unit: str) -> list[str]:
     Values in one sentence are compared, and 18.8 kN next to 2,720 N is easily misread.
     """
     values = list(values)
-    chosen = scale(unit, values)
-    return [chosen.text(value) for value in values]
+    common_scale = scale(unit, values)
+    return [common_scale.text(value) for value in values]
 
 
 def missing(value: object) -> bool:
@@ -209,11 +209,11 @@ def duration(seconds: float) -> str:
     """Return a duration as '3 s', '4 min 20 s' or '5 h 10 min'."""
     if seconds < 1.0:
         return f"{seconds:.1f} s"
-    minutes, rest = divmod(round(seconds), 60)
+    minutes, rest_seconds = divmod(round(seconds), 60)
     if not minutes:
-        return f"{rest} s"
+        return f"{rest_seconds} s"
     hours, minutes_left = divmod(minutes, 60)
-    return f"{hours} h {minutes_left} min" if hours else f"{minutes} min {rest} s"
+    return f"{hours} h {minutes_left} min" if hours else f"{minutes} min {rest_seconds} s"
 
 
 def sentence_list(words: list[str]) -> str:
@@ -267,12 +267,12 @@ _SPEAKS_FOR_ITSELF = {"stiffness", "restitution", "damping", "exponent"}
 
 
 def _largest(values: Iterable[float | None] | float) -> float:
-    several = values if isinstance(values, Iterable) else (values,)
-    sizes = [abs(float(value)) for value in several if value is not None and not missing(value)]
+    all_values = values if isinstance(values, Iterable) else (values,)
+    sizes = [abs(float(value)) for value in all_values if value is not None and not missing(value)]
     return max((size for size in sizes if math.isfinite(size)), default=0.0)
 
 
 def _thousands(digits: str) -> str:
-    whole, dot, fraction = digits.partition(".")
-    grouped = f"{int(whole):,}".replace(",", "\u2009") if len(whole.lstrip("-")) > 4 else whole
+    integer, dot, fraction = digits.partition(".")
+    grouped = f"{int(integer):,}".replace(",", "\u2009") if len(integer.lstrip("-")) > 4 else integer
     return grouped + dot + fraction

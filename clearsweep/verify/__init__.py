@@ -42,9 +42,9 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     """Return all figures as a dict for JSON; see `measure` of each of the modules named above."""
     from . import accuracy, convergence, known_machines, stability, stiff
 
-    more = {"machines": known_machines, "convergence": convergence, "stability": stability, "stiffness": stiff}
+    others = {"machines": known_machines, "convergence": convergence, "stability": stability, "stiffness": stiff}
     first = accuracy.measure(quick=quick, note=note)
-    return first | {name: module.measure(quick=quick, note=note) for name, module in more.items()}
+    return first | {name: module.measure(quick=quick, note=note) for name, module in others.items()}
 
 
 def write(results: dict[str, Any], directory: str | Path) -> Path:

@@ -76,18 +76,18 @@ def _repeat_scipy(problem, tolerance: float, method: str, times=()):
 def methods(*, quick: bool) -> list[Method]:
     """Return our methods, then those of the rivals, with their settings."""
     tolerances, steps = (QUICK_TOLERANCES, QUICK_STEPS) if quick else (TOLERANCES, STEPS)
-    few = QUICK_FEW if quick else FEW
+    repeats = QUICK_FEW if quick else FEW
 
     def of(name, settings, solve, repeat, method):
         return Method(name, "tolerance", settings, partial(solve, method=method), partial(repeat, method=method))
 
     return [
         of("event-driven", tolerances, _solve_ours, _repeat_ours, "auto"),
-        of("explicit only", few, _solve_ours, _repeat_ours, "explicit"),
-        of("implicit only", few, _solve_ours, _repeat_ours, "implicit"),
+        of("explicit only", repeats, _solve_ours, _repeat_ours, "explicit"),
+        of("implicit only", repeats, _solve_ours, _repeat_ours, "implicit"),
         of("scipy DOP853", tolerances, _solve_scipy, _repeat_scipy, "DOP853"),
-        of("scipy LSODA", few, _solve_scipy, _repeat_scipy, "LSODA"),
-        of("scipy Radau", few, _solve_scipy, _repeat_scipy, "Radau"),
+        of("scipy LSODA", repeats, _solve_scipy, _repeat_scipy, "LSODA"),
+        of("scipy Radau", repeats, _solve_scipy, _repeat_scipy, "Radau"),
         Method("fixed-step RK4", "step", steps, _solve_runge_kutta, _repeat_runge_kutta),
     ]
 
@@ -113,19 +113,19 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     return results
 
 
-def measure_one(problem, chosen: list[Method], repeats: int, slow: float = SLOW, timer=time.perf_counter) -> dict:
+def measure_one(problem, selected: list[Method], repeats: int, slow: float = SLOW, timer=time.perf_counter) -> dict:
     """Return the figures of all methods on one problem; runs that take `slow` s or more have one round."""
     rows, runs = [], []
-    for method in chosen:
+    for method in selected:
         for setting in method.settings:
             if method.name.startswith("scipy") and setting < problem.tightest:
                 continue
             solution = method.solve(problem, setting)
             rows.append(_row(method, setting, problem.assess(solution), solution))
             runs.append(method.repeat(problem, setting))
-    least, inner = _least_times(runs, repeats, slow, timer)
-    for row, whole, integration in zip(rows, least, inner, strict=True):
-        row["ms_per_revolution"] = 1e3 * whole / problem.revolutions
+    least, integrations = _least_times(runs, repeats, slow, timer)
+    for row, total, integration in zip(rows, least, integrations, strict=True):
+        row["ms_per_revolution"] = 1e3 * total / problem.revolutions
         row["integration_ms_per_revolution"] = 1e3 * integration / problem.revolutions if integration else None
     return {
         "name": problem.name,
@@ -161,21 +161,21 @@ def _number(value):
 
 def _least_times(runs: list, repeats: int, slow: float, timer) -> tuple[np.ndarray, list]:
     """Return the least time (s) of each of `runs`, and the least time reported by the run itself, if any."""
-    least, inner = np.full(len(runs), math.inf), [None] * len(runs)
+    least, integrations = np.full(len(runs), math.inf), [None] * len(runs)
     for _ in range(repeats):
         for i, run in enumerate(runs):
             if math.isfinite(least[i]) and least[i] > slow:
                 continue
-            spent = 0.0
-            while spent < ENOUGH:
+            elapsed = 0.0
+            while elapsed < ENOUGH:
                 begin = timer()
                 reason = run()
-                taken = timer() - begin
-                spent += taken
-                least[i] = min(least[i], taken)
+                duration = timer() - begin
+                elapsed += duration
+                least[i] = min(least[i], duration)
                 if isinstance(reason, float):
-                    inner[i] = min(inner[i] or math.inf, reason)
-    return least, inner
+                    integrations[i] = min(integrations[i] or math.inf, reason)
+    return least, integrations
 
 
 def row_of(entry: dict, method: str, tolerance: float) -> dict:
@@ -186,19 +186,19 @@ def row_of(entry: dict, method: str, tolerance: float) -> dict:
 def headline(entries: list[dict]) -> dict:
     """Return the figures on the flagship problem: time and error of ours and of scipy's, and their ratios."""
     entry = next(entry for entry in entries if entry["name"] == FLAGSHIP)
-    ours, rival = (row_of(entry, name, TOLERANCE) for name in ("event-driven", "scipy DOP853"))
-    equal = time_at_error(entry, "scipy DOP853", ours["error_first_half"])
+    event_driven, rival = (row_of(entry, name, TOLERANCE) for name in ("event-driven", "scipy DOP853"))
+    equal = time_at_error(entry, "scipy DOP853", event_driven["error_first_half"])
     return {
         "problem": FLAGSHIP,
         "tolerance": TOLERANCE,
-        "ms_per_revolution": ours["ms_per_revolution"],
-        "integration_ms_per_revolution": ours["integration_ms_per_revolution"],
-        "error_first_half": ours["error_first_half"],
+        "ms_per_revolution": event_driven["ms_per_revolution"],
+        "integration_ms_per_revolution": event_driven["integration_ms_per_revolution"],
+        "error_first_half": event_driven["error_first_half"],
         "scipy_ms_per_revolution": rival["ms_per_revolution"],
         "scipy_error_first_half": rival["error_first_half"],
-        "ratio_at_equal_tolerance": rival["ms_per_revolution"] / ours["ms_per_revolution"],
+        "ratio_at_equal_tolerance": rival["ms_per_revolution"] / event_driven["ms_per_revolution"],
         "scipy_ms_per_revolution_at_equal_error": equal,
-        "ratio_at_equal_error": equal / ours["ms_per_revolution"] if equal else None,
+        "ratio_at_equal_error": equal / event_driven["ms_per_revolution"] if equal else None,
         "scipy_over_first_measured": {
             f"{tolerance:g}": row_of(entry, "scipy DOP853", tolerance)["ms_per_revolution"] / first
             for tolerance, first in RIVAL.items()
@@ -214,9 +214,11 @@ def time_at_error(entry: dict, method: str, error: float) -> float | None:
     """
     rows = [row for row in entry["rows"] if row["method"] == method and row["error_first_half"]]
     points = [(row["error_first_half"], row["ms_per_revolution"]) for row in rows]
-    for (worse, cheap), (better, dear) in itertools.pairwise(points):
-        if worse >= error >= better and worse > better:
-            return cheap * (dear / cheap) ** (math.log(worse / error) / math.log(worse / better))
+    for (larger_error, shorter), (smaller_error, longer) in itertools.pairwise(points):
+        if larger_error >= error >= smaller_error and larger_error > smaller_error:
+            return shorter * (longer / shorter) ** (
+                math.log(larger_error / error) / math.log(larger_error / smaller_error)
+            )
     return None
 
 

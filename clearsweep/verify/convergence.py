@@ -50,7 +50,7 @@ class Lengths:
 def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return the figures and intervals of every tolerance and length as `rows`, and their agreement.
 
-    `within` : share of the pairs of tolerances, over all figures and lengths, whose difference is within both intervals
+    `agrees` : share of the pairs of tolerances, over all figures and lengths, whose difference is within both intervals
     combined (root of the sum of squares); 0.95 for correct intervals.
     """
     tolerances, lengths = (QUICK_TOLERANCES, QUICK_LENGTHS) if quick else (TOLERANCES, LENGTHS)
@@ -65,13 +65,13 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
         for single, other in itertools.combinations([row for row in rows if row["revolutions"] == length], 2)
         for figure in FIGURES
     ]
-    within = [abs(a["value"] - b["value"]) <= math.hypot(a["half_width"], b["half_width"]) for a, b in pairs]
+    agrees = [abs(a["value"] - b["value"]) <= math.hypot(a["half_width"], b["half_width"]) for a, b in pairs]
     return {
         "problem": PROBLEM,
         "discard": DISCARD,
         "figures": list(FIGURES),
         "rows": rows,
-        "within": sum(within) / len(within),
+        "within": sum(agrees) / len(agrees),
         "seconds": time.perf_counter() - begin,
     }
 
@@ -82,9 +82,9 @@ def run(tolerance: float, lengths: Sequence[int]) -> list[dict[str, Any]]:
     source["joints"]["rod-slider"] |= {"length": 0.02, "wear": WEAR}
     length = DISCARD + max(lengths)
     source["simulate"] = {"revolutions": length, "discard": DISCARD, "tolerance": tolerance}
-    made = scene.build(grid.load(source, scene.catalogue()).case(0))
-    watch = Lengths(made.layout, lengths)
-    simulate(made, watchers=(watch,))
+    scene_of_problem = scene.build(grid.load(source, scene.catalogue()).case(0))
+    watch = Lengths(scene_of_problem.layout, lengths)
+    simulate(scene_of_problem, watchers=(watch,))
     return [
         {"tolerance": tolerance, "revolutions": turns}
         | {figure: interval._asdict() for figure, interval in intervals.items()}

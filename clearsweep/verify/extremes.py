@@ -169,10 +169,10 @@ def _degenerate() -> Iterator[Extreme]:
         yield Extreme(f"centred/{opening} weightless", crank(opening, speed=1000, law=contact(1e9, 0.5)))
     for speed in (1, 10, 100):
         yield Extreme(f"centred/C weightless, {speed} rpm", crank("C", speed=speed, law=contact(1e7, 0.1)))
-    for forward, across in ((1, 0), (-1, 0), (0, 1), (0, -1), (math.sqrt(0.5), math.sqrt(0.5))):
+    for forward, sideways in ((1, 0), (-1, 0), (0, 1), (0, -1), (math.sqrt(0.5), math.sqrt(0.5))):
         for speed in (100, 3000):
-            name = f"touching/C at {forward:.2g}, {across:.2g} clearances, {speed} rpm"
-            yield Extreme(name, crank("C", speed=speed, law=contact(1e10, 0.5)), (forward, across))
+            name = f"touching/C at {forward:.2g}, {sideways:.2g} clearances, {speed} rpm"
+            yield Extreme(name, crank("C", speed=speed, law=contact(1e10, 0.5)), (forward, sideways))
 
 
 def _tuned() -> Iterator[Extreme]:

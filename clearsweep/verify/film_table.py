@@ -40,24 +40,24 @@ class Film:
 
     def __init__(self, slenderness: float, ratio: float, grid: tuple[int, int]) -> None:
         """Take length / diameter, the eccentricity ratio, and the numbers of cells around and along half of the pin."""
-        around, axial = grid
-        faces, self.angles = _round(ratio, around)
+        circumferential, axial = grid
+        faces, self.angles = _round(ratio, circumferential)
         steps = np.arange(2 * axial + 1) / (2.0 * axial)
         heights = np.tanh(GATHERED * steps) / math.tanh(GATHERED)
         widths, spans, self.heights = np.diff(faces), np.diff(heights[::2]), heights[1::2]
         distances = (self.angles - np.roll(self.angles, 1)) % (2.0 * math.pi)
-        back = ((1.0 + ratio * np.cos(faces[:-1])) ** 3 / distances)[:, None] * spans
+        upstream = ((1.0 + ratio * np.cos(faces[:-1])) ** 3 / distances)[:, None] * spans
         outwards = np.append(1.0 / np.diff(self.heights), 1.0 / (1.0 - self.heights[-1]))
-        up = ((1.0 + ratio * np.cos(self.angles)) ** 3 * widths)[:, None] * outwards / slenderness**2
-        diagonal = back + np.roll(back, -1, 0) + up
-        diagonal[:, 1:] += up[:, :-1]
-        cells = np.arange(around * axial).reshape(around, axial)
-        pairs = ((cells, np.roll(cells, 1, 0), back), (cells[:, 1:], cells[:, :-1], up[:, :-1]))
-        rows = [cells, *(x for single, other, _ in pairs for x in (single, other))]
-        columns = [cells, *(x for single, other, _ in pairs for x in (other, single))]
+        outward_flow = ((1.0 + ratio * np.cos(self.angles)) ** 3 * widths)[:, None] * outwards / slenderness**2
+        diagonal = upstream + np.roll(upstream, -1, 0) + outward_flow
+        diagonal[:, 1:] += outward_flow[:, :-1]
+        cells = np.arange(circumferential * axial).reshape(circumferential, axial)
+        pairs = ((cells, np.roll(cells, 1, 0), upstream), (cells[:, 1:], cells[:, :-1], outward_flow[:, :-1]))
+        rows = [cells, *(x for cell, neighbour, _ in pairs for x in (cell, neighbour))]
+        columns = [cells, *(x for cell, neighbour, _ in pairs for x in (neighbour, cell))]
         values = [diagonal, *(-x for _, _, flow in pairs for x in (flow, flow))]
-        flat = [np.concatenate([part.ravel() for part in parts]) for parts in (values, rows, columns)]
-        self.matrix = sparse.csr_matrix((flat[0], (flat[1], flat[2])), shape=(cells.size, cells.size))
+        flattened = [np.concatenate([array.ravel() for array in parts]) for parts in (values, rows, columns)]
+        self.matrix = sparse.csr_matrix((flattened[0], (flattened[1], flattened[2])), shape=(cells.size, cells.size))
         self.areas = widths[:, None] * spans
         self.cosines, self.sines = np.cos(self.angles), np.sin(self.angles)
         self.filled: np.ndarray | None = None  # cells under pressure at the last motion, an initial guess for the next
@@ -65,29 +65,29 @@ class Film:
     def solve(self, squeeze: float, wedge: float) -> Solution:
         """Return the Solution for 2 eps' and w eps; the set of cells under pressure is iterated until consistent."""
         source = (self.areas * (wedge * self.sines - squeeze * self.cosines)[:, None]).ravel()
-        filled = source > 0.0 if self.filled is None else self.filled
+        previous = source > 0.0 if self.filled is None else self.filled
         for _ in range(60):
-            inside = np.flatnonzero(filled)
+            inside = np.flatnonzero(previous)
             pressure = np.zeros(source.size)
             pressure[inside] = spsolve(self.matrix[inside][:, inside].tocsc(), source[inside], "MMD_AT_PLUS_A")
-            drawn = source - self.matrix @ pressure > 1e-14 * np.abs(source).max()
-            better = np.where(filled, pressure > 0.0, drawn)
-            if np.array_equal(better, filled):
+            is_reformed = source - self.matrix @ pressure > 1e-14 * np.abs(source).max()
+            is_filled = np.where(previous, pressure > 0.0, is_reformed)
+            if np.array_equal(is_filled, previous):
                 break
-            filled = better
+            previous = is_filled
         else:
             raise RuntimeError("the cavity of a film was not found")
-        self.filled, field = filled, pressure.reshape(self.areas.shape)
-        around = (self.areas * field).sum(axis=1)
-        return Solution(float(around @ self.cosines), float(around @ self.sines), self._highest(field))
+        self.filled, field = previous, pressure.reshape(self.areas.shape)
+        integrated = (self.areas * field).sum(axis=1)
+        return Solution(float(integrated @ self.cosines), float(integrated @ self.sines), self._highest(field))
 
     def _highest(self, field: np.ndarray) -> float:
         """Return the largest pressure, by a parabola along y and one along theta."""
         low, high = self.heights[:2]
-        middle = field[:, 0] - low**2 * (field[:, 1] - field[:, 0]) / (high**2 - low**2)
-        places = np.arange(-1, 2) + int(np.argmax(middle))
+        midplane = field[:, 0] - low**2 * (field[:, 1] - field[:, 0]) / (high**2 - low**2)
+        places = np.arange(-1, 2) + int(np.argmax(midplane))
         angles = np.unwrap(np.take(self.angles, places, mode="wrap"))
-        a, b, c = np.polyfit(angles - angles[1], np.take(middle, places, mode="wrap"), 2)
+        a, b, c = np.polyfit(angles - angles[1], np.take(midplane, places, mode="wrap"), 2)
         return float(c - b * b / (4.0 * a))
 
 
@@ -116,8 +116,8 @@ def _peak(ratio: float, squeeze: float, wedge: float) -> float:
     for _ in range(6):
         angles = np.linspace(low, high, 1001)
         values = (wedge * np.sin(angles) - squeeze * np.cos(angles)) / (1.0 + ratio * np.cos(angles)) ** 3
-        place = int(np.argmax(values))
-        low, high = angles[max(place - 1, 0)], angles[min(place + 1, 1000)]
+        index = int(np.argmax(values))
+        low, high = angles[max(index - 1, 0)], angles[min(index + 1, 1000)]
     return float(values.max())
 
 
@@ -132,8 +132,8 @@ def logarithms(slenderness: float, ratio: float, directions: np.ndarray) -> np.n
         for direction in directions:
             squeeze, wedge = direction, math.sqrt(1.0 - direction**2) / (1.0 - ratio * ratio) ** 0.25
             solution, (power, highest) = film.solve(squeeze, wedge), short(slenderness, ratio, squeeze, wedge)
-            done = wedge * solution.tangential - squeeze * solution.radial
-            rows.append((math.log(done / power), math.log(solution.highest / highest)))
+            work = wedge * solution.tangential - squeeze * solution.radial
+            rows.append((math.log(work / power), math.log(solution.highest / highest)))
         results.append(np.array(rows).T)
     extrapolated: np.ndarray = (4.0 * results[1] - results[0]) / 3.0
     return extrapolated
@@ -141,11 +141,11 @@ def logarithms(slenderness: float, ratio: float, directions: np.ndarray) -> np.n
 
 def coefficients(slenderness: float) -> np.ndarray:
     """Return the (2, terms, powers) coefficients of the expansions in the law's file, for one length / diameter."""
-    turns = math.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
+    directions = math.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
     depths = np.cos(math.pi * (np.arange(RATIOS) + 0.5) / (2 * RATIOS))
     ratios = np.tanh(law.DEEPEST * depths)
-    values = np.array([logarithms(slenderness, ratio, np.cos(turns)) for ratio in ratios])
-    harmonics = 2.0 / DIRECTIONS * values @ np.cos(np.outer(turns, np.arange(law.TERMS)))
+    values = np.array([logarithms(slenderness, ratio, np.cos(directions)) for ratio in ratios])
+    harmonics = 2.0 / DIRECTIONS * values @ np.cos(np.outer(directions, np.arange(law.TERMS)))
     harmonics[:, :, 0] *= 0.5
     powers = np.polynomial.chebyshev.chebvander(2.0 * depths**2 - 1.0, law.POWERS - 1)
     fitted = np.empty((2, law.TERMS, law.POWERS))

@@ -35,12 +35,12 @@ Levels = dict[str, float]
 def cases() -> list[Extreme]:
     """Return all cases."""
     draw, cases = np.random.default_rng(SEED), []
-    for name, (opened, ideal, flange) in FORMS.items():
+    for name, (clearance_joint, ideal, flange) in FORMS.items():
         columns = {key: draw.permutation(np.tile(values, FOLD // len(values))) for key, values in FACTORS.items()}
         for number in range(FOLD):
             levels = {key: float(column[number]) for key, column in columns.items()}
-            grid = _grid(levels, opened, ideal)
-            grid["joints"][opened] |= _ends(levels, flange=flange)
+            grid = _grid(levels, clearance_joint, ideal)
+            grid["joints"][clearance_joint] |= _ends(levels, flange=flange)
             cases.append(Extreme(f"in space/{name} {number} {_said(levels)}", grid))
     return cases
 
@@ -59,13 +59,13 @@ def _ends(levels: Levels, *, flange: bool) -> Section:
     return {"flange": False, "journal_length": 1.5 * LENGTH, "tilt": tilt}
 
 
-def _grid(levels: Levels, opened: str, ideal: str) -> Section:
+def _grid(levels: Levels, clearance_joint: str, ideal: str) -> Section:
     rate, mass = levels["speed"] * math.pi / 30.0, levels["mass"]
     load = 0.65 * mass * (9.81 + 0.05 * rate**2)
     softest = max(1e5, load / min(5e-4, levels["clearance"] * 10.0) ** 1.5)
     stiffest = ((CYCLES * rate) ** 2 * 0.14 * mass / (1.5 * load ** (1.0 / 3.0))) ** 1.5
     stiffness = softest * (min(max(stiffest, softest), 1e14) / softest) ** levels["softness"]
-    (other,) = {"crank-rod", "rod-slider"} - {opened}
+    (ideal_joint,) = {"crank-rod", "rod-slider"} - {clearance_joint}
     joint = {
         "type": "spatial",
         "clearance": levels["clearance"],
@@ -82,10 +82,10 @@ def _grid(levels: Levels, opened: str, ideal: str) -> Section:
             "rod": {"length": 0.12, "mass": 0.21 * mass, "inertia": [2e-5 * mass, 2.5e-4 * mass, 2.5e-4 * mass]},
             "slider": {"mass": 0.14 * mass},
             "gravity": [0.0, -9.81, 0.0],
-            "ideal": {other: ideal},
+            "ideal": {ideal_joint: ideal},
         },
         "drive": {"speed": rate},
-        "joints": {opened: joint},
+        "joints": {clearance_joint: joint},
         "simulate": {"revolutions": 2, "discard": 0},
         "save": {"orbits": "none"},
     }

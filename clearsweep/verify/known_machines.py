@@ -50,36 +50,36 @@ def run(name: str, entry: dict[str, Any], tolerance: float) -> dict[str, Any]:
     """Return the row of a machine at a tolerance."""
     source, times = copy.deepcopy(entry["grid"]), np.array(entry["samples"]["t"])
     source["simulate"]["tolerance"] = tolerance
-    made = scene.load_case(source)
+    loaded_scene = scene.load_case(source)
     fair = times[times <= entry["fair"]]
-    trajectory = simulate(made, times=fair)
-    seconds = min(simulate(made, times=fair).summary["run_time"] for _ in range(ROUNDS))
+    trajectory = simulate(loaded_scene, times=fair)
+    seconds = min(simulate(loaded_scene, times=fair).summary["run_time"] for _ in range(ROUNDS))
     worst = max(
         _error(trajectory[channel], np.array(values)[: fair.size])
         for channel, values in entry["samples"].items()
         if "force" not in channel and "torque" not in channel
     )
-    moments, truth = trajectory.events["t"], np.array([row[0] for row in entry["events"]])
-    same = len(moments) == len(truth)
+    moments, reference = trajectory.events["t"], np.array([row[0] for row in entry["events"]])
+    same_count = len(moments) == len(reference)
     return {
         "name": name,
         "tolerance": tolerance,
         "error": worst,
         "events": len(moments),
-        "events_expected": len(truth),
-        "event_error": event_error(moments, truth) if same else None,  # s
+        "events_expected": len(reference),
+        "event_error": event_error(moments, reference) if same_count else None,  # s
         "rhs_evaluations": trajectory.summary["rhs_evaluations"],
         "energy_residual": trajectory.summary["energy_residual"],
         "ms": 1e3 * seconds,
     }
 
 
-def event_error(moments: np.ndarray, truth: np.ndarray) -> float:
+def event_error(times: np.ndarray, reference: np.ndarray) -> float:
     """Return the largest error (s) of corresponding events, 0 without events."""
-    return float(np.max(np.abs(moments - truth), initial=0.0))
+    return float(np.max(np.abs(times - reference), initial=0.0))
 
 
-def _error(computed: np.ndarray, truth: np.ndarray) -> float:
+def _error(computed: np.ndarray, reference: np.ndarray) -> float:
     """Return the largest error over the largest value, 0 for a channel at rest."""
-    size = float(np.max(np.abs(truth)))
-    return float(np.max(np.abs(computed - truth))) / size if size > STILL and math.isfinite(size) else 0.0
+    size = float(np.max(np.abs(reference)))
+    return float(np.max(np.abs(computed - reference))) / size if size > STILL and math.isfinite(size) else 0.0

@@ -31,8 +31,8 @@ def cases() -> list[Extreme]:
     families = {"loaded": _loaded, "free crank": _free, "four-bar": _four_bar, "guide": _guide, "elastic rod": _elastic}
     draw = np.random.default_rng(SEED)
     return [
-        Extreme(f"{name}/{number:02d} {_said(levels)}", make(levels))
-        for name, make in families.items()
+        Extreme(f"{name}/{number:02d} {_said(levels)}", family(levels))
+        for name, family in families.items()
         for number, levels in enumerate(_levels(draw))
     ]
 

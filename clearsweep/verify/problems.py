@@ -66,15 +66,15 @@ class Trajectory(NamedTuple):
         first_peaks = self._peak_error(solution, 3) if complete else None
         return Verdict(float(error[:half].max()), float(error.max()), len(solution.events), exact, peaks, first_peaks)
 
-    def _peak_error(self, solution: Solution, most: int | None = None) -> float | None:
-        """Return the largest relative error of the force peaks (or of `most` of them) in the first half."""
-        ours, truth = (
-            log[(log[:, 2] == SEPARATION) & (log[:, 0] <= 0.5 * self.end), 4][:most]
+    def _peak_error(self, solution: Solution, count: int | None = None) -> float | None:
+        """Return the largest relative error of the force peaks (or of `count` of them) in the first half."""
+        computed, reference = (
+            log[(log[:, 2] == SEPARATION) & (log[:, 0] <= 0.5 * self.end), 4][:count]
             for log in (solution.events, self.events)
         )
-        if len(ours) != len(truth) or not len(truth) or not np.all(ours > 0.0):
+        if len(computed) != len(reference) or not len(reference) or not np.all(computed > 0.0):
             return None
-        return float(np.nanmax(np.abs(ours / truth - 1.0)))  # nan: an unknown peak
+        return float(np.nanmax(np.abs(computed / reference - 1.0)))  # nan: an unknown peak
 
 
 class ImpactPair(NamedTuple):
@@ -104,8 +104,8 @@ class ImpactPair(NamedTuple):
         return Verdict(None, worst, len(solution.events), exact, None, None)
 
 
-def _same_events(computed: np.ndarray, truth: np.ndarray) -> bool:
-    return len(computed) == len(truth) and bool(np.all(computed[:, 1:3] == truth[:, 1:3]))
+def _same_events(computed: np.ndarray, reference: np.ndarray) -> bool:
+    return len(computed) == len(reference) and bool(np.all(computed[:, 1:3] == reference[:, 1:3]))
 
 
 def scene_of(problem, tolerance: float, method: str = "auto"):
@@ -149,8 +149,8 @@ def _stiff() -> Trajectory:
     blank = Trajectory(
         "b_damped", title, source, scales, np.empty((0, 0)), times, np.empty((0, 5)), STIFF_TURNS, tightest=1e-6
     )
-    truth = found_by_simulate(blank, simulate(scene_of(blank, TIGHT), times=times))
-    return blank._replace(samples=truth.states, events=truth.events)
+    reference = found_by_simulate(blank, simulate(scene_of(blank, TIGHT), times=times))
+    return blank._replace(samples=reference.states, events=reference.events)
 
 
 def _trajectory(name: str, entry: dict) -> Trajectory:

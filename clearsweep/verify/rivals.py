@@ -85,10 +85,10 @@ def rates_in_time(scene, y, state, onset, k, row):
 
 def rates_entry(scene, y, state, onset, k, row):
     """Evaluate `rates_in_time` with arrays from bare pointers; `scene` is a pointer to the Scene."""
-    here = scene[0]
-    joints, n = len(here.joints), 2 * len(here.coordinates) + 1
+    value = scene[0]
+    joints, n = len(value.joints), 2 * len(value.coordinates) + 1
     rates_in_time(
-        here,
+        value,
         shaped(y, (n,)),
         shaped(state, (joints,)),
         shaped(onset, (joints,)),
@@ -160,11 +160,11 @@ def _march(work, counts, states, log, step):
     penetration.
     """
     y, z, k, state, onset, peak = work.y, work.z, work.k, work.state, work.onset, work.peak
-    n, joints, each, ended = y.size, state.size, counts[EACH], 0
-    while ended < counts[WANTED] or counts[STEPS] < each * states.shape[0]:
+    n, joints, evaluation, status = y.size, state.size, counts[EACH], 0
+    while status < counts[WANTED] or counts[STEPS] < evaluation * states.shape[0]:
         invoke(counts[CODE], counts[PARAMETERS], (y, state, onset, k), 0)
         counts[EVALUATIONS] += 4
-        changed = False
+        is_changed = False
         for j in range(joints):
             place = n + JOINT_WIDTH * j
             inside, rate = k[0, place + DEPTH] > 0.0, k[0, place + RATE]
@@ -174,11 +174,11 @@ def _march(work, counts, states, log, step):
                 log[event, 2], log[event, 4] = (ONSET, 0.0) if inside else (SEPARATION, peak[j])
                 counts[EVENTS] += 1
             if inside and state[j] == FREE:
-                state[j], onset[j], peak[j], changed = PRESSED, max(rate, ONSET_FLOOR), 0.0, True
+                state[j], onset[j], peak[j], is_changed = PRESSED, max(rate, ONSET_FLOOR), 0.0, True
             elif not inside and state[j] != FREE:
-                state[j], changed = FREE, True
-                ended += 1
-        if changed:
+                state[j], is_changed = FREE, True
+                status += 1
+        if is_changed:
             invoke(counts[CODE], counts[PARAMETERS], (y, state, onset, k), 0)
             counts[EVALUATIONS] += 1
         for j in range(joints):
@@ -192,9 +192,9 @@ def _march(work, counts, states, log, step):
             y[i] += step / 6.0 * (k[0, i] + 2.0 * k[1, i] + 2.0 * k[2, i] + k[3, i])
         counts[STEPS] += 1
         y[n - 1] = counts[STEPS] * step
-        if each > 0 and counts[STEPS] % max(each, 1) == 0:
+        if evaluation > 0 and counts[STEPS] % max(evaluation, 1) == 0:
             for i in range(n - 1):
-                states[counts[STEPS] // max(each, 1) - 1, i] = y[i]
+                states[counts[STEPS] // max(evaluation, 1) - 1, i] = y[i]
 
 
 # ---------------------------------------------------------------------------------------------- scipy
@@ -226,12 +226,12 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
         return evaluate(t, y)[: 2 * half].copy()
 
     def depth_of(j):
-        place = 2 * half + 1 + JOINT_WIDTH * j + DEPTH
+        row = 2 * half + 1 + JOINT_WIDTH * j + DEPTH
 
         def depth(t, y):
             if at_event == j and t - begin < blind:  # zero except for rounding, whose sign must not hide the next event
                 return -TINY * depth.direction
-            return evaluate(t, y)[place]
+            return evaluate(t, y)[row]
 
         depth.terminal = True
         return depth

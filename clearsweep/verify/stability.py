@@ -72,12 +72,12 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     `note` is called with progress messages.
     """
     rows, begin = [], time.perf_counter()
-    whole = (*extremes.cases(), *machines.cases(), *films.cases(), *in_space.cases())
-    chosen = some(extremes.cases(), QUICK) if quick else whole
-    for group in dict.fromkeys(case.group for case in chosen):
+    all_cases = (*extremes.cases(), *machines.cases(), *films.cases(), *in_space.cases())
+    selected = some(extremes.cases(), QUICK) if quick else all_cases
+    for group in dict.fromkeys(case.group for case in selected):
         if note:
             note(f"stability: {group}")
-        rows += [run(case) for case in chosen if case.group == group]
+        rows += [run(case) for case in selected if case.group == group]
     failures = [row for row in rows if row["failure"]]
     return {
         "cases": len(rows),
@@ -95,19 +95,21 @@ def some(table: list[Extreme], count: int) -> list[Extreme]:
     """Return `count` cases, evenly spaced within each group; none that is expensive to run or to compile."""
     groups = [[case for case in table if case.group == name] for name in dict.fromkeys(case.group for case in table)]
     groups = [group for group in groups if group[0].group not in ("dear", "rough")]
-    each = math.ceil(count / len(groups))
-    picked = [group[(2 * i + 1) * len(group) // (2 * each)] for i in range(each) for group in groups]
+    stride = math.ceil(count / len(groups))
+    picked = [group[(2 * i + 1) * len(group) // (2 * stride)] for i in range(stride) for group in groups]
     return picked[:count]
 
 
 def run(case: Extreme) -> dict[str, Any]:
     """Return the row of a case; `failure` is empty if it passes."""
-    made, note = scene_of(case)
-    turns = made.case.simulate.revolutions if made.layout.turns else 1.0
+    case_scene, note = scene_of(case)
+    turns = case_scene.case.simulate.revolutions if case_scene.layout.turns else 1.0
     times = None  # of a free crank they are unknown in advance: the grid's own samples
-    if not made.crank_clock.free:
-        times = np.linspace(0.0, made.crank_clock.at(turns), SAMPLES + 1) if made.layout.turns else np.empty(0)
-    trajectory = simulate(made, times=times)
+    if not case_scene.crank_clock.free:
+        times = (
+            np.linspace(0.0, case_scene.crank_clock.at(turns), SAMPLES + 1) if case_scene.layout.turns else np.empty(0)
+        )
+    trajectory = simulate(case_scene, times=times)
     summary = trajectory.summary
     row = {
         "name": case.name,
@@ -123,108 +125,112 @@ def run(case: Extreme) -> dict[str, Any]:
     }
     if trajectory.status != "ok":
         return row | {"failure": f"{trajectory.status}: {trajectory.message}"}
-    allowed = ENERGY * made.case.simulate.tolerance * turns
-    row["share_of_energy"] = summary["energy_residual"] / allowed
-    if not made.mechanism.spatial:
-        row["share_of_bound"] = share_of_bound(made, summary)
-    return row | {"failure": _failure(made, trajectory, row)}
+    tolerance = ENERGY * case_scene.case.simulate.tolerance * turns
+    row["share_of_energy"] = summary["energy_residual"] / tolerance
+    if not case_scene.mechanism.spatial:
+        row["share_of_bound"] = share_of_bound(case_scene, summary)
+    return row | {"failure": _failure(case_scene, trajectory, row)}
 
 
 def scene_of(case: Extreme) -> tuple[scene.Scene, str]:
     """Return the Scene of a case, tuned and displaced as specified, and a note on that."""
     source, note = tuned(case) if case.tuning else (case.grid, "")
-    made = scene.build(grid.load(source, scene.catalogue()).case(0))
+    case_scene = scene.build(grid.load(source, scene.catalogue()).case(0))
     if case.shift:
-        clearance, length = made.value.joints[0].clearance, case.grid["mechanism"]["rod"]["length"]
-        start = made.start.copy()
+        clearance, length = case_scene.value.joints[0].clearance, case.grid["mechanism"]["rod"]["length"]
+        start = case_scene.start.copy()
         start[0] = math.asin(-case.shift[1] * clearance / length)
         pin = case.grid["mechanism"]["crank"]["length"]
         start[1] = pin + length * math.cos(start[0]) + case.shift[0] * clearance
-        made = dataclasses.replace(made, start=start)
-    return made, note
+        case_scene = dataclasses.replace(case_scene, start=start)
+    return case_scene, note
 
 
-def _failure(made: scene.Scene, trajectory: Trajectory, row: dict[str, Any]) -> str:
+def _failure(case_scene: scene.Scene, trajectory: Trajectory, row: dict[str, Any]) -> str:
     """Return why a run that ended `ok` does not pass; empty if it does."""
     figures = [value for value in trajectory.summary.values() if isinstance(value, float)]
     if not np.all(np.isfinite(figures)) or not all(np.all(np.isfinite(v)) for v in trajectory.channels.values()):
         return "not finite: a figure or a sample"
     if row["share_of_energy"] > 1.0:
         return f"energy: the balance is off by {row['energy_residual']:.1e} of the largest kinetic energy"
-    if made.mechanism.spatial:
+    if case_scene.mechanism.spatial:
         return ""
     if row["share_of_bound"] > 1.0 + SLACK:
-        return f"penetration: {row['share_of_bound']:.2f} of its bound; {_second_look(made)}"
-    for place, part in enumerate(made.layout.joints):
-        if trajectory.channels and (outside := _largest_escape(made, trajectory, place, part.name)) > SLACK:
-            return f"contact lost: {part.name} is {outside:.1e} clearances beyond its bearing, and no contact is logged"
+        return f"penetration: {row['share_of_bound']:.2f} of its bound; {_second_look(case_scene)}"
+    for index, part in enumerate(case_scene.layout.joints):
+        if trajectory.channels and (escape := _largest_escape(case_scene, trajectory, index, part.name)) > SLACK:
+            return f"contact lost: {part.name} is {escape:.1e} clearances beyond its bearing, and no contact is logged"
     return ""
 
 
-def _second_look(made: scene.Scene) -> str:
+def _second_look(case_scene: scene.Scene) -> str:
     """Return a sentence on the accuracy of a penetration beyond its bound."""
-    settings = made.case.simulate
+    settings = case_scene.case.simulate
     tighter = settings._replace(tolerance=0.1 * settings.tolerance, step_budget=10 * settings.step_budget)
-    end = made.crank_clock.at(settings.revolutions) if made.layout.turns else math.inf
-    run, again = (
-        integration_of(dataclasses.replace(made, case=made.case._replace(simulate=chosen)), np.empty(0), end)
-        for chosen in (settings, tighter)
+    end = case_scene.crank_clock.at(settings.revolutions) if case_scene.layout.turns else math.inf
+    run, tighter_run = (
+        integration_of(
+            dataclasses.replace(case_scene, case=case_scene.case._replace(simulate=simulate)), np.empty(0), end
+        )
+        for simulate in (settings, tighter)
     )
-    if again.status != run.status:
+    if tighter_run.status != run.status:
         return "it does not end at a tenth of the tolerance"
-    depths, others = run.totals.joint[:, totals.DEPTH_MAX], again.totals.joint[:, totals.DEPTH_MAX]
-    stored = max(elastic_energy(joint.elastic, depth) for joint, depth in zip(made.value.joints, depths, strict=True))
-    off = float(np.max(np.abs(others / depths - 1.0)))
+    depths, tighter_depths = run.totals.joint[:, totals.DEPTH_MAX], tighter_run.totals.joint[:, totals.DEPTH_MAX]
+    stored = max(
+        elastic_energy(joint.elastic, depth) for joint, depth in zip(case_scene.value.joints, depths, strict=True)
+    )
+    difference = float(np.max(np.abs(tighter_depths / depths - 1.0)))
     return (
-        f"at a tenth of the tolerance it differs by {off:.1e} of itself, and the energies are out of balance by "
+        f"at a tenth of the tolerance it differs by {difference:.1e} of itself, and the energies are out of balance by "
         f"{run.totals.whole[totals.RESIDUAL] / stored:.1e} of the contact's"
     )
 
 
-def _largest_escape(made: scene.Scene, trajectory: Trajectory, place: int, name: str) -> float:
+def _largest_escape(case_scene: scene.Scene, trajectory: Trajectory, index: int, name: str) -> float:
     """Return the largest penetration (clearances) of a joint in samples outside of its logged contacts."""
-    clearance = float(made.value.joints[place].clearance)
-    if isinstance(made.value.joints[place], Film):
+    clearance = float(case_scene.value.joints[index].clearance)
+    if isinstance(case_scene.value.joints[index], Film):
         return 0.0  # without surface there is no penetration
-    if made.layout.joints[place].corners:
-        return _largest_gap(made, trajectory, place, name) / clearance - 1.0
+    if case_scene.layout.joints[index].corners:
+        return _largest_gap(case_scene, trajectory, index, name) / clearance - 1.0
     events = trajectory.events[trajectory.events["joint"] == name]
-    touching = (np.searchsorted(events["t"], trajectory.t, side="right") + made.in_contact) % 2 == 1
-    eccentricity = np.hypot(trajectory[f"joints/{name}/x"], trajectory[f"joints/{name}/y"])[~touching]
+    in_contact = (np.searchsorted(events["t"], trajectory.t, side="right") + case_scene.in_contact) % 2 == 1
+    eccentricity = np.hypot(trajectory[f"joints/{name}/x"], trajectory[f"joints/{name}/y"])[~in_contact]
     return float(np.max(eccentricity, initial=0.0)) / clearance - 1.0
 
 
-def _largest_gap(made: scene.Scene, trajectory: Trajectory, place: int, name: str) -> float:
+def _largest_gap(case_scene: scene.Scene, trajectory: Trajectory, index: int, name: str) -> float:
     """Return the largest distance (m) of a block's corner outside logged contacts from its centred position."""
-    guide, angle, across, farthest = (
-        made.value.joints[place],
+    guide, angle, sideways, farthest = (
+        case_scene.value.joints[index],
         trajectory["slider/angle"],
         trajectory[f"joints/{name}/y"],
         0.0,
     )
-    for number, (forward, left) in enumerate(CORNERS, start=1):
+    for number, (forward, lateral) in enumerate(CORNERS, start=1):
         events = trajectory.events[trajectory.events["joint"] == f"{name}_{number}"]
-        touching = np.searchsorted(events["t"], trajectory.t, side="right") % 2 == 1
-        corner = across + 0.5 * (forward * guide.length * np.sin(angle) + left * guide.height * np.cos(angle))
-        farthest = max(farthest, float(np.max((left * corner - 0.5 * guide.height)[~touching], initial=0.0)))
+        in_contact = np.searchsorted(events["t"], trajectory.t, side="right") % 2 == 1
+        corner = sideways + 0.5 * (forward * guide.length * np.sin(angle) + lateral * guide.height * np.cos(angle))
+        farthest = max(farthest, float(np.max((lateral * corner - 0.5 * guide.height)[~in_contact], initial=0.0)))
     return farthest
 
 
 # ---------------------------------------------------------------------------------------------- bound
 
 
-def share_of_bound(made: scene.Scene, summary: dict[str, Any]) -> float:
+def share_of_bound(case_scene: scene.Scene, summary: dict[str, Any]) -> float:
     """Return the largest penetration of a run over its bound, the largest of its joints."""
     energies, loads = [], []
-    every = zip(made.layout.joints, made.case.joints, made.value.joints, strict=True)
-    trios = [trio for trio in every if not isinstance(trio[2], Film)]
-    for part, written, joint in trios:
+    joints = zip(case_scene.layout.joints, case_scene.case.joints, case_scene.value.joints, strict=True)
+    trios = [trio for trio in joints if not isinstance(trio[2], Film)]
+    for part, case_joint, joint in trios:
         rate = summary[f"{part.name}_onset_rate_max"]
         impact = getattr(joint.law, "impact", joint.law)
         factor = getattr(impact, "factor", 0.0) * min(1.0, rate / ONSET_FLOOR)  # laws do not divide by less
-        mass = _mass_of_machine(made, part) if made.machine else _reduced_mass(made.case, part.name)
+        mass = _mass_of_machine(case_scene, part) if case_scene.machine else _reduced_mass(case_scene.case, part.name)
         energies.append(_damped_energy(mass, rate, factor))
-        loads.append(_largest_load(made, written.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
+        loads.append(_largest_load(case_scene, case_joint.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
     for (_, _, joint), load in zip(trios, loads, strict=True):
         deepest = _deepest(joint.elastic, sum(energies), load)
@@ -237,14 +243,14 @@ def _deepest(elastic: Any, energy: float, load: float) -> float:
     """Return the bound (m) of a penetration under an energy (J) and a load (N)."""
     if type(elastic) in POWERS:
         stiffness, exponent = elastic.stiffness, getattr(elastic, "exponent", _exponent(elastic))
-        deepest = ((exponent + 1.0) * energy / stiffness) ** (1.0 / (exponent + 1.0))
-        return float(deepest + ((exponent + 1.0) * load / stiffness) ** (1.0 / exponent))
+        depth = ((exponent + 1.0) * energy / stiffness) ** (1.0 / (exponent + 1.0))
+        return float(depth + ((exponent + 1.0) * load / stiffness) ** (1.0 / exponent))
     low, high = 0.0, 1e-9
     while elastic_energy(elastic, high) < energy + load * high:
         high *= 2.0
     for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if elastic_energy(elastic, middle) < energy + load * middle else (low, middle)
+        mid = 0.5 * (low + high)
+        low, high = (mid, high) if elastic_energy(elastic, mid) < energy + load * mid else (low, mid)
     return high
 
 
@@ -259,26 +265,26 @@ def _damped_energy(mass: float, rate: float, factor: float) -> float:
     return mass * rate**2 * (factor - math.log1p(factor)) / factor**2
 
 
-def _largest_load(made: scene.Scene, name: str) -> float:
+def _largest_load(case_scene: scene.Scene, name: str) -> float:
     """Return LOAD times the largest load (N) of a joint in the ideal mechanism, 0 without a load."""
-    return LOAD * ideal_peaks(made.case).get(name, 0.0)
+    return LOAD * ideal_peaks(case_scene.case).get(name, 0.0)
 
 
-def _mass_of_machine(made: scene.Scene, part: JointLayout) -> float:
+def _mass_of_machine(case_scene: scene.Scene, part: JointLayout) -> float:
     """Return the largest reduced mass (kg) of a machine's joint, the others closed, its crank driven at its speed.
 
     For a guide it is the total moving mass: only its block is struck there, and a rod that pushes it.
     """
-    assert made.machine is not None  # called for machines only
-    place = made.layout.joints.index(part)
-    name, term = made.case.joints[place].name, made.value.joints[place]
+    assert case_scene.machine is not None  # called for machines only
+    index = case_scene.layout.joints.index(part)
+    name, term = case_scene.case.joints[index].name, case_scene.value.joints[index]
     if part.corners:
-        return float(sum(body.mass for body in made.machine.bodies.values()))
+        return float(sum(body.mass for body in case_scene.machine.bodies.values()))
     largest = 0.0
-    for angle, way in itertools.product(ANGLES[:-1:15], ANGLES[:-1:45]):
-        still = made.machine._replace(drive=Constant(1.0, float(angle)), loads=())
-        apart = 0.5 * term.clearance * np.array([math.cos(way), math.sin(way)])
-        built = planar.build(still, {name: term}, {name: apart})
+    for angle, direction in itertools.product(ANGLES[:-1:15], ANGLES[:-1:45]):
+        at_angle = case_scene.machine._replace(drive=Constant(1.0, float(angle)), loads=())
+        offset = 0.5 * term.clearance * np.array([math.cos(direction), math.sin(direction)])
+        built = planar.build(at_angle, {name: term}, {name: offset})
         pose = contract.place(built.value, built.start)
         largest = max(largest, contract.impact_masses(built.value, pose, contract.gaps(built.value, pose))[0])
     return float(largest)

@@ -79,12 +79,12 @@ def other(problem: Trajectory | ImpactPair) -> dict[str, Any]:
 
 def compare(case: Extreme, tolerances: Sequence[float]) -> list[dict[str, Any]]:
     """Return a row for each of the tolerances of the explicit method."""
-    truth = run(case, TIGHT, "explicit")
+    reference = run(case, TIGHT, "explicit")
     rows = []
     for tolerance in tolerances:
-        explicit = _figures(case, tolerance, "explicit", truth)
+        explicit = _figures(case, tolerance, "explicit", reference)
         for tens in range(TIGHTER + 1):
-            auto = _figures(case, tolerance / 10.0**tens, "auto", truth)
+            auto = _figures(case, tolerance / 10.0**tens, "auto", reference)
             if auto["error"] <= explicit["error"]:
                 break
         equal = auto["error"] <= explicit["error"]
@@ -105,22 +105,22 @@ def choice(case: Extreme, tolerance: float) -> dict[str, Any]:
 
     The time of a method that exhausts its budget of steps is infinite.
     """
-    spent: dict[str, float] = dict.fromkeys(METHODS, math.inf)
+    times: dict[str, float] = dict.fromkeys(METHODS, math.inf)
     runs: dict[str, results.Trajectory] = {}
     for _ in range(ROUNDS):
         for method in METHODS:
             began = time.process_time()
             runs[method] = run(case, tolerance, method)
             if runs[method].status == "ok":
-                spent[method] = min(spent[method], time.process_time() - began)
+                times[method] = min(times[method], time.process_time() - began)
     evaluations = {method: runs[method].summary["rhs_evaluations"] for method in METHODS}
-    better = min(spent["explicit"], spent["implicit"])
+    cheaper = min(times["explicit"], times["implicit"])
     return {
         "name": case.name,
         "tolerance": tolerance,
         "rhs_evaluations": evaluations,
-        "processor_time": {method: value if math.isfinite(value) else None for method, value in spent.items()},
-        "over_better": spent["auto"] / better,
+        "processor_time": {method: value if math.isfinite(value) else None for method, value in times.items()},
+        "over_better": times["auto"] / cheaper,
     }
 
 
@@ -132,25 +132,25 @@ def run(case: Extreme, tolerance: float, method: str) -> results.Trajectory:
         "simulate.revolutions": 1,
         "simulate.step_budget": STEPS,
     }
-    made = scene.build(grid.load(case.grid, scene.catalogue(), settings).case(0))
-    turn = 2.0 * math.pi / made.value.reference_rate
-    return simulate(made, times=np.arange(1, SAMPLES + 1) / SAMPLES * turn)
+    loaded_scene = scene.build(grid.load(case.grid, scene.catalogue(), settings).case(0))
+    period = 2.0 * math.pi / loaded_scene.value.reference_rate
+    return simulate(loaded_scene, times=np.arange(1, SAMPLES + 1) / SAMPLES * period)
 
 
-def error_of(trajectory: results.Trajectory, truth: results.Trajectory, case: Extreme) -> float:
+def error_of(trajectory: results.Trajectory, reference: results.Trajectory, case: Extreme) -> float:
     """Return the largest error at the samples: angle / 0.05 rad, place / 0.05 m, their rates over those times speed."""
     speed: float = case.grid["drive"]["speed"]
     scales = {"rod/angle": 0.05, "slider/x": 0.05, "rod/rate": speed, "slider/v": 0.05 * speed}
-    return max(float(np.max(np.abs(trajectory[name] - truth[name]))) / scale for name, scale in scales.items())
+    return max(float(np.max(np.abs(trajectory[name] - reference[name]))) / scale for name, scale in scales.items())
 
 
-def _figures(case: Extreme, tolerance: float, method: str, truth: results.Trajectory) -> dict[str, Any]:
+def _figures(case: Extreme, tolerance: float, method: str, reference: results.Trajectory) -> dict[str, Any]:
     """Return the cost and the error of a method at a tolerance."""
     runs = [run(case, tolerance, method) for _ in range(ROUNDS)]
     return {
         "tolerance": tolerance,
         "rhs_evaluations": runs[0].summary["rhs_evaluations"],
         "steps": runs[0].summary["steps"],
-        "error": error_of(runs[0], truth, case),
+        "error": error_of(runs[0], reference, case),
         "run_time": min(run.summary["run_time"] for run in runs),
     }

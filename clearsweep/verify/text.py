@@ -123,9 +123,9 @@ def convergence(table: dict) -> list[str]:
     ]
 
 
-def _with_interval(known: dict, unit: float) -> str:
+def _with_interval(estimate: dict, unit: float) -> str:
     """Return a value with its interval, rounded to two figures of the latter."""
-    value, width = known["value"] / unit, known["half_width"] / unit
+    value, width = estimate["value"] / unit, estimate["half_width"] / unit
     places = max(0, 1 - math.floor(math.log10(width))) if width > 0.0 else 3
     return f"{value:.{places}f} +- {width:.{places}f}"
 
@@ -178,8 +178,8 @@ def choices(rows: list[dict]) -> list[str]:
     for row in rows:
         cells = ""
         for name in methods:
-            spent = row["processor_time"][name]
-            cells += f"{row['rhs_evaluations'][name]:>12}{'-' if spent is None else f'{1e3 * spent:.3g}':>9}"
+            seconds = row["processor_time"][name]
+            cells += f"{row['rhs_evaluations'][name]:>12}{'-' if seconds is None else f'{1e3 * seconds:.3g}':>9}"
         lines.append(f"  {row['name']:<44}{row['tolerance']:>10.0e}{cells}{row['over_better']:>8.2f}")
     worst = max(rows, key=lambda row: row["over_better"])
     return [*lines, f"  largest ratio {worst['over_better']:.2f}, {worst['name']} at {worst['tolerance']:.0e}"]
@@ -188,11 +188,11 @@ def choices(rows: list[dict]) -> list[str]:
 def _problem(entry: dict) -> list[str]:
     """Return the lines of one problem."""
     if entry["measure"] == "restitution":
-        what = "error of the ratio of rebound to approach speed, closed form; time of the run"
+        description = "error of the ratio of rebound to approach speed, closed form; time of the run"
     else:
         turns = f"{entry['revolutions']:g} revolution" + ("" if entry["revolutions"] == 1 else "s")
-        what = f"{turns}, {entry['events_expected']} contact events"
-    lines, last = [f"{entry['name']}: {entry['title']} ({what})", HEAD], None
+        description = f"{turns}, {entry['events_expected']} contact events"
+    lines, last = [f"{entry['name']}: {entry['title']} ({description})", HEAD], None
     for row in entry["rows"]:
         lines.append(_row(row, "" if row["method"] == last else row["method"]))
         last = row["method"]

@@ -20,8 +20,8 @@ FAINT = 1e-4  # of the largest onset rate: a graze closes slower
 
 def tuned(case: Extreme) -> tuple[dict[str, Any], str]:
     """Return the grid of a case with its parameter tuned, and a note that says to what."""
-    what, path, low, high = case.tuning
-    find = _graze if what == "graze" else _meeting
+    kind, path, low, high = case.tuning
+    find = _graze if kind == "graze" else _meeting
     value, rate = find(case, path, low, high)
     return changed(case.grid, path, value), f"{path} = {value!r}; {rate}"
 
@@ -39,19 +39,19 @@ def changed(source: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
 
 def onsets(source: dict[str, Any], path: str, value: float) -> np.ndarray:
     """Return the event log's onsets within HORIZON revolutions."""
-    short = changed(changed(source, path, value), "simulate.revolutions", HORIZON)
-    events = simulate(scene.build(grid.load(short, scene.catalogue()).case(0)), times=[0.0]).events
-    first: np.ndarray = events[events["kind"] == "on"]
-    return first
+    shortened = changed(changed(source, path, value), "simulate.revolutions", HORIZON)
+    events = simulate(scene.build(grid.load(shortened, scene.catalogue()).case(0)), times=[0.0]).events
+    onset_times: np.ndarray = events[events["kind"] == "on"]
+    return onset_times
 
 
 def bisected(predicate: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
     """Return neighbours between `low`, where `predicate`, and `high`, where it does not."""
     for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
+        mid = 0.5 * (low + high)
+        if mid in (low, high):
             break
-        low, high = (middle, high) if predicate(middle) else (low, middle)
+        low, high = (mid, high) if predicate(mid) else (low, mid)
     return low, high
 
 
@@ -60,13 +60,13 @@ def _graze(case: Extreme, path: str, low: float, high: float) -> tuple[float, st
     values = np.geomspace(low, high, SCAN)
     counts = [len(onsets(case.grid, path, value)) for value in values]
     for i in np.flatnonzero(np.diff(counts)):
-        fewer = counts[i] if counts[i] < counts[i + 1] else counts[i + 1]
-        ends = (values[i], values[i + 1]) if counts[i] > fewer else (values[i + 1], values[i])
+        smaller_count = counts[i] if counts[i] < counts[i + 1] else counts[i + 1]
+        bounds = (values[i], values[i + 1]) if counts[i] > smaller_count else (values[i + 1], values[i])
 
-        def has_more(value: float, fewer: int = fewer) -> bool:
+        def has_more(value: float, fewer: int = smaller_count) -> bool:
             return len(onsets(case.grid, path, value)) > fewer
 
-        value, _ = bisected(has_more, *ends)
+        value, _ = bisected(has_more, *bounds)
         rates = onsets(case.grid, path, value)["rate"]
         if rates.min() < FAINT * rates.max():  # else an onset crossed the horizon
             return float(value), f"onset at {rates.min():.1e} m/s after {rates.max():.1e} m/s"
@@ -79,8 +79,8 @@ def _meeting(case: Extreme, path: str, low: float, high: float) -> tuple[float, 
 
     def onsets_before(value: float) -> int:  # onsets of the other joint before the first one of this
         log = onsets(case.grid, path, value)
-        own = np.flatnonzero(log["joint"] == joint)
-        return int(own[0]) if own.size else len(log)
+        own_rows = np.flatnonzero(log["joint"] == joint)
+        return int(own_rows[0]) if own_rows.size else len(log)
 
     values = np.geomspace(low, high, SCAN)
     counts = [onsets_before(value) for value in values]
@@ -93,7 +93,7 @@ def _meeting(case: Extreme, path: str, low: float, high: float) -> tuple[float, 
 
         value, _ = bisected(at_most, values[i], values[i + 1])
         log = onsets(case.grid, path, value)
-        own, other = (log["t"][log["joint"] == joint], log["t"][log["joint"] != joint])
-        if own.size and other.size > counts[i]:
-            return float(value), f"onsets {abs(own[0] - other[counts[i]]):.1e} s apart"
+        own_times, other_times = (log["t"][log["joint"] == joint], log["t"][log["joint"] != joint])
+        if own_times.size and other_times.size > counts[i]:
+            return float(value), f"onsets {abs(own_times[0] - other_times[counts[i]]):.1e} s apart"
     raise LookupError(f"{case.name}: no onsets of two joints meet between {low:g} and {high:g} m")

@@ -187,8 +187,8 @@ def _recall(part, numbers):
     """Return what `_walk` returns for a part of a scene; the cases of a sweep share their mechanism."""
     recalled = _PARTS.get(id(part))
     if recalled is None:
-        numbers_: list[float] = []
-        recalled = part, _walk(part, numbers_), numbers_
+        number_list: list[float] = []
+        recalled = part, _walk(part, number_list), number_list
         if len(_PARTS) >= MOST_PARTS:
             _PARTS.clear()
         _PARTS[id(part)] = recalled

@@ -32,12 +32,12 @@ def _move(scene, first, last, arguments):
     y, weight, k, nodes, h = arguments
     n = nodes.shape[0] - 1
     for c in range(first, last):
-        initial, weight_ = y[c], weight[c]
+        initial, inverse_scale = y[c], weight[c]
         for i in abreast(STAGES):
             early = (A[0, i] * k[c, 0] + A[1, i] * k[c, 1]) + (A[2, i] * k[c, 2] + A[3, i] * k[c, 3])
             late_terms = (A[4, i] * k[c, 4] + A[5, i] * k[c, 5]) + (A[6, i] * k[c, 6] + A[7, i] * k[c, 7])
             predicted = initial + h * (early + late_terms)
-            scaled_change = (predicted - nodes[c, i]) * weight_
+            scaled_change = (predicted - nodes[c, i]) * inverse_scale
             nodes[c, i] = predicted
             nodes[n, i] = nodes[n, i] + scaled_change * scaled_change
 

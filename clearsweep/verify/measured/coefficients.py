@@ -29,7 +29,7 @@ def of_film(law: str, slenderness: float, sommerfeld: float, ratio: float, attit
     term = registry.joint_term(joint, str(joint.journal))
     clearance, speed = film_at_rest.CLEARANCE, film_at_rest.SPEED
     scales = clearance * np.array([1.0, 1.0, speed, speed])
-    rest = np.array([ratio * math.cos(attitude), ratio * math.sin(attitude), 0.0, 0.0])
+    equilibrium = np.array([ratio * math.cos(attitude), ratio * math.sin(attitude), 0.0, 0.0])
 
     def force(motion: np.ndarray) -> np.ndarray:
         """Return the (2,) force on the journal over the load, for its (4,) position and velocity over `scales`."""
@@ -38,7 +38,10 @@ def of_film(law: str, slenderness: float, sommerfeld: float, ratio: float, attit
         towards, across = np.array([film.nx, film.ny]), np.array([-film.ny, film.nx])
         return np.asarray((film.radial * towards + film.tangential * across) / load)
 
-    slopes = [(force(rest - STEP * way) - force(rest + STEP * way)) / (2.0 * STEP) for way in np.eye(4)]
+    slopes = [
+        (force(equilibrium - STEP * direction) - force(equilibrium + STEP * direction)) / (2.0 * STEP)
+        for direction in np.eye(4)
+    ]
     stiffness, damping = np.array(slopes[:2]).T, np.array(slopes[2:]).T
     result = {}
     for i, first in enumerate(AXES):

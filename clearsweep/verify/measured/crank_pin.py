@@ -63,9 +63,9 @@ def at_rest(size: dict[str, float], load: float, rate: float, law: str) -> tuple
 def rig(load: float, rpm: float, law: str) -> dict[str, float]:
     """Return the torque of the shaft and the least film of the test bearing under a load (N)."""
     rate = rpm * math.pi / 30.0
-    torque, least = at_rest(TEST, load, rate, law)
+    torque, film_thickness = at_rest(TEST, load, rate, law)
     support, _ = at_rest(SUPPORT, 0.5 * load, rate, law)
-    return {"shaft torque": torque + 2.0 * support, "least film": least}
+    return {"shaft torque": torque + 2.0 * support, "least film": film_thickness}
 
 
 def measure(*, quick: bool = False) -> list[Row]:
@@ -94,12 +94,12 @@ def picture(rows: list[Row]) -> Figure:
     page = Figure(figsize=(9.0, 3.6), layout="constrained")
     for panel, load in zip(page.subplots(1, 2), LOADS, strict=True):
         for law, colour in zip(LAWS, COLOURS, strict=False):
-            mine = [r for r in rows if (r.variant, r.quantity) == (law, "shaft torque")]
-            mine = [r for r in mine if _named(r.point)[0] == 1e3 * load]
-            order = np.argsort([_named(r.point)[1] for r in mine])
-            speeds = [_named(mine[i].point)[1] for i in order]
-            panel.plot(speeds, [mine[i].computed for i in order], color=colour, marker=".", label=law)
-        panel.plot(speeds, [mine[i].reference for i in order], **REFERENCE, label="Sander et al., digitised")
+            selected = [r for r in rows if (r.variant, r.quantity) == (law, "shaft torque")]
+            selected = [r for r in selected if _named(r.point)[0] == 1e3 * load]
+            order = np.argsort([_named(r.point)[1] for r in selected])
+            speeds = [_named(selected[i].point)[1] for i in order]
+            panel.plot(speeds, [selected[i].computed for i in order], color=colour, marker=".", label=law)
+        panel.plot(speeds, [selected[i].reference for i in order], **REFERENCE, label="Sander et al., digitised")
         panel.set(xscale="log", xlabel="speed [rpm]", ylabel="shaft torque [N m]", title=f"{load:g} kN")
         tidy(panel)
     panel.legend(frameon=False)

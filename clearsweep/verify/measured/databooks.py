@@ -52,10 +52,12 @@ def numbers(point: str) -> tuple[float, float]:
 
 def figures(law: str, slenderness: float, sommerfeld: float) -> dict[str, float | None]:
     """Return the equilibrium of a journal, stiffness and damping of its film there, and its whirl threshold."""
-    rest = settled(law, slenderness, sommerfeld)
-    film = of_film(law, slenderness, sommerfeld, rest["eccentricity ratio"], math.radians(rest["attitude"]))
+    equilibrium = settled(law, slenderness, sommerfeld)
+    film = of_film(
+        law, slenderness, sommerfeld, equilibrium["eccentricity ratio"], math.radians(equilibrium["attitude"])
+    )
     limit = threshold(film)
-    return {**rest, **film, "threshold speed": limit if math.isfinite(limit) else None}
+    return {**equilibrium, **film, "threshold speed": limit if math.isfinite(limit) else None}
 
 
 def picture(rows: list[Row]) -> Figure:
@@ -64,11 +66,11 @@ def picture(rows: list[Row]) -> Figure:
     source, kinds = rows[-1].source, ("Kxx", "Kxy", "Kyx", "Kyy", "Bxx", "Bxy", "Byy")
     panels = page.subplots(2, 4, sharex=True).ravel()
     for panel, kind in zip(panels, kinds, strict=False):
-        mine = [row for row in rows if row.source == source and row.quantity.endswith(kind)]
-        longer = [row for row in mine if row.point.startswith("L/D 1,")]
+        selected = [row for row in rows if row.source == source and row.quantity.endswith(kind)]
+        longer = [row for row in selected if row.point.startswith("L/D 1,")]
         for law in LAWS:
-            there = [(_load_number(row), row.computed) for row in longer if row.variant == law]
-            panel.plot(*zip(*there, strict=True), **LOOK[law], label=law)
+            points = [(_load_number(row), row.computed) for row in longer if row.variant == law]
+            panel.plot(*zip(*points, strict=True), **LOOK[law], label=law)
         table = dict.fromkeys((_load_number(row), row.reference) for row in longer)
         panel.plot(*zip(*table, strict=True), **REFERENCE, label="Someya 1989")
         signed = {"Kyx": "symlog", "Bxy": "linear"}  # figures that may change sign

@@ -57,7 +57,7 @@ def settled(law: str, slenderness: float, sommerfeld: float) -> dict[str, float]
 
 def measure(*, quick: bool = False) -> list[Row]:
     """Return the rows of both tables."""
-    rows = _rows(reference(NAME, "butenschoen"), lambda number: number, LAWS, every=8 if quick else 1)
+    rows = _rows(reference(NAME, "butenschoen"), lambda number: number, LAWS, stride=8 if quick else 1)
     if quick:
         return rows
     laws = dict.fromkeys(LAWS, ("reynolds",))
@@ -65,12 +65,12 @@ def measure(*, quick: bool = False) -> list[Row]:
 
 
 def _rows(
-    table: Reference, to_sommerfeld: Callable[[float], float], laws: Mapping[str, tuple[str, ...]], every: int = 1
+    table: Reference, to_sommerfeld: Callable[[float], float], laws: Mapping[str, tuple[str, ...]], stride: int = 1
 ) -> list[Row]:
     """Return the rows of a table; `to_sommerfeld` converts its load number to So."""
     rows: list[Row] = []
-    for point in list(dict.fromkeys(point for point, *_ in table.points))[::every]:
-        slenderness, _, number = (part.rpartition(" ")[2] for part in point.split(", "))
+    for point in list(dict.fromkeys(point for point, *_ in table.points))[::stride]:
+        slenderness, _, number = (number_text.rpartition(" ")[2] for number_text in point.split(", "))
         for law in laws[slenderness]:
             computed = settled(law, float(slenderness), to_sommerfeld(float(number)))
             rows += table.rows({(point, name): value for name, value in computed.items()}, law)

@@ -57,20 +57,20 @@ DRAWN = ("tanh", "karnopp", "dahl", "lugre", "elasto-plastic")
 def grid(incidence: float, friction: dict[str, Any]) -> dict[str, Any]:
     """Return the grid of an impact at an angle (rad) from the normal, which is the x axis."""
     mass, reach = 4.0 / 3.0 * math.pi * RADIUS**3 * DENSITY, WALL - RADIUS
-    still = [0.0, 0.0]
+    at_rest = [0.0, 0.0]
     speed = {"vx": SPEED * math.cos(incidence), "vy": SPEED * math.sin(incidence)}
     ball = {
         "mass": mass,
         "inertia": 0.4 * mass * RADIUS**2,
-        "points": {"middle": still},
+        "points": {"middle": at_rest},
         "initial": {"x": reach - GAP, **speed},
     }
     return {
         "mechanism": {
             "type": "planar",
             "bodies": {
-                "ground": {"points": {"axle": still, "wall": still}},
-                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": still}},  # a planar machine needs a drive
+                "ground": {"points": {"axle": at_rest, "wall": at_rest}},
+                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": at_rest}},  # a planar machine needs a drive
                 "ball": ball,
             },
             "joints": {
@@ -128,11 +128,11 @@ def picture(rows: list[Row]) -> Figure:
     page = Figure(figsize=(10.0, 3.6), layout="constrained")
     names = list(dict.fromkeys((row.quantity, row.unit) for row in rows))
     for panel, (quantity, unit) in zip(page.subplots(1, 3), names, strict=True):
-        mine = [row for row in rows if row.quantity == quantity]
+        selected = [row for row in rows if row.quantity == quantity]
         for law, colour in zip(DRAWN, COLOURS, strict=False):
-            values = [(float(row.point.split()[1]), row.computed) for row in mine if row.variant == law]
+            values = [(float(row.point.split()[1]), row.computed) for row in selected if row.variant == law]
             panel.plot(*zip(*values, strict=True), color=colour, label=law)
-        values = [(float(row.point.split()[1]), row.reference) for row in mine if row.variant == DRAWN[0]]
+        values = [(float(row.point.split()[1]), row.reference) for row in selected if row.variant == DRAWN[0]]
         panel.plot(*zip(*values, strict=True), **REFERENCE, label="measured")
         panel.set(xlabel="incidence from the normal [deg]", ylabel=f"{quantity} [{unit}]")
         tidy(panel)

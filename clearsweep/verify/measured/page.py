@@ -54,15 +54,15 @@ def write(rows: list[Row], directory: str | Path, benchmarks: Sequence[Any]) -> 
     (directory / PICTURES).mkdir(parents=True, exist_ok=True)
     lines = list(_head(rows))
     for number, benchmark in enumerate(benchmarks, 1):
-        mine = [row for row in rows if row.benchmark == benchmark.NAME]
-        if not mine:
+        selected = [row for row in rows if row.benchmark == benchmark.NAME]
+        if not selected:
             continue
         lines += ["", f"## {number}. {benchmark.NAME}", "", benchmark.TEXT]
         if hasattr(benchmark, "picture"):
             file = f"{PICTURES}/{benchmark.__name__.rpartition('.')[2]}.svg"
-            benchmark.picture(mine).savefig(directory / file, metadata={"Date": None})
+            benchmark.picture(selected).savefig(directory / file, metadata={"Date": None})
             lines += ["", f"![{benchmark.NAME}]({file})"]
-        lines += ["", *_sources(mine), "", *_spreads(mine)]
+        lines += ["", *_sources(selected), "", *_spreads(selected)]
     lines += ["", "## Every point", "", *_every(rows)]
     page = directory / "measured.md"
     page.write_text("\n".join([*lines, ""]), encoding="utf-8")

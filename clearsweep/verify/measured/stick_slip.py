@@ -45,14 +45,14 @@ FAR = 1e4  # m, length of the spring: its direction is nearly constant
 
 def grid(friction: dict[str, Any]) -> dict[str, Any]:
     """Return the grid of a block that a spring pulls along a guide."""
-    still, clearance = [0.0, 0.0], 1e-3
+    at_rest, clearance = [0.0, 0.0], 1e-3
     return {
         "mechanism": {
             "type": "planar",
             "bodies": {
-                "ground": {"points": {"axle": still, "rail": still}},
-                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": still}},
-                "block": {"mass": 1.0, "inertia": 0.1, "points": {"middle": still}, "initial": {"y": -clearance}},
+                "ground": {"points": {"axle": at_rest, "rail": at_rest}},
+                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": at_rest}},
+                "block": {"mass": 1.0, "inertia": 0.1, "points": {"middle": at_rest}, "initial": {"y": -clearance}},
             },
             "joints": {
                 "axle": {"type": "revolute", "between": ["ground.axle", "wheel.axle"]},

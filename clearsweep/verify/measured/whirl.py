@@ -56,21 +56,21 @@ def rest(film: dict[str, Any], speed: float, mass: float) -> tuple[float, float]
 def grid(film: dict[str, Any], speed: float, mass: float) -> dict[str, Any]:
     """Return the grid of a housing on its film; `speed` (rad/s): at which its equilibrium is computed."""
     x, y = rest(film, speed, mass)
-    clearance, still = film["clearance"], [0.0, 0.0]
-    away = 1.0 - ASIDE * clearance / math.hypot(x, y)
+    clearance, at_rest = film["clearance"], [0.0, 0.0]
+    offset = 1.0 - ASIDE * clearance / math.hypot(x, y)
     housing = {
         "mass": mass,
         "inertia": STIFF,
-        "points": {"bore": still},
-        "initial": {"x": away * x, "y": away * y},
+        "points": {"bore": at_rest},
+        "initial": {"x": offset * x, "y": offset * y},
     }
     return {
         "mechanism": {
             "type": "planar",
             "gravity": GRAVITY,
             "bodies": {
-                "ground": {"points": {"main": still}},
-                "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": still}},
+                "ground": {"points": {"main": at_rest}},
+                "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": at_rest}},
                 "housing": housing,
             },
             "joints": {
@@ -109,11 +109,11 @@ def threshold(source: dict[str, Any], between: tuple[float, float]) -> float:
 
 def whirl_ratio(source: dict[str, Any], speed: float) -> float:
     """Return the speed of the whirl over that of the shaft, from a run close to the threshold."""
-    tried = source | {"drive": {"speed": speed}, "save": {"orbits": "last", "revolutions": 40, "samples": 36}}
-    trajectory = simulate(load_case({key: value for key, value in tried.items() if key != "limits"}))
-    place = trajectory["joints/film/x"] + 1j * trajectory["joints/film/y"]
-    turned = np.unwrap(np.angle(place - place.mean()))
-    return float((turned[-1] - turned[0]) / (trajectory["crank_angle"][-1] - trajectory["crank_angle"][0]))
+    source_at_speed = source | {"drive": {"speed": speed}, "save": {"orbits": "last", "revolutions": 40, "samples": 36}}
+    trajectory = simulate(load_case({key: value for key, value in source_at_speed.items() if key != "limits"}))
+    position = trajectory["joints/film/x"] + 1j * trajectory["joints/film/y"]
+    phase = np.unwrap(np.angle(position - position.mean()))
+    return float((phase[-1] - phase[0]) / (trajectory["crank_angle"][-1] - trajectory["crank_angle"][0]))
 
 
 def measure(*, quick: bool = False) -> list[Row]:
@@ -122,10 +122,10 @@ def measure(*, quick: bool = False) -> list[Row]:
     speeds = table.values("threshold speed")
     values = {}
     for point in list(speeds)[2:3] if quick else speeds:
-        there = speeds[point] * math.sqrt(GRAVITY / CLEARANCE)
-        film = joint("short", short_film(float(point.split()[-1]), there), SLENDERNESS, RADIUS, CLEARANCE)
-        source = grid(film, there, MASS)
-        onset = threshold(source, (0.94 * there, 1.06 * there))
+        dimensionless_speed = speeds[point] * math.sqrt(GRAVITY / CLEARANCE)
+        film = joint("short", short_film(float(point.split()[-1]), dimensionless_speed), SLENDERNESS, RADIUS, CLEARANCE)
+        source = grid(film, dimensionless_speed, MASS)
+        onset = threshold(source, (0.94 * dimensionless_speed, 1.06 * dimensionless_speed))
         values[point, "threshold speed"] = onset * math.sqrt(CLEARANCE / GRAVITY)
         values[point, "whirl over shaft speed"] = whirl_ratio(source, onset)
     rows = table.rows(values, "short")

@@ -69,8 +69,8 @@ def _touch(point, context, laws, contact_state):
     pressing = force if contact_state.mode != CLIPPED else as_type_of(0.0, force)
     rubbing = pressing if lowest == 0.0 else max(pressing, 0.0)
     sliding = plus_scaled(plus_scaled(moving, -rate, normal), depth, cross(gap.on_bearing, normal))
-    square, round_ = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
-    slip = math.copysign(math.sqrt(square), round_) if square > 0.0 else as_type_of(0.0, square)
+    square, circumferential = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
+    slip = math.copysign(math.sqrt(square), circumferential) if square > 0.0 else as_type_of(0.0, square)
     tangential = as_type_of(friction_force(laws.friction, rubbing, slip), slip)
     friction_per_slip = tangential / slip if square > 0.0 else as_type_of(0.0, slip)
     normal_force, rubbed = times(-pressing, normal), times(friction_per_slip, sliding)

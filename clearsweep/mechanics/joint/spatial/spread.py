@@ -233,8 +233,8 @@ def _strip_friction(context, end_state, bearing, borne):
         plus(moving_frame.velocity, cross(moving_frame.spin, arm)), depth, cross(gap.on_bearing, normal)
     )
     sliding = plus_scaled(moving, -dot(moving, normal), normal)
-    square, round_ = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
-    slip = math.copysign(math.sqrt(square), round_) if square > 0.0 else as_type_of(0.0, square)
+    square, circumferential = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
+    slip = math.copysign(math.sqrt(square), circumferential) if square > 0.0 else as_type_of(0.0, square)
     tangential = as_type_of(friction_force(joint.friction, rubbing, slip), slip)
     force = times(tangential / slip if square > 0.0 else as_type_of(0.0, slip), sliding)
     twist = times(depth, cross(normal, force))

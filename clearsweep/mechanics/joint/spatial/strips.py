@@ -119,14 +119,14 @@ def load_of(strip, pressed_range, laws, quadrature, onset_rate):
     for node, weight in nodes_of(quadrature):
         x = pressed_range.begin + (pressed_range.end - pressed_range.begin) * node
         share = pressed_range.first + pressed_range.length * (node * (pressed_range.begin + x) * inverse)
-        slice_ = 2.0 * weight * pressed_range.length * (x * inverse)
+        strip_weight = 2.0 * weight * pressed_range.length * (x * inverse)
         rate = strip.rate + (strip.inner_rate - strip.rate) * share
         force, stored = contact_force(law, elastic, x * x, rate, onset_rate)
         if x < 0.0:
-            slice_ = slice_ * sign_beyond(law, elastic)
-        outer, inner_depth = outer + slice_ * (1.0 - share) * force, inner_depth + slice_ * share * force
-        elastic_outer = elastic_outer + slice_ * (1.0 - share) * stored
-        elastic_inner = elastic_inner + slice_ * share * stored
+            strip_weight = strip_weight * sign_beyond(law, elastic)
+        outer, inner_depth = outer + strip_weight * (1.0 - share) * force, inner_depth + strip_weight * share * force
+        elastic_outer = elastic_outer + strip_weight * (1.0 - share) * stored
+        elastic_inner = elastic_inner + strip_weight * share * stored
     return StripLoad(outer, inner_depth, elastic_outer, elastic_inner)
 
 

@@ -97,11 +97,11 @@ class Dynamics(Bodies):
     def forward(self, lower: Matrix, right_side: Row) -> Row:
         """Return L^-1 times a column."""
         lines = self.lines
-        solved_: Row = {}
+        solution: Row = {}
         for i, a in enumerate(self.unknown):
-            eliminated = [lines.minus(lines.product(lower[a, k], solved_[k])) for k in self.unknown[:i]]
-            solved_[a] = lines.total(right_side.get(a), *eliminated)
-        return solved_
+            eliminated = [lines.minus(lines.product(lower[a, k], solution[k])) for k in self.unknown[:i]]
+            solution[a] = lines.total(right_side.get(a), *eliminated)
+        return solution
 
     def solved(self, right_side: Row) -> Row:
         """Return the accelerations of the coordinates for generalised forces."""
