@@ -38,8 +38,8 @@ def sentences(identified: Mapping[str, Any], joints: int) -> list[str]:
         noise, low, high = (f"{100.0 * share:.2g}" for share in signal["noise"])
         lines.append(
             f"{signal['channel']} of {signal['file']}: {signal['revolutions']} revolutions of {signal['samples']:.4g} "
-            f"samples, compared up to order {signal['orders']:.3g}; crank angle {math.degrees(signal['angle']):.3g} deg "
-            f"ahead, noise {noise} % of the rms (95 %: {low} to {high} %)."
+            f"samples, compared up to order {signal['orders']:.3g}; crank angle {math.degrees(signal['angle']):.3g} "
+            f"deg ahead, noise {noise} % of the rms (95 %: {low} to {high} %)."
         )
         speed, computed_speed = signal["speed"], identified["computed_speed"]
         if speed and abs(speed / computed_speed - 1.0) > SPEED:

@@ -29,7 +29,7 @@ from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built, body_angles, gaps, place
 from ..mechanics.mechanism.spatial import seats
 from . import crank_clock, links
-from .figures.catalogue import FIGURES
+from .figures import catalogue as figures
 from .ideal import ideal_motion, mechanism_of
 
 _LAYOUTS: dict[Parts, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with their sources
@@ -58,7 +58,7 @@ class Scene:
 
 def catalogue() -> Catalogue:
     """Return everything that a grid can name and that its cases can report."""
-    return Catalogue(registry.described(), tuple(MECHANISMS.values()), FIGURES, *rates.CHANNELS)
+    return Catalogue(registry.described(), tuple(MECHANISMS.values()), figures.FIGURES, *rates.CHANNELS)
 
 
 def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | None = None) -> Scene:
@@ -77,7 +77,7 @@ def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | N
 
 def layout_of(case: Case) -> Layout:
     """Return the layout of a case; cases with the same parts share one, since creating it takes 70 us."""
-    parts, origin = parts_of(case), (FIGURES, MECHANISMS[case.mechanism.type])
+    parts, origin = parts_of(case), (figures.FIGURES, MECHANISMS[case.mechanism.type])
     stored = _LAYOUTS.get(parts)
     if stored is None or any(previous is not current for previous, current in zip(stored[0], origin, strict=True)):
         stored = _LAYOUTS[parts] = origin, Layout.with_parts(parts, catalogue())
