@@ -119,8 +119,8 @@ def test_a_slider_crank_of_bodies_and_joints_is_the_slider_crank(opened, ideal):
     known, result = clearsweep.load_case(case), clearsweep.load_case(slider_crank(*opened, ideal=ideal))
     first, other = result.value.mechanism, known.value.mechanism
     assert kinds_of(first) == kinds_of(other)
-    assert (first.hangs, first.openings, first.aim, first.speed, first.gravity) == (
-        (other.hangs, other.openings, other.aim, other.speed, other.gravity)
+    assert (first.attachments, first.openings, first.aim, first.speed, first.gravity) == (
+        (other.attachments, other.openings, other.aim, other.speed, other.gravity)
     )
     still = Vector(1e-4, 1e-4, 1e-4)  # inertia of the slider, which does not turn
     assert [part._replace(inertia=still) if part.mass == 0.14 else part for part in first.parts] == [

@@ -64,9 +64,9 @@ def _everything() -> tuple[Law, ...]:
 
 def _list() -> str:
     keys, blocks = _everything(), []
-    wide = max(len(law.name) for law in keys)
+    width = max(len(law.name) for law in keys)
     for family, key in _KEYS.items():
-        lines = [f"  {law.name:{wide}}  {law.summary}" for law in keys if law.family == family]
+        lines = [f"  {law.name:{width}}  {law.summary}" for law in keys if law.family == family]
         blocks.append("\n".join([key, *lines]))
     return "\n\n".join(blocks)
 
@@ -89,9 +89,9 @@ def _described(law: Law) -> str:
         )
     ranges = [f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in (*law.ranges, *law.trusted) if limit.high]
     against = [limit.reason for limit in law.trusted if not limit.high] + ([law.unsound] if law.unsound else [])
-    for head, lines in (("holds for", ranges), ("against it", against)):
+    for heading, lines in (("holds for", ranges), ("against it", against)):
         if lines:
-            blocks.append("\n".join([head, *(_wrapped("  ", line) for line in lines)]))
+            blocks.append("\n".join([heading, *(_wrapped("  ", line) for line in lines)]))
     if law.family == "elastic":
         kind = f"of a {law.contact}" if law.contact else "not judged"
         blocks.append(f"first yield: {kind}")
@@ -134,8 +134,8 @@ def _needed(name: str) -> str:
     return _wrapped("  ", texts[name] if name == "hertz" else f"{name}, {texts[name]}")
 
 
-def _table(head: str, columns: tuple[str, str], rows: list[tuple[str, str]]) -> str:
-    lines = [head, f"  {columns[0]:>12}  {columns[1]:>12}"]
+def _table(heading: str, columns: tuple[str, str], rows: list[tuple[str, str]]) -> str:
+    lines = [heading, f"  {columns[0]:>12}  {columns[1]:>12}"]
     return "\n".join(lines + [f"  {left:>12}  {right:>12}" for left, right in rows])
 
 
@@ -155,7 +155,7 @@ def _forces(law: Law, recipe: Recipe) -> str:
     joint = reference_joint(law)
     term, limit, derived = recipe.make(joint), recipe.limit(joint), recipe.derived(joint)
     layer = ", layer 5 mm" if any(field.name == "thickness" for field in law.fields) else ""
-    reach = "" if math.isinf(limit) else f"\n  holds up to {1e6 * limit:.4g} um"
+    limit_text = "" if math.isinf(limit) else f"\n  holds up to {1e6 * limit:.4g} um"
     rows = [(f"{1e6 * pen:g}", f"{elastic_force(term, pen):.5g}") for pen in DEPTHS]
     follows = [f"\n  {key}: {value:.5g}{'' if unit == '1' else f' {unit}'}" for key, (value, unit) in derived.items()]
-    return _table(f"force ({_REFERENCE_TEXT}{layer})", ("pen, um", "F, N"), rows) + "".join(follows) + reach
+    return _table(f"force ({_REFERENCE_TEXT}{layer})", ("pen, um", "F, N"), rows) + "".join(follows) + limit_text

@@ -62,13 +62,15 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
         for places in pieces:
             file = files.enter_context(tempfile.TemporaryFile(dir=run.scratch if run.scratch.is_dir() else None))
             bounds = np.searchsorted(places, cuts)
-            columns, order = _rows_of_batches(run, schema, rows[places])
+            arrays, order = _rows_of_batches(run, schema, rows[places])
+            columns = list(arrays)
             with pa.ipc.new_stream(file, schema) as writer:
-                columns = list(columns)
                 for first, last in itertools.pairwise(bounds.tolist()):
                     places_in_batches = _indices(order[first:last])
                     writer.write_batch(
-                        pa.RecordBatch.from_arrays([each.take(places_in_batches) for each in columns], schema=schema)
+                        pa.RecordBatch.from_arrays(
+                            [column.take(places_in_batches) for column in columns], schema=schema
+                        )
                     )
             file.seek(0)
             sorted_rows.append((places, bounds, pa.ipc.open_stream(file)))

@@ -104,9 +104,9 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
         ),
     )
     on = Choice("on", bodies, "the body it acts on")
-    at = (on, *(point_key if body_points else ()))
+    where = (on, *(point_key if body_points else ()))
     force = Keys(f"{path}.force", "force along x and y of the fixed frame", _FORCE, "optional")
-    table = Keys(path, LOADS["table"].summary, (_SCALE,), "optional", at, (_TABLE,))
+    table = Keys(path, LOADS["table"].summary, (_SCALE,), "optional", where, (_TABLE,))
     body_keys = tuple(Choice(str(k), tuple(points), f"the {label} body") for k, label in enumerate(("first", "second")))
     where_second = (
         f"at `point`, left out at the {MASS}" if body_points else f"at a slider's pin, of any other body at the {MASS}"
@@ -121,7 +121,7 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
     }
     on_joint = Keys(path, LOADS["friction"].summary, (), "optional", (on._replace(options=joints),))
     by_form = {
-        "force": (Keys(path, LOADS["force"].summary, (_TORQUE,), "optional", at), force),
+        "force": (Keys(path, LOADS["force"].summary, (_TORQUE,), "optional", where), force),
         "table": (table,),
         "spring": (
             Keys(path, LOADS["spring"].summary, _SPRING, "optional", point_key if body_points else ()),
@@ -132,7 +132,7 @@ def keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple
     }
     if load.form != ANY:
         return by_form[load.form]
-    load_keys = Keys(path, "a load", (_TORQUE, _SCALE, *_SPRING), "optional", at, (_TABLE,))
+    load_keys = Keys(path, "a load", (_TORQUE, _SCALE, *_SPRING), "optional", where, (_TABLE,))
     frictions = (rubbing, *braking.values())
     return load_keys, force, *(key._replace(need="optional") for key in (between, anchor, *frictions))
 
@@ -151,10 +151,10 @@ class Places:
             return self.new(body, name, self.bodies[body].center)
         return machine.At(body, name)
 
-    def new(self, body: str, name: str, place: tuple[float, float]) -> machine.At:
-        """Return a further point of a body, at `place` (m) in its frame."""
+    def new(self, body: str, name: str, position: tuple[float, float]) -> machine.At:
+        """Return a further point of a body, at `position` (m) in its frame."""
         body_before = self.bodies[body]
-        self.bodies[body] = body_before._replace(points={**body_before.points, name: place})
+        self.bodies[body] = body_before._replace(points={**body_before.points, name: position})
         return machine.At(body, name)
 
 
@@ -174,8 +174,8 @@ def _tabled(load: case.Load, places: Places) -> machine.Tabled:
     table_variable = "angle" if "crank_angle" in table else "time"
     knots = table["crank_angle" if table_variable == "angle" else "time"]
     columns = [table.get(name, np.zeros(knots.size)) for name in ("fx", "fy", "torque")]
-    at = places.at(load.values["on"], load.values)
-    return machine.Tabled(load.name, at, table_variable, knots, *columns, load.values["scale"])
+    endpoint = places.at(load.values["on"], load.values)
+    return machine.Tabled(load.name, endpoint, table_variable, knots, *columns, load.values["scale"])
 
 
 def _spring(load: case.Load, places: Places) -> machine.Spring:

@@ -17,8 +17,8 @@ _AXIS = Field(
 _ALONG = Field("along", "rad", "direction of the measured motion of the point", -math.inf, default=0.0)
 
 
-def joint_keys(joint: JointOutline, ends: tuple[str, ...]) -> Iterable[Keys]:
-    """Yield the sections of a joint that can connect the points `ends`."""
+def joint_keys(joint: JointOutline, endpoints: tuple[str, ...]) -> Iterable[Keys]:
+    """Yield the sections of a joint that can connect the points `endpoints`."""
     path = f"mechanism.joints.{joint.name}"
     kind = Choice("type", ("revolute", "prismatic", "slot"), "a pin, a guide, or a pin in a slot of the proximal body")
     bodies = tuple(filter(None, joint.bodies))
@@ -26,7 +26,7 @@ def joint_keys(joint: JointOutline, ends: tuple[str, ...]) -> Iterable[Keys]:
     labels = (kind,) if joint.type in ("prismatic", "slot") else (kind, *journal)
     yield Keys(path, "a joint", () if joint.type == "revolute" else (_AXIS,), words=labels)
     texts = ("the proximal point, body.point", "the distal point")
-    between = tuple(Choice(str(k), ends, text) for k, text in enumerate(texts))
+    between = tuple(Choice(str(k), endpoints, text) for k, text in enumerate(texts))
     yield Keys(f"{path}.between", "the points that it joins, proximal and distal", words=between)
 
 
@@ -56,8 +56,8 @@ def pair_of(values, path: str) -> tuple[float, float]:
 
 def joint_of(values, joint: JointOutline) -> Pin | Guide | Slot:
     """Return a joint of a case."""
-    ends = [At(*end.split(".", 1)) for end in (joint.proximal, joint.distal)]
+    endpoints = [At(*endpoint.split(".", 1)) for endpoint in (joint.proximal, joint.distal)]
     if joint.type == "revolute":
-        return Pin(joint.name, *ends)
+        return Pin(joint.name, *endpoints)
     form = Slot if joint.type == "slot" else Guide
-    return form(joint.name, *ends, values[f"joints.{joint.name}.axis"])
+    return form(joint.name, *endpoints, values[f"joints.{joint.name}.axis"])

@@ -17,13 +17,13 @@ _IDEAL = "what a pin without clearance allows: all rotations, rotation and slidi
 
 
 def _center() -> tuple[Field, ...]:
-    first, *remainder = space.along_axes("m", "centre of mass from the first pin")
-    return first._replace(default=None, optional=True), *remainder
+    along_rod, *remainder = space.along_axes("m", "centre of mass from the first pin")
+    return along_rod._replace(default=None, optional=True), *remainder
 
 
 def _keys(outline: Outline) -> tuple[Keys, ...]:
     mass = Field("mass", "kg", "mass")
-    about = "principal moments of inertia about the centre of mass, on the axes of its frame"
+    description = "principal moments of inertia about the centre of mass, on the axes of its frame"
     closed = tuple(
         Choice(name, (SPHERICAL, CYLINDRICAL, REVOLUTE), "type of this pin without clearance", REVOLUTE)
         for name in PINS
@@ -33,10 +33,10 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
     inertia = space.along_axes("kg*m^2", "inertia", 0.0, None)
     return (
         Keys("mechanism.crank", "the crank", (_LENGTH, mass._replace(low_open=False))),
-        Keys("mechanism.crank.inertia", about, inertia, alone=(1, 1, 1)),
+        Keys("mechanism.crank.inertia", description, inertia, alone=(1, 1, 1)),
         Keys("mechanism.crank.center", where, _center(), "implied", alone=(1, 0, 0)),
         Keys("mechanism.rod", "the rod", (_LENGTH, mass)),
-        Keys("mechanism.rod.inertia", about, tuple(field._replace(low_open=True) for field in inertia)),
+        Keys("mechanism.rod.inertia", description, tuple(field._replace(low_open=True) for field in inertia)),
         Keys("mechanism.rod.center", where, _center(), "implied", alone=(1, 0, 0)),
         Keys("mechanism.slider", "the slider", (mass,)),
         Keys("mechanism", "", flags=(space.FLAG,)),
@@ -46,17 +46,17 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
     )
 
 
-def mechanism(outline: Outline, plain: Mechanism) -> Mechanism:
-    """Return the spatial form of the slider-crank `plain`."""
-    assert plain.output is not None  # the slider
-    return plain._replace(
+def mechanism(outline: Outline, planar_mechanism: Mechanism) -> Mechanism:
+    """Return the spatial form of the slider-crank `planar_mechanism`."""
+    assert planar_mechanism.output is not None  # the slider
+    return planar_mechanism._replace(
         joints=(
             JointSite(PINS[0], "crank", "rod", space.kind_of(outline, PINS[0])),
             JointSite(PINS[1], "rod", "slider", space.kind_of(outline, PINS[1]), journal="rod"),
         ),
         keys=_keys(outline),
         channels=(
-            *described.channels_of(("crank",), plain.output, ("place", "v", "a"))[:5],
+            *described.channels_of(("crank",), planar_mechanism.output, ("place", "v", "a"))[:5],
             *space.body_channels(("crank", "rod", "slider")),
         ),
         build=space.Building(_assembly, outline),
@@ -68,11 +68,11 @@ def mechanism(outline: Outline, plain: Mechanism) -> Mechanism:
 
 def _assembly(outline: Outline, values: Mapping, speed: float) -> Assembly:
     """Return the spatial machine of a case."""
-    still = (0.0, 0.0, 0.0)
+    no_vector = (0.0, 0.0, 0.0)
     solids = {
-        "ground": Solid(0.0, still, still, {"pivot": still}),
+        "ground": Solid(0.0, no_vector, no_vector, {"pivot": no_vector}),
         **{name: _link(values, name) for name in ("crank", "rod")},
-        "slider": Solid(values["slider.mass"], still, still, {"pin": still}),
+        "slider": Solid(values["slider.mass"], no_vector, no_vector, {"pin": no_vector}),
     }
     joints = (
         Pin("ground-crank", At("ground", "pivot"), At("crank", "near")),

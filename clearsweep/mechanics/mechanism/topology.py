@@ -76,9 +76,9 @@ def _keys(outline: Outline) -> Iterable[Keys]:
         for point in body.points:
             yield Keys(f"{path}.points.{point}", "a point in the frame of its body", _PLACE)
     yield Keys("mechanism.joints", "the joints between the bodies, by name")
-    ends = tuple(f"{body.name}.{point}" for body in outline.bodies for point in body.points)
+    endpoints = tuple(f"{body.name}.{point}" for body in outline.bodies for point in body.points)
     for joint in outline.joints:
-        yield from joint_keys(joint, ends)
+        yield from joint_keys(joint, endpoints)
     yield from output_keys(outline)
 
 
@@ -87,13 +87,13 @@ def machine(case: Case) -> Machine:
     values, outline = case.mechanism.values, case.outline
     bodies = {}
     for body in outline.bodies:
-        at, fixed = f"bodies.{body.name}", body.name == GROUND
-        mass, inertia = (0.0, 0.0) if fixed else (values[f"{at}.mass"], values[f"{at}.inertia"])
-        center = (0.0, 0.0) if fixed else pair_of(values, f"{at}.center")
-        points = {point: pair_of(values, f"{at}.points.{point}") for point in body.points}
-        free = f"{at}.initial.x" in values
-        initial = Initial(*(values[f"{at}.initial.{name}"] for name in Initial._fields)) if free else None
-        bodies[body.name] = Body(mass, inertia, center, points, described.elastic_of(values, at), initial)
+        prefix, fixed = f"bodies.{body.name}", body.name == GROUND
+        mass, inertia = (0.0, 0.0) if fixed else (values[f"{prefix}.mass"], values[f"{prefix}.inertia"])
+        center = (0.0, 0.0) if fixed else pair_of(values, f"{prefix}.center")
+        points = {point: pair_of(values, f"{prefix}.points.{point}") for point in body.points}
+        free = f"{prefix}.initial.x" in values
+        initial = Initial(*(values[f"{prefix}.initial.{name}"] for name in Initial._fields)) if free else None
+        bodies[body.name] = Body(mass, inertia, center, points, described.elastic_of(values, prefix), initial)
     joints = tuple(joint_of(values, joint) for joint in outline.joints)
     start = {key.removeprefix("start."): angle for key, angle in values.items() if key.startswith("start.")}
     aim = Aim(values["output.body"], values.get("output.point", ""), values.get("output.along", 0.0))

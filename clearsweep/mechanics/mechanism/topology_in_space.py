@@ -15,7 +15,7 @@ from .spatial.spanning_tree import CYLINDRICAL, REVOLUTE, SPHERICAL
 
 def _keys(outline: Outline) -> tuple[Keys, ...]:
     pins = tuple(joint.name for joint in outline.joints if joint.type != "prismatic")
-    ends = tuple(f"{body.name}.{point}" for body in outline.bodies for point in body.points)
+    endpoints = tuple(f"{body.name}.{point}" for body in outline.bodies for point in body.points)
     allowed = tuple(
         Choice(name, (SPHERICAL, CYLINDRICAL, REVOLUTE), "type of this pin without clearance", REVOLUTE)
         for name in pins
@@ -32,9 +32,9 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
         mass = Field("mass", "kg", "mass")
         keys.append(Keys(path, "what does not move" if fixed else "a body", () if fixed else (mass,)))
         if not fixed:
-            about = "principal moments of inertia about the centre of mass, on the axes of its frame"
+            description = "principal moments of inertia about the centre of mass, on the axes of its frame"
             keys += [
-                Keys(f"{path}.inertia", about, space.along_axes("kg*m^2", "inertia", 0.0, None)),
+                Keys(f"{path}.inertia", description, space.along_axes("kg*m^2", "inertia", 0.0, None)),
                 Keys(
                     f"{path}.center",
                     "centre of mass in the frame of the body",
@@ -53,7 +53,7 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
         ]
     keys.append(Keys("mechanism.joints", "the joints between the bodies, by name"))
     for joint in outline.joints:
-        keys += joint_keys(joint, ends)
+        keys += joint_keys(joint, endpoints)
     text = "what a pin without clearance allows: all rotations, rotation and sliding along it, or rotation alone"
     keys.append(Keys("mechanism.ideal", text, words=allowed, need="implied"))
     keys += output_keys(outline)
@@ -61,19 +61,19 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
     return tuple(keys)
 
 
-def mechanism(outline: Outline, plain: Mechanism) -> Mechanism:
-    """Return the spatial form of the planar mechanism `plain` in a grid."""
+def mechanism(outline: Outline, planar_mechanism: Mechanism) -> Mechanism:
+    """Return the spatial form of the planar mechanism `planar_mechanism` in a grid."""
     output = Output("output", "rad" if outline.rotary else "m")
-    moving = tuple(described.column_name(body.name) for body in outline.bodies if body.name != GROUND)
+    moving_names = tuple(described.column_name(body.name) for body in outline.bodies if body.name != GROUND)
     heading = described.channels_of((), output, ("place", "rate", "acceleration"))
-    torque = "crank/torque" if "crank" in moving else "drive/torque"
-    return plain._replace(
+    torque = "crank/torque" if "crank" in moving_names else "drive/torque"
+    return planar_mechanism._replace(
         bodies=tuple(body.name for body in outline.bodies),
         joints=tuple(space.site_of(outline, joint) for joint in outline.joints if joint.type != "prismatic"),
         keys=_keys(outline),
         channels=(
             *(channel._replace(name=torque) if "torque" in channel.name else channel for channel in heading),
-            *space.body_channels(moving),
+            *space.body_channels(moving_names),
         ),
         output=output,
         build=space.Building(_assembly, outline),
@@ -88,13 +88,17 @@ def mechanism(outline: Outline, plain: Mechanism) -> Mechanism:
 
 def _assembly(outline: Outline, values: Mapping, speed: float) -> Assembly:
     """Return the spatial machine of a case."""
-    solids, still = {}, (0.0, 0.0, 0.0)
+    solids, no_vector = {}, (0.0, 0.0, 0.0)
     for body in outline.bodies:
-        at = f"bodies.{body.name}"
-        points = {point: space.three(values, f"{at}.points.{point}") for point in body.points}
-        inertial = (0.0, still, still)
+        prefix = f"bodies.{body.name}"
+        points = {point: space.three(values, f"{prefix}.points.{point}") for point in body.points}
+        inertial = (0.0, no_vector, no_vector)
         if body.name != GROUND:
-            inertial = (values[f"{at}.mass"], space.three(values, f"{at}.inertia"), space.three(values, f"{at}.center"))
+            inertial = (
+                values[f"{prefix}.mass"],
+                space.three(values, f"{prefix}.inertia"),
+                space.three(values, f"{prefix}.center"),
+            )
         solids[body.name] = Solid(*inertial, points)
     joints = tuple(joint_of(values, joint) for joint in outline.joints)
     start = {key.removeprefix("start."): angle for key, angle in values.items() if key.startswith("start.")}

@@ -95,7 +95,7 @@ def ideal(machine: Machine, angles) -> IdealMotion:
     )
     reactions = {name: force.reshape((*shape, 2)) for name, force in motion.reactions.items()}
     torque = np.reshape(motion.torque, shape)
-    return IdealMotion(*(np.reshape(part, shape) for part in motion[:3]), reactions, torque)
+    return IdealMotion(*(np.reshape(array, shape) for array in motion[:3]), reactions, torque)
 
 
 class _Compiled(NamedTuple):
@@ -149,8 +149,10 @@ def _light(machine: Machine, form: Planar, start: np.ndarray) -> list[str]:
         finite = False
     if finite:
         return []
-    moving = _moving(machine)
-    return [name for name in moving if 0.0 in (machine.bodies[name].mass, machine.bodies[name].inertia)] or moving
+    moving_bodies = _moving(machine)
+    return [
+        name for name in moving_bodies if 0.0 in (machine.bodies[name].mass, machine.bodies[name].inertia)
+    ] or moving_bodies
 
 
 def _start(ideal_machine: Ideal, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
@@ -193,15 +195,15 @@ def _independent_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
     placed = []
     for joint in machine.joints:
         site: tuple = Open() if joint.name in open_joints else Closed()
-        ends = (numbers[joint.proximal.body], numbers[joint.distal.body])
+        bodies = (numbers[joint.proximal.body], numbers[joint.distal.body])
         points = (_point(machine, joint.proximal), _point(machine, joint.distal))
         if isinstance(joint, (Guide, Stretch, Slot)):
             is_spring = isinstance(joint, Stretch)
             site = Sprung(joint.stiffness, joint.damping) if is_spring else site
             axis = direction_of(math.cos(joint.axis), math.sin(joint.axis))
-            placed.append(Slide(site, *ends, *points, axis))
+            placed.append(Slide(site, *bodies, *points, axis))
         else:
-            placed.append(Hinge(site, *ends, *points))
+            placed.append(Hinge(site, *bodies, *points))
     crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
     return Planar(
         bodies=tuple(masses_of(machine)),
@@ -212,7 +214,7 @@ def _independent_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
         gravity=machine.gravity,
         loads=loads_of(
             machine.loads,
-            lambda at: (numbers[at.body], _point(machine, at)),
+            lambda endpoint: (numbers[endpoint.body], _point(machine, endpoint)),
             lambda name: numbered([joint.name for joint in machine.joints].index(name)),
         ),
         aim=_aim(machine, machine.aim, numbers),
@@ -224,10 +226,10 @@ def _moving(machine: Machine) -> list[str]:
     return [name for name in machine.bodies if name != GROUND]
 
 
-def _point(machine: Machine, at: At) -> tuple:
-    body = machine.bodies[at.body]
-    center = (0.0, 0.0) if at.body == GROUND else body.center
-    x, y = np.subtract(body.points[at.point], center)
+def _point(machine: Machine, endpoint: At) -> tuple:
+    body = machine.bodies[endpoint.body]
+    center = (0.0, 0.0) if endpoint.body == GROUND else body.center
+    x, y = np.subtract(body.points[endpoint.point], center)
     return point_of(float(x), float(y))
 
 

@@ -79,15 +79,15 @@ class Closure:
         closure.offsets = offsets
         return closure
 
-    def end(self, at: At, q: np.ndarray, q_rates: np.ndarray) -> End:
+    def end(self, endpoint: At, q: np.ndarray, q_rates: np.ndarray) -> End:
         """Return a point of a body; q, q_rates : (..., 3 bodies)."""
-        return self._end(at, _columns(q), _columns(q_rates), _turned(_columns(q)))
+        return self._end(endpoint, _columns(q), _columns(q_rates), _turned(_columns(q)))
 
-    def _end(self, at: At, q: list, q_rates: list, directions: list) -> End:
-        x, y = self.machine.bodies[at.body].points[at.point]
-        if at.body == GROUND:
+    def _end(self, endpoint: At, q: list, q_rates: list, directions: list) -> End:
+        x, y = self.machine.bodies[endpoint.body].points[endpoint.point]
+        if endpoint.body == GROUND:
             return End(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        i, center = self.index[at.body], self.machine.bodies[at.body].center
+        i, center = self.index[endpoint.body], self.machine.bodies[endpoint.body].center
         x, y, (c, s), rate = x - center[0], y - center[1], directions[i], q_rates[3 * i + 2]
         arm_x, arm_y = c * x - s * y, s * x + c * y
         return End(
@@ -115,13 +115,17 @@ class Closure:
             if isinstance(joint, Slot):
                 put_component(self, joint, joint.axis + 0.5 * math.pi, (q, q_rates), (values, jacobian, lacking), row)
                 continue
-            near_end, far_end = (self._end(at, columns, rates, directions) for at in (joint.proximal, joint.distal))
+            near_end, far_end = (
+                self._end(endpoint, columns, rates, directions) for endpoint in (joint.proximal, joint.distal)
+            )
             signed_ends = ((joint.proximal.body, -1.0, near_end), (joint.distal.body, 1.0, far_end))
-            ends = [(3 * self.index[body], sign, body_end) for body, sign, body_end in signed_ends if body != GROUND]
+            columns_of_ends = [
+                (3 * self.index[body], sign, body_end) for body, sign, body_end in signed_ends if body != GROUND
+            ]
             gap_x, gap_y = far_end.x - near_end.x, far_end.y - near_end.y
             bend_x, bend_y = far_end.ddx - near_end.ddx, far_end.ddy - near_end.ddy
             if isinstance(joint, Guide | Stretch):
-                angle, rate = (self.angle(joint.proximal.body, each) for each in (q, q_rates))
+                angle, rate = (self.angle(joint.proximal.body, vector) for vector in (q, q_rates))
                 c, s = np.cos(angle + joint.axis), np.sin(angle + joint.axis)
                 values[..., row] = self.angle(joint.distal.body, q) - angle
                 values[..., row + 1] = c * gap_y - s * gap_x
@@ -129,7 +133,7 @@ class Closure:
                 lacking[..., row + 1] = (
                     c * bend_y - s * bend_x - 2.0 * rate * sliding_rate - rate**2 * (c * gap_y - s * gap_x)
                 )
-                for i, sign, body_end in ends:
+                for i, sign, body_end in columns_of_ends:
                     jacobian[..., row, i + 2] = sign
                     jacobian[..., row + 1, i], jacobian[..., row + 1, i + 1] = -sign * s, sign * c
                     jacobian[..., row + 1, i + 2] = sign * (c * body_end.lever_y - s * body_end.lever_x)
@@ -139,7 +143,7 @@ class Closure:
                 x, y = self.offsets.get(joint.name, (0.0, 0.0))
                 values[..., row], values[..., row + 1] = gap_x - x, gap_y - y
                 lacking[..., row], lacking[..., row + 1] = bend_x, bend_y
-                for i, sign, body_end in ends:
+                for i, sign, body_end in columns_of_ends:
                     jacobian[..., row, i] = jacobian[..., row + 1, i + 1] = sign
                     jacobian[..., row, i + 2], jacobian[..., row + 1, i + 2] = (
                         sign * body_end.lever_x,
@@ -261,9 +265,9 @@ class Closure:
             if joint is None:
                 spanning_tree = next(name for name in self.names if name not in placed)
                 raise MobilityError(f"body {spanning_tree!r} hangs nowhere: no joints lead from it to the ground")
-            ends = (joint.proximal, joint.distal)
-            springs, freedoms = ends if joint.proximal.body in placed else ends[::-1]
-            pose_at, position = (self.end(at, q, np.zeros_like(q)) for at in (springs, freedoms))
+            endpoints = (joint.proximal, joint.distal)
+            springs, freedoms = endpoints if joint.proximal.body in placed else endpoints[::-1]
+            pose_at, position = (self.end(endpoint, q, np.zeros_like(q)) for endpoint in (springs, freedoms))
             i = 3 * self.index[freedoms.body]
             q[i : i + 2] += pose_at.x - position.x, pose_at.y - position.y
             placed.add(freedoms.body)

@@ -14,7 +14,7 @@ def put_component(closure: Any, joint: Slot | Stretch, axis: float, motion: tupl
     `Closure.evaluate`.
     """
     (q, q_rates), (values, jacobian, lacking) = motion, out
-    near_end, far_end = (closure.end(at, q, q_rates) for at in (joint.proximal, joint.distal))
+    near_end, far_end = (closure.end(endpoint, q, q_rates) for endpoint in (joint.proximal, joint.distal))
     axis_angle, rate = closure.angle(joint.proximal.body, q) + axis, closure.angle(joint.proximal.body, q_rates)
     c, s = np.cos(axis_angle), np.sin(axis_angle)
     x, y, dx, dy = far_end.x - near_end.x, far_end.y - near_end.y, far_end.dx - near_end.dx, far_end.dy - near_end.dy

@@ -17,7 +17,7 @@ Row = dict[Coordinate, str | None]
 
 def mass_of(lines: Lines, body: int) -> tuple[str, str]:
     """Return mass and moment of inertia of a body."""
-    mass, inertia = (lines.let(f"mechanism.bodies[{body - 1}].{part}") for part in ("mass", "inertia"))
+    mass, inertia = (lines.let(f"mechanism.bodies[{body - 1}].{key}") for key in ("mass", "inertia"))
     return mass, inertia
 
 
@@ -33,8 +33,8 @@ class Dynamics(Bodies):
         self.bound_bias: Row = {}
         if machine.dependent:
             self._bind()
-        self.ways = {body: self.way(body) for body in range(1, machine.bodies)}
-        self.tree = {body: self.columns(path) for body, path in self.ways.items()}
+        self.paths = {body: self.path_to(body) for body in range(1, machine.bodies)}
+        self.tree = {body: self.columns(path) for body, path in self.paths.items()}
         self.moved: dict[int, Columns] = {body: self.unbound(columns) for body, columns in self.tree.items()}
         self.spins: dict[int, Row] = {
             g: self.dependent.get(Coordinate(ANGLE, g), {Coordinate(ANGLE, g): "1.0"}) for g in machine.groups
@@ -55,11 +55,13 @@ class Dynamics(Bodies):
 
     def unbound(self, columns: Columns) -> Columns:
         """Return derivatives by the independent coordinates."""
-        free = {item: vector for item, vector in columns.items() if item not in self.dependent}
+        independent = {item: vector for item, vector in columns.items() if item not in self.dependent}
         for item in columns:
             for other_item, value in self.dependent.get(item, {}).items():
-                free[other_item] = self.sum(free.get(other_item, (None, None)), self.scaled(value, columns[item]))
-        return free
+                independent[other_item] = self.sum(
+                    independent.get(other_item, (None, None)), self.scaled(value, columns[item])
+                )
+        return independent
 
     def entry(self, first: Coordinate, second: Coordinate) -> str | None:
         """Return an entry of the mass matrix."""
@@ -70,7 +72,7 @@ class Dynamics(Bodies):
                 squares = lines.dot(columns[first], columns[second])
                 if first == second and columns[first] == self.tree[body].get(first):
                     if first.kind == ANGLE:  # the length of an arm is independent of its direction
-                        arm = self.ways[body].arms[first.of]
+                        arm = self.paths[body].arms[first.of]
                         squares = lines.dot(arm, arm)
                     else:
                         squares = ("1.0",)
@@ -133,7 +135,7 @@ class Dynamics(Bodies):
             force[body].append((None, lines.minus(weight)))
         for i, j in enumerate(machine.open):
             site = machine.sites[j]
-            load = tuple(lines.let(f"loads[{i}].{part}") for part in ("fx", "fy"))
+            load = tuple(lines.let(f"loads[{i}].{component}") for component in ("fx", "fy"))
             spring_ends = (
                 (site.link.proximal, site.near, self.minus(load), "moment_proximal"),
                 (site.link.distal, site.far, load, "moment_distal"),
@@ -163,7 +165,7 @@ class Dynamics(Bodies):
             mass, inertia = mass_of(lines, body)
             tree = self.tree[body]
             change = self.sum(
-                self.bias(self.ways[body]),
+                self.bias(self.paths[body]),
                 self.combination({i: tree[i] for i in tree if i in known_values}, known_values),
             )
             left_side = self.sum((None, None), *force[body], self.minus(self.scaled(mass, change)))
@@ -203,7 +205,7 @@ class Dynamics(Bodies):
         body, point, direction = self.machine.aim
         if point is None:
             return accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body]))
-        path = self.way(body, point)
+        path = self.path_to(body, point)
         acceleration = self.sum(self.bias(path), self.combination(self.columns(path), accelerations))
         return self.lines.total(*self.lines.dot(acceleration, direction))
 
@@ -230,7 +232,7 @@ def impact_masses(machine: MachineType) -> str:
         if machine.sites[j].link.slides:
             masses.append("0.0")  # no law of a guide needs it
             continue
-        gap = tuple(lines.let(f"relative[{i}].{part}") for part in ("x", "y"))
+        gap = tuple(lines.let(f"relative[{i}].{component}") for component in ("x", "y"))
         columns = write.unbound(write.columns(write.between(*write.site(j))))
         right_side = {item: lines.total(*lines.dot(column, gap)) for item, column in columns.items()}
         left_side = write.forward(lower, right_side)

@@ -78,18 +78,18 @@ def _functions(kinds: tuple) -> dict[str, Callable]:
     return functions
 
 
-def _again(take: Callable) -> Callable:
-    """Return the extra Newton step `take` for numbers differentiated twice; others need none."""
+def _again(step: Callable) -> Callable:
+    """Return the extra Newton step `step` for numbers differentiated twice; others need none."""
 
     @kernel
-    def again(mechanism, known_values, dependent):
+    def repeated(mechanism, known_values, dependent):
         return (
-            take(mechanism, known_values, dependent)
+            step(mechanism, known_values, dependent)
             if any(isinstance(value(x), Dual) for x in dependent)
             else dependent
         )
 
-    return again
+    return repeated
 
 
 def source(kinds: tuple) -> str:
@@ -108,21 +108,21 @@ def _gaps(machine: MachineType) -> str:
     gaps = []
     for j in machine.open:
         between, link = write.between(*write.site(j)), machine.sites[j].link
-        place, velocity = write.place(between), write.combination(write.columns(between), write.rate)
+        position, velocity = write.place(between), write.combination(write.columns(between), write.rate)
         spins = (write.spin(link.proximal), write.spin(link.distal))
         if link.slides:
-            gaps.append(f"GuideGap({', '.join(map(number, _between_walls(write, j, place, velocity)))})")
+            gaps.append(f"GuideGap({', '.join(map(number, _between_walls(write, j, position, velocity)))})")
         else:
-            gaps.append(f"Gap({', '.join(map(number, (*place, *velocity, *spins)))})")
+            gaps.append(f"Gap({', '.join(map(number, (*position, *velocity, *spins)))})")
     return write.lines.function("gaps", tupled(gaps))
 
 
-def _between_walls(write: Bodies, j: int, place: Vector, velocity: Vector) -> tuple:
+def _between_walls(write: Bodies, j: int, position: Vector, velocity: Vector) -> tuple:
     """Return the fields of a GuideGap."""
     lines, link = write.lines, write.machine.sites[j].link
     guide_axis = write.axis(j)
     left_side, spin = write.left(guide_axis), write.spin(link.proximal)
-    x, y = (lines.total(*lines.dot(axis, place)) for axis in (guide_axis, left_side))
+    x, y = (lines.total(*lines.dot(axis, position)) for axis in (guide_axis, left_side))
     vx, vy = (
         lines.total(*lines.dot(axis, velocity)) for axis in (guide_axis, left_side)
     )  # minus the rotation of the walls
@@ -138,15 +138,15 @@ def _energy(machine: MachineType) -> str:
     lines, doubled, falling = write.lines, [], []
     for body in range(1, machine.bodies):
         mass, inertia = mass_of(lines, body)
-        velocity = write.combination(write.columns(write.way(body)), write.rate)
-        doubled += [lines.product(mass, part, part) for part in velocity]
+        velocity = write.combination(write.columns(write.path_to(body)), write.rate)
+        doubled += [lines.product(mass, component, component) for component in velocity]
         spin = write.spin(body)
         doubled.append(lines.product(inertia, spin, spin))
         falling.append(lines.product(mass, velocity[1]))
     kinetic, potential_terms = lines.product("0.5", lines.total(*doubled)), lines.total(*falling)
     power = [lines.minus(lines.product("mechanism.gravity", potential_terms))]
     for body, point, force, torque in write.applied():
-        velocity = write.combination(write.columns(write.way(body, point)), write.rate)
+        velocity = write.combination(write.columns(write.path_to(body, point)), write.rate)
         power += [*lines.dot(force, velocity), lines.product(torque, write.spin(body))]
     for j in machine.sprung:
         power.append(lines.minus(lines.product(write.tension(j), write.rate[Coordinate(RUN, j)])))
@@ -156,8 +156,8 @@ def _energy(machine: MachineType) -> str:
 def _describe(machine: MachineType) -> str:
     write = Bodies(machine, "mechanism", "pose", "motion", "out")
     lines, crank = write.lines, machine.groups.index(machine.spanning_tree.crank)
-    place, velocity = _aim(write)
-    values = ["pose.time", f"pose.turns[{crank}].angle", "motion.torque", place, velocity, "motion.output"]
+    position, velocity = _aim(write)
+    values = ["pose.time", f"pose.turns[{crank}].angle", "motion.torque", position, velocity, "motion.output"]
     for masses in machine.whole:
         group = machine.spanning_tree.group[masses[0]]
         values += _center(write, masses)
@@ -172,14 +172,14 @@ def _describe(machine: MachineType) -> str:
 
 def _center(write: Bodies, masses: tuple[int, ...]) -> list[str | None]:
     """Return position and velocity of the centre of mass of a body or of an elastic link's masses."""
-    lines, ways = write.lines, [write.way(body) for body in masses]
-    centers = [(*write.place(path), *write.combination(write.columns(path), write.rate)) for path in ways]
+    lines, paths = write.lines, [write.path_to(body) for body in masses]
+    centers = [(*write.place(path), *write.combination(write.columns(path), write.rate)) for path in paths]
     if not masses[1:]:
         return list(centers[0])
     weights = [mass_of(lines, body)[0] for body in masses]
     share = lines.let(f"1.0 / {number(lines.total(*weights))}")
     parts = zip(*centers, strict=True)
-    return [lines.product(share, lines.total(*map(lines.product, weights, part))) for part in parts]
+    return [lines.product(share, lines.total(*map(lines.product, weights, component))) for component in parts]
 
 
 def _body_angles(machine: MachineType) -> str:
@@ -209,15 +209,15 @@ def _crank_rate(machine: MachineType) -> str:
 
 def _rubs(machine: MachineType) -> str:
     return Lines("mechanism").function(
-        "rubs", tupled([f"mechanism.loads[{rub.load}].friction" for rub in machine.rubs])
+        "rubs", tupled([f"mechanism.loads[{friction_load.load}].friction" for friction_load in machine.rubs])
     )
 
 
 def _with_rubs(machine: MachineType) -> str:
     """Return the code of a function that replaces the laws of friction loads."""
     loads = [f"mechanism.loads[{i}]" for i in range(len(machine.loads))]
-    for i, rub in enumerate(machine.rubs):
-        loads[rub.load] = f"mechanism.loads[{rub.load}]._replace(friction=laws[{i}])"
+    for i, friction_load in enumerate(machine.rubs):
+        loads[friction_load.load] = f"mechanism.loads[{friction_load.load}]._replace(friction=laws[{i}])"
     return Lines("mechanism", "laws").function("with_rubs", f"mechanism._replace(loads={tupled(loads)})")
 
 
@@ -228,7 +228,7 @@ def _aim(write: Bodies) -> tuple[str | None, str | None]:
     if point is None:
         group = machine.spanning_tree.group[body]
         return (f"pose.turns[{machine.groups.index(group)}].angle", write.spin(body)) if group else (None, None)
-    path = write.way(body, point)
+    path = write.path_to(body, point)
     velocity = write.combination(write.columns(path), write.rate)
     return lines.total(*lines.dot(write.place(path), guide_axis)), lines.total(*lines.dot(velocity, guide_axis))
 

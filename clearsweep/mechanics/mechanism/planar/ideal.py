@@ -113,7 +113,9 @@ class Ideal:
             self.closure.angle(joint.proximal.body, turn.first),
         )
         c, s = np.cos(angle_derivative), np.sin(angle_derivative)
-        near_end, far_end = (self.closure.end(at, turn.q, turn.first) for at in (joint.proximal, joint.distal))
+        near_end, far_end = (
+            self.closure.end(endpoint, turn.q, turn.first) for endpoint in (joint.proximal, joint.distal)
+        )
         x, y, dx, dy = (
             far_end.x - near_end.x,
             far_end.y - near_end.y,
@@ -133,10 +135,10 @@ class Ideal:
         form : returns the compiled form of the machine, for a free crank.
         """
         turn, (time, rate) = self.at(angles), self.passed(angles, form)
-        place, derivative, second_derivative = self.output_at(turn)
+        position, derivative, second_derivative = self.output_at(turn)
         acceleration, reactions, torque = self.balance(turn, rate, time)
         return IdealMotion(
-            place, derivative * rate, second_derivative * rate**2 + derivative * acceleration, reactions, torque
+            position, derivative * rate, second_derivative * rate**2 + derivative * acceleration, reactions, torque
         )
 
     def passed(self, angles: np.ndarray, form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:
@@ -177,8 +179,8 @@ class Ideal:
             left_side = applied_forces + rubbing - self.inertia * change
             multipliers = multipliers_of(left_side)
             reactions = {
-                joint.name: self._reaction(joint, turn, multipliers[:, begin:end])
-                for joint, begin, end in zip(self.machine.joints, rows, rows[1:], strict=False)
+                joint.name: self._reaction(joint, turn, multipliers[:, first_row:last_row])
+                for joint, first_row, last_row in zip(self.machine.joints, rows, rows[1:], strict=False)
             }
             if not forces:
                 break
@@ -206,8 +208,8 @@ class Ideal:
                 parts = by_rows(self.tables[load.name], turn.angles if load.over == "angle" else time)
                 self._add(force, turn, load.at, parts[:, :2], parts[:, 2])
             elif isinstance(load, Push):
-                pull = np.tile([load.fx, load.fy], (len(turn.q), 1))
-                self._add(force, turn, load.at, pull, np.full(len(turn.q), load.torque))
+                load_force = np.tile([load.fx, load.fy], (len(turn.q), 1))
+                self._add(force, turn, load.at, load_force, np.full(len(turn.q), load.torque))
         return force
 
     def accelerated(self, turn: Turn, rate, time, force: np.ndarray) -> np.ndarray:
@@ -222,23 +224,25 @@ class Ideal:
         mass = np.sum(self.inertia * turn.first**2, -1)
         return (drive_torque + np.sum(turn.first * left_side, -1)) / mass
 
-    def _add(self, force, turn: Turn, at: At, pull: np.ndarray, torque) -> None:
+    def _add(self, force, turn: Turn, endpoint: At, applied: np.ndarray, torque) -> None:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
-        if at.body == GROUND:
+        if endpoint.body == GROUND:
             return
-        i, end = 3 * self.closure.index[at.body], self.closure.end(at, turn.q, turn.first)
-        force[:, i : i + 2] += pull
-        force[:, i + 2] += end.lever_x * pull[:, 0] + end.lever_y * pull[:, 1] + torque
+        i, endpoint_motion = 3 * self.closure.index[endpoint.body], self.closure.end(endpoint, turn.q, turn.first)
+        force[:, i : i + 2] += applied
+        force[:, i + 2] += endpoint_motion.lever_x * applied[:, 0] + endpoint_motion.lever_y * applied[:, 1] + torque
 
     def _spring(self, load: Spring, turn: Turn, rate, force) -> None:
-        derivative, second_derivative = (self.closure.end(at, turn.q, turn.first) for at in (load.first, load.second))
+        derivative, second_derivative = (
+            self.closure.end(endpoint, turn.q, turn.first) for endpoint in (load.first, load.second)
+        )
         x, y = second_derivative.x - derivative.x, second_derivative.y - derivative.y
         length = np.hypot(x, y)
         direction = np.stack([x, y], -1) / length[:, None]
         opening = (x * (second_derivative.dx - derivative.dx) + y * (second_derivative.dy - derivative.dy)) / length
-        pull = load.stiffness * (length - load.free_length) + load.damping * rate * opening
-        self._add(force, turn, load.first, pull[:, None] * direction, 0.0)
-        self._add(force, turn, load.second, -pull[:, None] * direction, 0.0)
+        tension = load.stiffness * (length - load.free_length) + load.damping * rate * opening
+        self._add(force, turn, load.first, tension[:, None] * direction, 0.0)
+        self._add(force, turn, load.second, -tension[:, None] * direction, 0.0)
 
     def _rubbed(self, forces: list, turn: Turn, rate, reactions) -> np.ndarray:
         """Return the forces (N, 3 bodies) of friction in joints under their reactions."""
@@ -248,21 +252,25 @@ class Ideal:
             normal = np.hypot(*reactions[joint.name].T)
             if isinstance(load, Braking):
                 normal = np.full(len(rate), load.normal)
-            turns = [self.closure.angle(at.body, turn.first) * rate for at in (joint.distal, joint.proximal)]
-            slip = load.radius * (turns[0] - turns[1])
+            turning_rates = [
+                self.closure.angle(endpoint.body, turn.first) * rate for endpoint in (joint.distal, joint.proximal)
+            ]
+            slip = load.radius * (turning_rates[0] - turning_rates[1])
             if isinstance(joint, Guide):
                 slip = self.read(Coordinate(RUN, self.machine.joints.index(joint)), turn)[1] * rate
-            rub = np.array([friction_force(load.friction, n, v) for n, v in zip(normal, slip, strict=True)])
+            friction = np.array([friction_force(load.friction, n, v) for n, v in zip(normal, slip, strict=True)])
             direction = (
                 joint.axis + self.closure.angle(joint.proximal.body, turn.q) if isinstance(joint, Guide) else 0.0
             )
-            pull = (
-                rub[:, None] * np.stack([np.cos(direction), np.sin(direction)], -1) if isinstance(joint, Guide) else 0.0
+            friction_vector = (
+                friction[:, None] * np.stack([np.cos(direction), np.sin(direction)], -1)
+                if isinstance(joint, Guide)
+                else 0.0
             )
-            for at, sign in ((joint.distal, 1.0), (joint.proximal, -1.0)):
+            for endpoint, sign in ((joint.distal, 1.0), (joint.proximal, -1.0)):
                 zero = np.zeros((len(rate), 2))
-                torque = 0.0 if isinstance(joint, Guide) else sign * load.radius * rub
-                self._add(generalized, turn, at, zero + sign * pull, torque)
+                torque = 0.0 if isinstance(joint, Guide) else sign * load.radius * friction
+                self._add(generalized, turn, endpoint, zero + sign * friction_vector, torque)
         return generalized
 
     def _reaction(self, joint, turn: Turn, multipliers: np.ndarray) -> np.ndarray:

@@ -40,16 +40,16 @@ class Kinematics:
     def from_pose(self) -> None:
         """Take angles, rates and positions from the Pose `pose`."""
         for i, g in enumerate(self.machine.groups):
-            self.cosine[g], self.sine[g] = (self.lines.let(f"pose.turns[{i}].{part}") for part in ("c", "s"))
+            self.cosine[g], self.sine[g] = (self.lines.let(f"pose.turns[{i}].{k}") for k in ("c", "s"))
             self.rate[Coordinate(ANGLE, g)] = self.lines.let(f"pose.turns[{i}].rate")
         runs = [item.of for item in self.spanning_tree.coordinates if item.kind == RUN]
         for i, j in enumerate(runs):
             self.run[j] = self.lines.let(f"pose.runs[{i}][0]")
             self.rate[Coordinate(RUN, j)] = self.lines.let(f"pose.runs[{i}][1]")
         for i, body in enumerate(self.spanning_tree.roots()):
-            self.shift[body] = tuple(self.lines.let(f"pose.roots[{i}][{part}]") for part in range(2))
-            for part, kind in enumerate((SHIFT_X, SHIFT_Y)):
-                self.rate[Coordinate(kind, body)] = self.lines.let(f"pose.roots[{i}][{2 + part}]")
+            self.shift[body] = tuple(self.lines.let(f"pose.roots[{i}][{k}]") for k in range(2))
+            for k, kind in enumerate((SHIFT_X, SHIFT_Y)):
+                self.rate[Coordinate(kind, body)] = self.lines.let(f"pose.roots[{i}][{2 + k}]")
 
     # ------------------------------------------------------------------------------------------ vectors
 
@@ -59,11 +59,11 @@ class Kinematics:
 
     def scaled(self, factor: str | None, vector: Vector) -> Vector:
         """Return a vector times a number."""
-        return tuple(self.lines.product(factor, part) for part in vector)
+        return tuple(self.lines.product(factor, component) for component in vector)
 
     def minus(self, vector: Vector) -> Vector:
         """Return the negative of a vector."""
-        return tuple(self.lines.minus(part) for part in vector)
+        return tuple(self.lines.minus(component) for component in vector)
 
     def signed(self, sign: str, vector: Vector) -> Vector:
         """Return a vector, or its negative."""
@@ -86,7 +86,7 @@ class Kinematics:
 
     # ------------------------------------------------------------------------------------------ ways
 
-    def way(self, body: int, point: Vector = (None, None)) -> Path:
+    def path_to(self, body: int, point: Vector = (None, None)) -> Path:
         """Return the path to a point of a body, or to its centre of mass."""
         arms: dict[int, Vector] = {}
         runs: dict[int, str] = {}
@@ -98,10 +98,10 @@ class Kinematics:
             parent, j = self.spanning_tree.parents[body]
             site = self.machine.sites[j]
             forward = site.link.proximal == parent
-            outer, inner = (site.far, site.near) if forward else (site.near, site.far)
-            before = self.way(parent, inner)
-            arms, runs, roots = dict(before.arms), dict(before.runs), dict(before.roots)
-            arms[group] = self.sum(arms.get(group, (None, None)), self.minus(outer))
+            outer_end, inner_end = (site.far, site.near) if forward else (site.near, site.far)
+            path_to_parent = self.path_to(parent, inner_end)
+            arms, runs, roots = dict(path_to_parent.arms), dict(path_to_parent.runs), dict(path_to_parent.roots)
+            arms[group] = self.sum(arms.get(group, (None, None)), self.minus(outer_end))
             if site.link.slides:
                 runs[j] = "+" if forward else "-"
                 unit = self.scaled(self.run[j], site.axis)
@@ -113,14 +113,14 @@ class Kinematics:
         """Return the path from one point to another."""
         arms = dict(second.arms)
         for g, arm in first.arms.items():
-            there = arms.get(g, (None, None))
-            arms[g] = (None, None) if arm == there else self.sum(there, self.minus(arm))
+            other_arm = arms.get(g, (None, None))
+            arms[g] = (None, None) if arm == other_arm else self.sum(other_arm, self.minus(arm))
         return Path(arms, _less(second.runs, first.runs), _less(second.roots, first.roots))
 
     def site(self, j: int) -> tuple[Path, Path]:
         """Return the paths to both points of a joint."""
         site = self.machine.sites[j]
-        return self.way(site.link.proximal, site.near), self.way(site.link.distal, site.far)
+        return self.path_to(site.link.proximal, site.near), self.path_to(site.link.distal, site.far)
 
     def direction(self, body: int) -> Vector:
         """Return cosine and sine of a body's angle."""
@@ -133,22 +133,22 @@ class Kinematics:
 
     # ------------------------------------------------------------------------------------------ motion
 
-    def place(self, way: Path) -> Vector:
+    def place(self, path: Path) -> Vector:
         """Return the position at the end of a path."""
-        shifts = (self.signed(sign, self.shift[body]) for body, sign in way.roots.items())
-        return self.sum((None, None), *shifts, *(self.turned(g, arm) for g, arm in way.arms.items()))
+        shifts = (self.signed(sign, self.shift[body]) for body, sign in path.roots.items())
+        return self.sum((None, None), *shifts, *(self.turned(g, arm) for g, arm in path.arms.items()))
 
     def axis(self, j: int) -> Vector:
         """Return the direction of a guide in the fixed frame."""
         site = self.machine.sites[j]
         return self.turned(self.spanning_tree.group[site.link.proximal], site.axis)
 
-    def columns(self, way: Path) -> Columns:
+    def columns(self, path: Path) -> Columns:
         """Return the derivatives of the position at the end of a path."""
-        columns = {Coordinate(ANGLE, g): self.left(self.turned(g, arm)) for g, arm in way.arms.items() if g != 0}
-        for j, sign in way.runs.items():
+        columns = {Coordinate(ANGLE, g): self.left(self.turned(g, arm)) for g, arm in path.arms.items() if g != 0}
+        for j, sign in path.runs.items():
             columns[Coordinate(RUN, j)] = self.signed(sign, self.axis(j))
-        for body, sign in way.roots.items():
+        for body, sign in path.roots.items():
             columns[Coordinate(SHIFT_X, body)] = self.signed(sign, ("1.0", None))
             columns[Coordinate(SHIFT_Y, body)] = self.signed(sign, (None, "1.0"))
         return {item: vector for item, vector in columns.items() if vector != (None, None)}
@@ -157,15 +157,15 @@ class Kinematics:
         """Return the sum of columns times rates."""
         return self.sum((None, None), *(self.scaled(rates[item], column) for item, column in columns.items()))
 
-    def bias(self, way: Path) -> Vector:
+    def bias(self, path: Path) -> Vector:
         """Return the acceleration at the end of a path from rates only."""
         terms = []
-        for g, arm in way.arms.items():
+        for g, arm in path.arms.items():
             if g != 0 and arm != (None, None):
                 rate = self.rate[Coordinate(ANGLE, g)]
                 square = self.lines.product(rate, rate)
                 terms.append(self.minus(self.scaled(square, self.turned(g, arm))))
-        for j, sign in way.runs.items():
+        for j, sign in path.runs.items():
             g = self.spanning_tree.group[self.machine.sites[j].link.proximal]
             if g != 0:
                 swept = self.lines.product("2.0", self.rate[Coordinate(ANGLE, g)], self.rate[Coordinate(RUN, j)])
@@ -192,12 +192,12 @@ class Bodies(Kinematics):
                 terms += self._springing(path, load)
                 continue
             if load.form is Pushing:
-                parts = tuple(lines.let(f"{path}.{part}") for part in ("fx", "fy", "torque"))
+                parts = tuple(lines.let(f"{path}.{component}") for component in ("fx", "fy", "torque"))
             else:
                 crank = f"pose.turns[{self.machine.groups.index(self.spanning_tree.crank)}].angle"
-                at = crank if load.form is ByAngle else "pose.time"
-                parts = tuple(f"{part}_{i}" for part in ("fx", "fy", "torque"))
-                lines.once(f"{', '.join(parts)} = by_table({path}.table, {at})")
+                argument = crank if load.form is ByAngle else "pose.time"
+                parts = tuple(f"{component}_{i}" for component in ("fx", "fy", "torque"))
+                lines.once(f"{', '.join(parts)} = by_table({path}.table, {argument})")
             ((body, point),) = load.ends
             terms.append((body, point, parts[:2], parts[2]))
         return terms
@@ -212,20 +212,20 @@ class Bodies(Kinematics):
         """Return the forces of a spring and damper at both ends."""
         lines = self.lines
         (first, near_end), (second, far_end) = load.ends
-        between = self.between(self.way(first, near_end), self.way(second, far_end))
-        reach, velocity = self.place(between), self.combination(self.columns(between), self.rate)
-        length = lines.let(f"math.sqrt({lines.total(*lines.dot(reach, reach))})")
-        unit = self.scaled(lines.let(f"1.0 / {length}"), reach)
+        between = self.between(self.path_to(first, near_end), self.path_to(second, far_end))
+        distance, velocity = self.place(between), self.combination(self.columns(between), self.rate)
+        length = lines.let(f"math.sqrt({lines.total(*lines.dot(distance, distance))})")
+        unit = self.scaled(lines.let(f"1.0 / {length}"), distance)
         rate = lines.total(*lines.dot(tuple(map(lines.let, unit)), velocity))
         longer = lines.total(length, lines.minus(lines.let(f"{path}.free_length")))
-        pull = lines.total(lines.product(f"{path}.stiffness", longer), lines.product(f"{path}.damping", rate))
-        force = tuple(lines.let(part) for part in self.scaled(pull, unit))
+        tension = lines.total(lines.product(f"{path}.stiffness", longer), lines.product(f"{path}.damping", rate))
+        force = tuple(lines.let(component) for component in self.scaled(tension, unit))
         return [(first, near_end, force, None), (second, far_end, self.minus(force), None)]
 
 
-def _less(signs: dict, others: dict) -> dict:
+def _less(signs: dict, removed: dict) -> dict:
     """Return the difference of two signed collections."""
     opposite = {"+": "-", "-": "+"}
-    return {item: sign for item, sign in signs.items() if item not in others} | {
-        item: opposite[sign] for item, sign in others.items() if item not in signs
+    return {item: sign for item, sign in signs.items() if item not in removed} | {
+        item: opposite[sign] for item, sign in removed.items() if item not in signs
     }

@@ -80,17 +80,19 @@ class Braked(NamedTuple):
 
 
 @kernel
-def by_table(values_given, at):
+def by_table(values_given, argument):
     """Return force x, y (N) and torque (N m) of a Table at an angle (rad) or time (s)."""
     rows = int(values_given.rows)
     first, last = load_item(values_given.table, 0), load_item(values_given.table, _WIDTH * (rows - 1))
-    now = plain(at)
-    turned = values_given.span * math.floor((now - first) / values_given.span) if values_given.span > 0.0 else 0.0
-    now = min(max(now - turned, first), last)
-    row = row_of(values_given.table, _WIDTH, rows - 1, now)
-    remaining = at - (turned + load_item(values_given.table, row))
-    if values_given.span == 0.0 and (plain(at) < first or plain(at) > last):
-        remaining = 0.0 * remaining + (now - load_item(values_given.table, row))
+    plain_argument = plain(argument)
+    whole_spans = (
+        values_given.span * math.floor((plain_argument - first) / values_given.span) if values_given.span > 0.0 else 0.0
+    )
+    plain_argument = min(max(plain_argument - whole_spans, first), last)
+    row = row_of(values_given.table, _WIDTH, rows - 1, plain_argument)
+    remaining = argument - (whole_spans + load_item(values_given.table, row))
+    if values_given.span == 0.0 and (plain(argument) < first or plain(argument) > last):
+        remaining = 0.0 * remaining + (plain_argument - load_item(values_given.table, row))
     return (
         _polynomial(values_given.table, row + 1, remaining),
         _polynomial(values_given.table, row + 1 + _POWERS, remaining),
@@ -99,10 +101,10 @@ def by_table(values_given, at):
 
 
 @kernel
-def _polynomial(table, place, x):
-    """Return the value of the cubic with coefficients, highest first, from index `place` on."""
-    value = load_item(table, place) * x + load_item(table, place + 1)
-    return (value * x + load_item(table, place + 2)) * x + load_item(table, place + 3)
+def _polynomial(table, index, x):
+    """Return the value of the cubic with coefficients, highest first, from index `index` on."""
+    value = load_item(table, index) * x + load_item(table, index + 1)
+    return (value * x + load_item(table, index + 2)) * x + load_item(table, index + 3)
 
 
 def table_of(load: Tabled) -> Table:
@@ -124,19 +126,23 @@ def _periodic(knots: np.ndarray, columns: np.ndarray) -> np.ndarray:
     """Return the coefficients (4, rows - 1, 3) of monotone cubics whose slopes agree at both ends."""
     from scipy.interpolate import PchipInterpolator
 
-    span, more = knots[-1] - knots[0], min(2, len(knots) - 1)
-    long = np.concatenate([knots[-1 - more : -1] - span, knots, knots[1 : 1 + more] + span])
-    values = np.concatenate([columns[-1 - more : -1], columns, columns[1 : 1 + more]])
-    return PchipInterpolator(long, values).c[:, more : more + len(knots) - 1]
+    span, overlap = knots[-1] - knots[0], min(2, len(knots) - 1)
+    extended = np.concatenate([knots[-1 - overlap : -1] - span, knots, knots[1 : 1 + overlap] + span])
+    values = np.concatenate([columns[-1 - overlap : -1], columns, columns[1 : 1 + overlap]])
+    return PchipInterpolator(extended, values).c[:, overlap : overlap + len(knots) - 1]
 
 
-def by_rows(values_given: Table, at: np.ndarray) -> np.ndarray:
+def by_rows(values_given: Table, argument: np.ndarray) -> np.ndarray:
     """Return force x, y (N) and torque (N m) of a Table at angles (N,) rad or times (N,) s."""
     rows = values_given.table.array.reshape(-1, _WIDTH)
     first, last = rows[0, 0], rows[-1, 0]
-    now = first + np.remainder(at - first, values_given.span) if values_given.span > 0.0 else np.clip(at, first, last)
-    row = rows[np.clip(np.searchsorted(rows[:, 0], now, side="right") - 1, 0, len(rows) - 2)]
-    remaining, parts = (now - row[:, 0])[:, None], row[:, 1:].reshape(-1, _PARTS, _POWERS)
+    within_span = (
+        first + np.remainder(argument - first, values_given.span)
+        if values_given.span > 0.0
+        else np.clip(argument, first, last)
+    )
+    row = rows[np.clip(np.searchsorted(rows[:, 0], within_span, side="right") - 1, 0, len(rows) - 2)]
+    remaining, parts = (within_span - row[:, 0])[:, None], row[:, 1:].reshape(-1, _PARTS, _POWERS)
     return ((parts[..., 0] * remaining + parts[..., 1]) * remaining + parts[..., 2]) * remaining + parts[..., 3]
 
 
@@ -153,8 +159,8 @@ def loads_of(loads: tuple, place: Callable, joint: Callable) -> tuple:
             form = ByAngle if load.over == "angle" else ByTime
             compiled_loads.append(form(*place(load.at), table_of(load)))
         elif isinstance(load, Spring):
-            ends = (*place(load.first), *place(load.second))
-            compiled_loads.append(Springing(*ends, load.stiffness, load.free_length, load.damping))
+            endpoints = (*place(load.first), *place(load.second))
+            compiled_loads.append(Springing(*endpoints, load.stiffness, load.free_length, load.damping))
         elif isinstance(load, Rubbing):
             compiled_loads.append(Rubbed(joint(load.joint), load.friction, load.radius))
         elif isinstance(load, Braking):

@@ -133,8 +133,8 @@ def _number(kinds: tuple) -> int:
 
 def _site(kinds: tuple, path: str) -> Site:
     slides = kinds[0] is Slide
-    site, ends = _of(kinds, "site")[0], (_number(_of(kinds, "proximal")), _number(_of(kinds, "distal")))
-    link = Link(slides, site is Open, *ends, site is Sprung)
+    site, bodies = _of(kinds, "site")[0], (_number(_of(kinds, "proximal")), _number(_of(kinds, "distal")))
+    link = Link(slides, site is Open, *bodies, site is Sprung)
     axis = _vector(_of(kinds, "axis"), f"{path}.axis") if slides else (None, None)
     return Site(link, _vector(_of(kinds, "near"), f"{path}.near"), _vector(_of(kinds, "far"), f"{path}.far"), axis)
 
@@ -143,8 +143,10 @@ def _load(kinds: tuple, path: str) -> LoadKind | None:
     if kinds[0] in (Rubbed, Braked):
         return None
     pairs = (("first", "near"), ("second", "far")) if kinds[0] is Springing else (("body", "at"),)
-    ends = tuple((_number(_of(kinds, body)), _vector(_of(kinds, at), f"{path}.{at}")) for body, at in pairs)
-    return LoadKind(kinds[0], ends)
+    endpoints = tuple(
+        (_number(_of(kinds, body)), _vector(_of(kinds, point), f"{path}.{point}")) for body, point in pairs
+    )
+    return LoadKind(kinds[0], endpoints)
 
 
 def _vector(kinds: tuple, path: str) -> Vector:

@@ -107,9 +107,9 @@ def _body_angles_planar(mechanism, y):
 
 @output_error.member(Planar)
 def _output_error_planar(mechanism, pose):
-    here, moving, angle, rate = _judged(mechanism, pose)
-    there, slope = at_angle(mechanism.turn, 0, angle)
-    return here - there, moving - slope * rate
+    output, output_rate, angle, rate = _judged(mechanism, pose)
+    ideal_output, slope = at_angle(mechanism.turn, 0, angle)
+    return output - ideal_output, output_rate - slope * rate
 
 
 @describe.member(Planar)

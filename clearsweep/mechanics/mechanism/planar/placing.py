@@ -42,9 +42,9 @@ class _Placing(Kinematics):
 
     def known(self) -> list[str]:
         """Return the names of the initial values for closing the loops."""
-        turned = [name for g in self.known_groups for name in (f"c{g}", f"s{g}")]
-        others = [Coordinate(RUN, j) for j in self.known_runs] + [Coordinate(*root) for root in self.roots]
-        return turned + [self.name(item) for item in others]
+        direction_names = [name for g in self.known_groups for name in (f"c{g}", f"s{g}")]
+        coordinates = [Coordinate(RUN, j) for j in self.known_runs] + [Coordinate(*root) for root in self.roots]
+        return direction_names + [self.name(item) for item in coordinates]
 
     def place_all(self) -> None:
         """Use the named coordinates as positions."""
@@ -86,16 +86,16 @@ def place(machine: MachineType) -> str:
 def _close(write: _Placing) -> None:
     """Write the solution for dependent coordinates and their rates."""
     machine, lines, known_values = write.machine, write.lines, write.known()
-    bare = tupled([f"plain({name})" for name in known_values])
+    plain_values = tupled([f"plain({name})" for name in known_values])
     angle = lines.let(f"plain({write.name(Coordinate(ANGLE, machine.spanning_tree.crank))})")
     guess = tupled([f"at_angle(mechanism.turn, {1 + i}, {angle})[0]" for i in range(len(machine.dependent))])
     lines.text += [
-        f"dependent = closed(mechanism, {bare}, {guess})",
+        f"dependent = closed(mechanism, {plain_values}, {guess})",
         f"dependent = step(mechanism, {tupled(known_values)}, dependent)",
         f"dependent = again(mechanism, {tupled(known_values)}, dependent)",
     ]
     write.take_dependent()
-    rows = [equation.columns for equation in equations(write, moving=False)]
+    rows = [equation.columns for equation in equations(write, with_rates=False)]
     solver, right_side = Solver(lines, rows, machine.dependent), []
     for row in rows:
         change = (
@@ -127,7 +127,7 @@ def step(machine: MachineType) -> str:
         lines.text.append(f"{name} = known[{i}]")
     write.take_dependent()
     write.place_all()
-    loops = equations(write, moving=False)
+    loops = equations(write, with_rates=False)
     solver = Solver(lines, [equation.columns for equation in loops], machine.dependent)
     change = solver.solved([equation.value for equation in loops])
     values = [lines.total(write.name(item), lines.minus(change[item])) for item in machine.dependent]

@@ -117,18 +117,20 @@ class Reacting(Dynamics):
     def forces(self):
         """Return the terms of the forces on the bodies and of the moments about their centres of mass."""
         force, moment = super().forces()
-        for i, rub in enumerate(self.machine.rubs):
-            site, size = self.machine.sites[rub.joint], self.lines.let(f"rub[{i}]")
-            ends = ((site.link.distal, site.far, "+"), (site.link.proximal, site.near, "-"))
-            for body, point, sign in ends:
+        for i, friction_load in enumerate(self.machine.rubs):
+            site, size = self.machine.sites[friction_load.joint], self.lines.let(f"rub[{i}]")
+            endpoints = ((site.link.distal, site.far, "+"), (site.link.proximal, site.near, "-"))
+            for body, point, sign in endpoints:
                 if not site.link.slides:
                     moment[body].append(size if sign == "+" else self.lines.minus(size))
                     continue
-                pull = self.signed(sign, self.scaled(size, self.axis(rub.joint)))
-                force[body].append(pull)
-                moment[body].append(self.moment(body, point, pull))
-            if site.link.slides and rub.joint in self.machine.open:  # the walls are loaded at the position of the block
-                moment[site.link.proximal].append(self.lines.product(size, _offset(self, rub.joint)))
+                friction_force = self.signed(sign, self.scaled(size, self.axis(friction_load.joint)))
+                force[body].append(friction_force)
+                moment[body].append(self.moment(body, point, friction_force))
+            if (
+                site.link.slides and friction_load.joint in self.machine.open
+            ):  # the walls are loaded at the position of the block
+                moment[site.link.proximal].append(self.lines.product(size, _offset(self, friction_load.joint)))
         return force, moment
 
     def normals(self, accelerations: Row) -> list[str | None]:
@@ -137,7 +139,7 @@ class Reacting(Dynamics):
         It is 0 for friction of given size.
         """
         lines, machine = self.lines, self.machine
-        if all(rub.given for rub in machine.rubs):
+        if all(friction_load.given for friction_load in machine.rubs):
             return ["0.0"] * len(machine.rubs)
         missing, couples = self._missing(accelerations)
         reactions = self._multipliers(missing, couples)
@@ -146,32 +148,32 @@ class Reacting(Dynamics):
             missing[link.distal] = self.sum(missing[link.distal], self.minus(pull))
             missing[link.proximal] = self.sum(missing[link.proximal], pull)
         sizes = []
-        for rub in machine.rubs:
-            if rub.given:
+        for friction_load in machine.rubs:
+            if friction_load.given:
                 sizes.append("0.0")
                 continue
-            reaction = reactions.get(rub.joint) or self._through(rub.joint, missing)
-            if machine.sites[rub.joint].link.slides:
-                transverse = lines.total(*lines.dot(self.left(self.axis(rub.joint)), reaction))
+            reaction = reactions.get(friction_load.joint) or self._through(friction_load.joint, missing)
+            if machine.sites[friction_load.joint].link.slides:
+                transverse = lines.total(*lines.dot(self.left(self.axis(friction_load.joint)), reaction))
                 sizes.append(f"abs({transverse})")
             else:
                 sizes.append(f"math.sqrt({lines.total(*lines.dot(reaction, reaction))})")
         return [size if size == "0.0" else lines.let(size) for size in sizes]
 
-    def pace(self, rub: Rub, accelerations: Row) -> str | None:
+    def pace(self, friction_load: Rub, accelerations: Row) -> str | None:
         """Return the derivative of a joint's slip (rad/s^2 or m/s^2), for the accelerations of all coordinates."""
-        lines, link = self.lines, self.machine.sites[rub.joint].link
+        lines, link = self.lines, self.machine.sites[friction_load.joint].link
         if not link.slides:
-            turned = (
+            relative_turn = (
                 accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body]))
                 for body in (link.distal, link.proximal)
             )
-            distal, proximal = turned
+            distal, proximal = relative_turn
             return lines.total(distal, lines.minus(proximal))
-        way, axis = self.between(*self.site(rub.joint)), self.axis(rub.joint)
-        columns = self.columns(way)
+        path, axis = self.between(*self.site(friction_load.joint)), self.axis(friction_load.joint)
+        columns = self.columns(path)
         change = self.sum(
-            self.bias(way),
+            self.bias(path),
             self.combination({item: columns[item] for item in columns if item in accelerations}, accelerations),
         )
         transverse = lines.total(*lines.dot(self.left(axis), self.combination(columns, self.rate)))
@@ -183,10 +185,10 @@ class Reacting(Dynamics):
         force, moment = self.forces()
         missing: dict[int, Vector] = {0: (None, None)}
         couples: dict[int, str | None] = {0: None}
-        for body, way in self.ways.items():
+        for body, path in self.paths.items():
             mass, inertia = mass_of(lines, body)
-            change = self.sum(self.bias(way), self.combination(self.tree[body], accelerations))
-            safe_yield = [tuple(map(lines.minus, pull)) for pull in force[body]]
+            change = self.sum(self.bias(path), self.combination(self.tree[body], accelerations))
+            safe_yield = [tuple(map(lines.minus, force_vector)) for force_vector in force[body]]
             missing[body] = self.sum(self.scaled(mass, change), *safe_yield)
             spun = lines.product(inertia, accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body])))
             couples[body] = lines.total(spun, *map(lines.minus, moment[body]))
@@ -198,11 +200,11 @@ class Reacting(Dynamics):
         if not machine.dependent:
             return {}
         for item in machine.dependent:
-            terms = [part for body in self.ways for part in self._work(item, body, missing)]
+            terms = [part for body in self.paths for part in self._work(item, body, missing)]
             if item.kind == ANGLE:
-                terms += [couples[body] for body in self.ways if self.spanning_tree.group[body] == item.of]
+                terms += [couples[body] for body in self.paths if self.spanning_tree.group[body] == item.of]
             right_side[item] = lines.total(*terms)
-        rows = [equation.columns for equation in equations(self, moving=False)]
+        rows = [equation.columns for equation in equations(self, with_rates=False)]
         multipliers = Solver(lines, rows, machine.dependent).transposed(right_side)
         results, row = {}, 0
         for j in self.spanning_tree.loop_joints:
@@ -220,7 +222,7 @@ class Reacting(Dynamics):
 
     def _through(self, joint: int, missing: dict) -> Vector:
         """Return the force that a tree joint transmits to its subtree."""
-        hung = [body for body in self.ways if self._hangs(body, joint)]
+        hung = [body for body in self.paths if self._hangs(body, joint)]
         return self.sum((None, None), *(missing[body] for body in hung))
 
     def _hangs(self, body: int, joint: int) -> bool:
@@ -235,12 +237,18 @@ def accelerate(machine: MachineType) -> str:
     """Return the code of `accelerate` for machines with friction in joints without clearance."""
     write = Reacting(machine, "mechanism", "pose", "loads", "rub")
     motion, accelerations = write.motion()
-    sizes, paces = write.normals(accelerations), [write.pace(rub, accelerations) for rub in machine.rubs if rub.sticks]
+    sizes, paces = (
+        write.normals(accelerations),
+        [write.pace(friction_load, accelerations) for friction_load in machine.rubs if friction_load.sticks],
+    )
     returned = (motion, tupled(sizes), tupled([number(pace) for pace in paces])) if paces else (motion, tupled(sizes))
-    first = write.lines.function("under_friction", tupled(list(returned)))
+    function_name = write.lines.function("under_friction", tupled(list(returned)))
     kinematics = Bodies(machine, "mechanism", "pose")
-    rubs = [_rubbed(kinematics, i, rub) for i, rub in enumerate(machine.rubs)]
-    friction, power = [rub.force for rub in rubs], [f"rub[{i}] * {rub.slip}" for i, rub in enumerate(rubs)]
+    rubs = [_rubbed(kinematics, i, friction_load) for i, friction_load in enumerate(machine.rubs)]
+    friction, power = (
+        [friction_load.force for friction_load in rubs],
+        [f"rub[{i}] * {friction_load.slip}" for i, friction_load in enumerate(rubs)],
+    )
     places = {
         "zeros": tupled(["0.0"] * len(rubs)),
         "friction": tupled(friction),
@@ -248,17 +256,17 @@ def accelerate(machine: MachineType) -> str:
         "count": len(rubs),
         "near": SETTLED,
         "jams": JAMS,
-        "speeds": tupled([rub.speed for rub in rubs]),
+        "speeds": tupled([friction_load.speed for friction_load in rubs]),
     }
-    if any(rub.sticks for rub in machine.rubs):
+    if any(friction_load.sticks for friction_load in machine.rubs):
         template, places = _STICKING, places | _sticking(machine, rubs)
     else:
-        template = _GIVEN if all(rub.given for rub in machine.rubs) else _SOLVED
-    head, body = template.split("\n", 1)
+        template = _GIVEN if all(friction_load.given for friction_load in machine.rubs) else _SOLVED
+    header, body = template.split("\n", 1)
     valid = template is not _GIVEN
-    text = body.format(power=tupled([f"valid * ({each})" for each in power] if valid else power), **places)
+    text = body.format(power=tupled([f"valid * ({power_term})" for power_term in power] if valid else power), **places)
     slips = "".join(f"    {line}\n" for line in kinematics.lines.text)
-    return f"{first}\n\n{head}\n{slips}{text}"
+    return f"{function_name}\n\n{header}\n{slips}{text}"
 
 
 class _Rubbed(NamedTuple):
@@ -279,30 +287,30 @@ class _Rubbed(NamedTuple):
     @property
     def limit(self) -> str:
         """Return the code of the largest couple (N m) or force (N) while the surfaces stick."""
-        most = f"static_limit({self.path}.friction) * {self.normal}"
-        return f"{self.arm} * {most}" if self.arm else most
+        static_limit_text = f"static_limit({self.path}.friction) * {self.normal}"
+        return f"{self.arm} * {static_limit_text}" if self.arm else static_limit_text
 
 
-def _rubbed(kinematics: Bodies, i: int, rub: Rub) -> _Rubbed:
-    path, slip = f"mechanism.loads[{rub.load}]", _slip(kinematics, rub)
-    arm = "" if kinematics.machine.sites[rub.joint].link.slides else f"{path}.radius"
-    normal = f"{path}.normal" if rub.given else f"normal[{i}]"
+def _rubbed(kinematics: Bodies, i: int, friction_load: Rub) -> _Rubbed:
+    path, slip = f"mechanism.loads[{friction_load.load}]", _slip(kinematics, friction_load)
+    arm = "" if kinematics.machine.sites[friction_load.joint].link.slides else f"{path}.radius"
+    normal = f"{path}.normal" if friction_load.given else f"normal[{i}]"
     return _Rubbed(path, arm, normal, slip, f"{arm} * {slip}" if arm else slip)
 
 
 def _sticking(machine: MachineType, rubs: list[_Rubbed]) -> dict[str, str]:
     """Return the further code of a machine in which joints stick, by its places in _STICKING."""
-    sticking = [i for i, rub in enumerate(machine.rubs) if rub.sticks]
+    sticking = [i for i, friction_load in enumerate(machine.rubs) if friction_load.sticks]
     rate = f"abs(pose.turns[{machine.groups.index(machine.spanning_tree.crank)}].rate)"
 
     def with_one(i: int, value: str) -> str:
         return tupled([value if j == i else f"rub[{j}]" for j in range(len(rubs))])
 
-    sliding, yields, stuck, turns = [rub.force for rub in rubs], [], [], []
+    sliding, yields, stuck, turns = [friction_load.force for friction_load in rubs], [], [], []
     for k, i in enumerate(sticking):
         sliding[i] = f"where(stuck[{k}], rub[{i}], {rubs[i].force})"
-        pushed = with_one(i, f"rub[{i}] + 1.0")
-        yields.append(f"under_friction(mechanism, pose, loads, {pushed})[2][{k}] - pace[{k}]")
+        perturbed = with_one(i, f"rub[{i}] + 1.0")
+        yields.append(f"under_friction(mechanism, pose, loads, {perturbed})[2][{k}] - pace[{k}]")
         stuck.append(f"abs({rubs[i].speed}) < {rubs[i].path}.friction.band")
         turns += [
             "_, normal, pace = under_friction(mechanism, pose, loads, rub)",
@@ -322,21 +330,21 @@ def _sticking(machine: MachineType, rubs: list[_Rubbed]) -> dict[str, str]:
     }
 
 
-def _slip(write: Bodies, rub: Rub) -> str:
+def _slip(write: Bodies, friction_load: Rub) -> str:
     """Return the rate at which the distal body turns or slides on the proximal one."""
-    lines, link = write.lines, write.machine.sites[rub.joint].link
+    lines, link = write.lines, write.machine.sites[friction_load.joint].link
     if not link.slides:
         couples = lines.total(write.spin(link.distal), lines.minus(write.spin(link.proximal)))
         return number(lines.let(couples))
-    velocity = write.combination(write.columns(write.between(*write.site(rub.joint))), write.rate)
-    terms = lines.dot(write.axis(rub.joint), velocity)
-    if rub.joint in write.machine.open:
-        terms = (*terms, lines.product(write.spin(link.proximal), _offset(write, rub.joint)))
+    velocity = write.combination(write.columns(write.between(*write.site(friction_load.joint))), write.rate)
+    terms = lines.dot(write.axis(friction_load.joint), velocity)
+    if friction_load.joint in write.machine.open:
+        terms = (*terms, lines.product(write.spin(link.proximal), _offset(write, friction_load.joint)))
     return number(lines.total(*terms))
 
 
 def _offset(write: Bodies, joint: int) -> str | None:
     """Return the offset (m) of a block from the middle of its guide."""
     lines = write.lines
-    place = tuple(map(lines.let, write.place(write.between(*write.site(joint)))))
-    return lines.total(*lines.dot(write.left(write.axis(joint)), place))
+    offset = tuple(map(lines.let, write.place(write.between(*write.site(joint)))))
+    return lines.total(*lines.dot(write.left(write.axis(joint)), offset))

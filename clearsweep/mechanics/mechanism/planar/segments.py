@@ -24,20 +24,26 @@ def in_segments(machine: Machine) -> Machine:
         bodies |= _chain(name, body, body.elastic) if body.elastic else {name: body}
         stretches += _springs(name, body, body.elastic) if body.elastic else []
 
-    def change(at: At) -> At:
-        elastic = links.get(at.body)
-        return At(node(at.body, elastic.segments), at.point) if elastic and at.point == elastic.far else at
+    def change(endpoint: At) -> At:
+        elastic = links.get(endpoint.body)
+        return (
+            At(node(endpoint.body, elastic.segments), endpoint.point)
+            if elastic and endpoint.point == elastic.far
+            else endpoint
+        )
 
     joints = tuple(
         joint._replace(proximal=change(joint.proximal), distal=change(joint.distal)) for joint in machine.joints
     )
     start = {
-        each: angle
+        body_name: angle
         for name, angle in machine.start.items()
-        for each in ([node(name, i) for i in range(links[name].segments + 1)] if name in links else [name])
+        for body_name in ([node(name, i) for i in range(links[name].segments + 1)] if name in links else [name])
     }
     loads = tuple(
-        load._replace(**{end: change(getattr(load, end)) for end in ("at", "first", "second") if hasattr(load, end)})
+        load._replace(
+            **{field: change(getattr(load, field)) for field in ("at", "first", "second") if hasattr(load, field)}
+        )
         for load in machine.loads
     )
     aim = machine.aim
@@ -65,29 +71,30 @@ def _line(body: Body, elastic: Elastic) -> tuple[np.ndarray, np.ndarray]:
 
 def _chain(name: str, body: Body, elastic: Elastic) -> dict[str, Body]:
     """Return the masses of a link by name."""
-    (near_end, way), count = _line(body, elastic), elastic.segments
+    (near_end, direction), count = _line(body, elastic), elastic.segments
     share = np.full(count + 1, 1.0 / count)
     share[[0, -1]] *= 0.5
-    aside = np.array(body.center) - (near_end + 0.5 * way)  # of the centre of mass from the middle of the line
-    places = [near_end + way * (i / count) + aside for i in range(count + 1)]
-    away = math.fsum(
-        part * body.mass * float(np.sum((at - body.center) ** 2)) for part, at in zip(share, places, strict=True)
+    aside = np.array(body.center) - (near_end + 0.5 * direction)  # of the centre of mass from the middle of the line
+    places = [near_end + direction * (i / count) + aside for i in range(count + 1)]
+    moment = math.fsum(
+        mass_share * body.mass * float(np.sum((position - body.center) ** 2))
+        for mass_share, position in zip(share, places, strict=True)
     )
-    inertia = float(body.inertia - away) / (count + 1)  # may be negative: the masses rotate together
-    joints = {f"~{i}": tuple(map(float, near_end + way * (i / count))) for i in range(1, count + 1)}
+    inertia = float(body.inertia - moment) / (count + 1)  # may be negative: the masses rotate together
+    joints = {f"~{i}": tuple(map(float, near_end + direction * (i / count))) for i in range(1, count + 1)}
     points = {**body.points, **joints}
     return {
-        node(name, i): Body(float(part) * body.mass, inertia, (float(at[0]), float(at[1])), points)
-        for i, (part, at) in enumerate(zip(share, places, strict=True))
+        node(name, i): Body(float(mass_share) * body.mass, inertia, (float(position[0]), float(position[1])), points)
+        for i, (mass_share, position) in enumerate(zip(share, places, strict=True))
     }
 
 
 def _springs(name: str, body: Body, elastic: Elastic) -> list[Stretch]:
     """Return the springs of a link."""
-    _, way = _line(body, elastic)
+    _, direction = _line(body, elastic)
     stiffness = elastic.segments * elastic.stiffness
     damping = stiffness * 2.0 * elastic.damping / axial_rate(body)
-    axis = math.atan2(way[1], way[0])
+    axis = math.atan2(direction[1], direction[0])
     return [
         Stretch(f"{name}~{i}", At(node(name, i - 1), f"~{i}"), At(node(name, i), f"~{i}"), axis, stiffness, damping)
         for i in range(1, elastic.segments + 1)

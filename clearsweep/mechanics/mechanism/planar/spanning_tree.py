@@ -65,8 +65,8 @@ def _groups(count: int, links: tuple) -> tuple:
     group = list(range(count))
     for link in links:
         if link.slides and not link.open:
-            kept, gone = sorted((group[link.proximal], group[link.distal]))
-            group = [kept if g == gone else g for g in group]
+            lower, higher = sorted((group[link.proximal], group[link.distal]))
+            group = [lower if g == higher else g for g in group]
     return tuple(group)
 
 

@@ -45,27 +45,27 @@ class Stations:
     def find(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the station (N,) nearest to angles (N,) rad, the turns before it, and which angles are elsewhere."""
         start, step = self.turn.angles[0], 2.0 * math.pi / STATIONS
-        nearest = np.rint((angles - start) / step)
-        elsewhere = np.abs(start + nearest * step - angles) > SAME * np.spacing(np.max(np.abs(angles)))
-        total = np.floor(nearest / STATIONS)
-        return (nearest - STATIONS * total).astype(int), total, elsewhere
+        nearest_station = np.rint((angles - start) / step)
+        off_station = np.abs(start + nearest_station * step - angles) > SAME * np.spacing(np.max(np.abs(angles)))
+        total = np.floor(nearest_station / STATIONS)
+        return (nearest_station - STATIONS * total).astype(int), total, off_station
 
     def at(self, angles: np.ndarray, closed: Any) -> Turn:
         """Return the machine at crank angles (N,) rad, by `closed`, (n,) rad -> Turn, where they are no stations."""
-        station, total, elsewhere = self.find(angles)
+        station, total, off_station = self.find(angles)
         q = self.turn.q[station] + total[:, None] * winding_of(self.turn)
-        there = Turn(angles, q, self.turn.first[station], self.turn.second[station])
-        if elsewhere.any():
-            for values, new in zip(there[1:], closed(angles[elsewhere])[1:], strict=True):
-                values[elsewhere] = new
-        return there
+        turn = Turn(angles, q, self.turn.first[station], self.turn.second[station])
+        if off_station.any():
+            for values, computed in zip(turn[1:], closed(angles[off_station])[1:], strict=True):
+                values[off_station] = computed
+        return turn
 
-    def inverse_at(self, closure: Closure, there: Turn) -> np.ndarray:
+    def inverse_at(self, closure: Closure, turn: Turn) -> np.ndarray:
         """Return the inverses (N, rows, 3 bodies) at the angles of a Turn."""
-        station, _, elsewhere = self.find(there.angles)
+        station, _, off_station = self.find(turn.angles)
         inverse = self.inverse[station]
-        if elsewhere.any():
-            inverse[elsewhere] = inverse_of(closure, there.q[elsewhere], there.angles[elsewhere])
+        if off_station.any():
+            inverse[off_station] = inverse_of(closure, turn.q[off_station], turn.angles[off_station])
         return inverse
 
 

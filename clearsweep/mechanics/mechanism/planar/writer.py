@@ -30,16 +30,16 @@ class Lines:
         """Return a product as an expression without a name."""
         if None in factors:
             return None
-        written = [self.let(factor) for factor in factors if factor != "1.0"]
-        return " * ".join(written) if written else "1.0"
+        operands = [self.let(factor) for factor in factors if factor != "1.0"]
+        return " * ".join(operands) if operands else "1.0"
 
     def total(self, *terms: str | None) -> str | None:
         """Return a name for a sum of products; a product that begins with '-' is subtracted."""
-        there = [term for term in terms if term is not None]
-        if not there:
+        present_terms = [term for term in terms if term is not None]
+        if not present_terms:
             return None
-        text = there[0]
-        for term in there[1:]:
+        text = present_terms[0]
+        for term in present_terms[1:]:
             text += f" - {term[1:]}" if term.startswith("-") else f" + {term}"
         return self.let(text)
 

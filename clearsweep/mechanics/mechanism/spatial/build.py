@@ -16,7 +16,7 @@ from ..planar.form import numbered
 from ..planar.ideal import ideal_of
 from . import members  # noqa: F401 - registers the equations of motion
 from .form import AngleAim, Ball, Driven, Hinge, Loose, Opening, Part, PointAim, Sleeve, Slide, Tree
-from .spanning_tree import CYLINDRICAL, SPHERICAL, Hang, spanning_tree
+from .spanning_tree import CYLINDRICAL, SPHERICAL, Attachment, spanning_tree
 
 STILL = Vector(0.0, 0.0, 0.0)
 
@@ -58,13 +58,13 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
     MobilityError, UntiedError.
     """
     machine, ideal_machine = assembly.machine, ideal_of(assembly.machine)
-    hangs = spanning_tree(machine, joints, assembly.ideal)
-    numbers = {GROUND: ()} | {hang.body: numbered(i + 1) for i, hang in enumerate(hangs)}
+    attachments = spanning_tree(machine, joints, assembly.ideal)
+    numbers = {GROUND: ()} | {attachment.body: numbered(i + 1) for i, attachment in enumerate(attachments)}
     reported = tuple(numbers[name] for name in machine.bodies if name != GROUND)
     speed = machine.drive.speed
     value = Tree(
-        parts=tuple(_part(assembly.solids[hang.body]) for hang in hangs),
-        hangs=tuple(_hung(assembly, hang, numbers) for hang in hangs),
+        parts=tuple(_part(assembly.solids[attachment.body]) for attachment in attachments),
+        attachments=tuple(_joint_to_parent(assembly, attachment, numbers) for attachment in attachments),
         openings=tuple(_opening(assembly, name, joint, numbers) for name, joint in joints.items()),
         reported=reported,
         aim=_aim(assembly, numbers),
@@ -73,9 +73,9 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
         turn=cycle_of([ideal_machine.output_at(ideal_machine.turn)], 0.0),
     )
     body_poses = _planar_positions(assembly)
-    values = [_coordinates(assembly, hang, body_poses, joints) for hang in hangs]
+    values = [_coordinates(assembly, attachment, body_poses, joints) for attachment in attachments]
     start = np.array([*(q for qs, _ in values for q in qs), *(rate for _, rates in values for rate in rates), 0.0])
-    lengths = np.array([length for hang in hangs for length in _lengths(assembly, hang)])
+    lengths = np.array([length for attachment in attachments for length in _lengths(assembly, attachment)])
     _check_masses(value, start)
     return Built(value, start, lengths, ideal_machine.closure.size, speed)
 
@@ -101,33 +101,35 @@ def _part(solid: Solid) -> Part:
     return Part(solid.mass, Vector(*solid.inertia), Vector(*solid.center))
 
 
-def _point(assembly: Assembly, at: At) -> Vector:
-    return Vector(*assembly.solids[at.body].points[at.point])
+def _point(assembly: Assembly, endpoint: At) -> Vector:
+    return Vector(*assembly.solids[endpoint.body].points[endpoint.point])
 
 
 def _joint(assembly: Assembly, name: str):
     return next(joint for joint in assembly.machine.joints if joint.name == name)
 
 
-def _ends(assembly: Assembly, hang: Hang) -> tuple[At, At]:
+def _ends(assembly: Assembly, attachment: Attachment) -> tuple[At, At]:
     """Return the points of the joint that attaches a body, that of its parent first."""
-    joint = _joint(assembly, hang.joint)
-    ends = (joint.proximal, joint.distal)
-    return ends if joint.distal.body == hang.body else ends[::-1]
+    joint = _joint(assembly, attachment.joint)
+    endpoints = (joint.proximal, joint.distal)
+    return endpoints if joint.distal.body == attachment.body else endpoints[::-1]
 
 
-def _hung(assembly: Assembly, hang: Hang, numbers: Mapping) -> tuple:
+def _joint_to_parent(assembly: Assembly, attachment: Attachment, numbers: Mapping) -> tuple:
     """Return the attachment of a body in compiled form."""
-    if not hang.joint:
+    if not attachment.joint:
         return Loose()
-    near_end, far_end = (_point(assembly, at) for at in _ends(assembly, hang))
-    joint = _joint(assembly, hang.joint)
-    if hang.joint == assembly.machine.driven:
+    near_end, far_end = (_point(assembly, endpoint) for endpoint in _ends(assembly, attachment))
+    joint = _joint(assembly, attachment.joint)
+    if attachment.joint == assembly.machine.driven:
         return Driven(near_end, far_end)
     if isinstance(joint, Guide):
-        return Slide(numbers[hang.parent], near_end, far_end, Vector(math.cos(joint.axis), math.sin(joint.axis), 0.0))
-    kind = {SPHERICAL: Ball, CYLINDRICAL: Sleeve}.get(assembly.ideal.get(hang.joint, ""), Hinge)
-    return kind(numbers[hang.parent], near_end, far_end)
+        return Slide(
+            numbers[attachment.parent], near_end, far_end, Vector(math.cos(joint.axis), math.sin(joint.axis), 0.0)
+        )
+    kind = {SPHERICAL: Ball, CYLINDRICAL: Sleeve}.get(assembly.ideal.get(attachment.joint, ""), Hinge)
+    return kind(numbers[attachment.parent], near_end, far_end)
 
 
 def _opening(assembly: Assembly, name: str, joint, numbers: Mapping) -> Opening:
@@ -136,11 +138,11 @@ def _opening(assembly: Assembly, name: str, joint, numbers: Mapping) -> Opening:
     bearing, journal = site.proximal, site.distal
     if assembly.journals[name] == bearing.body:
         bearing, journal = journal, bearing
-    middle = np.add(_point(assembly, bearing), joint.offset)
+    midpoint = np.add(_point(assembly, bearing), joint.offset)
     return Opening(
         numbers[bearing.body],
         numbers[journal.body],
-        Vector(*map(float, middle)),
+        Vector(*map(float, midpoint)),
         _point(assembly, journal),
         joint.axis,
         joint.across,
@@ -161,56 +163,63 @@ def _aim(assembly: Assembly, numbers: Mapping) -> tuple:
 def _planar_positions(assembly: Assembly) -> dict[str, PlanarPosition]:
     """Return the positions of the bodies."""
     machine, ideal_machine = assembly.machine, ideal_of(assembly.machine)
-    there, speed = ideal_machine.at(np.array([0.0])), machine.drive.speed
+    turn, speed = ideal_machine.at(np.array([0.0])), machine.drive.speed
     poses = {GROUND: PlanarPosition(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
     for name, i in ideal_machine.closure.index.items():
-        q, first = (values[0, 3 * i : 3 * i + 3] for values in (there.q, there.first))
-        poses[name] = PlanarPosition(*map(float, q), *(float(speed * slope) for slope in first))
+        q, derivative = (values[0, 3 * i : 3 * i + 3] for values in (turn.q, turn.first))
+        poses[name] = PlanarPosition(*map(float, q), *(float(speed * slope) for slope in derivative))
     return poses
 
 
-def _coordinates(assembly: Assembly, hang: Hang, body_poses: Mapping, joints: Mapping) -> tuple[list, list]:
+def _coordinates(assembly: Assembly, attachment: Attachment, body_poses: Mapping, joints: Mapping) -> tuple[list, list]:
     """Return the coordinates of a body and their rates."""
-    here = body_poses[hang.body]
-    if hang.joint == assembly.machine.driven:
+    pose = body_poses[attachment.body]
+    if attachment.joint == assembly.machine.driven:
         return [], []
-    if not hang.joint:
-        turned, angular_rates = _quaternion(here)
-        return [*turned, here.x, here.y, _height(assembly, hang.body, joints)], [*angular_rates, here.vx, here.vy, 0.0]
-    kind = assembly.ideal.get(hang.joint, "")
-    if isinstance(_joint(assembly, hang.joint), Guide):
-        return _along(assembly, hang, body_poses)
+    if not attachment.joint:
+        coordinates, angular_rates = _quaternion(pose)
+        return [*coordinates, pose.x, pose.y, _height(assembly, attachment.body, joints)], [
+            *angular_rates,
+            pose.vx,
+            pose.vy,
+            0.0,
+        ]
+    kind = assembly.ideal.get(attachment.joint, "")
+    if isinstance(_joint(assembly, attachment.joint), Guide):
+        return _along(assembly, attachment, body_poses)
     if kind == SPHERICAL:
-        return _quaternion(here)
-    above = body_poses[hang.parent]
-    turned, angular_rates = [here.angle - above.angle], [here.spin - above.spin]
-    return ([0.0, *turned], [0.0, *angular_rates]) if kind == CYLINDRICAL else (turned, angular_rates)
+        return _quaternion(pose)
+    parent_pose = body_poses[attachment.parent]
+    coordinates, angular_rates = [pose.angle - parent_pose.angle], [pose.spin - parent_pose.spin]
+    return ([0.0, *coordinates], [0.0, *angular_rates]) if kind == CYLINDRICAL else (coordinates, angular_rates)
 
 
-def _quaternion(here: PlanarPosition) -> tuple[list, list]:
-    c, s, half = math.cos(0.5 * here.angle), math.sin(0.5 * here.angle), 0.5 * here.spin
-    return [c, 0.0, 0.0, s], [-half * s, 0.0, 0.0, half * c]
+def _quaternion(pose: PlanarPosition) -> tuple[list, list]:
+    c, s, half_spin = math.cos(0.5 * pose.angle), math.sin(0.5 * pose.angle), 0.5 * pose.spin
+    return [c, 0.0, 0.0, s], [-half_spin * s, 0.0, 0.0, half_spin * c]
 
 
-def _along(assembly: Assembly, hang: Hang, body_poses: Mapping) -> tuple[list, list]:
+def _along(assembly: Assembly, attachment: Attachment, body_poses: Mapping) -> tuple[list, list]:
     """Return displacement and speed of a sliding body."""
-    axis = body_poses[hang.parent].angle + _joint(assembly, hang.joint).axis
+    axis = body_poses[attachment.parent].angle + _joint(assembly, attachment.joint).axis
     direction = np.array([math.cos(axis), math.sin(axis)])
-    (near_end, moving), (far_end, following) = (_planar_point(assembly, at, body_poses) for at in _ends(assembly, hang))
-    spin = body_poses[hang.parent].spin
-    turned = spin * np.array([-direction[1], direction[0]])
+    (near_end, near_velocity), (far_end, far_velocity) = (
+        _planar_point(assembly, endpoint, body_poses) for endpoint in _ends(assembly, attachment)
+    )
+    spin = body_poses[attachment.parent].spin
+    axis_rate = spin * np.array([-direction[1], direction[0]])
     return [float(direction @ (far_end - near_end))], [
-        float(direction @ (following - moving) + turned @ (far_end - near_end))
+        float(direction @ (far_velocity - near_velocity) + axis_rate @ (far_end - near_end))
     ]
 
 
-def _planar_point(assembly: Assembly, at: At, body_poses: Mapping) -> tuple[np.ndarray, np.ndarray]:
+def _planar_point(assembly: Assembly, endpoint: At, body_poses: Mapping) -> tuple[np.ndarray, np.ndarray]:
     """Return position and velocity of a point in the plane."""
-    here, solid = body_poses[at.body], assembly.solids[at.body]
-    x, y = np.subtract(solid.points[at.point], solid.center)[:2]
-    c, s = math.cos(here.angle), math.sin(here.angle)
+    pose, solid = body_poses[endpoint.body], assembly.solids[endpoint.body]
+    x, y = np.subtract(solid.points[endpoint.point], solid.center)[:2]
+    c, s = math.cos(pose.angle), math.sin(pose.angle)
     arm = np.array([c * x - s * y, s * x + c * y])
-    return np.array([here.x, here.y]) + arm, np.array([here.vx, here.vy]) + here.spin * np.array([-arm[1], arm[0]])
+    return np.array([pose.x, pose.y]) + arm, np.array([pose.vx, pose.vy]) + pose.spin * np.array([-arm[1], arm[0]])
 
 
 def _height(assembly: Assembly, body: str, joints: Mapping) -> float:
@@ -230,33 +239,39 @@ def _bodies(joint) -> tuple[str, str]:
     return joint.proximal.body, joint.distal.body
 
 
-def _height_of_point(assembly: Assembly, at: At, joints: Mapping) -> float:
+def _height_of_point(assembly: Assembly, endpoint: At, joints: Mapping) -> float:
     """Return the height (m) of a point; on a loose body, in its own frame."""
-    height = _point(assembly, at).z
-    if at.body == GROUND:
+    height = _point(assembly, endpoint).z
+    if endpoint.body == GROUND:
         return height
-    hang = next(hang for hang in spanning_tree(assembly.machine, joints, assembly.ideal) if hang.body == at.body)
-    if not hang.joint:
+    attachment = next(
+        attachment
+        for attachment in spanning_tree(assembly.machine, joints, assembly.ideal)
+        if attachment.body == endpoint.body
+    )
+    if not attachment.joint:
         return height
-    near_end, far_end = _ends(assembly, hang)
+    near_end, far_end = _ends(assembly, attachment)
     return height - _point(assembly, far_end).z + _height_of_point(assembly, near_end, joints)
 
 
-def _lengths(assembly: Assembly, hang: Hang) -> list[float]:
+def _lengths(assembly: Assembly, attachment: Attachment) -> list[float]:
     """Return the displacement (m) of a body for a unit of each of its coordinates."""
-    reach = (
-        extent(assembly.machine.bodies[hang.body])
+    longest_arm = (
+        extent(assembly.machine.bodies[attachment.body])
         or max(extent(body) for body in assembly.machine.bodies.values())
         or 1.0
     )
-    if hang.joint == assembly.machine.driven:
+    if attachment.joint == assembly.machine.driven:
         return []
-    if not hang.joint:
-        return [*[2.0 * reach] * 4, 1.0, 1.0, 1.0]
-    if isinstance(_joint(assembly, hang.joint), Guide):
+    if not attachment.joint:
+        return [*[2.0 * longest_arm] * 4, 1.0, 1.0, 1.0]
+    if isinstance(_joint(assembly, attachment.joint), Guide):
         return [1.0]
-    kind = assembly.ideal.get(hang.joint, "")
-    return [2.0 * reach] * 4 if kind == SPHERICAL else [1.0, reach] if kind == CYLINDRICAL else [reach]
+    kind = assembly.ideal.get(attachment.joint, "")
+    return (
+        [2.0 * longest_arm] * 4 if kind == SPHERICAL else [1.0, longest_arm] if kind == CYLINDRICAL else [longest_arm]
+    )
 
 
 def _check_masses(value: Tree, start: np.ndarray) -> None:

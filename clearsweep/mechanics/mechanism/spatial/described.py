@@ -65,7 +65,7 @@ def flattened(solids: Mapping[str, Solid], gravity: tuple[float, ...]) -> tuple[
     bodies, loads = {}, []
     for name, solid in solids.items():
         center = solid.center[:2]
-        points = {point: place[:2] for point, place in solid.points.items()} | {_CENTRE: center}
+        points = {point: position[:2] for point, position in solid.points.items()} | {_CENTRE: center}
         bodies[name] = Body(solid.mass, solid.inertia[2], center, points)
         if name != GROUND and gravity[0] != 0.0:
             loads.append(Push(name, At(name, _CENTRE), solid.mass * gravity[0], 0.0, 0.0))
@@ -103,12 +103,12 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     assert isinstance(mechanism.build, Building)  # spatial mechanisms are built in this way
     assembly = mechanism.build.assembly(case.outline, case.mechanism.values, case.drive.speed if case.drive else 0.0)
     for body, solid in assembly.solids.items():
-        largest, others = max(solid.inertia), sum(solid.inertia) - max(solid.inertia)
-        if largest > others * (1.0 + 1e-12):
+        largest, sum_of_others = max(solid.inertia), sum(solid.inertia) - max(solid.inertia)
+        if largest > sum_of_others * (1.0 + 1e-12):
             path = f"bodies.{body}.inertia" if case.outline.bodies else f"{body}.inertia"
             return path, (
                 f"found {', '.join(f'{moment:.6g}' for moment in solid.inertia)} kg*m^2; no body has a principal "
-                f"moment ({largest:.6g}) above the sum of the two others ({others:.6g}): correct the largest one"
+                f"moment ({largest:.6g}) above the sum of the two others ({sum_of_others:.6g}): correct the largest one"
             )
     unsound = described.refusal(mechanism, case)
     if unsound:

@@ -55,14 +55,14 @@ class Dynamics(Posed):
             return
         own_values, near_end = self.own(body), self.near(body)
         shift = self.shift(body, f"pose.q[{part.coordinate}]")
-        reach = self.all_of(near_end, shift)
+        arm_to_body = self.all_of(near_end, shift)
         moving = dict(self.moving[p])
         spinning: dict[int, str] = {}
         for u, spin in self.spinning[p].items():
-            moving[u] = self.all_of(moving.get(u), self.cross(spin, reach))
+            moving[u] = self.all_of(moving.get(u), self.cross(spin, arm_to_body))
         if not part.turns_freely:
             spinning = dict(self.spinning[p])
-        at_hinge = self._carried(p, reach)
+        at_hinge = self._carried(p, arm_to_body)
         alpha = None if part.turns_freely else self.alpha[p]
         rising = self.shift(body, f"pose.rates[{part.coordinate}]")
         if rising is not None and p:
@@ -142,10 +142,10 @@ class Dynamics(Posed):
         for j, (bearing, journal) in enumerate(self.tree.openings):
             site, frame = f"mechanism.openings[{j}]", self.frame(journal)
             force = self.let(f"in_fixed({frame}, loads[{j}].force)")
-            back = self.let(f"times(-1.0, {force})")
+            reaction = self.let(f"times(-1.0, {force})")
             for body, at, push, couple in (
                 (journal, "at_journal", force, "on_journal"),
-                (bearing, "at_bearing", back, "on_bearing"),
+                (bearing, "at_bearing", reaction, "on_bearing"),
             ):
                 if not body:
                     continue
@@ -199,19 +199,19 @@ class Dynamics(Posed):
         inverse: list[str | None] = []
         left_side: list[str | None] = []
         for j in range(count):
-            used = [lines.minus(lines.product(scaled[j, k], lower[j, k])) for k in range(j)]
-            inverse.append(lines.let(f"1.0 / {number(lines.total(self.entry(j, j), *used))}"))
+            eliminated = [lines.minus(lines.product(scaled[j, k], lower[j, k])) for k in range(j)]
+            inverse.append(lines.let(f"1.0 / {number(lines.total(self.entry(j, j), *eliminated))}"))
             for a in range(j + 1, count):
-                used = [lines.minus(lines.product(scaled[a, k], lower[j, k])) for k in range(j)]
-                scaled[a, j] = lines.total(self.entry(a, j), *used)
+                eliminated = [lines.minus(lines.product(scaled[a, k], lower[j, k])) for k in range(j)]
+                scaled[a, j] = lines.total(self.entry(a, j), *eliminated)
                 lower[a, j] = lines.let(lines.product(scaled[a, j], inverse[j]))
         for a in range(count):
-            used = [lines.minus(lines.product(lower[a, k], left_side[k])) for k in range(a)]
-            left_side.append(lines.total(self.right(a), *used))
+            eliminated = [lines.minus(lines.product(lower[a, k], left_side[k])) for k in range(a)]
+            left_side.append(lines.total(self.right(a), *eliminated))
         accelerations: list[str | None] = [None] * count
         for a in range(count - 1, -1, -1):
-            used = [lines.minus(lines.product(lower[k, a], accelerations[k])) for k in range(a + 1, count)]
-            accelerations[a] = lines.total(lines.product(left_side[a], inverse[a]), *used)
+            eliminated = [lines.minus(lines.product(lower[k, a], accelerations[k])) for k in range(a + 1, count)]
+            accelerations[a] = lines.total(lines.product(left_side[a], inverse[a]), *eliminated)
         return accelerations
 
     def coordinates(self, accelerations: list[str | None]) -> list[str]:
@@ -235,9 +235,9 @@ class Dynamics(Posed):
             return lines.total(*(lines.product(accelerations[u]) for u in self.spinning[body] if u != self.known))
         arm = self.arm(body, "mechanism.aim.at")
         terms = []
-        still = self._carried(body, arm)
-        if still is not None:
-            terms.append(f"dot(mechanism.aim.direction, {still})")
+        without_rates = self._carried(body, arm)
+        if without_rates is not None:
+            terms.append(f"dot(mechanism.aim.direction, {without_rates})")
         for u in {**self.moving[body], **self.spinning[body]}:
             if u != self.known:
                 change = self.all_of(self.moving[body].get(u), self.cross(self.spinning[body].get(u), arm))
@@ -249,7 +249,7 @@ def accelerate(tree: MachineType) -> str:
     """Return the code of the family member of that name."""
     write = Dynamics(tree)
     lines, solution = write.lines, write.solved()
-    pulled = (lines.product(write.entry(write.known, u), solution[u]) for u in range(tree.speeds))
-    torque = lines.total(*pulled, lines.minus(write.right(write.known)))
+    known_terms = (lines.product(write.entry(write.known, u), solution[u]) for u in range(tree.speeds))
+    torque = lines.total(*known_terms, lines.minus(write.right(write.known)))
     accelerations = tupled(write.coordinates(solution))
     return lines.function("accelerate", f"Motion({accelerations}, {number(write.output(solution))}, {number(torque)})")

@@ -45,6 +45,6 @@ def _functions(kinds: tuple) -> dict[str, Callable]:
         "Motion": Motion,
     }
     for module in (vector, attitude, pose):
-        functions |= {each: value for each, value in vars(module).items() if not each.startswith("_")}
+        functions |= {name: value for name, value in vars(module).items() if not name.startswith("_")}
     exec(compile(text, name, "exec"), functions)
     return functions

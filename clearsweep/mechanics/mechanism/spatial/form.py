@@ -90,7 +90,7 @@ class Tree(NamedTuple):
     """The compiled form of a machine in space."""
 
     parts: tuple  # of Part
-    hangs: tuple  # the attachment of each body
+    attachments: tuple  # the attachment of each body
     openings: tuple  # of Opening, in the order of the joints with clearance
     reported: tuple  # numbers of the bodies in the order of the channels
     aim: tuple  # PointAim or AngleAim

@@ -23,10 +23,10 @@ class MachineType:
 
     def __init__(self, kinds: tuple):
         assert kinds[0] is Tree
-        field = {name: kinds[1 + place] for place, name in enumerate(Tree._fields)}
+        field = {name: kinds[1 + index] for index, name in enumerate(Tree._fields)}
         self.parts: list[Limb] = []
         coordinate = speed = 0
-        for kind in field["hangs"][1:]:
+        for kind in field["attachments"][1:]:
             parent = _number(kind, "parent") if "parent" in kind[0]._fields else 0
             self.parts.append(Limb(kind[0], parent, coordinate, speed))
             coordinate, speed = coordinate + COORDINATES[kind[0]], speed + SPEEDS[kind[0]]

@@ -37,9 +37,9 @@ def _body_angles_tree(mechanism, y):
 
 @output_error.member(Tree)
 def _output_error_tree(mechanism, pose):
-    here, moving = _judged(mechanism, pose)
-    there, slope = at_angle(mechanism.turn, 0, pose.angle)
-    return here - there, moving - slope * mechanism.speed
+    output, output_rate = _judged(mechanism, pose)
+    ideal_output, slope = at_angle(mechanism.turn, 0, pose.angle)
+    return output - ideal_output, output_rate - slope * mechanism.speed
 
 
 @describe.member(Tree)

@@ -53,9 +53,9 @@ def _put_center(write: Writer, body: int) -> None:
         return
     near_end, own_values = write.near(body), write.own(body)
     shift, rising = write.shift(body, f"y[{k}]"), write.shift(body, f"y[{n + k}]")
-    reach = write.all_of(near_end, shift)
-    lines.text.append(f"r{body} = {write.all_of(f'r{p}' if p else None, reach, own_values)}")
-    at_hinge = write.all_of(f"v{p}", write.cross(f"w{p}", reach)) if p else None
+    arm_to_body = write.all_of(near_end, shift)
+    lines.text.append(f"r{body} = {write.all_of(f'r{p}' if p else None, arm_to_body, own_values)}")
+    at_hinge = write.all_of(f"v{p}", write.cross(f"w{p}", arm_to_body)) if p else None
     turned = None if part.form is Slide and not p else write.cross(f"w{body}", own_values)
     velocity = write.all_of(at_hinge, rising, turned)
     lines.text.append(f"v{body} = {velocity}")
@@ -63,26 +63,24 @@ def _put_center(write: Writer, body: int) -> None:
 
 def gaps(tree: MachineType) -> str:
     """Return the code of the family member of that name."""
-    write, written = Posed(tree, "mechanism", "pose"), []
+    write, terms = Posed(tree, "mechanism", "pose"), []
     for j, (bearing, journal) in enumerate(tree.openings):
         site, frame = f"mechanism.openings[{j}]", write.frame(journal)
-        middles = [write.arm(body, f"{site}.{at}") for body, at in ((bearing, "at_bearing"), (journal, "at_journal"))]
-        places = [
-            write.all_of(write.at(body), middle) for body, middle in zip((bearing, journal), middles, strict=True)
+        arms = [write.arm(body, f"{site}.{name}") for body, name in ((bearing, "at_bearing"), (journal, "at_journal"))]
+        places = [write.all_of(write.at(body), arm) for body, arm in zip((bearing, journal), arms, strict=True)]
+        velocities = [
+            write.all_of(write.velocity(body), write.cross(write.spin(body), arm))
+            for body, arm in zip((bearing, journal), arms, strict=True)
         ]
-        moving = [
-            write.all_of(write.velocity(body), write.cross(write.spin(body), middle))
-            for body, middle in zip((bearing, journal), middles, strict=True)
-        ]
-        apart, velocity = (write.difference(*pair[::-1]) for pair in (places, moving))
+        distance, velocity = (write.difference(*pair[::-1]) for pair in (places, velocities))
         observed = (
-            apart,
+            distance,
             velocity,
             write.fixed(bearing, f"{site}.axis"),
             *(write.spin(b) or ZERO for b in (bearing, journal)),
         )
-        written.append(f"SpatialGap({', '.join(f'in_body({frame}, {each})' for each in observed)}, {frame})")
-    return write.lines.function("gaps", tupled(written))
+        terms.append(f"SpatialGap({', '.join(f'in_body({frame}, {vector})' for vector in observed)}, {frame})")
+    return write.lines.function("gaps", tupled(terms))
 
 
 def across(tree: MachineType) -> str:
@@ -99,24 +97,24 @@ def energy(tree: MachineType) -> str:
     """Return the code of the family member of that name."""
     write, doubled, falling = Posed(tree, "mechanism", "pose"), [], []
     for body in range(1, len(tree.parts) + 1):
-        part, velocity = f"mechanism.parts[{body - 1}]", write.velocity(body)
+        part_path, velocity = f"mechanism.parts[{body - 1}]", write.velocity(body)
         spin = write.let(f"in_body({write.frame(body)}, {write.spin(body)})")
         doubled += [
-            f"{part}.mass * dot({velocity}, {velocity})",
-            f"dot({spin}, elementwise_product({part}.inertia, {spin}))",
+            f"{part_path}.mass * dot({velocity}, {velocity})",
+            f"dot({spin}, elementwise_product({part_path}.inertia, {spin}))",
         ]
-        falling.append(f"{part}.mass * dot({velocity}, mechanism.gravity)")
+        falling.append(f"{part_path}.mass * dot({velocity}, mechanism.gravity)")
     return write.lines.function("energy", f"0.5 * ({' + '.join(doubled)}), {' + '.join(falling)}")
 
 
 def describe(tree: MachineType) -> str:
     """Return the code of the family member of that name."""
     write = Posed(tree, "mechanism", "y", "pose", "motion", "out")
-    here, rate = aim(write)
-    values = [f"y[{2 * tree.coordinates}]", "pose.angle", "motion.torque", here, rate, "motion.output"]
+    output, rate = aim(write)
+    values = [f"y[{2 * tree.coordinates}]", "pose.angle", "motion.torque", output, rate, "motion.output"]
     for body in tree.reported:
-        at, moving, spin = write.at(body), write.velocity(body), write.spin(body)
-        values += [f"{part}.{axis}" for part in (at, moving) for axis in AXES]
+        position, velocity, spin = write.at(body), write.velocity(body), write.spin(body)
+        values += [f"{vector}.{axis}" for vector in (position, velocity) for axis in AXES]
         values += [f"{write.let(_quaternion(write, body))}[{k}]" for k in range(4)]
         values += [f"{spin}.{axis}" for axis in AXES]
     for i, name in enumerate(values):
@@ -129,11 +127,11 @@ def _quaternion(write: Writer, body: int) -> str:
     part = write.tree.part(body)
     if part.turns_freely:
         return f"quaternion_of(pose.turnings[{body - 1}])"
-    before = _quaternion(write, part.parent) if part.parent else "(1.0, 0.0, 0.0, 0.0)"
+    parent_quaternion = _quaternion(write, part.parent) if part.parent else "(1.0, 0.0, 0.0, 0.0)"
     if part.form is Slide:
-        return before
+        return parent_quaternion
     turn = "pose.angle" if part.form is Driven else f"pose.q[{part.coordinate + (part.form is Sleeve)}]"
-    return f"turned_quaternion({before}, {turn})"
+    return f"turned_quaternion({parent_quaternion}, {turn})"
 
 
 def aim(write: Posed) -> tuple[str | None, str | None]:
@@ -152,9 +150,11 @@ def aim(write: Posed) -> tuple[str | None, str | None]:
             body = part.parent
         return tuple(" + ".join(terms) for terms in angles.values())
     arm = write.arm(body, "mechanism.aim.at")
-    here = write.all_of(write.at(body), arm)
-    moving = write.all_of(write.velocity(body), write.cross(write.spin(body), arm))
-    return write.let(f"dot(mechanism.aim.direction, {here})"), write.let(f"dot(mechanism.aim.direction, {moving})")
+    position = write.all_of(write.at(body), arm)
+    velocity = write.all_of(write.velocity(body), write.cross(write.spin(body), arm))
+    return write.let(f"dot(mechanism.aim.direction, {position})"), write.let(
+        f"dot(mechanism.aim.direction, {velocity})"
+    )
 
 
 def output(tree: MachineType) -> str:

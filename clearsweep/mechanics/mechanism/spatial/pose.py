@@ -83,8 +83,8 @@ def quaternion_of(orientation):
 
 
 @inlined
-def turned_quaternion(before, angle):
+def turned_quaternion(quaternion, angle):
     """Return a quaternion rotated by an angle (rad) about the z axis of its body."""
-    w, x, y, z = before
+    w, x, y, z = quaternion
     c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
     return w * c - z * s, x * c + y * s, y * c - x * s, w * s + z * c

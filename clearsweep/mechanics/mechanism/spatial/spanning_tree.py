@@ -9,7 +9,7 @@ REVOLUTE, SPHERICAL, CYLINDRICAL = "revolute", "spherical", "cylindrical"
 TILTING = (SPHERICAL, CYLINDRICAL)
 
 
-class Hang(NamedTuple):
+class Attachment(NamedTuple):
     """Attachment of a body: joint and parent."""
 
     body: str
@@ -25,52 +25,54 @@ class UntiedError(ValueError):
         self.joint = joint
 
 
-def spanning_tree(machine: Machine, opened: Collection[str], ideal: Mapping[str, str]) -> list[Hang]:
+def spanning_tree(machine: Machine, with_clearance: Collection[str], ideal: Mapping[str, str]) -> list[Attachment]:
     """Return the attachments of the moving bodies, parents first, beginning with the crank.
 
-    opened : joints with clearance; ideal : freedom of each other pin.  Raises UntiedError.
+    with_clearance : joints with clearance; ideal : freedom of each other pin.  Raises UntiedError.
     """
-    closed = [joint for joint in machine.joints if joint.name not in opened]
-    crank = next(joint for joint in closed if joint.name == machine.driven)
-    hangs_ = [Hang(crank.distal.body, crank.name)]
-    used, placed = {crank.name}, {GROUND, crank.distal.body}
+    ideal_joints = [joint for joint in machine.joints if joint.name not in with_clearance]
+    crank = next(joint for joint in ideal_joints if joint.name == machine.driven)
+    attachments = [Attachment(crank.distal.body, crank.name)]
+    used_joints, placed = {crank.name}, {GROUND, crank.distal.body}
     while len(placed) < len(machine.bodies):
-        for joint in closed:
-            ends = [end.body for end in (joint.proximal, joint.distal)]
-            hangs = [body for body in ends if body not in placed]
-            if len(hangs) == 1:
-                (parent,) = [body for body in ends if body in placed]
-                hangs_.append(Hang(hangs[0], joint.name, parent))
-                used.add(joint.name)
-                placed.add(hangs[0])
+        for joint in ideal_joints:
+            bodies = [endpoint.body for endpoint in (joint.proximal, joint.distal)]
+            unplaced = [body for body in bodies if body not in placed]
+            if len(unplaced) == 1:
+                (parent,) = [body for body in bodies if body in placed]
+                attachments.append(Attachment(unplaced[0], joint.name, parent))
+                used_joints.add(joint.name)
+                placed.add(unplaced[0])
                 break
         else:
             body = next(body for body in machine.bodies if body not in placed)
-            hangs_.append(Hang(body, ""))
+            attachments.append(Attachment(body, ""))
             placed.add(body)
-    for joint in closed:
-        if joint.name not in used:
+    for joint in ideal_joints:
+        if joint.name not in used_joints:
             raise UntiedError(
                 joint.name,
                 "closes a loop of joints without clearance, which is not known in space: give clearance to "
                 f"{joint.name} or to another joint of that loop",
             )
-    _check_ways(machine, opened, ideal, hangs_)
-    return hangs_
+    _check_mobility(machine, with_clearance, ideal, attachments)
+    return attachments
 
 
-def _check_ways(machine: Machine, opened: Collection[str], ideal: Mapping[str, str], hangs_: list[Hang]) -> None:
+def _check_mobility(
+    machine: Machine, with_clearance: Collection[str], ideal: Mapping[str, str], attachments: list[Attachment]
+) -> None:
     """Raise UntiedError if pins keep both bodies of an open joint in the plane."""
     flat = {GROUND}
-    for hang in hangs_:
-        if hang.parent in flat and hang.joint and ideal.get(hang.joint, REVOLUTE) not in TILTING:
-            flat.add(hang.body)
+    for attachment in attachments:
+        if attachment.parent in flat and attachment.joint and ideal.get(attachment.joint, REVOLUTE) not in TILTING:
+            flat.add(attachment.body)
     for joint in machine.joints:
-        if joint.name in opened and {joint.proximal.body, joint.distal.body} <= flat:
+        if joint.name in with_clearance and {joint.proximal.body, joint.distal.body} <= flat:
             pins = [
-                hang.joint
-                for hang in hangs_[1:]
-                if hang.body in flat and not isinstance(_joint(machine, hang.joint), Guide)
+                attachment.joint
+                for attachment in attachments[1:]
+                if attachment.body in flat and not isinstance(_joint(machine, attachment.joint), Guide)
             ]
             raise UntiedError(
                 joint.name,

@@ -24,9 +24,9 @@ class Writer:
 
     def all_of(self, *vectors: str | None) -> str | None:
         """Return the sum of vectors."""
-        there = [vector for vector in vectors if vector is not None]
-        total = there[0] if there else None
-        for each in there[1:]:
+        present_vectors = [vector for vector in vectors if vector is not None]
+        total = present_vectors[0] if present_vectors else None
+        for each in present_vectors[1:]:
             total = self.let(f"plus({total}, {each})")
         return total
 
@@ -60,12 +60,13 @@ class Writer:
 
     def near(self, body: int) -> str | None:
         """Return the attachment point of a body from the centre of mass of its parent."""
-        return self.arm(self.tree.part(body).parent, f"mechanism.hangs[{body - 1}].near")
+        return self.arm(self.tree.part(body).parent, f"mechanism.attachments[{body - 1}].near")
 
     def own(self, body: int) -> str | None:
         """Return the centre of mass of a body from its attachment point."""
         return self.let(
-            f"in_fixed({self.frame(body)}, minus(mechanism.parts[{body - 1}].center, mechanism.hangs[{body - 1}].far))"
+            f"in_fixed({self.frame(body)}, "
+            f"minus(mechanism.parts[{body - 1}].center, mechanism.attachments[{body - 1}].far))"
         )
 
     def shift(self, body: int, amount: str) -> str | None:
@@ -77,7 +78,7 @@ class Writer:
 
     def axis(self, body: int) -> str | None:
         """Return the axis along which a body slides, in the fixed frame."""
-        axis, parent = f"mechanism.hangs[{body - 1}].axis", self.tree.part(body).parent
+        axis, parent = f"mechanism.attachments[{body - 1}].axis", self.tree.part(body).parent
         return self.let(f"in_fixed({self.frame(parent)}, {axis})" if parent else axis)
 
 
