@@ -25,9 +25,9 @@ class Pinned:
     __slots__ = ("address", "numbers", "value")
 
     def __init__(self, value: Any):
-        words: list[int] = []
-        _words(value, words)
-        buffer = np.array(words, dtype=np.int64)
+        machine_words: list[int] = []
+        _words(value, machine_words)
+        buffer = np.array(machine_words, dtype=np.int64)
         self.value, self.numbers, self.address = value, buffer.view(np.float64), buffer.ctypes.data
         if is_plain():
             _PLAIN[self.address] = value
@@ -42,18 +42,18 @@ class Pinned:
             _PLAIN[self.address] = self.value
 
 
-def _words(value: Any, words: list[int]) -> None:
+def _words(value: Any, machine_words: list[int]) -> None:
     """Add the words of a value to a list."""
     for item in value:
         if isinstance(item, tuple):
-            _words(item, words)
+            _words(item, machine_words)
         elif isinstance(item, np.ndarray):
-            words.append(item.ctypes.data)
-            words += item.shape
+            machine_words.append(item.ctypes.data)
+            machine_words += item.shape
         elif isinstance(item, float):
-            words += _WHOLE.unpack(_DOUBLE.pack(item))
+            machine_words += _WHOLE.unpack(_DOUBLE.pack(item))
         else:
-            words.append(int(item))
+            machine_words.append(int(item))
 
 
 class TypeKey:
@@ -131,9 +131,9 @@ class Loaded:
         if form in (float, int):
             return word_at(self._address, offset, symbols.Number if form is float else symbols.Whole)
         kind, dimensions, stride = form
-        first = word_at(self._address, offset, symbols.Whole)
+        first_word = word_at(self._address, offset, symbols.Whole)
         shape = tuple(word_at(self._address, offset + 1 + axis, symbols.Whole) for axis in range(dimensions))
-        return viewed(Bare.at(first, kind), shape, stride)
+        return viewed(Bare.at(first_word, kind), shape, stride)
 
     def __iter__(self) -> Any:
         return (getattr(self, name) for name in self._form.parts)

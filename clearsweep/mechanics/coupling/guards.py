@@ -99,16 +99,18 @@ def guards_entry(scene, y, nodes, latched, o, value, row):
     _, n, _ = size_of(parameters)
     y, nodes = shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
     latched, o = shaped(latched, (size.contact + size.latched,)), shaped(o, (observed_width(parameters), PLACES))
-    value, first = shaped(value, (size.guard, ELSEWHERE + 1)), first_place(parameters.joints, roots)
+    value, first_offsets = shaped(value, (size.guard, ELSEWHERE + 1)), first_place(parameters.joints, roots)
     if row != END:
         _evaluate_joints(
-            parameters.joints, parameters.joints, first, _Values(y, latched, o, row, roots, value[:, ELSEWHERE])
+            parameters.joints, parameters.joints, first_offsets, _Values(y, latched, o, row, roots, value[:, ELSEWHERE])
         )
         return
-    _evaluate_joints(parameters.joints, parameters.joints, first, _Values(y, latched, o, START, roots, value[:, 0]))
+    _evaluate_joints(
+        parameters.joints, parameters.joints, first_offsets, _Values(y, latched, o, START, roots, value[:, 0])
+    )
     for i in turns(STAGES):
         at_stage = _Values(nodes[:, i], latched, o, i, roots, value[:, 1 + i])
-        _evaluate_joints(parameters.joints, parameters.joints, first, at_stage)
+        _evaluate_joints(parameters.joints, parameters.joints, first_offsets, at_stage)
 
 
 # ---------------------------------------------------------------------------------------------- latching
@@ -207,17 +209,17 @@ _LISTED: dict[int, tuple[dict[str, np.ndarray], bool]] = {}  # key: id of the fo
 def _listed(joints) -> tuple[dict[str, np.ndarray], bool]:
     """Return the fields of Guards, and whether any law latches a quantity; both depend on the types of laws only."""
     guards_listed = every_guard(joints)
-    each = [guard for _, guard in guards_listed]
+    listed_guards = [guard for _, guard in guards_listed]
     flags = ("at_start", "counted", "ends_run")
     arrays = {
         "contact": np.array([contact for contact, _ in guards_listed], dtype=np.int64),
-        "modes": np.array([sum(1 << mode for mode in guard.modes) for guard in each], dtype=np.int64),
-        "leads_to": np.array([guard.leads_to for guard in each], dtype=np.int64),
+        "modes": np.array([sum(1 << mode for mode in guard.modes) for guard in listed_guards], dtype=np.int64),
+        "leads_to": np.array([guard.leads_to for guard in listed_guards], dtype=np.int64),
     }
     arrays["column"] = np.array(
         [column_of(contact, guard.observable) if guard.observable >= 0 else -1 for contact, guard in guards_listed],
         np.int64,
     )
-    arrays["sign"] = np.array([guard.sign for guard in each], dtype=np.float64)
-    arrays |= {name: np.array([getattr(guard, name) for guard in each], dtype=np.int64) for name in flags}
+    arrays["sign"] = np.array([guard.sign for guard in listed_guards], dtype=np.float64)
+    arrays |= {name: np.array([getattr(guard, name) for guard in listed_guards], dtype=np.int64) for name in flags}
     return arrays, any(type(law) in latched.members for _, law in every_part(joints))

@@ -46,8 +46,8 @@ def states_of_friction(scene):
 def size_of(scene):
     """Return the number of contacts, the length of the state vector, and the number of latched values."""
     size = extent(scene.joints)
-    many = 2 * len(scene.coordinates) + 1 + size.contact + size.internal + states_of_friction(scene)
-    return size.contact, many, size.contact + size.latched
+    count = 2 * len(scene.coordinates) + 1 + size.contact + size.internal + states_of_friction(scene)
+    return size.contact, count, size.contact + size.latched
 
 
 def every_state(scene) -> list[tuple]:

@@ -345,7 +345,7 @@ def every_part(joints):
     """Return (index of its contact, law) of every part of the joints, in the order of internal states and guards."""
     parts_of_scene, first_contact = [], 0
     for joint in joints:
-        parts_of_scene += [(first_contact + part.contact, part.law) for part in parts(joint)]
+        parts_of_scene += [(first_contact + joint_part.contact, joint_part.law) for joint_part in parts(joint)]
         first_contact += len(contact_modes(joint))
     return parts_of_scene
 

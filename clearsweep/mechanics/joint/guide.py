@@ -136,8 +136,8 @@ def _corner(signs, _, number, context):
     if mode == FREE:
         zero = as_type_of(0.0, depth)
         speed = abs(rate)  # of the gap: sliding along the wall does not change it
-        apart = Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
-        return Corner(zero, zero, x, y, apart)
+        no_contact = Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
+        return Corner(zero, zero, x, y, no_contact)
     friction_offsets = after_law(
         after_law(offsets, joint.law), joint.friction
     )  # the same for each corner; clips have no numbers

@@ -26,8 +26,8 @@ def kinks(law):
 def piece_at(places, x):
     """Return the number of the piece in which `x` is, of those that the places part."""
     number = 0.0
-    for place in places:
-        number = number + where(plain(x) > place, 1.0, 0.0)
+    for kink in places:
+        number = number + where(plain(x) > kink, 1.0, 0.0)
     return number
 
 
@@ -101,8 +101,8 @@ def in_pieces(form, variable):
 
 
 @kernel
-def _near(place):
-    return max(NEAR * abs(place), NEAREST)
+def _near(kink):
+    return max(NEAR * abs(kink), NEAREST)
 
 
 def _guards_of_kinks(law):
@@ -113,9 +113,9 @@ def _guards_of_kinks(law):
 def from_next_kinks(places, was, position):
     """Return how far a variable at `position` is above the next kink and below the previous one of the step's start."""
     next_above, next_below = math.inf, -math.inf
-    for place in places:
-        next_above = where((was < place - _near(place)) & (place < next_above), place, next_above)
-        next_below = where((was > place + _near(place)) & (place > next_below), place, next_below)
+    for kink in places:
+        next_above = where((was < kink - _near(kink)) & (kink < next_above), kink, next_above)
+        next_below = where((was > kink + _near(kink)) & (kink > next_below), kink, next_below)
     return position - next_above, next_below - position
 
 

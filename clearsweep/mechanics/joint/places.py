@@ -69,13 +69,13 @@ def after_number(offsets, number):
 def _after(room_of_one):
     """Return a function that advances Offsets past a joint or part of the size `room_of_one`."""
 
-    def after(offsets, joint_part):
+    def offsets_after(offsets, joint_part):
         contacts, internal, latching, guarded = room_of_one(joint_part)
         return Offsets(
             offsets.contact + contacts, offsets.internal + internal, offsets.latched + latching, offsets.guard + guarded
         )
 
-    return after
+    return offsets_after
 
 
 after_law, after_part, after_joint = _after(_room_of_law), _after(room_of_part), _after(room_of)

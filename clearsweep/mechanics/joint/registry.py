@@ -72,10 +72,10 @@ def _elastic(joint: Joint) -> Recipe | None:
     return RECIPES["elastic", joint.contact.elastic] if uses_elastic else None
 
 
-def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
+def joint_term(joint: Joint, distal: str, earlier_wear: Worn | None = None) -> tuple:
     """Return the compiled form of a joint; `distal` is its body further from the drive.  Chooses the kind of joint.
 
-    `before` is the earlier wear of its bodies.
+    `earlier_wear` is the earlier wear of its bodies.
     """
     side = 1.0 if joint.journal in (None, distal) else -1.0
     radius = joint.bearing_radius or 2.0 * joint.clearance  # unused if a grid need not give it
@@ -98,7 +98,9 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
         half_slot, mean_radius = 0.5 * joint.slot_length, radius + joint.slot_length / math.pi
         laws = law, elastic, _sliding_term(joint), mean_radius, wear_term(joint)
         unworn = slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half_slot, *laws)
-        return worn_slot.WornSlot(*unworn, *_slot_shapes(joint, unworn, before)[:2]) if _evolves(joint) else unworn
+        return (
+            worn_slot.WornSlot(*unworn, *_slot_shapes(joint, unworn, earlier_wear)[:2]) if _evolves(joint) else unworn
+        )
     if joint.is_spatial:
         return _spatial_term(joint)
     dry_joint = dry.Joint(
@@ -113,7 +115,7 @@ def joint_term(joint: Joint, distal: str, before: Worn | None = None) -> tuple:
     )
     if _evolves(joint):
         form = worn.WornOnBed if _on_springs(joint, elastic) else worn.WornJoint
-        return form(*dry_joint, *_shapes(joint, elastic, before)[:2])
+        return form(*dry_joint, *_shapes(joint, elastic, earlier_wear)[:2])
     if joint.film is None:
         return dry_joint
     film, drag = film_terms(joint)
@@ -252,8 +254,8 @@ def elastic_choices(joint: Joint) -> dict[str, Joint]:
     """
     if joint.contact.material is None or _elastic(joint) is None:
         return {}
-    allowed_joints = [chosen for chosen, lack in elastic_candidates(joint).values() if not lack]
-    return {chosen.elastic_name: chosen for chosen in allowed_joints} | _other_surfaces(joint)
+    allowed_joints = [candidate for candidate, lack in elastic_candidates(joint).values() if not lack]
+    return {candidate.elastic_name: candidate for candidate in allowed_joints} | _other_surfaces(joint)
 
 
 def _other_surfaces(joint: Joint) -> dict[str, Joint]:

@@ -84,8 +84,8 @@ def _pressed(joint, gap, offsets, state):
     if mode == FREE:
         zero = as_type_of(0.0, normal.depth)
         speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
-        apart = Contact(zero, zero, speed, normal.rate, normal.depth, zero, zero)
-        return zero, zero, zero, apart
+        no_contact = Contact(zero, zero, speed, normal.rate, normal.depth, zero, zero)
+        return zero, zero, zero, no_contact
     law = with_current_state(joint.law, state.y, state.latched, offsets)
     friction = with_current_state(joint.friction, state.y, state.latched, after_law(offsets, joint.law))
     root = state.y[state.roots + c]
@@ -128,13 +128,13 @@ def _load_slot_joint(joint, gap, offsets, state):
 
 
 @see.member(SlotJoint)
-def _see_slot_joint(joint, gap, turned, j, moment):
+def _see_slot_joint(joint, gap, rotations, j, moment):
     if touches(moment.step.mode[j]):
-        note_contact(joint, gap, turned, j, moment)
+        note_contact(joint, gap, rotations, j, moment)
 
 
 @inlined
-def note_contact(joint, gap, turned, j, moment):
+def note_contact(joint, gap, rotations, j, moment):
     """Record the position of touching contact `j` on wall and pin at a Moment."""
     step, i = moment.step, moment.number
     half_length_, radius = joint.half_length, joint.journal_radius + joint.clearance
@@ -146,7 +146,7 @@ def note_contact(joint, gap, turned, j, moment):
     wall_distance = radius * angle + (half_length_ - nearest_x if ny >= 0.0 else nearest_x - half_length_)
     spins = travels / eccentricity if abs(gap.x) > half_length_ else 0.0  # of the normal, from the slot
     pace = radius * spins if abs(gap.x) > half_length_ else travels
-    _, distal = turned
+    _, distal = rotations
     step.places[j, 0, i] = wall_distance / joint.bearing_radius
     step.places[j, 1, i] = angle + math.atan2(gap.axis_y, gap.axis_x) - distal
     step.places[j, 2, i] = 0.0

@@ -146,10 +146,10 @@ def _pressing_worn_on_bed(joint, nearest_point, gap, pen):
         h, slope, _, _ = worn_at(joint.bearing.table, angle - on_bearing)
         journal_wear, journal_slope, _, _ = worn_at(joint.journal.table, angle - on_journal)
         f = x * ux + y * uy - (c + (h + journal_wear))
-        part = WEIGHTS[i] * f
-        along_x, along_y = along_x + part * ux, along_y + part * uy
-        by_bearing, by_journal = by_bearing + part * slope, by_journal + part * journal_slope
-        stored = stored + part * f
+        weighted = WEIGHTS[i] * f
+        along_x, along_y = along_x + weighted * ux, along_y + weighted * uy
+        by_bearing, by_journal = by_bearing + weighted * slope, by_journal + weighted * journal_slope
+        stored = stored + weighted * f
     stored_by_circles, pressed_by_circles = circles(c, pen)
     # just after an onset, a Newton step from a lagging root overshoots the pen that stores at most deep^2 / 2
     depth_scale = 2.0 * max(depth_now, (depth_now * depth_now * half_width) ** 0.4 * c**0.2)
@@ -170,8 +170,8 @@ def _seat_worn_on_bed(joint, eccentricity, angles):
     size = float(np.hypot(*eccentricity))
     load, pen = elastic_force(joint.elastic, size - joint.clearance), size - joint.clearance
 
-    def force(place):
-        gap = TurnedGap(joint.side * place[0], joint.side * place[1], 0.0, 0.0, 0.0, 0.0, *angles)
+    def force(pin):
+        gap = TurnedGap(joint.side * pin[0], joint.side * pin[1], 0.0, 0.0, 0.0, 0.0, *angles)
         nearest_point, depth = nearest(joint, gap), pen
         for _ in range(SETTLING):
             total_pressed = pressing(joint, nearest_point, gap, depth)
@@ -179,13 +179,13 @@ def _seat_worn_on_bed(joint, eccentricity, angles):
         size = total_pressed.gain * elastic_force(joint.elastic, depth)
         return np.array([size * total_pressed.nx, size * total_pressed.ny]) / load, depth
 
-    place, target = seat(WornJoint(*joint), eccentricity, angles)[0], eccentricity / size
+    pin, target = seat(WornJoint(*joint), eccentricity, angles)[0], eccentricity / size
     for _ in range(STEPS):
-        force_now, _ = force(place)
+        force_now, _ = force(pin)
         step = 1e-6 * pen
-        slopes = np.array([(force(place + step * axis)[0] - force_now) / step for axis in np.eye(2)]).T
+        slopes = np.array([(force(pin + step * axis)[0] - force_now) / step for axis in np.eye(2)]).T
         move = np.linalg.solve(slopes, target - force_now)
-        place = place + move * min(1.0, pen / float(np.hypot(*move)))
+        pin = pin + move * min(1.0, pen / float(np.hypot(*move)))
         if np.hypot(*move) < 1e-13 * size:
             break
-    return place, force(place)[1]
+    return pin, force(pin)[1]

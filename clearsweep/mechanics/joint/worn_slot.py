@@ -90,11 +90,11 @@ def _angle_of(x, y):
 
 @inlined
 def _worn_at_the_pin(joint, gap):
-    normal, half = normal_of(joint, gap), joint.half_length
-    radius, nearest_x = joint.journal_radius + joint.clearance, min(max(gap.x, -half), half)
+    normal, half_length = normal_of(joint, gap), joint.half_length
+    radius, nearest_x = joint.journal_radius + joint.clearance, min(max(gap.x, -half_length), half_length)
     angle = _angle_of(normal.x, normal.y)
-    wall_distance = radius * angle + where(normal.y >= 0.0, half - nearest_x, nearest_x - half)
-    at_end, inverse = abs(gap.x) > half, 1.0 / (normal.depth + joint.clearance)
+    wall_distance = radius * angle + where(normal.y >= 0.0, half_length - nearest_x, nearest_x - half_length)
+    at_end, inverse = abs(gap.x) > half_length, 1.0 / (normal.depth + joint.clearance)
     g, slope, _, _ = worn_at(joint.bearing.table, wall_distance / joint.bearing_radius)
     on_pin = angle + _angle_of(gap.axis_x, gap.axis_y) - gap.angle_distal
     h, journal_slope, _, _ = worn_at(joint.journal.table, on_pin)
@@ -124,10 +124,10 @@ def _load_worn_slot(joint, gap, offsets, state):
         steep = 1.0 + (joint.bearing.steepest + joint.journal.steepest) / joint.clearance
         speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy) * steep
         surface_speed = speed + joint.journal.steepest * abs(gap.spin_proximal - gap.spin_distal)
-        apart = Contact(
+        no_contact = Contact(
             zero, zero, as_type_of(surface_speed, pin_contact.depth), pin_contact.rate, pin_contact.depth, zero, zero
         )
-        return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(apart,))
+        return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(no_contact,))
     root, normal = state.y[state.roots + offsets.contact], pin_contact.normal
     current = with_laws_as_they_are(joint, offsets, state)
     force, rubbing, elastic, unclipped = normal_forces(
@@ -136,9 +136,9 @@ def _load_worn_slot(joint, gap, offsets, state):
     tangential = as_type_of(friction_force(current.friction, rubbing, normal.slip), normal.slip)
     contact = Contact(force, tangential, normal.slip, pin_contact.rate, pin_contact.depth, elastic, unclipped)
     tangential_load = tangential + force * pin_contact.sideways  # along the normal turned by +90 degrees
-    axial, across = -force * normal.x - tangential_load * normal.y, -force * normal.y + tangential_load * normal.x
+    axial, transverse = -force * normal.x - tangential_load * normal.y, -force * normal.y + tangential_load * normal.x
     on_pin = joint.journal_radius * tangential - force * pin_contact.couple
-    return load_at_pin(gap, axial, across, on_pin, contact)
+    return load_at_pin(gap, axial, transverse, on_pin, contact)
 
 
 # ---------------------------------------------------------------------------------------------- its wear
@@ -153,11 +153,11 @@ def _see_worn_slot(joint, gap, journal_slope, j, moment):
 @local_clearance.member(WornSlot)
 def _local_clearance_worn_slot(joint, on_wall, on_pin):
     """The curvatures differ by K + h'' = K^2 / (K - g''), over K as the clearances."""
-    new = local_by_way(joint, on_wall)
-    _, _, bend, _ = worn_at(joint.bearing.table, on_wall)
+    clearance = local_by_way(joint, on_wall)
+    _, _, curvature, _ = worn_at(joint.bearing.table, on_wall)
     radii = (joint.journal_radius + joint.clearance) * joint.journal_radius
-    residual_sine = new - radii / (joint.bearing_radius * joint.bearing_radius) * bend
-    return new * new / max(residual_sine, AT_POINT * new)
+    residual_sine = clearance - radii / (joint.bearing_radius * joint.bearing_radius) * curvature
+    return clearance * clearance / max(residual_sine, AT_POINT * clearance)
 
 
 @middle_arc.member(WornSlot)

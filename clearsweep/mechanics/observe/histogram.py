@@ -100,11 +100,11 @@ def add_course(histogram, j, step_values, duration):
     for i in range(PARTS):
         total += step_values[KAPPA_COURSE, i] + step_values[KAPPA_COURSE, i + 1]
     for i in range(PARTS):
-        begin, end = max(step_values[FORCE, i], 0.0), max(step_values[FORCE, i + 1], 0.0)
-        if begin > 0.0 or end > 0.0:
+        first, last = max(step_values[FORCE, i], 0.0), max(step_values[FORCE, i + 1], 0.0)
+        if first > 0.0 or last > 0.0:
             lasting = (step_values[KAPPA_COURSE, i] + step_values[KAPPA_COURSE, i + 1]) * (duration / total)
-            begin_bin, end_bin = force_bin(begin), force_bin(end)
-            ramp = ramp_of((begin, end), (begin_bin, end_bin), lasting)
+            begin_bin, end_bin = force_bin(first), force_bin(last)
+            ramp = ramp_of((first, last), (begin_bin, end_bin), lasting)
             histogram[j, begin_bin, 0] += ramp.begun
             histogram[j, begin_bin, 1] += ramp.density
             histogram[j, end_bin, 0] += ramp.ended

@@ -61,8 +61,8 @@ class Reversals(NamedTuple):
 
 @guards.member(Reversals)
 def _guards_reversals(reversals):
-    rate, spin = (ACTS, AFLOAT, *TOUCHING), (ACTS, AFLOAT)
-    return Guard(rate), Guard(rate), Guard(spin), Guard(spin)
+    rate_guards, spin_guards = (ACTS, AFLOAT, *TOUCHING), (ACTS, AFLOAT)
+    return Guard(rate_guards), Guard(rate_guards), Guard(spin_guards), Guard(spin_guards)
 
 
 @guard_values.member(Reversals)

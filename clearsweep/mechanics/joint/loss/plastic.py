@@ -121,7 +121,7 @@ def _yielding_sphere(law, elastic, pen, rate, onset_rate):
 def _kinks_yielding_sphere(law):
     yield_slope = (law.plastic / SECOND[0]) ** (1.0 / (0.5 + SECOND[1]))
     places = SOFTENS, WIDENS, TURNS_FULLY, yield_slope, WIDEST
-    return tuple([law.yield_depth * place for place in places])
+    return tuple([law.yield_depth * depth_ratio for depth_ratio in places])
 
 
 kink_variable.member(YieldingSphere)(over_depth)

@@ -73,10 +73,10 @@ def _column(rough, x, column):
     last = rough.rows - 1.0
     row = int(min(plain(position), last))
     t = min(position, rough.rows) - row
-    place = _WIDTH * row + _POWERS * column
-    value = load_item(rough.table, place) * t + load_item(rough.table, place + 1)
+    offset = _WIDTH * row + _POWERS * column
+    value = load_item(rough.table, offset) * t + load_item(rough.table, offset + 1)
     for i in range(2, _POWERS):
-        value = value * t + load_item(rough.table, place + i)
+        value = value * t + load_item(rough.table, offset + i)
     return value
 
 
@@ -161,8 +161,8 @@ def _curve(elastic: tuple, surface: Surface, arc: Arc) -> tuple[np.ndarray, np.n
     coarse = np.linspace(math.log(SHALLOWEST), math.log(MOST), 800)
     pen = curve_at(coarse)[0]
     guess = PchipInterpolator(pen, coarse)
-    first = max(math.log(LEAST), float(pen[0]))
-    rows = math.ceil((float(pen[-1]) - first) / STEP)
+    lowest = max(math.log(LEAST), float(pen[0]))
+    rows = math.ceil((float(pen[-1]) - lowest) / STEP)
     x = float(pen[-1]) - STEP * np.arange(rows, -1.0, -1.0)
     x = x[x >= pen[0]]
     upper = np.clip(np.searchsorted(pen, x), 1, len(pen) - 1)

@@ -77,8 +77,8 @@ def load(surface: Surface, largest: np.ndarray, psi: float = 1.0) -> np.ndarray:
             log_pressure = np.log(span)
         else:
             log_pressure = max(-p, 0.0) * span + np.log(-np.expm1(-abs(p) * span)) - math.log(abs(p))
-        part = factor + p * high + half_dimension * largest + log_pressure
-        total = np.logaddexp(total, np.where(inside, part, -math.inf))
+        exponent = factor + p * high + half_dimension * largest + log_pressure
+        total = np.logaddexp(total, np.where(inside, exponent, -math.inf))
         low = upto
     return total + math.log(half_dimension) + 0.5 * (2.0 - surface.dimension) * math.log(psi)
 

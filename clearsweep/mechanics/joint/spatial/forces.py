@@ -48,14 +48,14 @@ def _touch(point, context, laws, contact_state):
     position, normal, depth = point
     gap, moving_frame = context.gap, context.moving
     arm = minus(position, gap.middle)
-    moving = plus(
+    relative_velocity = plus(
         moving_frame.velocity, cross(moving_frame.spin, arm)
     )  # neglects the rotation of the bearing over the depth
-    rate = dot(moving, normal)
+    rate = dot(relative_velocity, normal)
     if contact_state.mode == FREE:
         zero = as_type_of(0.0, depth)
         no_force = Vector(zero, zero, zero)
-        slip = math.sqrt(dot(moving, moving))
+        slip = math.sqrt(dot(relative_velocity, relative_velocity))
         apart_contact = Contact(normal=zero, tangential=zero, slip=slip, rate=rate, depth=depth, elastic=zero, raw=zero)
         return Touch(no_force, no_force, no_force, no_force, apart_contact)
     pen = contact_state.root * abs(contact_state.root)
@@ -68,7 +68,7 @@ def _touch(point, context, laws, contact_state):
         force, elastic = sign * force, sign * elastic
     pressing = force if contact_state.mode != CLIPPED else as_type_of(0.0, force)
     rubbing = pressing if lowest == 0.0 else max(pressing, 0.0)
-    sliding = plus_scaled(plus_scaled(moving, -rate, normal), depth, cross(gap.on_bearing, normal))
+    sliding = plus_scaled(plus_scaled(relative_velocity, -rate, normal), depth, cross(gap.on_bearing, normal))
     square, circumferential = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
     slip = math.copysign(math.sqrt(square), circumferential) if square > 0.0 else as_type_of(0.0, square)
     tangential = as_type_of(friction_force(laws.friction, rubbing, slip), slip)
@@ -265,8 +265,8 @@ def _histories_flanged(joint):
 @gap_histories.member(Through)
 @gap_histories.member(Flanged)
 def _gap_histories_through_or_flanged(joint, gap, side):
-    position, moving = in_fixed(gap.frame, gap.middle), in_fixed(gap.frame, gap.velocity)
-    return position.x, position.y, position.z, moving.x, moving.y, moving.z, tilt_of(gap.axis)
+    position, velocity = in_fixed(gap.frame, gap.middle), in_fixed(gap.frame, gap.velocity)
+    return position.x, position.y, position.z, velocity.x, velocity.y, velocity.z, tilt_of(gap.axis)
 
 
 @load_histories.member(Through)

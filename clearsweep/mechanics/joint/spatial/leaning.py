@@ -34,9 +34,9 @@ def _leaning(center, radial_offset, outward, other_axis, rotation_sign):
     square = dot(radial_offset, radial_offset)
     inverse = 1.0 / math.sqrt(square) if square > 0.0 else as_type_of(0.0, square)
     unit = times(inverse, radial_offset)
-    lean = dot(unit, outward)
-    tangent = plus_scaled(plus_scaled(outward, -dot(outward, other_axis), other_axis), -lean, unit)
-    return Leaning(lean, center, times(inverse, tangent), times(rotation_sign, cross(outward, unit)))
+    inclination = dot(unit, outward)
+    tangent = plus_scaled(plus_scaled(outward, -dot(outward, other_axis), other_axis), -inclination, unit)
+    return Leaning(inclination, center, times(inverse, tangent), times(rotation_sign, cross(outward, unit)))
 
 
 @family

@@ -90,9 +90,9 @@ def end_of(context, number, end):
     joint, gap, moving_frame, state = context.joint, context.gap, context.moving, context.present
     c = context.place.contact + number
     point = wall_point(joint.ends, joint, gap, end)
-    moving = plus(moving_frame.velocity, cross(moving_frame.spin, minus(point.at, gap.middle)))
-    rate = dot(moving, point.normal)
-    return End(point, state.mode[c], state.y[state.roots + c], state.latched[c], moving, rate)
+    velocity = plus(moving_frame.velocity, cross(moving_frame.spin, minus(point.at, gap.middle)))
+    rate = dot(velocity, point.normal)
+    return End(point, state.mode[c], state.y[state.roots + c], state.latched[c], velocity, rate)
 
 
 @kernel
@@ -127,8 +127,8 @@ def _bearing_of(context, end_state, end, overlap):
     """Return how the strip of an End, one of the ENDS, lies."""
     gap, moving_frame = context.gap, context.moving
     leaning = leaning_of(context.joint.ends, context.joint, gap, end)
-    moving = plus(moving_frame.velocity, cross(moving_frame.spin, minus(leaning.center, gap.middle)))
-    lean_rate = dot(moving, leaning.across) + dot(moving_frame.spin, leaning.about)
+    velocity = plus(moving_frame.velocity, cross(moving_frame.spin, minus(leaning.center, gap.middle)))
+    lean_rate = dot(velocity, leaning.across) + dot(moving_frame.spin, leaning.about)
     along_axis = moving_frame.velocity.z + moving_frame.spin.y * gap.middle.x - moving_frame.spin.x * gap.middle.y
     length_rate = overlap.growth * along_axis
     depth = end_state.root * end_state.root if touches(end_state.mode) else end_state.point.depth
@@ -229,10 +229,10 @@ def _strip_friction(context, end_state, bearing, borne):
         Vector(arm_point.x, arm_point.y, arm_point.z - bearing.end * inwards),
         end_state.point.depth - inwards * bearing.leaning.lean,
     )
-    moving = plus_scaled(
+    velocity = plus_scaled(
         plus(moving_frame.velocity, cross(moving_frame.spin, arm)), depth, cross(gap.on_bearing, normal)
     )
-    sliding = plus_scaled(moving, -dot(moving, normal), normal)
+    sliding = plus_scaled(velocity, -dot(velocity, normal), normal)
     square, circumferential = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
     slip = math.copysign(math.sqrt(square), circumferential) if square > 0.0 else as_type_of(0.0, square)
     tangential = as_type_of(friction_force(joint.friction, rubbing, slip), slip)

@@ -181,8 +181,10 @@ def _placed_in_bore(end_depths, joint, gap, point, end):
 @placed.member(AtEdges)
 def _placed_at_edges(end_depths, joint, gap, point, end):
     facing = math.copysign(1.0, gap.axis.z)
-    out = end * facing
-    return Placed(-out * dot(point.normal, gap.axis), out * joint.half_length, point.at.z - gap.middle.z, facing)
+    outward = end * facing
+    return Placed(
+        -outward * dot(point.normal, gap.axis), outward * joint.half_length, point.at.z - gap.middle.z, facing
+    )
 
 
 @placed.member(Overlapping)

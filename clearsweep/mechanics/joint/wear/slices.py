@@ -207,10 +207,10 @@ def enter_along(depths, factor, bins, placement):
 
 
 @kernel
-def _in_bins(at, half_angle, per_length):
-    place = (at + half_angle) * per_length
-    nearest = math.floor(place + 0.5)
-    return nearest if abs(place - nearest) < NEAR else place
+def _in_bins(angle, half_angle, per_length):
+    position = (angle + half_angle) * per_length
+    nearest_edge = math.floor(position + 0.5)
+    return nearest_edge if abs(position - nearest_edge) < NEAR else position
 
 
 @family
@@ -226,7 +226,7 @@ def _wear_wall_no_wear(law, joint, wall, c, shared):
 @kernel
 def fit_strip(joint, c, step):
     """Write the profiles of the angles of contact `c` to `step.workspace`; return its Strips."""
-    observed, at, strips = step.axial[c], step.strip, Strips(0.0, step.strip, step.step_values[c])
+    observed, strip_values, strips = step.axial[c], step.strip, Strips(0.0, step.strip, step.step_values[c])
     for body in range(2):
         angles = step.places[c, body]
         without_leaps(angles)
@@ -238,15 +238,15 @@ def fit_strip(joint, c, step):
     fit_places(step, c)
     longest_slice = 0.0
     for i in turns(PARTS + 1):
-        at[LEAN, i] = at[REACH, i] = 0.0
+        strip_values[LEAN, i] = strip_values[REACH, i] = 0.0
         for k in turns(BETWEEN + 2):
-            at[LEAN, i] += EVENLY[i, k] * observed[LEAN, k]
-            at[REACH, i] += EVENLY[i, k] * observed[REACH, k]
-        at[REACH, i] = max(at[REACH, i], 0.0)
-        longest_slice = max(longest_slice, at[REACH, i])
+            strip_values[LEAN, i] += EVENLY[i, k] * observed[LEAN, k]
+            strip_values[REACH, i] += EVENLY[i, k] * observed[REACH, k]
+        strip_values[REACH, i] = max(strip_values[REACH, i], 0.0)
+        longest_slice = max(longest_slice, strip_values[REACH, i])
         strip, depth_at = _strip_at(joint, strips, i)
-        at[MAX_DEPTH, i] = max_depth(strip, depth_at)
-    return Strips(longest_slice, at, step.step_values[c])
+        strip_values[MAX_DEPTH, i] = max_depth(strip, depth_at)
+    return Strips(longest_slice, strip_values, step.step_values[c])
 
 
 @kernel

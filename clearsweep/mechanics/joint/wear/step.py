@@ -202,21 +202,21 @@ def note_way(step, j, account):
 @kernel
 def put_end_slopes(step, j):
     """Write the slopes of the profiles of the position of contact `j` at both ends of the step, from their rates."""
-    for end, place in ((0, 0), (BETWEEN + 1, PARTS)):
-        pace = step.length * step.step_values[j, KAPPA_COURSE, place]
+    for end, part_index in ((0, 0), (BETWEEN + 1, PARTS)):
+        pace = step.length * step.step_values[j, KAPPA_COURSE, part_index]
         for row in range(WHERE):
             step.places[j, SLOPES + row, end] *= pace
 
 
 @pressure_on.member(None)
-def _default_pressure_on(joint, step, j, place):
+def _default_pressure_on(joint, step, j, part_index):
     law, step_values, per_length = joint.wear, step.step_values[j], 1.0 / joint.wear.length
     load, depth, slip = (
-        step_values[FORCE, place] * per_length,
-        step_values[DEPTH_COURSE, place],
-        step_values[SLIP_COURSE, place],
+        step_values[FORCE, part_index] * per_length,
+        step_values[DEPTH_COURSE, part_index],
+        step_values[SLIP_COURSE, part_index],
     )
-    clearance = clearance_at(joint, step.workspace, place / PARTS)
+    clearance = clearance_at(joint, step.workspace, part_index / PARTS)
     rubbing = rubbing_of(joint, (load, 0.0, slip, depth, 0.0), 0.0, clearance)
     half_angle = half_arc(law.pressure, joint, joint.bearing_radius, rubbing)
     if half_angle < LEAST:  # at an onset or a separation, where there is no load either
@@ -257,15 +257,15 @@ def _default_middle_arc(joint, workspace):
 
 
 @kernel
-def note_arc(joint, step, account, part):
-    """Add the width of the arc in the middle of a step, and its wear over `part` of the length, to an account."""
+def note_arc(joint, step, account, share):
+    """Add the width of the arc in the middle of a step, and its wear over `share` of the length, to an account."""
     width, rubbing = middle_arc(joint, step.workspace)
     bearing, journal = wear_rate(joint.wear, rubbing)
     account[ARCS] += 1.0
     if width < WIDE * 2.0 * math.pi / joint.wear.bins:
         account[NARROW] += 1.0
     pace = step.length * value(step.workspace, KAPPA_COURSE, 0.5)
-    account[FIRST_CLASS + width_class(width)] += part * pace * (bearing + journal)
+    account[FIRST_CLASS + width_class(width)] += share * pace * (bearing + journal)
 
 
 @family
