@@ -83,7 +83,7 @@ def mechanism(outline: Outline, planar_mechanism: Mechanism) -> Mechanism:
     )
 
 
-# ---------------------------------------------------------------------------------------------- a case in these words
+# ---------------------------------------------------------------------------------------------- a case
 
 
 def _assembly(outline: Outline, values: Mapping, speed: float) -> Assembly:

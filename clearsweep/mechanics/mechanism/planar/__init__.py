@@ -158,7 +158,7 @@ def _light(machine: Machine, form: Planar, start: np.ndarray) -> list[str]:
 def _start(ideal_machine: Ideal, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
     """Return the initial state (2n+1,): n coordinates (m or rad), their rates, time (s).
 
-    offsets : as of `build`.  Raises ClosureError where the joints cannot be displaced by them.
+    offsets : as of `build`.  Raises ClosureError if the joints cannot be displaced by them.
     """
     machine, angle = ideal_machine.whole, ideal_machine.machine.drive.start_angle
     turn = ideal_machine.apart(offsets, angle)

@@ -102,7 +102,9 @@ class Closure:
         )
 
     def evaluate(self, q, angles, q_rates=None):
-        """Return constraints (..., rows), derivatives (..., rows, 3 bodies), and what the second derivative lacks.
+        """Return constraints (..., rows), derivatives (..., rows, 3 bodies), and terms without accelerations.
+
+        The last are those of the constraints' second derivative.
 
         q, q_rates : (..., 3 bodies); angles : (...) rad.
         """
@@ -304,7 +306,7 @@ class Closure:
         joint = self.machine.joints[int(np.searchsorted(self.first, worst_row, side="right")) - 1]
         return joint.distal.body if joint.distal.body != GROUND else joint.proximal.body
 
-    # ------------------------------------------------------------------------------------------ a turn
+    # ------------------------------------------------------------------------------------------ one revolution
 
     def turn(self, start: float) -> Turn:
         """Return a turn of the crank from the angle `start` on, its end included.  Raises ClosureError."""

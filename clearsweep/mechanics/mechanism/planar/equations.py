@@ -96,11 +96,11 @@ def source(kinds: tuple) -> str:
     """Return the code of all functions of a type of machine."""
     machine = machine_type(kinds)
     solvers = (step, closed) if machine.dependent else (loops,) if machine.spanning_tree.loop_joints else ()
-    accelerate_source = rubbing.accelerate if machine.rubs else dynamics.accelerate
+    accelerate_source = rubbing.accelerate if machine.friction_loads else dynamics.accelerate
     return "\n\n".join(write(machine) for write in (*solvers, accelerate_source, *_WRITERS))
 
 
-# ---------------------------------------------------------------------------------------------- what is seen
+# ---------------------------------------------------------------------------------------------- observables
 
 
 def _gaps(machine: MachineType) -> str:
@@ -209,14 +209,14 @@ def _crank_rate(machine: MachineType) -> str:
 
 def _rubs(machine: MachineType) -> str:
     return Lines("mechanism").function(
-        "rubs", tupled([f"mechanism.loads[{friction_load.load}].friction" for friction_load in machine.rubs])
+        "rubs", tupled([f"mechanism.loads[{friction_load.load}].friction" for friction_load in machine.friction_loads])
     )
 
 
 def _with_rubs(machine: MachineType) -> str:
     """Return the code of a function that replaces the laws of friction loads."""
     loads = [f"mechanism.loads[{i}]" for i in range(len(machine.loads))]
-    for i, friction_load in enumerate(machine.rubs):
+    for i, friction_load in enumerate(machine.friction_loads):
         loads[friction_load.load] = f"mechanism.loads[{friction_load.load}]._replace(friction=laws[{i}])"
     return Lines("mechanism", "laws").function("with_rubs", f"mechanism._replace(loads={tupled(loads)})")
 

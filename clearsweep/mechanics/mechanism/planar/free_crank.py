@@ -38,10 +38,10 @@ SERIES = np.ascontiguousarray(np.linalg.inv(legendre.legvander(2.0 * C - 1.0, ST
 
 @kernel
 def _sweep(here, y, h, nodes, rates, weight):
-    """Evaluate all stages and move them to where their rates lead; return how far at most, over the allowed error.
+    """Evaluate all stages and update them from their rates; return the largest change over the allowed error.
 
     y : angle (rad) and rate (rad/s) at the start; nodes : (3, STAGES) the same and the time (s) at the stages; rates :
-    (4, STAGES) their rates, and how far they move; weight : 1 / allowed error of both.
+    (4, STAGES) their rates, and their changes; weight : 1 / allowed error of both.
     """
     for i in abreast(STAGES):
         rates[1, i] = accelerate(here, place(here, nodes[:, i]), ()).accelerations[0]
@@ -83,8 +83,8 @@ def _error(h, rates, weight):
 
 
 @kernel
-def _found(here, y, h, nodes, rates, weight):
-    """Find the stages of a step of length `h` (s) from the state `y`; return its error over the allowed one.
+def _solve_step(here, y, h, nodes, rates, weight):
+    """Compute the stages of a step of length `h` (s) from the state `y`; return its error over the allowed one.
 
     y : angle (rad), rate (rad/s), time (s).
     """
@@ -119,7 +119,7 @@ def motion_entry(machine, settings, y, nodes, rates, times, states, powers, capa
     length, highest, count, is_running = FIRST * full_turn, y[0], 0, True
     times[0], states[0, 0], states[0, 1] = y[2], y[0], y[1]
     while is_running:
-        error = _found(here, y, length, nodes, rates, weight)
+        error = _solve_step(here, y, length, nodes, rates, weight)
         factor = SHRINK
         if error < math.inf:
             factor = min(max(SAFETY / math.sqrt(math.sqrt(math.sqrt(max(error, 1e-10)))), SHRINK), GROW)

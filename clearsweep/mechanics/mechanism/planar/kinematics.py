@@ -84,7 +84,7 @@ class Kinematics:
         """Return a vector rotated by 90 degrees, counter-clockwise."""
         return self.lines.minus(vector[1]), vector[0]
 
-    # ------------------------------------------------------------------------------------------ ways
+    # ------------------------------------------------------------------------------------------ paths
 
     def path_to(self, body: int, point: Vector = (None, None)) -> Path:
         """Return the path to a point of a body, or to its centre of mass."""

@@ -28,7 +28,7 @@ class LoadKind(NamedTuple):
     ends: tuple[tuple[int, Vector], ...]  # bodies and points
 
 
-class Rub(NamedTuple):
+class FrictionLoad(NamedTuple):
     """Friction in a joint without clearance, or of a given size in any joint."""
 
     load: int  # its number among the loads
@@ -47,7 +47,7 @@ class MachineType(NamedTuple):
     steady: bool  # the crank's speed is constant
     dependent: tuple[Coordinate, ...]  # dependent coordinates
     loads: tuple[LoadKind | None, ...]  # None where it is friction
-    rubs: tuple[Rub, ...]
+    friction_loads: tuple[FrictionLoad, ...]
     aim: tuple  # (number of the body, point or None, direction)
     segments: tuple[int, ...] = ()  # numbers of bodies that are further masses of elastic links
 
@@ -98,8 +98,8 @@ def machine_type(kinds: tuple) -> MachineType:
     sites = tuple(_site(kind, f"mechanism.joints[{j}]") for j, kind in enumerate(_of(kinds, "joints")[1:]))
     crank, drive = _number(_of(kinds, "crank")), _of(kinds, "drive")[0]
     tree = spanning_tree(len(_of(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free)
-    rubs = tuple(
-        Rub(i, _number(_of(kind, "joint")), kind[0] is Braked, _of(kind, "friction")[0] is Karnopp)
+    friction_loads = tuple(
+        FrictionLoad(i, _number(_of(kind, "joint")), kind[0] is Braked, _of(kind, "friction")[0] is Karnopp)
         for i, kind in enumerate(_of(kinds, "loads")[1:])
         if kind[0] in (Rubbed, Braked)
     )
@@ -117,7 +117,7 @@ def machine_type(kinds: tuple) -> MachineType:
         drive is Steady,
         dependent,
         loads,
-        rubs,
+        friction_loads,
         (_number(_of(aim, "body")), point, direction),
         tuple(i for i, kind in enumerate(_of(kinds, "bodies")[1:], start=1) if kind[0] is Segment),
     )

@@ -12,7 +12,7 @@ from ..contract import Motion
 from .dynamics import Dynamics, Row, mass_of
 from .kinematics import Bodies
 from .loops import Solver, equations
-from .machine_type import MachineType, Rub, Vector
+from .machine_type import FrictionLoad, MachineType, Vector
 from .spanning_tree import ANGLE, Coordinate
 from .writer import number, tupled
 
@@ -117,7 +117,7 @@ class Reacting(Dynamics):
     def forces(self):
         """Return the terms of the forces on the bodies and of the moments about their centres of mass."""
         force, moment = super().forces()
-        for i, friction_load in enumerate(self.machine.rubs):
+        for i, friction_load in enumerate(self.machine.friction_loads):
             site, size = self.machine.sites[friction_load.joint], self.lines.let(f"rub[{i}]")
             endpoints = ((site.link.distal, site.far, "+"), (site.link.proximal, site.near, "-"))
             for body, point, sign in endpoints:
@@ -139,16 +139,16 @@ class Reacting(Dynamics):
         It is 0 for friction of given size.
         """
         lines, machine = self.lines, self.machine
-        if all(friction_load.given for friction_load in machine.rubs):
-            return ["0.0"] * len(machine.rubs)
+        if all(friction_load.given for friction_load in machine.friction_loads):
+            return ["0.0"] * len(machine.friction_loads)
         missing, couples = self._missing(accelerations)
         reactions = self._multipliers(missing, couples)
-        for j, pull in reactions.items():
+        for j, known_reaction in reactions.items():
             link = machine.sites[j].link
-            missing[link.distal] = self.sum(missing[link.distal], self.minus(pull))
-            missing[link.proximal] = self.sum(missing[link.proximal], pull)
+            missing[link.distal] = self.sum(missing[link.distal], self.minus(known_reaction))
+            missing[link.proximal] = self.sum(missing[link.proximal], known_reaction)
         sizes = []
-        for friction_load in machine.rubs:
+        for friction_load in machine.friction_loads:
             if friction_load.given:
                 sizes.append("0.0")
                 continue
@@ -160,7 +160,7 @@ class Reacting(Dynamics):
                 sizes.append(f"math.sqrt({lines.total(*lines.dot(reaction, reaction))})")
         return [size if size == "0.0" else lines.let(size) for size in sizes]
 
-    def pace(self, friction_load: Rub, accelerations: Row) -> str | None:
+    def pace(self, friction_load: FrictionLoad, accelerations: Row) -> str | None:
         """Return the derivative of a joint's slip (rad/s^2 or m/s^2), for the accelerations of all coordinates."""
         lines, link = self.lines, self.machine.sites[friction_load.joint].link
         if not link.slides:
@@ -239,29 +239,29 @@ def accelerate(machine: MachineType) -> str:
     motion, accelerations = write.motion()
     sizes, paces = (
         write.normals(accelerations),
-        [write.pace(friction_load, accelerations) for friction_load in machine.rubs if friction_load.sticks],
+        [write.pace(friction_load, accelerations) for friction_load in machine.friction_loads if friction_load.sticks],
     )
     returned = (motion, tupled(sizes), tupled([number(pace) for pace in paces])) if paces else (motion, tupled(sizes))
     function_name = write.lines.function("under_friction", tupled(list(returned)))
     kinematics = Bodies(machine, "mechanism", "pose")
-    rubs = [_rubbed(kinematics, i, friction_load) for i, friction_load in enumerate(machine.rubs)]
+    frictions = [_friction_code(kinematics, i, friction_load) for i, friction_load in enumerate(machine.friction_loads)]
     friction, power = (
-        [friction_load.force for friction_load in rubs],
-        [f"rub[{i}] * {friction_load.slip}" for i, friction_load in enumerate(rubs)],
+        [code.force for code in frictions],
+        [f"rub[{i}] * {code.slip}" for i, code in enumerate(frictions)],
     )
     places = {
-        "zeros": tupled(["0.0"] * len(rubs)),
+        "zeros": tupled(["0.0"] * len(frictions)),
         "friction": tupled(friction),
         "sweeps": SWEEPS,
-        "count": len(rubs),
+        "count": len(frictions),
         "near": SETTLED,
         "jams": JAMS,
-        "speeds": tupled([friction_load.speed for friction_load in rubs]),
+        "speeds": tupled([code.speed for code in frictions]),
     }
-    if any(friction_load.sticks for friction_load in machine.rubs):
-        template, places = _STICKING, places | _sticking(machine, rubs)
+    if any(friction_load.sticks for friction_load in machine.friction_loads):
+        template, places = _STICKING, places | _sticking(machine, frictions)
     else:
-        template = _GIVEN if all(friction_load.given for friction_load in machine.rubs) else _SOLVED
+        template = _GIVEN if all(friction_load.given for friction_load in machine.friction_loads) else _SOLVED
     header, body = template.split("\n", 1)
     valid = template is not _GIVEN
     text = body.format(power=tupled([f"valid * ({power_term})" for power_term in power] if valid else power), **places)
@@ -269,7 +269,7 @@ def accelerate(machine: MachineType) -> str:
     return f"{function_name}\n\n{header}\n{slips}{text}"
 
 
-class _Rubbed(NamedTuple):
+class _FrictionCode(NamedTuple):
     """The code of one friction."""
 
     path: str  # of the load
@@ -291,31 +291,31 @@ class _Rubbed(NamedTuple):
         return f"{self.arm} * {static_limit_text}" if self.arm else static_limit_text
 
 
-def _rubbed(kinematics: Bodies, i: int, friction_load: Rub) -> _Rubbed:
+def _friction_code(kinematics: Bodies, i: int, friction_load: FrictionLoad) -> _FrictionCode:
     path, slip = f"mechanism.loads[{friction_load.load}]", _slip(kinematics, friction_load)
     arm = "" if kinematics.machine.sites[friction_load.joint].link.slides else f"{path}.radius"
     normal = f"{path}.normal" if friction_load.given else f"normal[{i}]"
-    return _Rubbed(path, arm, normal, slip, f"{arm} * {slip}" if arm else slip)
+    return _FrictionCode(path, arm, normal, slip, f"{arm} * {slip}" if arm else slip)
 
 
-def _sticking(machine: MachineType, rubs: list[_Rubbed]) -> dict[str, str]:
+def _sticking(machine: MachineType, frictions: list[_FrictionCode]) -> dict[str, str]:
     """Return the further code of a machine in which joints stick, by its places in _STICKING."""
-    sticking = [i for i, friction_load in enumerate(machine.rubs) if friction_load.sticks]
+    sticking = [i for i, friction_load in enumerate(machine.friction_loads) if friction_load.sticks]
     rate = f"abs(pose.turns[{machine.groups.index(machine.spanning_tree.crank)}].rate)"
 
     def with_one(i: int, value: str) -> str:
-        return tupled([value if j == i else f"rub[{j}]" for j in range(len(rubs))])
+        return tupled([value if j == i else f"rub[{j}]" for j in range(len(frictions))])
 
-    sliding, yields, stuck, turns = [friction_load.force for friction_load in rubs], [], [], []
+    sliding, yields, stuck, turns = [code.force for code in frictions], [], [], []
     for k, i in enumerate(sticking):
-        sliding[i] = f"where(stuck[{k}], rub[{i}], {rubs[i].force})"
+        sliding[i] = f"where(stuck[{k}], rub[{i}], {frictions[i].force})"
         perturbed = with_one(i, f"rub[{i}] + 1.0")
         yields.append(f"under_friction(mechanism, pose, loads, {perturbed})[2][{k}] - pace[{k}]")
-        stuck.append(f"abs({rubs[i].speed}) < {rubs[i].path}.friction.band")
+        stuck.append(f"abs({frictions[i].speed}) < {frictions[i].path}.friction.band")
         turns += [
             "_, normal, pace = under_friction(mechanism, pose, loads, rub)",
             f"there = where(yields[{k}] > {LEAST_YIELD}, yields[{k}], 1.0)",
-            f"limit = {rubs[i].limit}",
+            f"limit = {frictions[i].limit}",
             f"wanted = rub[{i}] - (pace[{k}] + {rate} * slips[{k}]) / there",
             "wanted = min(max(wanted, -limit), limit)",
             f"held = where(yields[{k}] > {LEAST_YIELD}, wanted, rub[{i}])",
@@ -325,12 +325,12 @@ def _sticking(machine: MachineType, rubs: list[_Rubbed]) -> dict[str, str]:
         "sliding": tupled(sliding),
         "yields": tupled(yields),
         "stuck": tupled(stuck),
-        "slips": tupled([rubs[i].slip for i in sticking]),
+        "slips": tupled([frictions[i].slip for i in sticking]),
         "turns": "\n".join(f"        {turn}" for turn in turns),
     }
 
 
-def _slip(write: Bodies, friction_load: Rub) -> str:
+def _slip(write: Bodies, friction_load: FrictionLoad) -> str:
     """Return the rate at which the distal body turns or slides on the proximal one."""
     lines, link = write.lines, write.machine.sites[friction_load.joint].link
     if not link.slides:

@@ -1,4 +1,4 @@
-"""The stations of a turn at which an ideal machine is closed: whatever depends on its geometry alone is kept of them.
+"""Stations of a revolution at which an ideal machine is closed; quantities of its geometry alone are stored for them.
 
 A position repeats with every turn of the crank, so angles at stations of later turns need no new closure.
 """
