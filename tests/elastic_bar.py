@@ -21,8 +21,8 @@ CONTACT = 6.61e10  # N/m^1.5
 
 def continuous(speed: float, steps: int = 40000) -> tuple[float, float]:
     """Return peak (N) and duration (s) of the impact of the slider on the continuous bar, by Heun's method."""
-    impedance, passing = math.sqrt(STIFFNESS * MASS), math.sqrt(MASS / STIFFNESS)
-    h = 2.0 * passing / (steps // 8)
+    impedance, travel_time = math.sqrt(STIFFNESS * MASS), math.sqrt(MASS / STIFFNESS)
+    h = 2.0 * travel_time / (steps // 8)
     back = steps // 8  # steps until a wave returns
     force, wave = np.zeros(8 * steps), np.zeros(8 * steps)  # N; m/s, of reflected waves
 

@@ -169,7 +169,7 @@ def growth(kind: str, counts: list[int], folder: Path, seconds: float = 0.0) -> 
 GROWTH = (
     "cases",
     "case, us",
-    "its worker beside it, us",
+    "with its worker, us",
     "parent, us",
     "all, us",
     "over the first",

@@ -6,7 +6,7 @@ from pathlib import Path
 PAGE = Path(__file__).parent.parent / "results" / "speed.md"
 #: What writes each part, in the order of the page.
 PARTS = {
-    "beside others": "make bench ARGS=--write",
+    "other programs": "make bench ARGS=--write",
     "side by side": "make bench ARGS=--write",
     "taken away": "make bench ARGS=--write",
     "two workers": "make bench ARGS=--write",

@@ -57,7 +57,7 @@ def test_a_law_of_half_spaces_is_doubted_over_a_wide_arc_alone():
 def test_a_load_beyond_the_depth_of_a_law_is_told_with_both():
     """Johnson's law is followed up to 2 exp(-2) of 4 c exp(-1)."""
     message = verdict(REFERENCE._replace(clearance=1e-6), 1e5, "johnson").reason
-    assert f"deep under the load, it holds up to {8.0 * math.exp(-3.0):.3f}\u00a0µm" in message
+    assert f"deep under the load, it is valid up to {8.0 * math.exp(-3.0):.3f}\u00a0µm" in message
 
 
 def line_of(path, law):
@@ -72,7 +72,7 @@ def test_what_a_law_lacks_and_what_it_returns_is_told(grid):
     assert "not here  needs thickness" in line_of(grid, "winkler")
     assert "not here  needs mass" in line_of(grid, "tsuji")
     assert "doubtful  gives back 0.796 where 0.7 is asked for" in line_of(grid, "lankarani-nikravesh")
-    assert "holds" in line_of(grid, "exact")
+    assert "suitable" in line_of(grid, "exact")
     message = advice_text(grid)
     assert "radial clearance 4.000 um (diametral 8.000 um)" in message.replace("\u00b5", "u").replace("\u00a0", " ")
 
@@ -81,7 +81,7 @@ def test_one_law_of_each_family_is_recommended_and_doubtful_ones_are_folded(grid
     message = advice_text(grid)
     assert "Recommended for rod-slider: contact.elastic compatible, because its contact arc follows" in message
     assert "Recommended for rod-slider: contact.law exact, because a free impact gives back" in message
-    assert "In use is flores, which holds." in message
+    assert "In use is flores, which is suitable." in message
     (folded,) = (line for line in message.splitlines() if line.startswith("  doubtful: hertz,"))
     assert "lankarani-nikravesh" in folded
     assert "elastic laws that hold differ by a factor of" in message
@@ -108,7 +108,7 @@ FILM = """
 def test_films_are_told_by_the_length_of_the_bearing_and_rough_surfaces_by_their_depth(tmp_path):
     path = tmp_path / "oiled.yaml"
     path.write_text(GRID.replace("    contact:", f"{FILM.strip(chr(10))}\n    contact:"), encoding="utf-8")
-    assert "holds" in line_of(path, "finite")  # 20 mm on 20 mm
+    assert "suitable" in line_of(path, "finite")  # 20 mm on 20 mm
     assert "a longer bearing bears less (trusted for length / diameter up to 0.5)" in line_of(path, "short")
     assert "doubtful" in line_of(path, "long")
     assert "doubtful" in line_of(path, "pinkus-sternlicht")

@@ -155,9 +155,9 @@ def test_every_figure_is_defined():
     assert len(known) > 20
 
 
-@pytest.mark.parametrize("room", ["mechanism", "joint"])
-def test_every_family_of_a_contract_is_described(room):
-    source = (ROOT / f"clearsweep/mechanics/{room}/contract.py").read_text(encoding="utf-8")
+@pytest.mark.parametrize("package", ["mechanism", "joint"])
+def test_every_family_of_a_contract_is_described(package):
+    source = (ROOT / f"clearsweep/mechanics/{package}/contract.py").read_text(encoding="utf-8")
     families = re.findall(r"^@family\ndef (\w+)", source, re.MULTILINE)
     assert families
     assert not [name for name in families if f"`{name}(" not in TEXTS["docs/design.md"]]
@@ -167,7 +167,7 @@ def test_the_picture_shows_the_rooms_that_there_are():
     drawn = runpy.run_path(str(ROOT / "docs/tools/rooms.py"))["picture"]()
     assert (ROOT / "docs/rooms.svg").read_text(encoding="utf-8") == drawn
     rooms = [path.name for path in (ROOT / "clearsweep").iterdir() if (path / "__init__.py").exists()]
-    assert all(f'class="name">{room}<' in drawn for room in rooms)
+    assert all(f'class="name">{package}<' in drawn for package in rooms)
 
 
 def test_the_citation_is_of_this_version():

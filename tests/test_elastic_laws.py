@@ -169,11 +169,11 @@ def test_lower_branch_of_lambert_is_accurate_from_tiny_arguments_to_the_end():
 
 @pytest.mark.parametrize("constant", [("johnson", -1.0), ("esdu-78035", 1.0)])
 def test_penetration_follows_back_from_the_force_of_johnson_and_esdu(constant):
-    name, added = constant
+    name, constant_term = constant
     _, limit = made(name)
     for pen in np.geomspace(1e-12, 0.999 * limit, 200):
         line = force(name, pen) / LENGTH
-        back = line / (math.pi * MODULUS) * (math.log(4.0 * math.pi * MODULUS * CLEARANCE / line) + added)
+        back = line / (math.pi * MODULUS) * (math.log(4.0 * math.pi * MODULUS * CLEARANCE / line) + constant_term)
         assert back == pytest.approx(pen, rel=1e-13, abs=0.0)
 
 
@@ -316,11 +316,11 @@ def test_persson_s_pressure_carries_its_load(degrees):
         first = 2.0 * root / (math.pi * whole * (1.0 + y * y))
         return first + math.log((whole + root) / (whole - root)) / (2.0 * math.pi * b2 * (1.0 + b2))
 
-    def carried(t):  # y = b sin t leaves no root at the ends; phi = 2 atan y
+    def line_load(t):  # y = b sin t leaves no root at the ends; phi = 2 atan y
         y = b * math.sin(t)
         return pressure(y) * math.cos(2.0 * math.atan(y)) * 2.0 / (1.0 + y * y) * b * math.cos(t)
 
-    total, _ = quad(carried, -0.5 * math.pi, 0.5 * math.pi, epsabs=1e-13, epsrel=1e-13, limit=200)
+    total, _ = quad(line_load, -0.5 * math.pi, 0.5 * math.pi, epsabs=1e-13, epsrel=1e-13, limit=200)
     assert total == pytest.approx(1.0, abs=1e-10)
     peaks = {5: 7.3020828, 30: 1.2602886, 60: 0.7117214}
     if degrees in peaks:

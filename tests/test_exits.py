@@ -67,7 +67,7 @@ def ended(program, argument, environment) -> subprocess.CompletedProcess:
 @pytest.mark.slow
 def test_a_thread_that_still_holds_a_python_buffer_aborts_the_interpreter(late, table):
     outcome = ended(READS_AHEAD, table, late)
-    assert outcome.returncode == -6, "the threads were not held back, so the next tests show nothing"
+    assert outcome.returncode == -6, "the threads were not delayed, so the next tests show nothing"
     assert "terminate called" in outcome.stderr
 
 

@@ -34,7 +34,7 @@ class Deepest:
         return (np.arange(state.size) == np.argmax(state)).astype(float)
 
 
-def plan(**other):
+def control(**other):
     bins = slice(0, other.pop("bins", 1))
     usual = {
         "limit": 1.0,
@@ -51,7 +51,7 @@ def plan(**other):
 
 
 def life(rates, share=0.0, **other):
-    asked = plan(**other)
+    asked = control(**other)
     return extrapolated_life(
         lambda state: BlockRecord(rates(state), share), Deepest(), asked, np.zeros(asked.first.size)
     )
@@ -128,7 +128,7 @@ def run_in(turns, *, drifting, initial, tolerance=1e-3):
         return BlockRecord([RATE * (1.0 + fallen), 1.0], turns=turns)
 
     first = np.array([math.inf, 500.0])
-    asked = plan(limit=0.02, tolerance=tolerance, blocks=20000, first=first, alike=True, drifting=drifting)
+    asked = control(limit=0.02, tolerance=tolerance, blocks=20000, first=first, alike=True, drifting=drifting)
     return extrapolated_life(measure, Depth(), asked, np.zeros(2))
 
 
@@ -173,7 +173,7 @@ def test_what_intervals_explain_does_not_shorten_jumps():
         extrapolated_life(
             lambda h: BlockRecord(rates(h) * (1.0 + 0.1 * chance.standard_normal(1)), 0.196),
             Deepest(),
-            plan(),
+            control(),
             np.zeros(1),
         )
         for _ in range(40)
@@ -223,10 +223,10 @@ def test_a_life_that_does_not_come_to_its_end_is_as_long_as_it_was_run():
 def test_a_block_that_fails_ends_it():
     count = iter(range(3))
     assert (
-        extrapolated_life(lambda h: BlockRecord([RATE]) if next(count) < 2 else None, Deepest(), plan(), np.zeros(1))
+        extrapolated_life(lambda h: BlockRecord([RATE]) if next(count) < 2 else None, Deepest(), control(), np.zeros(1))
         is None
     )
-    assert extrapolated_life(lambda h: None, Deepest(), plan(), np.zeros(1)) is None
+    assert extrapolated_life(lambda h: None, Deepest(), control(), np.zeros(1)) is None
 
 
 # ---------------------------------------------------------------------------------------------- first touch

@@ -100,7 +100,7 @@ def test_a_start_within_the_wall_is_refused():
 def test_a_body_that_an_ideal_joint_holds_has_no_initial():
     source = grid()
     source["mechanism"]["bodies"]["wheel"]["initial"] = {"rate": 1.0}
-    assert "axle is ideal and holds wheel" in messages_of(source)
+    assert "axle is ideal and fixes wheel" in messages_of(source)
 
 
 def test_a_body_cannot_be_seated_and_have_a_start_of_its_own():

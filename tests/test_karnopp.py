@@ -103,13 +103,15 @@ def test_surfaces_bear_no_more_than_they_hold_and_the_others_make_up_for_it():
                 assert still[j].contacts[0].tangential == loads[j].contacts[0].tangential
                 continue
             limit = 0.12 * still[j].contacts[0].normal
-            excess = slip_rates(scene, y, pose, surfaces, still)[j] + scene.reference_rate * still[j].contacts[0].slip
+            slip_error = (
+                slip_rates(scene, y, pose, surfaces, still)[j] + scene.reference_rate * still[j].contacts[0].slip
+            )
             if abs(still[j].contacts[0].tangential) < limit:
-                assert excess == pytest.approx(0.0, abs=1e-9)
+                assert slip_error == pytest.approx(0.0, abs=1e-9)
             else:
                 bearing += 1
                 assert abs(still[j].contacts[0].tangential) == pytest.approx(limit, rel=1e-14)
-                assert excess * still[j].contacts[0].tangential <= 0.0  # more force that way would still be needed
+                assert slip_error * still[j].contacts[0].tangential <= 0.0  # more force that way would still be needed
     assert bearing > 0
 
 

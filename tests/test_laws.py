@@ -415,7 +415,7 @@ def test_a_further_law_compiles_within_three_seconds(tmp_path):
     assert float(done.stdout.split()[1]) < 3.0
 
 
-# ---------------------------------------------------------------------------------------------- what is told of a law
+# ---------------------------------------------------------------------------------------------- descriptions of a law
 
 
 def test_the_list_names_every_law_with_one_line():
@@ -447,7 +447,7 @@ def test_every_law_tells_formula_parameters_and_source(name):
 def test_johnson_tells_its_force_at_a_micrometre_and_its_limit():
     message = describe.text("johnson")
     assert "814.62" in message
-    assert "holds up to 199.1 um" in message
+    assert "valid up to 199.1 um" in message
 
 
 def test_an_unknown_name_is_answered_with_the_nearest():

@@ -66,7 +66,7 @@ def test_a_case_is_the_same_alone_beside_others_and_in_any_order():
 
 
 def test_windows_marks_and_methods_of_one_case_are_not_those_beside_it():
-    """Some pass marks and open their windows while others are on their way to them; one goes by the implicit method."""
+    """Some pass marks and open their windows while others are on their way to them; one uses the implicit method."""
     settings = {"simulate.revolutions": 2.2, "save.orbits": "none"}
     listed = cases(count=9, **settings)
     for place, case in enumerate(listed):

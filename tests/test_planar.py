@@ -142,10 +142,10 @@ def test_the_kinetic_energy_grows_by_the_powers_of_drive_gravity_loads_and_joint
     def kinetic(moved):
         return contract.energy(built.value, contract.place(built.value, moved))[0]
 
-    assert along(kinetic, y, motion.accelerations) == pytest.approx(power, rel=1e-7, abs=1e-6)
+    assert derivative_along(kinetic, y, motion.accelerations) == pytest.approx(power, rel=1e-7, abs=1e-6)
 
 
-def along(function, y, accelerations, step=1e-6):
+def derivative_along(function, y, accelerations, step=1e-6):
     """Return the derivative in time of a function of the state, by differences of order four."""
     count = len(accelerations)
     slope = np.array([*y[count : 2 * count], *accelerations, 1.0])
@@ -313,9 +313,9 @@ def test_a_corner_presses_where_it_is_and_its_powers_add_up(tilted):
             [contact.depth for contact in load(BLOCK, there, Offsets(0, y.size + 4, 4, 0), present).contacts]
         )
 
-    assert along(kinetic, y, motion.accelerations) == pytest.approx(given - taken, rel=1e-7)
+    assert derivative_along(kinetic, y, motion.accelerations) == pytest.approx(given - taken, rel=1e-7)
     rates = [contact.rate for contact in pull.contacts]
-    assert along(depths, y, motion.accelerations) == pytest.approx(rates, rel=1e-6, abs=1e-8)
+    assert derivative_along(depths, y, motion.accelerations) == pytest.approx(rates, rel=1e-6, abs=1e-8)
 
 
 # ---------------------------------------------------------------------------------------------- what is refused

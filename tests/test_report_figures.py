@@ -65,10 +65,10 @@ def test_the_line_across_is_the_limit_also_where_it_is_a_multiple_of_the_ideal_p
     run.grid["limits"] = {PEAK: {"at_most": 2.0, "times": IDEAL}, "slider_error_max": 1e-4}
     drawn = pictures(run)
     assert next(iter(drawn)) == "Force peak over crank speed"
-    bound = painted(drawn["Force peak over crank speed"]).lines[-1]
+    limit_line = painted(drawn["Force peak over crank speed"]).lines[-1]
     ideal = run.summary.groupby(SPEED)[IDEAL].min().to_numpy()
-    assert bound.get_label() == "limit"
-    assert 1e3 * np.asarray(bound.get_ydata()) == pytest.approx(2.0 * ideal, rel=1e-12)
+    assert limit_line.get_label() == "limit"
+    assert 1e3 * np.asarray(limit_line.get_ydata()) == pytest.approx(2.0 * ideal, rel=1e-12)
     fixed = painted(drawn["Slider error over crank speed"]).lines[-1]
     assert np.asarray(fixed.get_ydata()) == pytest.approx([0.1] * 3, rel=1e-12)  # mm
 

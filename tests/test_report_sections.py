@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from fake_runs import CRANK, ROD, RPM, Run
 from matplotlib.figure import Figure
-from test_refine import Arc, off_border, refined
+from test_refine import Arc, off_border, refining_grid
 from test_report import Page
 from test_seek import MASS, quiet, searching
 
@@ -612,14 +612,14 @@ def test_what_was_sought_stands_in_the_verdict_and_in_a_section_of_its_own(tmp_p
 
 
 def test_the_map_shows_cases_between_its_cells(tmp_path):
-    quiet(refined(), tmp_path / "run", simulator=Arc)
+    quiet(refining_grid(), tmp_path / "run", simulator=Arc)
     run = clearsweep.open(tmp_path / "run")
     prepared = study.prepare(run)
-    added, own = off_border(run.summary)
+    added_distances, own = off_border(run.summary)
     assert f"of {len(run.summary)} cases exceed at least one limit" in sentence_of(verdict_section.sections(prepared))
     assert "no share of designs" in sentence_of(verdict_section.sections(prepared))
     (picture,) = verdict_section.sections(prepared)[0].blocks[-1].pictures
-    assert f"{len(added)} dots: cases between" in picture.caption
+    assert f"{len(added_distances)} dots: cases between" in picture.caption
     assert len(svg(picture, "map")) > 1000
     across, up = prepared.axes
     dots = verdict_section._between(prepared, (prepared.cases[verdict.EXCEEDED] != "").to_numpy(float), across, up)

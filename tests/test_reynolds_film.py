@@ -286,8 +286,8 @@ def test_advice_tells_for_which_bearings_a_law_of_a_film_holds():
     for length in ("40 mm", "60 mm", "120 mm"):
         (film_result,) = advice(clearsweep.load_case(oiled_grid(length, law="long")).case)
         words[length] = {verdict.law: verdict.word for verdict in film_result.verdicts if verdict.family == "film"}
-    assert [words[length]["reynolds"] for length in words] == ["holds", "holds", "not here"]
-    assert [words[length]["finite"] for length in words] == ["holds", "not here", "not here"]
+    assert [words[length]["reynolds"] for length in words] == ["suitable", "suitable", "not here"]
+    assert [words[length]["finite"] for length in words] == ["suitable", "not here", "not here"]
 
 
 @pytest.mark.slow

@@ -80,9 +80,9 @@ def test_real_cases_side_by_side_are_timed_by_the_processor(monkeypatch):
 def test_each_command_leaves_the_others_their_parts_of_the_page(tmp_path):
     page = tmp_path / "speed.md"
     page.write_text("of no part\n")
-    for part, text in (("many cases", "old"), ("beside others", "# Speed"), ("many cases", "new\n\nlines")):
+    for part, text in (("many cases", "old"), ("other programs", "# Speed"), ("many cases", "new\n\nlines")):
         speed_page.write(part, f"{text}\n", page)
-    first, second = (speed_page.mark(part) for part in ("beside others", "many cases"))
+    first, second = (speed_page.mark(part) for part in ("other programs", "many cases"))
     assert page.read_text() == f"{first}# Speed\n\n{second}new\n\nlines\n"
     assert page.read_text().count("make scale") == 1
 

@@ -148,21 +148,21 @@ def twin_growths(crank, start, moments, size=1e-6):
         """Return a state off by so much in the four numbers, with the rod's centre where the ideal crank pin has it."""
         there = state.copy()
         there[places] += off * units
-        t = base.clock
+        t = base.solver_time
         pin = 0.05 * np.array([math.cos(crank.speed * t), math.sin(crank.speed * t)])
         moving = crank.speed * np.array([-pin[1], pin[0]])
         distance = 0.06 * np.array([math.cos(there[5]), math.sin(there[5])])
         there[3:5], there[12:14] = pin + distance, moving + there[14] * np.array([-distance[1], distance[0]])
         return there
 
-    base.clock = 0.0
+    base.solver_time = 0.0
     off = np.full(n, size / math.sqrt(n))
     z = moved(y, off)
     for ends in itertools.pairwise(moments):
         span = np.array(ends)
         y = base.run(y, span, longest=4e-3 / crank.speed)[0][-1]
         z = other.run(z, span, longest=4e-3 / crank.speed)[0][-1]
-        base.clock = span[-1]
+        base.solver_time = span[-1]
         off = (z - y)[places] / units
         distance = np.linalg.norm(off)
         assert base.contacts[0].touching == other.contacts[0].touching

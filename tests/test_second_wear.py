@@ -126,7 +126,7 @@ def test_a_joint_that_runs_in_lives_as_long_as_the_second_program_says(both):
     result = clearsweep.simulate(clearsweep.load_case(grid(SETTLED + 8, RUNNING_IN | {"distance": distance}, **more)))
     assert result.status == "ok"
     summary = result.summary
-    # blocks of some revolutions stand for their beginnings, so a life comes out too long by half a block at most
+    # blocks of some revolutions represent their beginnings, so a life comes out too long by half a block at most
     assert summary["rod_slider_life_revolutions"] == pytest.approx(expected, rel=2e-3)
 
 

@@ -110,7 +110,7 @@ def test_where_the_figure_is_infinite_or_undefined_no_value_is_safe(tmp_path, te
     result = quiet(searching() | more, tmp_path / "run")
     (row,) = answers(tmp_path / "run")
     assert (row[f"seek.{MASS}"], row["limiting"]) == (None, "ratio")
-    assert f"{result.cases} of them cannot be judged" in run_summary.run_text(run_summary.of_run(result))
+    assert f"{result.cases} of them cannot be assessed" in run_summary.run_text(run_summary.of_run(result))
 
 
 def test_what_was_sought_goes_when_the_grid_seeks_nothing_any_more(tmp_path):

@@ -120,8 +120,8 @@ def test_tuned_cases_are_what_they_say():
     rates = clearsweep.simulate(made, times=[0.0]).events
     rates = rates["rate"][rates["kind"] == "on"]
     assert rates.min() < 1e-4 * rates.max(), note
-    meet = next(case for case in TABLE if case.name == "simultaneous/BC 5000 rpm")
-    made, note = stability.scene_of(meet)
+    simultaneous = next(case for case in TABLE if case.name == "simultaneous/BC 5000 rpm")
+    made, note = stability.scene_of(simultaneous)
     log = clearsweep.simulate(made, times=[0.0]).events
     first = [log["t"][(log["joint"] == name) & (log["kind"] == "on")][0] for name in ("crank_rod", "rod_slider")]
     assert first[0] == pytest.approx(first[1], rel=1e-9, abs=0.0), note

@@ -114,7 +114,7 @@ def test_the_implicit_method_returns_the_restitution_too():
     assert run("implicit", changes, PAIR)["pair_restitution"] == pytest.approx(0.5, abs=1e-6)
 
 
-GAINS = {  # of evaluations at equal error, explicit at 1e-6 over automatic: least that is held
+GAINS = {  # of evaluations at equal error, explicit at 1e-6 over automatic: least that is guaranteed
     "damping/C 1e6 N s/m": 10.0,
     "damping/C 1e7 N s/m": 100.0,
     "damping/BC 1e6 N s/m": 5.0,

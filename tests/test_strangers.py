@@ -60,7 +60,7 @@ def again(directory):
     return quiet(GRID, directory, executor="serial")
 
 
-def everything(directory) -> str:
+def all_results_text(directory) -> str:
     """Return all that a reader gets of a run, timings and the names of its batches aside."""
     result = clearsweep.open(directory)
     known = {
@@ -225,7 +225,7 @@ def test_a_run_json_of_another_layout_is_as_good(run):
 def damage_of(run, path, written) -> str:
     """Return what a reader and `status` say of a run in which one file was changed, which may not be nothing."""
     try:
-        assert everything(run) == written, f"{path} is read as if it were what was written"
+        assert all_results_text(run) == written, f"{path} is read as if it were what was written"
         message = ""
     except DirectoryError as error:
         message = str(error)
@@ -243,10 +243,10 @@ def survives(finished, run, places, chance):
     content = bytearray(path.read_bytes())
     content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
     path.write_bytes(content)
-    written = everything(finished)
+    written = all_results_text(finished)
     assert path.name in damage_of(run, path, written)
     again(run)
-    assert everything(run) == written
+    assert all_results_text(run) == written
     return path.name
 
 

@@ -200,7 +200,7 @@ def test_blocks_that_are_all_alike_leave_no_doubt_and_a_single_one_leaves_all():
 
 
 class Watch:
-    """Takes down every figure that can be judged, for as long as the run goes."""
+    """Records every figure that converges, until the run ends."""
 
     parts = 1
 

@@ -138,9 +138,7 @@ ATTEMPTS = (
             ("name of a run", "r['name'] = '../../x'"),
         )
     ),
-    TrialStep(
-        "an answer that was not sought", "cp ok/summary.parquet ok/seek.parquet; clearsweep report ok", said="seek"
-    ),
+    TrialStep("an answer without `seek`", "cp ok/summary.parquet ok/seek.parquet; clearsweep report ok", said="seek"),
     TrialStep("a backend that is none", "MPLBACKEND=nope clearsweep report ok", (0,)),
     TrialStep("a date that is none", "SOURCE_DATE_EPOCH=x clearsweep report ok --figures f --format pdf", (0,)),
     TrialStep("a page that does not fit", "ulimit -f 40; clearsweep report ok --out page.html", said="page.html"),

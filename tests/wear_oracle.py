@@ -43,12 +43,12 @@ def hertz_line(load, radius, depth, modulus, sizes):
 def persson(load, radius, depth, modulus, sizes):
     """Return Persson's pressure; the load determines the arc."""
 
-    def excess(b):
+    def load_error(b):
         w2 = b * b + 1.0
         left = 2.0 - math.log(w2) - 2.0 * b**4
         return load * left - 2.0 * math.pi * modulus * sizes.clearance * b * b * w2
 
-    b = brentq(excess, 1e-9, 0.9137, xtol=1e-15)
+    b = brentq(load_error, 1e-9, 0.9137, xtol=1e-15)
     w = math.sqrt(b * b + 1.0)
 
     def pressure(psi):

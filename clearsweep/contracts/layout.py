@@ -313,7 +313,7 @@ def markdown(catalogue: Catalogue) -> str:
         owners = {"joint": ("J",), "output": tuple(output.name for output in outputs)}.get(figure.of, ("",))
         names = ", ".join(f"`{figure.column(owner)}`" for owner in owners)
         units = {figure.unit.format(output=output.unit, until="that of the figure") for output in outputs}
-        text = figure.text.format(output=" or ".join(output.name for output in outputs), until="the judged figure")
+        text = figure.text.format(output=" or ".join(output.name for output in outputs), until="the figure of `until`")
         where = ", ".join(_WHERE[need] for need in figure.needs)
         rows.append(f"| {names}{' *' if figure.settles else ''} | {', '.join(sorted(units))} | {text} | {where} |")
     return "\n".join(rows) + "\n"

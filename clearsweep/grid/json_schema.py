@@ -176,7 +176,7 @@ def _seek() -> dict[str, Any]:
                 }
                 for sense in ENDS
             },
-            "among": _FITS | {"description": "clearance fits; each is judged at its largest clearance"},
+            "among": _FITS | {"description": "clearance fits; each is assessed at its largest clearance"},
             "between": {"type": "array", "items": size, "minItems": 2, "maxItems": 2},
             "within": size,
             "meeting": {"enum": ["limits"]},

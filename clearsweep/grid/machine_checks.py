@@ -95,7 +95,7 @@ def _initial(reader: Reader) -> None:
         for joint in reader.outline.joints:
             if body.name in joint.bodies and joint.name not in reader.outline.clearances:
                 sentence = (
-                    f"{joint.name} is ideal and holds {body.name}, which determines how {body.name} starts; leave "
+                    f"{joint.name} is ideal and fixes {body.name}, which determines how {body.name} starts; leave "
                     f"initial out, or give {joint.name} clearance"
                 )
                 reader.problems.add(reader.place(path), path, sentence)

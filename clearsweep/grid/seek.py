@@ -31,7 +31,7 @@ class Seek(NamedTuple):
     between: tuple[float, float]
     within: float  # 0 among fits
     each: bool  # for each case of the other axes; False: for all of them together
-    fits: tuple[Fit, ...] = ()  # in order of their largest clearances, which are judged; () of a range
+    fits: tuple[Fit, ...] = ()  # in order of their largest clearances, which are assessed; () of a range
 
     @property
     def path(self) -> str:

@@ -39,7 +39,7 @@ def sentences(identified: Mapping[str, Any], joints: int) -> list[str]:
         lines.append(
             f"{signal['channel']} of {signal['file']}: {signal['revolutions']} revolutions of {signal['samples']:.4g} "
             f"samples, compared up to order {signal['orders']:.3g}; crank angle {math.degrees(signal['angle']):.3g} "
-            f"deg ahead, noise {noise} % of the rms (95 %: {low} to {high} %)."
+            f"deg in advance, noise {noise} % of the rms (95 %: {low} to {high} %)."
         )
         speed, computed_speed = signal["speed"], identified["computed_speed"]
         if speed and abs(speed / computed_speed - 1.0) > SPEED:

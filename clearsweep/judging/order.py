@@ -120,5 +120,5 @@ def no_limits(layout: Layout) -> str:
         ideal = f"{joint}_force_peak_ideal"
         example = f"{joint}_force_peak: " + (f"{{at_most: 3, times: {ideal}}}" if ideal in names else "5 kN")
     else:
-        return "No limits are set, so no case is judged."
-    return f"No limits are set, so no case is judged. To judge them, add to the grid: limits: {{{example}}}"
+        return "No limits are set, so no case is assessed."
+    return f"No limits are set, so no case is assessed. To assess them, add to the grid: limits: {{{example}}}"

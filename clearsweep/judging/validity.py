@@ -139,7 +139,7 @@ class Remarks:
     def _deep(self, worst: _Worst) -> str:
         remark = _remark(worst.message, LAW_LIMIT) or f"{worst.joint}, {_percent(worst.value)} of the time"
         return (
-            f"Contacts go deeper than their elastic law holds in {self._share(LIMIT_SHARE)}, longest in case "
+            f"Contacts go deeper than their elastic law is valid in {self._share(LIMIT_SHARE)}, longest in case "
             f"{short_id(worst.case_id)}: {remark}"
             ". The notes of clearsweep list NAME say how its force goes on."
         )
@@ -208,7 +208,7 @@ def too_deep(joints: Iterable[Reached]) -> str:
                 f" and a bearing radius of {_mm(joint.bearing_radius)}" if joint.bearing_radius else ""
             )
             remarks.append(f"{joint.joint} is penetrated by {_mm(joint.penetration)} at {than}")
-    hint = "; no law of contact holds there: look for a stiffness, a mass or a speed in the wrong unit"
+    hint = "; no contact law is valid there: look for a stiffness, a mass or a speed in the wrong unit"
     return TOO_DEEP + "; ".join(remarks) + hint if remarks else ""
 
 
@@ -369,7 +369,7 @@ def _mm(length: float) -> str:
 def past_limits(shares: Iterable[tuple[str, str, float, float]]) -> str:
     """Return the remark on elastic laws beyond their range: (joint, law, limit in m, share of the time beyond it)."""
     excesses = [
-        f"{joint} is deeper than {1e3 * limit:.4g} mm, up to which {law} holds, for {_percent(share)} of the time"
+        f"{joint} is deeper than {1e3 * limit:.4g} mm, up to which {law} is valid, for {_percent(share)} of the time"
         for joint, law, limit, share in shares
         if share > 0.0
     ]

@@ -165,8 +165,8 @@ class Verdict(NamedTuple):
         return unknown
 
 
-_EXCEEDED = "the columns whose limits the case exceeds, or by which it cannot be judged, comma separated"
-_MARGIN = "smallest of 1 - value/limit, of at_least value/limit - 1; null: a limit cannot be judged, or none has one"
+_EXCEEDED = "the columns whose limits the case exceeds, or by which it cannot be assessed, comma separated"
+_MARGIN = "smallest of 1 - value/limit, of at_least value/limit - 1; null: a limit cannot be assessed, or none has one"
 NO_VERDICT = Verdict()
 
 

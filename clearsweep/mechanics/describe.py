@@ -89,11 +89,11 @@ def _described(law: Law) -> str:
         )
     ranges = [f"{limit.path} {limit.allowed()}: {limit.reason}" for limit in (*law.ranges, *law.trusted) if limit.high]
     against = [limit.reason for limit in law.trusted if not limit.high] + ([law.unsound] if law.unsound else [])
-    for heading, lines in (("holds for", ranges), ("against it", against)):
+    for heading, lines in (("valid for", ranges), ("against it", against)):
         if lines:
             blocks.append("\n".join([heading, *(_wrapped("  ", line) for line in lines)]))
     if law.family == "elastic":
-        kind = f"of a {law.contact}" if law.contact else "not judged"
+        kind = f"of a {law.contact}" if law.contact else "not assessed"
         blocks.append(f"first yield: {kind}")
     if law.source:
         blocks.append(_wrapped("", f"source: {law.source}"))
@@ -155,7 +155,7 @@ def _forces(law: Law, recipe: Recipe) -> str:
     joint = reference_joint(law)
     term, limit, derived = recipe.make(joint), recipe.limit(joint), recipe.derived(joint)
     layer = ", layer 5 mm" if any(field.name == "thickness" for field in law.fields) else ""
-    limit_text = "" if math.isinf(limit) else f"\n  holds up to {1e6 * limit:.4g} um"
+    limit_text = "" if math.isinf(limit) else f"\n  valid up to {1e6 * limit:.4g} um"
     rows = [(f"{1e6 * pen:g}", f"{elastic_force(term, pen):.5g}") for pen in DEPTHS]
     follows = [f"\n  {key}: {value:.5g}{'' if unit == '1' else f' {unit}'}" for key, (value, unit) in derived.items()]
     return _table(f"force ({_REFERENCE_TEXT}{layer})", ("pen, um", "F, N"), rows) + "".join(follows) + limit_text

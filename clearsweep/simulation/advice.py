@@ -19,7 +19,7 @@ from ..mechanics.joint.material import plane_strain_modulus, relative_radius
 from .ideal import ideal_peaks
 from .scene import catalogue
 
-WORDS = HOLDS, DOUBTFUL, OUT = "holds", "doubtful", "not here"  # best first
+WORDS = HOLDS, DOUBTFUL, OUT = "suitable", "doubtful", "not here"  # best first
 KEYS = {
     "elastic": "contact.elastic",
     "roughness": "roughness.law",
@@ -149,7 +149,7 @@ def _depth(joint: Joint, load: float | None) -> tuple[str, list[str]]:
         return "", []
     limit, depth = registry.penetration_limit(joint), static_penetration(registry.contact_terms(joint)[1], load)
     words = f"{wording.text(depth, 'm')} deep under the load"
-    return words, [f"{words}, it holds up to {wording.text(limit, 'm')}"] if depth > limit else []
+    return words, [f"{words}, it is valid up to {wording.text(limit, 'm')}"] if depth > limit else []
 
 
 def _roughness(joint: Joint, load: float | None) -> Iterator[Verdict]:

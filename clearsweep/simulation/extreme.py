@@ -74,7 +74,7 @@ def _weighted(exceedances: np.ndarray, clustered: float) -> Tail:
     tail = _on_grid(exceedances, clustered, SHAPES, SCALES)
     likely = tail.weight > UNLIKELY * tail.weight.max()
     shapes, scales = tail.shape[likely], tail.scale[likely] / exceedances.mean()
-    low, high = (min(max(bound, SHAPES[0]), SHAPES[-1]) for bound in (shapes.min() - STEP, shapes.max() + STEP))
+    low, high = (min(max(edge, SHAPES[0]), SHAPES[-1]) for edge in (shapes.min() - STEP, shapes.max() + STEP))
     finer = np.exp(np.linspace(np.log(scales.min()) - LOG_STEP, np.log(scales.max()) + LOG_STEP, len(SCALES)))
     return _on_grid(exceedances, clustered, np.linspace(low, high, len(SHAPES)), finer)
 

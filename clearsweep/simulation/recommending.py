@@ -34,7 +34,7 @@ class Recommendation(NamedTuple):
     def sentence(self) -> str:
         """Return it in words, with what the grid has."""
         if not self.law:
-            return f"Recommended for {self.joint}: no {self.key}, as none holds there.{self._used()}"
+            return f"Recommended for {self.joint}: no {self.key}, as none is suitable there.{self._used()}"
         is_used = self.law == self.used
         law = f"{self.key} {self.law}{' (in use)' if is_used else ''}"
         recommendation = f"Recommended for {self.joint}: {law}, because {self.reason}."
@@ -42,7 +42,7 @@ class Recommendation(NamedTuple):
 
     def _used(self) -> str:
         """Return what is to be said of the law in use."""
-        description = HOLDS if self.word == HOLDS else f"is {self.word}: {self.objection}"
+        description = f"is {self.word}" + ("" if self.word == HOLDS else f": {self.objection}")
         return f" In use is {self.used}, which {description}."
 
 

@@ -32,7 +32,7 @@ def of_run(record: Mapping[str, Any], answers: Sequence[Answer], effects: Iterab
 def needed(limits: Sequence[Limit], units: Mapping[str, str], margins: Sequence[Mapping[str, float]]) -> dict[str, str]:
     """Return in words the exceeded limits for cases with these margins, each relaxed so that all cases pass.
 
-    Columns with two limits are left out: a margin does not tell which limit is exceeded.
+    Columns with two limits are left out: a margin does not show which limit is exceeded.
     """
     loosened_limits: dict[str, str] = {}
     columns = Counter(limit.column for limit in limits)

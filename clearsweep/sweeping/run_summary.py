@@ -81,11 +81,11 @@ def _limit_lines(facts: dict[str, Any]) -> list[str]:
     lines = ["", f"Limits: {limits['exceeding']:,} of {cases(limits['cases'])} exceed at least one{failed}"]
     lines += [f"  {probability.sentence(facts['probability'])}"] if facts["probability"] else []
     for name, limit in limits["each"].items():
-        doubt = f" ({limit['unknown']:,} of them cannot be judged: null)" if limit["unknown"] else ""
+        doubt = f" ({limit['unknown']:,} of them cannot be assessed: null)" if limit["unknown"] else ""
         lines.append(f"  {name} {limit['limit']}: {limit['cases']:,} exceed it{doubt}")
     if limits["unknown"]:
         lines.append(
-            f"  {cases(limits['unknown'])} cannot be judged, as a limited figure is null (infinite, 0/0 or not "
+            f"  {cases(limits['unknown'])} cannot be assessed, as a limited figure is null (infinite, 0/0 or not "
             "computed); they count as exceeding it and have no margin"
         )
     if limits["worst"]:

@@ -94,7 +94,7 @@ def _nearest(path: str, case: dict[str, Any], facts: dict[str, Any]) -> str:
     setting = setting_text(case["point"], facts)
     where = f"{setting}: " if setting else ""
     if case["margin"] is None:
-        return f"{where}every case failed or cannot be judged ({case['limiting']})"
+        return f"{where}every case failed or cannot be assessed ({case['limiting']})"
     margin = _margin(case["margin"])
     text = f"{where}best at {value_text(path, case['value'], facts)}, margin {margin}"
     text = f"{where}best with {case['fit']}, margin {margin}" if case["fit"] else text

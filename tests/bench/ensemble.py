@@ -99,7 +99,7 @@ def ways_of(like: list, short: list, *, flagship: bool) -> list[Route]:
 
 
 def in_batch(some: list, half: float) -> Route:
-    """Return diffrax's way for problems, of which every so many-th is judged at the time `half` (s)."""
+    """Return diffrax's way for problems, of which every so many-th is evaluated at the time `half` (s)."""
     batch, step = batched.prepared(some, BATCHED), len(some) // JUDGED
     name = f"diffrax Dopri8 {BATCHED:g}, {len(some)} cases"
     return Route(name, lambda: batch(some[0].end), lambda: batch(half)[::step], len(some))
@@ -117,10 +117,10 @@ def costs(ways: list[Route], repetitions: int) -> list[Cost]:
     """Return the least costs of all ways, which have their turn in every round; the first round compiles."""
     rows = []
     for way in [way for _ in range(repetitions + 1) for way in ways]:
-        began, clock = time.process_time(), time.perf_counter()
+        began, wall_start = time.process_time(), time.perf_counter()
         inside = way.run()
         inside = inside if isinstance(inside, float) else np.nan
-        rows.append((time.process_time() - began, time.perf_counter() - clock, inside))
+        rows.append((time.process_time() - began, time.perf_counter() - wall_start, inside))
     least = np.min(np.reshape(rows[len(ways) :], (repetitions, len(ways), 3)), axis=0)
     least /= np.array([[way.cases] for way in ways])
     return [Cost(float(p), float(w), None if np.isnan(i) else float(i)) for p, w, i in least]

@@ -42,7 +42,7 @@ RECORD = np.dtype(
         ("state", "f8", (2,)),  # FREE or PRESSED, of each joint
         ("onset", "f8", (2,)),  # m/s, closing rate with which the contact began
         ("depth", "f8", (2,)),  # m, as last evaluated; negative in free flight
-        ("closing", "f8", (2,)),  # m/s, its rate
+        ("closing_rate", "f8", (2,)),  # m/s, its rate
         ("force", "f8", (2,)),  # N, the normal force
         ("joints", "i8"),  # open ones
         ("latest", "f8"),  # the joint of the latest event, -1: none yet
@@ -83,7 +83,7 @@ def contact(p, j, x, y, vx, vy, spin_near, spin_far):
     eccentricity = math.sqrt(x * x + y * y)
     nx, ny = x / eccentricity, y / eccentricity
     depth, last_lines = eccentricity - p.clearance, vx * nx + vy * ny
-    p.depth[j], p.closing[j] = depth, last_lines
+    p.depth[j], p.closing_rate[j] = depth, last_lines
     if p.state[j] == FREE or depth <= 0.0:
         p.force[j] = 0.0
         return 0.0, 0.0, 0.0, 0.0

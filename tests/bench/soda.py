@@ -62,10 +62,10 @@ def compiled(model):
 def switch(p, j, t, log, count):
     """Begin or end the contact of joint `j` at `t` (s), whose depth and rate were just evaluated; log it."""
     kind = ONSET if p.state[j] == FREE else SEPARATION
-    log[count, 0], log[count, 1], log[count, 2], log[count, 3] = t, j, kind, p.closing[j]
+    log[count, 0], log[count, 1], log[count, 2], log[count, 3] = t, j, kind, p.closing_rate[j]
     p.state[j] = PRESSED if kind == ONSET else FREE
     if kind == ONSET:
-        p.onset[j] = max(p.closing[j], FLOOR)
+        p.onset[j] = max(p.closing_rate[j], FLOOR)
     p.latest, p.blind = j, t + BLIND * 2.0 * math.pi / p.rate
 
 
@@ -126,7 +126,7 @@ def first_past(p, depths, times, result):
 
 
 @njit(error_model="numpy")
-def ahead(p, t, began, lasted):
+def longest_step(p, t, began, lasted):
     """Return how far to go at once, ticks."""
     far = FLIGHT * 2.0 * math.pi / (p.rate * TICK)
     for j in range(p.joints):
@@ -144,16 +144,16 @@ def located(record, rates, slope, times, result, j, tolerance):
     sign = -1.0 if p.state[j] == FREE else 1.0
     h = times[1] - times[0]
     rates(times[0] * TICK, result[0], du, p)
-    before, slope_before = max(sign * p.depth[j], 0.0), sign * p.closing[j] * h * TICK
+    before, slope_before = max(sign * p.depth[j], 0.0), sign * p.closing_rate[j] * h * TICK
     rates(times[1] * TICK, result[1], du, p)
-    x = cubic_root(before, slope_before, sign * p.depth[j], sign * p.closing[j] * h * TICK)
+    x = cubic_root(before, slope_before, sign * p.depth[j], sign * p.closing_rate[j] * h * TICK)
     t, u, rest = times[0] + x * h, result[0], 0.0
     for _ in range(TRIES):
         u = result[0]
         if t > times[0]:
             u = lsoda(slope, u, np.array([times[0], t]), record, RELATIVE, tolerance, STEPS)[0][1]
         rates(t * TICK, u, du, p)
-        rest = -p.depth[j] / p.closing[j]  # s
+        rest = -p.depth[j] / p.closing_rate[j]  # s
         if abs(rest) < NEAR or t + rest / TICK <= times[0]:
             break
         t += rest / TICK
@@ -171,7 +171,7 @@ def by_grid(model):
         p, count, t, end = record[0], 0, 0.0, end / TICK
         began, lasted, du = np.zeros(joints), np.zeros(joints), np.empty(size)
         while t < end and count < MOST:
-            times = np.linspace(t, min(t + ahead(p, t, began, lasted), end), GRID + 1)
+            times = np.linspace(t, min(t + longest_step(p, t, began, lasted), end), GRID + 1)
             result, fine = lsoda(slope, u, times, record, RELATIVE, tolerance, STEPS)
             if not fine:
                 break

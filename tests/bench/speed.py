@@ -127,7 +127,7 @@ HEAD = (
 )
 EXPLANATION = (
     "error: as in `clearsweep verify`, over the first half of the revolution; 3 peaks: largest relative error of the",
-    "    first three force peaks ('-': none sought); events: = means that number and order are exact.",
+    "    first three force peaks ('-': none requested); events: = means that number and order are exact.",
     "rhs: right-hand sides, those for events included; heyoka has none, its steps are series.",
     "ms/rev: processor time, which other programs disturb least; least of {rounds} interleaved rounds, compilation",
     "    excluded; ours: the whole call of clearsweep.simulate with every figure of the summary, no orbits;",
@@ -143,7 +143,7 @@ def text(results: dict) -> str:
         f"{name} {machine[name]}" for name in ("python", "numpy", "numba", "scipy", *RIVALS) if name in machine
     )
     lines = [
-        f"clearsweep {results['version']} beside its rivals ({results['command']}, {results['date']})",
+        f"clearsweep {results['version']} and its rivals ({results['command']}, {results['date']})",
         f"{machine['processor']}, {machine['cores']} cores, {machine['system']}; load at the start "
         f"{machine['load']:.1f}; {versions}",
         *(f"left out: {name}: {reason}" for name, reason in results["missing"].items()),
@@ -203,7 +203,9 @@ def main() -> None:
     print(json.dumps(results, indent=2, allow_nan=False) if asked.json else text(results))
     if asked.write:
         stamp = f"Written by `{results['command']} ARGS=--write` on {results['date']}."
-        speed_page.write("beside others", f"# Speed beside others\n\n{stamp}\n\n```text\n{text(results)}\n```\n")
+        speed_page.write(
+            "other programs", f"# Speed compared with other programs\n\n{stamp}\n\n```text\n{text(results)}\n```\n"
+        )
 
 
 if __name__ == "__main__":

@@ -100,7 +100,7 @@ class _Drive:
         self.slope(t, y, self.record)
         p = self.record[0]
         j = min(range(self.model.joints), key=lambda j: margin(p, j, t))
-        kind, rate = ONSET if p["state"][j] == FREE else SEPARATION, p["closing"][j]
+        kind, rate = ONSET if p["state"][j] == FREE else SEPARATION, p["closing_rate"][j]
         self.events.append((t, j, kind, rate, 0.0))
         p["state"][j] = PRESSED if kind == ONSET else FREE
         if kind == ONSET:

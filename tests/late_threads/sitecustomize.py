@@ -1,4 +1,4 @@
-"""Releases the threads that the preloaded library holds back, as the last act before the interpreter ends."""
+"""Releases the threads that the preloaded library delays, as the last act before the interpreter ends."""
 
 import atexit
 import ctypes

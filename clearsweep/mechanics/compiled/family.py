@@ -55,13 +55,13 @@ def family(stub):
         return bodies[form](first, *arguments)
 
     def member(cls, **narrowed):
-        def enter(body):
+        def register_body(body):
             members.setdefault(cls, []).append((narrowed, body))
             fields.clear()
             bodies.clear()
             return body
 
-        return enter
+        return register_body
 
     dispatch.member, dispatch.members, dispatch.body_for = member, members, functools.partial(_body_for, members)
     dispatch.body_of = functools.partial(_body_of, members)

@@ -73,9 +73,9 @@ def channels_of(
     bodies : including the ground; names : of the output's position, rate and acceleration; elastic : elastic links.
     """
     units = (output.unit, f"{output.unit}/s", f"{output.unit}/s^2")
-    texts = (f"place of the {output.name}, by which it is judged", "its rate", "its acceleration")
+    texts = (f"position of the {output.name} along its output direction", "its rate", "its acceleration")
     if output.unit == "rad":
-        texts = (f"angle of the {output.name}, by which it is judged", *texts[1:])
+        texts = (f"angle of the {output.name}, which is its output", *texts[1:])
     moving_bodies = [column_name(body) for body in bodies if body != GROUND]
     stretched = {column_name(body): (Channel(f"{column_name(body)}/extension", *EXTENSION),) for body in elastic}
     return (

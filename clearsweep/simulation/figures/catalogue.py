@@ -110,7 +110,7 @@ JOINT = (
         "yield_speed",
         "m/s",
         "approach speed at which the contact first yields, by its elastic law; with the largest effective mass of any "
-        "direction at the start of the run; null: not judged",
+        "direction at the start of the run; null: unknown",
         of="joint",
         needs=("strength",),
         differs=False,

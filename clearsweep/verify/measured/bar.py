@@ -30,8 +30,8 @@ def grid(speed: float) -> dict:
                     "mass": BAR,
                     "inertia": BAR * 0.12**2 / 12.0,
                     "center": [0.06, 0.0],
-                    "points": {"held": [0.0, 0.0], "end": [0.12, 0.0]},
-                    "elastic": {"between": ["held", "end"], "axial_stiffness": STIFFNESS, "segments": SEGMENTS},
+                    "points": {"fixed": [0.0, 0.0], "end": [0.12, 0.0]},
+                    "elastic": {"between": ["fixed", "end"], "axial_stiffness": STIFFNESS, "segments": SEGMENTS},
                 },
                 "hammer": {
                     "mass": HAMMER,
@@ -41,7 +41,7 @@ def grid(speed: float) -> dict:
                 },
             },
             "joints": {
-                "wall": {"type": "revolute", "between": ["ground.wall", "bar.held"]},
+                "wall": {"type": "revolute", "between": ["ground.wall", "bar.fixed"]},
                 "face": {"type": "revolute", "between": ["bar.end", "hammer.face"]},
             },
             "driven": "wall",

@@ -318,8 +318,8 @@ def _sticking(machine: MachineType, frictions: list[_FrictionCode]) -> dict[str,
             f"limit = {frictions[i].limit}",
             f"wanted = rub[{i}] - (pace[{k}] + {rate} * slips[{k}]) / there",
             "wanted = min(max(wanted, -limit), limit)",
-            f"held = where(yields[{k}] > {LEAST_YIELD}, wanted, rub[{i}])",
-            f"rub = {with_one(i, f'where(stuck[{k}], held, rub[{i}])')}",
+            f"bounded = where(yields[{k}] > {LEAST_YIELD}, wanted, rub[{i}])",
+            f"rub = {with_one(i, f'where(stuck[{k}], bounded, rub[{i}])')}",
         ]
     return {
         "sliding": tupled(sliding),
