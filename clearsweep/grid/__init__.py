@@ -7,7 +7,7 @@ from .defined import NOTHING, Definitions
 from .defined import of_resolved as defined_by
 from .enumeration import Words
 from .fits import fits_of_record as noted_fits
-from .grid import SCHEMA_VERSION, Grid, identity, load, starter
+from .grid import SCHEMA_VERSION, Grid, identity
 from .identified import Identify, Turned, turns_of
 from .iso286 import Fit
 from .json_schema import schema
@@ -15,9 +15,10 @@ from .key_help import key_names, key_text
 from .key_units import key_units
 from .labels import noted as noted_labels
 from .law_check import base_laws
+from .load import load, starter
 from .memory import check_disk, check_memory, first_case_history, history_bytes, largest_history, recorded_history
 from .optimised import Optimise
-from .reference import markdown
+from .page import markdown
 from .refine import Refine
 from .resolve import leaves
 from .seek import Seek

@@ -8,30 +8,14 @@ from typing import NamedTuple
 from ..contracts.catalogue import Catalogue, Field
 from ..contracts.outline import ANY
 from ..language import quantity
-from . import choosing
 from .key_trees import KeyTree, key_trees
 from .keys import ITEMS, Flag, Name, NameList, Number, Section, Shape, Table, Word
 
-_HEAD = """\
-# Keys of a grid file
-
-<!-- written by `clearsweep schema --markdown`; a test compares -->
-
-A grid file is YAML 1.2. `NAME` is a name that the grid chooses. A quantity is text with a unit (`0.5 mm`, `5000 rpm`)
-or a bare number in the SI unit of the table; any unit of the same dimension is allowed. In the column *default*,
-*required* marks a key without a default and a dash an optional one. Words in italics say which mechanisms or joints
-have a key; without them all have it. Laws before a colon say which laws use it.
-
-Sweeps may vary numbers, except those marked *fixed*, and names of laws. Items of a list have the paths `.0`, `.1`,
-`.2`. `clearsweep list NAME` explains a law and its keys. `clearsweep schema` writes the same keys as a JSON Schema for
-editors.
-"""
-_TABLE = "| key | unit | allowed | default | meaning |\n| --- | --- | --- | --- | --- |"
 _JOINT = f"joints.{ANY}"
 #: Sections with the keys of another section: path -> path of the other, and whose keys they are.
 _LIKE = {f"{_JOINT}.axial": (f"{_JOINT}.contact", "flange"), f"loads.{ANY}.friction": (f"{_JOINT}.friction", "load")}
 _KINDS = {"revolute": "pin", "guide": "guide", "slot": "slot", "line": "impact-pair", ANY: "pin"}
-_SPACE = "in space"
+SPACE = "in space"
 _SMALL = 0.05  # example of a share that is usually left out
 
 
@@ -49,14 +33,14 @@ class Row(NamedTuple):
 
     def __str__(self) -> str:
         units = " or ".join(unit or "1" for unit in self.units) if any(self.units) else ""
-        cells = (f"`{self.key}`", units, self.allowed or _quoted(self.options), self.default, self.text)
+        cells = (f"`{self.key}`", units, self.allowed or quoted(self.options), self.default, self.text)
         return f"| {' | '.join(cell.replace('|', '&#124;').replace('<', '&lt;') for cell in cells)} |"
 
 
 _Places = dict[str, tuple[Section, tuple[Row, ...]]]  # (mechanism or kind of joint, a section of it)
 
 
-def _quoted(names: Iterable[str]) -> str:
+def quoted(names: Iterable[str]) -> str:
     """Return words as a list in code font."""
     return ", ".join(f"`{name}`" for name in names)
 
@@ -91,37 +75,15 @@ def parts(catalogue: Catalogue) -> list[Part]:
     return pages
 
 
-def markdown(catalogue: Catalogue) -> str:
-    """Return the page in Markdown: every key with unit, range, default and meaning."""
-    lines = [_HEAD, *_overview(key_trees(catalogue, slots=True))]
-    for part in parts(catalogue):
-        lines += [f"## {_quoted(part.paths)}\n", f"{part.text}\n", _TABLE, *map(str, part.rows), ""]
-    return "\n".join([*lines, choosing.markdown(catalogue)])
-
-
 def _common(tree: KeyTree, path: str) -> tuple[str, str]:
     """Return the path of a section on the page, and the mechanism or kind of joint that it belongs to."""
-    machine = f"{tree.mechanism} {_SPACE}" if tree.spatial else tree.mechanism
+    machine = f"{tree.mechanism} {SPACE}" if tree.spatial else tree.mechanism
     root, _, remainder = path.partition(".")
     if root == "joints" and remainder:
         joint, _, inside = remainder.partition(".")
-        machine = _SPACE if tree.spatial else _KINDS[tree.joints[joint]]
+        machine = SPACE if tree.spatial else _KINDS[tree.joints[joint]]
         path = f"{_JOINT}.{inside}" if inside else _JOINT
     return _LIKE.get(path, (path, machine))
-
-
-def _overview(trees: Iterable[KeyTree]) -> Iterator[str]:
-    """Yield a table of the mechanisms and their joints that may have clearance."""
-    yield "| mechanism | joints that may have clearance (body of the journal) |\n| --- | --- |"
-    for tree in trees:
-        names = []
-        for joint, kind in tree.joints.items():
-            journal = tree.keys.get(f"joints.{joint}.journal")
-            body = journal.default if isinstance(journal, Word) and journal.default else ""
-            names.append(f"`{joint}` ({body})" if body else f"`{joint}`" + (", a guide" if kind == "guide" else ""))
-        if set(tree.joints.values()) != {"slot"}:
-            yield f"| {tree.mechanism}{f' {_SPACE}' if tree.spatial else ''} | {', '.join(names)} |"
-    yield ""
 
 
 def _merged_rows(places: _Places) -> Iterator[Row]:
@@ -149,7 +111,7 @@ def _merged_rows(places: _Places) -> Iterator[Row]:
         for machine, owner in owners.items():
             lacking.setdefault(tuple(name for name in options if name not in owner[0].options), []).append(machine)
         for names, owners_lacking in lacking.items():
-            text += f"; {_owners_text(owners_lacking, owners)}: without {_quoted(names)}" if names else ""
+            text += f"; {_owners_text(owners_lacking, owners)}: without {quoted(names)}" if names else ""
         having = {
             machine
             for machine, (_, machine_rows) in places.items()
@@ -166,17 +128,17 @@ def _laws(machine_rows: Collection[str], all_laws: Collection[str]) -> str:
     """Return the names of laws; if most laws of a section have the key, those without it."""
     other_places = [name for name in all_laws if name not in machine_rows]
     if other_places and len(other_places) < len(machine_rows) and {*machine_rows} <= {*all_laws}:
-        return f"all but {_quoted(other_places)}"
-    return "all" if {*machine_rows} == {*all_laws} else _quoted(machine_rows)
+        return f"all but {quoted(other_places)}"
+    return "all" if {*machine_rows} == {*all_laws} else quoted(machine_rows)
 
 
 def _owners_text(owners: Collection[str], places: Collection[str]) -> str:
     """Return in words which owners have a row, or '' if all have it."""
     if len(owners) == len(places):
         return ""
-    in_space = {machine for machine in places if machine.endswith(_SPACE)}
+    in_space = {machine for machine in places if machine.endswith(SPACE)}
     in_plane = set(places) - in_space - {"impact-pair"}
-    for group, text in ((in_space, _SPACE), (in_plane, "in the plane"), (set(places) - in_space, f"not {_SPACE}")):
+    for group, text in ((in_space, SPACE), (in_plane, "in the plane"), (set(places) - in_space, f"not {SPACE}")):
         if set(owners) == group:
             return text
     other_places = [machine for machine in places if machine not in owners]
