@@ -13,7 +13,7 @@ from fake_runs import load as grid_load
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep.contracts.catalogue import Figure
-from clearsweep.grid.optimised import Choice
+from clearsweep.grid.sections.optimise import Choice
 from clearsweep.language.errors import InputError
 from clearsweep.report.data import study
 from clearsweep.report.sections.optimised import sections

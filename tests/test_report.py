@@ -16,9 +16,9 @@ from mechanism_cases import PAIR, changed
 import clearsweep
 from clearsweep import grid, report, simulation, store
 from clearsweep.contracts import results
-from clearsweep.grid.key_table import shape
-from clearsweep.grid.keys import Number
-from clearsweep.grid.pattern import nested
+from clearsweep.grid.cases import nested
+from clearsweep.grid.keys.key_table import shape
+from clearsweep.grid.keys.kinds import Number
 from clearsweep.language import quantity, wording
 from clearsweep.language.errors import InputError
 from clearsweep.report.blocks import interactive

@@ -11,22 +11,36 @@ from ..contracts.case import Case
 from ..contracts.layout import Layout
 from ..contracts.outline import Outline
 from ..judging.verdict import Verdict, figures_of, limits_of
-from . import law_check, varied_materials
-from .added_cases import ADDED
-from .assumed_units import WrittenUnit
-from .defined import NOTHING, START, Definitions
-from .enumeration import Factor, Step, Words, combined, factor_of, step_of, words_at
-from .identified import IDENTIFY, Identify
-from .iso286 import Fit
-from .key_units import unit
-from .keys import Flag, Name, NameList, Number, Section, Shape, Table, Word, value_key
-from .naming import Taken
-from .optimised import OPTIMISE, Optimise
-from .pattern import PATIENCE, Pattern, Texts, Value, derived, identity_text, name_of, nested, number_of
-from .refine import REFINE, Refine
+from .cases import (
+    PATIENCE,
+    Factor,
+    Pattern,
+    Step,
+    Texts,
+    Value,
+    Words,
+    combined,
+    derived,
+    factor_of,
+    identity_text,
+    name_of,
+    nested,
+    number_of,
+    step_of,
+    words_at,
+)
+from .keys.kinds import Flag, Name, NameList, Number, Section, Shape, Table, Word, value_key
+from .keys.outline import unit_of_number
+from .library.iso286 import Fit
+from .library.naming import Taken, VariedMaterial, put_material_numbers, with_material_names
+from .reading.units import WrittenUnit
 from .resolve import case_of
-from .seek import SEEK, Seek
-from .uncertain import UNCERTAIN, leaves
+from .sections.added_cases import ADDED, CHECK_LAWS
+from .sections.identify import IDENTIFY, Identify
+from .sections.optimise import OPTIMISE, Optimise
+from .sections.seek import REFINE, SEEK, Refine, Seek
+from .sections.uncertain import UNCERTAIN, uncertain_leaves
+from .written.definitions import NOTHING, START, Definitions
 
 #: Changes whenever the format of grid files or of results changes.
 SCHEMA_VERSION = 4
@@ -63,7 +77,7 @@ class Grid:
     written_units: Mapping[str, WrittenUnit] = field(default_factory=dict)  # path -> the unit in which it is written
     labels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path -> label of a value -> value, SI
     checked_laws: tuple[str, ...] = ()  # paths of the laws that are checked in the deciding case
-    materials: Mapping[str, varied_materials.VariedMaterial] = field(default_factory=dict)  # path of a name -> material
+    materials: Mapping[str, VariedMaterial] = field(default_factory=dict)  # path of a name -> material
     _layout: Layout | None = None
 
     @cached_property
@@ -192,7 +206,7 @@ class Grid:
             ways["sweep"] = {path: values for path, values in swept.items() if path not in self.seek.paths}
         ways = {variation: part for variation, part in ways.items() if part}
         extra_sections: dict[str, Any] = {"figures": self.figures, "limits": self.limits}
-        extra_sections |= {UNCERTAIN: dict(self.uncertain), law_check.CHECK: self.checked_laws and (extra or True)}
+        extra_sections |= {UNCERTAIN: dict(self.uncertain), CHECK_LAWS: self.checked_laws and (extra or True)}
         extra_sections |= {SEEK: self.seek.written() | extra} if self.seek else {}
         extra_sections |= {OPTIMISE: self.optimise.written() | extra} if self.optimise else {}
         extra_sections |= {IDENTIFY: self.identify.written() | extra} if self.identify else {}
@@ -206,7 +220,7 @@ class Grid:
         fillers |= {path: value for path, value in start_values if not path.startswith(START)}
         fillers |= {START + name: self.defined.said(name) for name in self.defined.texts if name in self.defined.varied}
         base = {path: value for path, value in self._base.items() if not path.startswith(f"{UNCERTAIN}.")}
-        base = varied_materials.with_names(base, self.materials)
+        base = with_material_names(base, self.materials)
         return {"name": self.name} | nested(sections | base | fillers, self._pairs) | ways | extra_sections
 
     def unit(self, path: str) -> str:
@@ -214,7 +228,7 @@ class Grid:
         node = value_key(self._shape, path)
         if isinstance(node, Word):
             return ""
-        return unit(node, self._names, self._base.get(f"{path.rpartition('.')[0]}.exponent"))
+        return unit_of_number(node, self._names, self._base.get(f"{path.rpartition('.')[0]}.exponent"))
 
     @cached_property
     def _patterns(self) -> dict[Words, Pattern]:
@@ -242,7 +256,7 @@ class Grid:
                 values_in_use[path] = self._values.get(path, fields[0].default)
             elif isinstance(node, (Flag, NameList)) or (isinstance(node, Table) and node.used(names)):
                 values_in_use[path] = self._values.get(path)
-        return varied_materials.put_numbers(values_in_use, self.materials) | dict(leaves(self.uncertain))
+        return put_material_numbers(values_in_use, self.materials) | dict(uncertain_leaves(self.uncertain))
 
     @cached_property
     def _base(self) -> dict[str, Value]:
@@ -261,7 +275,7 @@ class Grid:
                 fields = node.fields(self._names)
                 value = self._values.get(path, fields[0].default) if fields else None
             values_in_use[path] = value
-        values_in_use |= dict(leaves(self.uncertain))
+        values_in_use |= dict(uncertain_leaves(self.uncertain))
         base = {path: value for path, value in derived(values_in_use).items() if path not in self.axes}
         return base | {path: f"= {text}" for path, text in self.defined.follow.items()} | self.defined.needed()
 
