@@ -34,7 +34,7 @@ class Recommendation(NamedTuple):
 
     def _name(self) -> str:
         """Return key and law in words."""
-        law = self.law or "none, as none holds there"
+        law = self.law or "none (none is valid there)"
         return f"{self.key} {law}{' (in use)' if self.law == self.used else ''}"
 
     def _used(self) -> str:

@@ -170,9 +170,9 @@ class Sheet:
         return "\n".join([each for each in (drawn, *words) if each])
 
     def _upright(self, label: str, x: float, box: Box) -> str:
-        """Return the label of a vertical side beside the middle of the axes, wholly on the sheet."""
-        room = self.high - 2.0 * PAD
-        size = min(LABEL, LABEL * room / max(width(label, LABEL), 1.0))
+        """Return the label of a vertical side, centred on the axes as far as the sheet allows."""
+        longest = self.high - 2.0 * PAD
+        size = min(LABEL, LABEL * longest / max(width(label, LABEL), 1.0))
         half = 0.5 * width(label, size)
         middle = min(max(box.top + 0.5 * box.high, PAD + half), self.high - PAD - half)
         return text(label, x, middle, size, "middle", turn=-90.0)

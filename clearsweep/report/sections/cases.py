@@ -23,7 +23,7 @@ NOT_SAVED = Markup(
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the worst case in motion, or how to draw one; [] if none finished, or if they only serve to identify."""
+    """Return the worst case in motion, or how to draw it; [] without a finished case, and for `identify`."""
     if study.cases.empty or question(study).question == "identify":
         return []
     worst = worst_case(study)

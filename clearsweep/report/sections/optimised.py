@@ -33,18 +33,18 @@ def sections(study: Study) -> list[Section]:
 
 
 def ends(study: Study) -> list[tuple[str, str]]:
-    """Return each objective and the one of the best cases in which it is best; [] without an answer."""
+    """Return each objective and the case in which it is best; [] without an answer."""
     known = _known(study)
     if known is None:
         return []
     rows, smaller = [row for row in known[0] if row["case_id"] in study.cases.index], _senses(study)[0]
-    found = []
+    best_cases = []
     for name in known[1]:
         valued = [row for row in rows if row[name] is not None]
         if valued:
             best = min(valued, key=lambda row: row[name] * (1.0 if name in smaller else -1.0))
-            found.append((name, str(best["case_id"])))
-    return found
+            best_cases.append((name, str(best["case_id"])))
+    return best_cases
 
 
 def answers(study: Study) -> list[str]:

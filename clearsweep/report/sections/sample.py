@@ -134,7 +134,7 @@ def _sensitivity(study: Study, samples: list[Setting]) -> list[Block]:
 
 def _scatter(study: Study, samples: list[Setting]) -> list[Picture]:
     """Return the first figures over the variables that go with each most, limited ones first; not of too few cases."""
-    figures = _scattered(study)[1:]  # the first one is seen at once
+    figures = _scattered(study)[1:]  # the first is seen at once
     return [picture for figure in figures for picture in _clouds(study, _widest(samples, figure), figure)]
 
 

@@ -1,4 +1,4 @@
-// Cells of a map that lead to their cases: Tab reaches one of them, the arrow keys the others.
+// Cells of a map that lead to their cases: Tab reaches the first, the arrow keys reach the others.
 
 const DIRECTIONS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
 
@@ -21,10 +21,10 @@ class Cells {
   next(here, [across, down]) {
     const middle = link => { const box = link.getBoundingClientRect(); return [box.left + box.width / 2, box.top + box.height / 2]; };
     const [x, y] = middle(here);
-    const ahead = this.links.map(link => {
-      const [toX, toY] = middle(link), along = across * (toX - x) + down * (toY - y);
-      return {link, along, aside: Math.abs(across ? toY - y : toX - x)};
-    }).filter(each => each.along > 1);
-    return ahead.sort((a, b) => a.along + 10 * a.aside - b.along - 10 * b.aside)[0]?.link;
+    const candidates = this.links.map(link => {
+      const [toX, toY] = middle(link), forward = across * (toX - x) + down * (toY - y);
+      return {link, forward, aside: Math.abs(across ? toY - y : toX - x)};
+    }).filter(each => each.forward > 1);
+    return candidates.sort((a, b) => a.forward + 10 * a.aside - b.forward - 10 * b.aside)[0]?.link;
   }
 }

@@ -205,5 +205,5 @@ function capital(text) {
   return text[0].toUpperCase() + text.slice(1);
 }
 
-const ROOM = 402, SMALLEST = 88, LARGEST = 134;  // px, height of all curves together and of one
+const ROOM = 402, SMALLEST = 88, LARGEST = 134;  // px, height of all curves together, and of each
 const BODY_COLOURS = ["#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#8C6D31"];
