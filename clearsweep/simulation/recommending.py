@@ -17,6 +17,7 @@ from .scene import catalogue
 FAMILIES = ("elastic", "law")  # of which one law each is recommended
 MOST_CASES = 25  # of a grid that are looked at
 DEPTH = 1e-6  # m, at which the forces of laws are compared
+_JOINTS = "{joints}"  # in a text that several joints may share
 _CAVEAT = "The load is the largest reaction without clearance; impacts are harder. clearsweep list NAME explains a law."
 
 
@@ -31,23 +32,43 @@ class Recommendation(NamedTuple):
     word: str  # HOLDS, DOUBTFUL or OUT, of the law that the grid has
     objection: str  # what is to be said of that
 
-    def sentence(self) -> str:
-        """Return it in words, with what the grid has."""
-        if not self.law:
-            return f"Recommended for {self.joint}: no {self.key}, as none is suitable there.{self._used()}"
-        is_used = self.law == self.used
-        law = f"{self.key} {self.law}{' (in use)' if is_used else ''}"
-        recommendation = f"Recommended for {self.joint}: {law}, because {self.reason}."
-        return recommendation if is_used else f"{recommendation}{self._used()}"
+    def _name(self) -> str:
+        """Return key and law in words."""
+        law = self.law or "none (none is valid there)"
+        return f"{self.key} {law}{' (in use)' if self.law == self.used else ''}"
 
     def _used(self) -> str:
-        """Return what is to be said of the law in use."""
-        description = f"is {self.word}" + ("" if self.word == HOLDS else f": {self.objection}")
-        return f" In use is {self.used}, which {description}."
+        """Return the verdict on the law in use as a sentence."""
+        objection = "" if self.word == HOLDS else f": {self.objection}"
+        return f"In use is {self.used}, which is {self.word}{objection}."
+
+
+def _recommended_text(laws: Sequence[Recommendation]) -> str:
+    """Return the laws that are recommended for the joints _JOINTS, with reasons and the verdict on the laws in use."""
+    summary = f"Recommended for {_JOINTS}: {', '.join(recommendation._name() for recommendation in laws)}."
+    reasons = [f"{recommendation.law}: {recommendation.reason}." for recommendation in laws if recommendation.law]
+    return " ".join(
+        [
+            summary,
+            *reasons,
+            *(recommendation._used() for recommendation in laws if recommendation.law != recommendation.used),
+        ]
+    )
+
+
+def recommended_texts(laws: Iterable[Recommendation]) -> list[str]:
+    """Return a line on the laws that are recommended for each joint; joints with the same line share it."""
+    by_joint: dict[str, list[Recommendation]] = {}
+    for recommendation in laws:
+        by_joint.setdefault(recommendation.joint, []).append(recommendation)
+    joints_by_text: dict[str, list[str]] = {}
+    for joint, joint_laws in by_joint.items():
+        joints_by_text.setdefault(_recommended_text(joint_laws), []).append(joint)
+    return [text.replace(_JOINTS, wording.sentence_list(joints)) for text, joints in joints_by_text.items()]
 
 
 def recommendations(case: Case) -> list[Recommendation]:
-    """Return what is recommended for each dry joint of a case."""
+    """Return the recommendations for each dry joint of a case."""
     return [
         recommendation
         for joint, joint_advice in zip(case.joints, advice(case), strict=True)
@@ -56,7 +77,7 @@ def recommendations(case: Case) -> list[Recommendation]:
 
 
 def recommendations_for(joint: Joint, load: float | None) -> list[Recommendation]:
-    """Return what is recommended for a joint under a load (N)."""
+    """Return the recommendations for a joint under a load (N)."""
     return _of(joint, of_joint(joint, load).verdicts)
 
 
@@ -70,7 +91,7 @@ def elastic_words(joint: Joint, load: float | None) -> dict[str, tuple[str, str]
 
 
 def alternatives(case: Case) -> dict[str, list[str]]:
-    """Return path of a law's name -> the other laws that hold in its joint."""
+    """Return path of a law's name -> the other laws that are suitable for its joint."""
     names: dict[str, list[str]] = {}
     for joint, joint_advice in zip(case.joints, advice(case), strict=True):
         for verdict in joint_advice.verdicts:
@@ -80,24 +101,32 @@ def alternatives(case: Case) -> dict[str, list[str]]:
 
 
 def advice_text(source: str | PathLike, name: str | None = None) -> str:
-    """Return what suits the joints of a grid, law by law, or what is to be said there of the law `name`.
+    """Return the verdicts on the laws for the joints of a grid, or those on the law `name`.
 
-    Of many cases some are looked at, and a law is called by the worst that is to be said of it.  Raises InputError.
+    Only some of many cases are assessed; a law gets its worst verdict over these.  Raises InputError.
     """
     cases = grid.load(source, catalogue())
     places = np.unique(np.linspace(0, len(cases) - 1, MOST_CASES).round().astype(int)).tolist()
     sampled = [cases.case(index) for index in places]
     by_case = [advice(case) for case in sampled]
-    blocks: dict[str, list[str]] = {}  # text -> the joints that it is of
+    joints_by_paragraphs: dict[tuple[str, ...], list[str]] = {}  # paragraphs -> the joints they are about
     for number, section in enumerate(sampled[0].joints):
-        text = _text(section, [sections[number] for sections in by_case], name)
-        blocks.setdefault(text, []).append(section.name)
-    headed = (f"{', '.join(joints)}: {text}" for text, joints in blocks.items())
-    return "\n\n".join([*headed, _CAVEAT])
+        text = _paragraphs(section, [sections[number] for sections in by_case], name)
+        joints_by_paragraphs.setdefault(text, []).append(section.name)
+    lines: list[str] = []
+    printed: dict[str, str] = {}  # paragraph on a family of laws -> the joint where it is
+    for (setting, *families), joints in joints_by_paragraphs.items():
+        lines.append(f"{', '.join(joints)}: {setting.replace(_JOINTS, wording.sentence_list(joints))}")
+        for paragraph in families:
+            first_joint = printed.setdefault(paragraph, joints[0])
+            lines.append(
+                paragraph if first_joint == joints[0] else f"{paragraph.splitlines()[0]}: as for {first_joint}"
+            )
+    return "\n\n".join([*lines, _CAVEAT])
 
 
-def _text(joint: Joint, sampled: Sequence[Advice], name: str | None) -> str:
-    """Return what is to be said of the laws for a joint in some cases, `joint` that of the first."""
+def _paragraphs(joint: Joint, sampled: Sequence[Advice], name: str | None) -> tuple[str, ...]:
+    """Return the paragraphs on a joint in some cases, and on each family of laws; `joint` is that of the first case."""
     settings = dict.fromkeys((sampled[0].setting, sampled[-1].setting))
     worst = [_worst(verdicts) for verdicts in _by_law(sampled).values()]
     if name is not None:
@@ -105,19 +134,20 @@ def _text(joint: Joint, sampled: Sequence[Advice], name: str | None) -> str:
         if not of_name:
             law_names = dict.fromkeys(verdict.law for verdict in worst)
             raise InputError(f"list: no entry '{name}' there{nearest(name, law_names)}")
-        return "\n".join([" ... ".join(settings), *(line for verdict in of_name for line in ("", *_rows([verdict])))])
-    lines = [" ... ".join(settings), "", *(verdict.sentence() for verdict in _of(joint, worst))]
+        return " ... ".join(settings), *("\n".join(_rows([verdict])) for verdict in of_name)
+    recommended = _of(joint, worst)
+    lines = [" ... ".join(settings), *(["", _recommended_text(recommended)] if recommended else [])]
     if factor := _factor(
         joint, [verdict.law for verdict in worst if verdict.family == "elastic" and verdict.word == HOLDS]
     ):
         lines.append(factor)
-    for family in sorted({verdict.family for verdict in worst}, key=[*KEYS].index):
-        lines += ["", *_rows([verdict for verdict in worst if verdict.family == family])]
-    return "\n".join(lines)
+    families = sorted({verdict.family for verdict in worst}, key=[*KEYS].index)
+    rows = ("\n".join(_rows([verdict for verdict in worst if verdict.family == family])) for family in families)
+    return "\n".join(lines), *rows
 
 
 def _rows(verdicts: list[Verdict]) -> list[str]:
-    """Return the laws of a family: those that hold row by row, of many others the names alone."""
+    """Return the laws of a family: suitable ones row by row, of others only the names."""
     is_single = len(verdicts) == 1
     listed = [verdict for verdict in verdicts if is_single or verdict.word == HOLDS]
     width = max((len(verdict.law) for verdict in listed), default=0)
@@ -132,7 +162,7 @@ def _rows(verdicts: list[Verdict]) -> list[str]:
 
 
 def _factor(joint: Joint, names: list[str]) -> str:
-    """Return by which factor the forces of elastic laws that hold differ; '' of fewer than two."""
+    """Return by which factor the forces of suitable elastic laws differ; '' of fewer than two."""
     candidates = registry.elastic_candidates(joint)
     forces = {law: registry.elastic_forces(candidates[law][0], [DEPTH])[0] for law in names}
     if len(forces) < 2:
@@ -140,13 +170,13 @@ def _factor(joint: Joint, names: list[str]) -> str:
     softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
     depth_text = wording.text(DEPTH, "m", 1)
     return (
-        f"The {len(forces)} elastic laws that hold differ by a factor of "
+        f"The {len(forces)} suitable elastic laws differ by a factor of "
         f"{wording.plain(forces[stiffest] / forces[softest])} in force at {depth_text}, from {softest} to {stiffest}."
     )
 
 
 def _of(joint: Joint, verdicts: Iterable[Verdict]) -> list[Recommendation]:
-    """Return what is recommended for a joint, by what is to be said of each law."""
+    """Return the recommendations for a joint from the verdicts on the laws."""
     all_verdicts = list(verdicts)
     recommended = []
     for family in FAMILIES:
@@ -155,8 +185,8 @@ def _of(joint: Joint, verdicts: Iterable[Verdict]) -> list[Recommendation]:
             continue
         used = _used(joint, family)
         current = by_law.get(used, Verdict(family, used, HOLDS, ""))
-        holding = [verdict for verdict in by_law.values() if verdict.word == HOLDS]
-        best = min(holding, key=_rank, default=None)
+        suitable = [verdict for verdict in by_law.values() if verdict.word == HOLDS]
+        best = min(suitable, key=_rank, default=None)
         law, reason = (best.law, best.merit.reason if best.merit else best.reason) if best else ("", "")
         recommended.append(Recommendation(joint.name, KEYS[family], law, reason, used, current.word, current.reason))
     return recommended
@@ -174,7 +204,7 @@ def _used(joint: Joint, family: str) -> str:
 
 
 def _by_law(advices: Iterable[Advice]) -> dict[tuple[str, str], list[Verdict]]:
-    """Return what is to be said of each law in some cases."""
+    """Return the verdicts on each law in some cases."""
     verdicts: dict[tuple[str, str], list[Verdict]] = {}
     for verdict in (verdict for offered in advices for verdict in offered.verdicts):
         verdicts.setdefault((verdict.family, verdict.law), []).append(verdict)
@@ -182,7 +212,7 @@ def _by_law(advices: Iterable[Advice]) -> dict[tuple[str, str], list[Verdict]]:
 
 
 def _worst(verdicts: list[Verdict]) -> Verdict:
-    """Return the worst of what is to be said of a law, and in how many cases it is."""
+    """Return the worst verdict on a law, and in how many cases it applies."""
     worst = max(verdicts, key=lambda verdict: WORDS.index(verdict.word))
     count = sum(verdict.word == worst.word for verdict in verdicts)
     share = f" ({count} of {len(verdicts)} cases)" if count < len(verdicts) else ""

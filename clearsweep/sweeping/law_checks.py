@@ -1,4 +1,4 @@
-"""Runs the deciding case of a grid again under the other laws that hold in its joints (`check_laws`)."""
+"""Runs the deciding case of a grid again under the other laws that are suitable for its joints (`check_laws`)."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ class LawCheck:
         self.lead = order.lead_of(grid.layout, grid.verdict.limits)
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
-        """Take the worst of the cases of the grid, which decides, and the laws that hold in its joints."""
+        """Take the worst of the cases of the grid, which decides, and the laws that are suitable for its joints."""
         if self.done or not self.lead.candidates or not len(results.status):
             self.points = []
             return

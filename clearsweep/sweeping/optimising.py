@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import store
 from ..grid import Grid
-from ..grid.optimised import AMONG, ROUND, WHOLE, Choice, ends
+from ..grid.sections.optimise import AMONG, ROUND, WHOLE, Choice, interval_columns
 from ..language.errors import InputError
 from . import surrogate
 from .adaptive import Point
@@ -254,7 +254,7 @@ class _Trial(NamedTuple):
 
 def _interval(columns: dict[str, np.ndarray], name: str, index: int) -> tuple[float, float]:
     """Return the 95 % interval of a column in the case at an index, NaN without one."""
-    low, high = (float(columns[column][index]) if column in columns else math.nan for column in ends(name))
+    low, high = (float(columns[column][index]) if column in columns else math.nan for column in interval_columns(name))
     return low, high
 
 
