@@ -107,8 +107,8 @@ MUTATIONS = (
     Mutation(
         FIGURES, "JOINT", "sums=RootMean(total_columns.FORCE_SQUARE)", "sums=Mean(total_columns.FORCE_SQUARE)", WINDOW
     ),
-    Mutation(FIGURES, "JOINT", "clearance + depth(window, place)", "clearance", WINDOW),
-    Mutation(FIGURES, "JOINT", "max(depth(window, place), 0.0)", "depth(window, place)", FLIGHT),
+    Mutation(FIGURES, "JOINT", "clearance + depth(window, index)", "clearance", WINDOW),
+    Mutation(FIGURES, "JOINT", "max(depth(window, index), 0.0)", "depth(window, index)", FLIGHT),
     Mutation(FIGURES, "depth", "total_columns.DEPTH_MAX], -window", "total_columns.DEPTH_MAX], 0.0 * window", FLIGHT),
     Mutation(FIGURES, "restitution", "joint[total_columns.RESTITUTION] / joint", "1.0 / joint", IMPACT),
     Mutation(WORN, "volume", "joint.journal_radius * journal.sum()", "joint.bearing_radius * journal.sum()", WEAR),
@@ -136,7 +136,7 @@ MUTATIONS = (
     Mutation(SPREAD, "CONFIDENCE", "0.95", "0.9", MEANS),
     Mutation(SPREAD, "STRONGEST", "0.9", "0.95", MEANS),
     Mutation(SUMS, "half_width", "0.5 + 0.5 * CONFIDENCE", "CONFIDENCE", MEANS),
-    Mutation(SPREAD, "dependence", "(1.0 + together) / (1.0 - together)", "1.0 / (1.0 - together)", MEANS),
+    Mutation(SPREAD, "dependence", "(1.0 + correlation) / (1.0 - correlation)", "1.0 / (1.0 - correlation)", MEANS),
     Mutation(SUMS, "half_width", "count * (count - 1)", "count * count", MEANS),
     Mutation(SUMS, "half_width", "stdtrit(count - 1", "stdtrit(count", MEANS),
     Mutation(SUMS, "RootMean.over_blocks", "0.5 * width / value if value", "width / value if value", MEANS),
@@ -145,13 +145,13 @@ MUTATIONS = (
         SUMS, "DepthRate.over_blocks", "np.argmax(depths[-1] - depths[0])", "np.argmin(depths[-1] - depths[0])", MEANS
     ),
     Mutation(
-        SUMS, "DepthRate.take", "reshape(len(totals.joint), -1)[place]", "reshape(len(totals.joint), -1)[0]", MEANS
+        SUMS, "DepthRate.take", "reshape(len(totals.joint), -1)[index]", "reshape(len(totals.joint), -1)[0]", MEANS
     ),
     Mutation(SUMS, "ForceExceeded.over_blocks", "0.5 * (force(RARELY - width)", "1.0 * (force(RARELY - width)", MEANS),
     Mutation(HISTOGRAM, "time_above", "bin_time[index] * (high - force)", "bin_time[index] * (force - low)", MEANS),
-    Mutation(SUMS, "DryTime.over_blocks", "least = LEAST_DRY * (", "least = 0.1 * (", SHARES),
+    Mutation(SUMS, "DryTime.over_blocks", "threshold = LEAST_DRY * (", "threshold = 0.1 * (", SHARES),
     Mutation(SUMS, "Share.over_blocks", "half_width(part - ratio * whole)", "half_width(part)", SHARES),
-    Mutation("simulation/largest.py", "_jumps", "slope[of, at] > STEEP * usual", "slope[of, at] < 0.0", IDEALS),
+    Mutation("simulation/largest.py", "_jumps", "slope[rows, columns] > STEEP * usual", "slope[of, at] < 0.0", IDEALS),
     Mutation("simulation/ideal.py", "peaks", "np.union1d(even, knots)", "even", IDEALS),
     Mutation("simulation/heat.py", "at_equilibrium", "converged = run > 0 and ", "converged = ", HEAT),
     Mutation("simulation/heat.py", "at_equilibrium", "np.minimum(width, UNSURE * (rises - ambient))", "width", HEAT),
@@ -327,7 +327,7 @@ MUTATIONS = (
     Mutation("store/directory.py", "RunDirectory.rows", "[batch], failed, ids))", "[batch], ids))", STORE),
     Mutation(
         "store/directory.py",
-        "RunDirectory.look",
+        "RunDirectory.load_batches",
         "[:HASH_LENGTH] != named_hash(path)",
         "[:HASH_LENGTH] == path.name",
         STORE,
@@ -338,20 +338,20 @@ MUTATIONS = (
     Mutation("store/directory.py", "RunDirectory.recover", "if path not in needed)", "if False)", STORE),
     Mutation("store/directory.py", "RunDirectory._flaw", 'return f"{name}: missing"', "return None", STORE),
     Mutation("store/directory.py", "RunDirectory.recover", "[:HASH_LENGTH] == named_hash(path)", "> ''", STORE),
-    Mutation("store/directory.py", "RunDirectory.look", "not in (None, batch.frame)", "in ()", STRANGERS),
+    Mutation("store/directory.py", "RunDirectory.load_batches", "not in (None, batch.frame)", "in ()", STRANGERS),
     Mutation("store/durable.py", "check_regular", "if kind != stat.S_IFREG:", "if False:", STRANGERS),
     Mutation("store/durable.py", "clear", "if _PASSING.fullmatch(name):", "if True:", STRANGERS),
-    Mutation("store/read.py", "verify", "if actual != wanted:", "if False:", STRANGERS),
+    Mutation("store/read.py", "verify", "if actual != expected:", "if False:", STRANGERS),
     Mutation("store/record.py", "read_record", 'if record.get("checksum") != checksum:', "if False:", STRANGERS),
     Mutation("store/orbits.py", "fletcher32", "return second << 16 | first", "return first << 16 | second", STRANGERS),
     Mutation(
         "store/directory.py",
         "RunDirectory._compare",
-        "if present.get(path) != wanted.get(path)]",
+        "if stored.get(path) != requested.get(path)]",
         "if path not in present]",
         STORE,
     ),
-    Mutation("store/directory.py", "RunDirectory.take", "if batch.name not in known]", "]", STORE),
+    Mutation("store/directory.py", "RunDirectory.take_batches", "if batch.name not in known]", "]", STORE),
     Mutation("store/durable.py", "replace", "os.fsync(file.fileno())", "pass", STORE),
     Mutation(
         "store/durable.py",
@@ -379,12 +379,12 @@ MUTATIONS = (
         STORE,
     ),
     Mutation("store/orbits.py", "_filtered", "reshape(-1, size).T.tobytes()", "reshape(-1, size).tobytes()", STORE),
-    Mutation("store/orbits.py", "_write_dataset", "place += rows", "place += rows - 1", STORE),
+    Mutation("store/orbits.py", "_write_dataset", "row += rows", "row += rows - 1", STORE),
     Mutation(
         "store/orbits.py",
         "OrbitFiles.extents",
-        "first[here], count[here] = starts[row],",
-        "first[here], count[here] = 0,",
+        "first[selection], count[selection] = starts[row],",
+        "first[selection], count[selection] = 0,",
         STORE,
     ),
     Mutation("store/assemble.py", "mark_of", 'for column in ("id", "row"):', 'for column in ("id",):', STRANGERS),
@@ -398,7 +398,7 @@ MUTATIONS = (
     Mutation(
         "store/assemble.py",
         "merge",
-        "if merged == known:",
+        "if merged == merged_files:",
         "if True:",
         "tests/test_sweep.py -k merged_file",
     ),
@@ -410,7 +410,7 @@ MUTATIONS = (
         "store/read.py", "newest", "return max(records", "return min(records", "tests/test_store.py -k newest_run"
     ),
     Mutation("store/read.py", "StoredRun._check", "if not matching:", "if False:", STRANGERS),
-    Mutation("store/read.py", "StoredRun._frame", "[place : place + 2] if stored", "[0:2] if stored", STORE),
+    Mutation("store/read.py", "StoredRun._frame", "[row : row + 2] if stored", "[0:2] if stored", STORE),
     # identity of a case
     Mutation(
         PATTERN,

@@ -261,7 +261,7 @@ def test_batches_taken_over_twice_are_there_once(tmp_path):
         first.recover()
         with store.RunDirectory(tmp_path / "other").open_for(held_grid) as other:
             for _ in range(2):
-                other.take(first)
+                other.take_batches(first)
             assert [batch.name for batch in other.batches] == [batch.name for batch in first.batches]
 
 

@@ -161,7 +161,7 @@ def test_further_lives_are_phases_of_their_own_whose_time_is_foretold():
     for end in (uncertain.LOW, uncertain.HIGH):
         of_end = [words for words in seen if words.startswith(f"life with the wear coefficients at their {end} ends, ")]
         assert any("block 2, " in words for words in of_end)
-    assert [aged.further(aged.scene.case, "").progress.limits.further for _ in range(2)][1] < 1
+    assert [aged.bounding(aged.scene.case, "").progress.limits.further for _ in range(2)][1] < 1
 
 
 def test_a_further_life_whose_block_fails_is_told_and_the_other_one_stays():

@@ -45,10 +45,10 @@ class Ageing:
         self.size = self.parts[-1].slid + 2
         self.number, self.lives, self.failure = number, number, ""  # status of a block that failed
         stored = read(log.read() if log else None, self.size)
-        self.before = [records for records in stored if records.life < number]
+        self.earlier_records = [records for records in stored if records.life < number]
         self.records = [records for records in stored if records.life == number]
         self.recalled = 0  # blocks requested in this process
-        self.spent = float(stored[-1].seconds[1]) if stored else 0.0  # s, processor time of earlier processes
+        self.seconds_before = float(stored[-1].seconds[1]) if stored else 0.0  # s, processor time of earlier processes
         self.start = np.zeros(self.size)
         self.target = next(part for part in self.parts if part.name == self.life.joint)
         most_wear = FIRST * min(joint.clearance for joint in scene.case.joints)
@@ -59,12 +59,12 @@ class Ageing:
             limits = limits._replace(further=FURTHER - number)
         self.progress = LifePhase(limits, len(self.records), name)
 
-    def further(self, case: Case, name: str) -> "Ageing":
+    def bounding(self, case: Case, name: str) -> "Ageing":
         """Return the Ageing of another case as the next life, with the processor time and log of this one."""
         self.lives += 1
         scene = dataclasses.replace(build(case), deadline=self.scene.deadline, verdict=self.scene.verdict)
         other = Ageing(scene, self.log, self.lives, name)
-        other.spent = self.spent
+        other.seconds_before = self.seconds_before
         return other
 
     @property
@@ -122,7 +122,7 @@ class Ageing:
         self.progress.reached(self.value(state))
         self.recalled += 1
         if self.log:
-            self.log.keep(encoded([*self.before, *self.records]))
+            self.log.keep(encoded([*self.earlier_records, *self.records]))
 
     def measured(
         self, run: Callable[["Ageing", np.ndarray], BlockRecord | None]

@@ -238,7 +238,7 @@ def _converged_trajectory(scene: Scene, run: Run, watch: Until | RateObserver, t
 def _run_life(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], ageing: Ageing) -> Trajectory:
     """Return the trajectory of a life: its last block, with the history up to the limit."""
     begin = time.process_time()
-    ageing.scene = scene = dataclasses.replace(scene, deadline=scene.deadline - ageing.spent)
+    ageing.scene = scene = dataclasses.replace(scene, deadline=scene.deadline - ageing.seconds_before)
     last: list[tuple[Scene, Run, RateObserver]] = []
 
     def run_block(ageing: Ageing, state: np.ndarray) -> BlockRecord | None:
@@ -247,7 +247,7 @@ def _run_life(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer
         if run.status != run_control.OK:
             ageing.failure = _failed_block(aged, run).status
             return None
-        return block_record_of(aged, run, watch, ageing.spent + time.process_time() - begin)
+        return block_record_of(aged, run, watch, ageing.seconds_before + time.process_time() - begin)
 
     with phases.phase(ageing.progress):
         life = extrapolated_life(ageing.measured(run_block), ageing, ageing.settings(), ageing.start)

@@ -54,7 +54,7 @@ def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], BlockRecor
                 extrapolated_life(_repeated(_scaled(ageing, case)), ageing, ageing.settings(), ageing.start), ()
             )
             continue
-        aged = ageing.further(case, f"life with the wear coefficients at their {end} ends")
+        aged = ageing.bounding(case, f"life with the wear coefficients at their {end} ends")
         with phases.phase(aged.progress):
             life = extrapolated_life(aged.measured(run), aged, aged.settings(), aged.start)
         lives[end] = BoundingLife(life, tuple(aged.records), aged.failure)

@@ -212,17 +212,17 @@ class Sampler:
 
     def __init__(self, rows: int, select: Callable[[dict[str, np.ndarray]], set[str]]):
         """Take the number of `rows` at random; select : columns of further rows -> identities of all to keep by now."""
-        self.rows, self.chosen = rows, select
-        self.drawn: list[pa.Table] = []
+        self.rows, self.select = rows, select
+        self.random_rows: list[pa.Table] = []
         self.ranges: dict[str, list[Any]] = {}  # column -> smallest, largest value, their identities
         self.selected: dict[str, pa.Table] = {}  # case_id -> its row
-        self.taken = 0
+        self.random_count = 0
 
     def add(self, table: pa.Table, columns: dict[str, np.ndarray]) -> None:
         """Add rows, with their `columns` as arrays."""
-        if (missing := self.rows - self.taken) > 0:
-            self.drawn.append(_copied(table, np.arange(min(missing, len(table)))))
-            self.taken += len(self.drawn[-1])
+        if (missing := self.rows - self.random_count) > 0:
+            self.random_rows.append(_copied(table, np.arange(min(missing, len(table)))))
+            self.random_count += len(self.random_rows[-1])
         ids = columns["case_id"].tolist()
         for name, values in columns.items():
             if values.dtype == object:
@@ -237,7 +237,7 @@ class Sampler:
                 extremes[0], extremes[2] = float(values[low]), ids[low]
             if values[high] > extremes[1]:
                 extremes[1], extremes[3] = float(values[high]), ids[high]
-        selected_ids = self.chosen(columns) | {case_id for extremes in self.ranges.values() for case_id in extremes[2:]}
+        selected_ids = self.select(columns) | {case_id for extremes in self.ranges.values() for case_id in extremes[2:]}
         for case_id in selected_ids - self.selected.keys():
             position = bisect_left(ids, case_id)
             if position < len(ids) and ids[position] == case_id:
@@ -246,7 +246,7 @@ class Sampler:
 
     def table(self, schema: pa.Schema) -> pa.Table:
         """Return the random rows, `taken` of them, followed by the others, each once."""
-        random_rows = pa.concat_tables([pa.Table.from_batches([], schema), *self.drawn])
+        random_rows = pa.concat_tables([pa.Table.from_batches([], schema), *self.random_rows])
         drawn_ids = set(random_rows["case_id"].to_pylist())
         others = [row for case_id, row in sorted(self.selected.items()) if case_id not in drawn_ids]
         return pa.concat_tables([random_rows, *others]).combine_chunks()

@@ -59,15 +59,15 @@ class RunDirectory:
         self.orbits, self.summaries = self.path / ORBITS, self.path / SUMMARIES
         self.scratch = self.path / SCRATCH
         self.record = self.path / RECORD_FILE
-        self.small: dict[Path, tuple[np.ndarray, np.ndarray]] = {}  # cases of small batches and whether they failed
+        self.cached: dict[Path, tuple[np.ndarray, np.ndarray]] = {}  # cases of small batches and whether they failed
         self.batches: list[BatchFiles] = []  # those that were looked at, adopted or taken over
         self.others: list[BatchFiles] = []  # those of another grid
         self.frame: str | None = None  # `ResultSchema.frame` of the batches that count; None: of all
-        self.lost: str | None = None  # what is wrong with run.json, where the batches say all that it did
+        self.record_damage: str | None = None  # what is wrong with run.json, where the batches say all that it did
 
     def check(self, grid: Grid) -> None:
         """Raise DirectoryError if the directory cannot hold the results of `grid`; change nothing."""
-        self.frame, self.lost = ResultSchema.of(grid).frame, None
+        self.frame, self.record_damage = ResultSchema.of(grid).frame, None
         try:
             if not self.path.exists():
                 return
@@ -81,10 +81,10 @@ class RunDirectory:
         try:
             stored = read_record(self.path)["frame"] if self.record.exists() else None
         except DamagedError as error:
-            self.look()
+            self.load_batches()
             if not self.batches and not self._blocks_match():
                 raise
-            self.lost = str(error)
+            self.record_damage = str(error)
             return
         if stored is not None:
             self._compare(stored, plain(grid.frame()))
@@ -94,7 +94,7 @@ class RunDirectory:
         for folder in sorted(self.path.glob(f"{BLOCKS}/*/{SUMMARIES}")):
             block = RunDirectory(folder.parent)
             block.frame = self.frame
-            block.look(histories=False)
+            block.load_batches(histories=False)
             if block.batches:
                 return True
         return False
@@ -150,7 +150,7 @@ class RunDirectory:
             except OSError as error:
                 raise self._not_writable(error) from error
             self.check(grid)  # again, now that no other process can change it
-            if self.lost or not self.record.exists():
+            if self.record_damage or not self.record.exists():
                 self.write_record(grid, start=now(), end=None, **facts)
             yield self
 
@@ -214,8 +214,8 @@ class RunDirectory:
         Unneeded files that a run wrote are removed; their names have checksums.  Damaged files are kept as *.damaged,
         and files with other names are not touched.
         """
-        notes = [f"{self.lost.partition(';')[0]}; restored from the batches"] if self.lost else []
-        damage = self.look()
+        notes = [f"{self.record_damage.partition(';')[0]}; restored from the batches"] if self.record_damage else []
+        damage = self.load_batches()
         notes += [f"{sentence}; its cases run again" for sentence in damage.values()]
         needed = {batch.orbits for batch in self.batches} | {batch.orbits for batch in self.others}
         leftover = [*damage, *(path for path in files_of_batches(self.orbits) if path not in needed)]
@@ -232,7 +232,7 @@ class RunDirectory:
                 durable.discard(logs[case_id])
         return notes
 
-    def look(self, *, histories: bool = True, rows_kept: int = 0) -> dict[Path, str]:
+    def load_batches(self, *, histories: bool = True, rows_kept: int = 0) -> dict[Path, str]:
         """Load every committed batch with valid checksums; return damaged summaries with the reason.
 
         Without `histories` their files are not read.  `rows_kept` : number of rows of summaries that stay in memory.
@@ -279,7 +279,7 @@ class RunDirectory:
             raise durable.changed(path)
         return content
 
-    def take(self, other: "RunDirectory") -> None:
+    def take_batches(self, other: "RunDirectory") -> None:
         """Link or copy the batches of another directory; orbits first, since summaries commit."""
         known = {batch.name for batch in self.batches}
         new = [batch for batch in other.batches if batch.name not in known]
@@ -335,9 +335,9 @@ class RunDirectory:
         """Return the result of `read_done`, cached for small batches, which rounds of cases read repeatedly."""
         if batch.table is not None:
             return done_of(batch.table)
-        content = self.small.get(batch.summary) or read_done(batch.summary)
+        content = self.cached.get(batch.summary) or read_done(batch.summary)
         if len(content[0]) <= SMALL:
-            self.small[batch.summary] = content
+            self.cached[batch.summary] = content
         return content
 
 

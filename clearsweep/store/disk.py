@@ -52,7 +52,7 @@ def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> d
         finished = "merged" in record
         if batches and finished:
             verify(directory, record)
-        damage = run.look(histories=False)
+        damage = run.load_batches(histories=False)
         removable = waste(run, damage, batches=batches and finished)
         counts = record.get("counts", {})
         unused_rows = len(run.rows()) - counts.get("ok", 0) - counts.get("failed", 0) if batches and finished else 0

@@ -61,7 +61,7 @@ def _finish(
     """Write the files of `finish_block` under the lock of the block."""
     requested, facts, find_peaks, say = content
     run = block.directory(result_schema.frame)
-    for sentence in run.look(rows_kept=HELD_ROWS).values():
+    for sentence in run.load_batches(rows_kept=HELD_ROWS).values():
         say(f"{block.path}: {sentence}; its cases run again")
     rows = run.rows()
     stored = len(rows)
@@ -122,7 +122,7 @@ def _finish(
             "failed": failed,
             "missing": len(requested) - len(rows),
             "others": stored - len(rows),
-            "drawn": sampler.taken,
+            "drawn": sampler.random_count,
             "ranges": sampler.ranges,
             "counts": facts.counts(),
         },

@@ -315,7 +315,7 @@ class StoredRun:
 
         (bins,), of a joint in space (bins, length bins).
         """
-        row = self._place(case_id)
+        row = self._row_of(case_id)
         with self._orbits() as file:
             return {
                 joint.name: (file[f"wear/{joint.name}/bearing"][row], file[f"wear/{joint.name}/journal"][row])
@@ -330,7 +330,7 @@ class StoredRun:
         """
         if not self.layout.life:
             return {}
-        row = self._place(case_id)
+        row = self._row_of(case_id)
         with self._orbits() as file:
             start, stop = file[OFFSETS_BY[NODE]][row : row + 2]
             names: list[str] = []
@@ -340,9 +340,9 @@ class StoredRun:
 
     def full_id(self, prefix: str) -> str:
         """Return the case_id that begins with `prefix`; InputError if there is none or more than one."""
-        return str(self._ids[self._place(prefix)].decode())
+        return str(self._ids[self._row_of(prefix)].decode())
 
-    def _place(self, prefix: str) -> int:
+    def _row_of(self, prefix: str) -> int:
         """Return the row of the case whose case_id begins with `prefix`."""
         text = str(prefix).encode()
         lowest, highest = np.array(
@@ -362,7 +362,7 @@ class StoredRun:
     def _frame(self, case_id: str, unit: str, paths: list[str]) -> "pd.DataFrame":
         import pandas as pd
 
-        row = self._place(case_id)
+        row = self._row_of(case_id)
         with self._orbits() as file:
             stored = bool(paths) and "t" in file  # there is nothing if save.orbits is none
             start, stop = file[OFFSETS_BY[unit]][row : row + 2] if stored else (0, 0)

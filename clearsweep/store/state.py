@@ -35,7 +35,10 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
     damage = (
         blocks[1]
         if blocks
-        else [f"{directory}/{sentence}; its cases run again" for sentence in run.look(histories=every_file).values()]
+        else [
+            f"{directory}/{sentence}; its cases run again"
+            for sentence in run.load_batches(histories=every_file).values()
+        ]
     )
     for name in (*FINAL_FILES, *ANSWER_FILES) if merged and not blocks else ():
         try:
@@ -84,7 +87,7 @@ def blocks_state(
         if every_file:
             damage += verify_block(block, mark)
             batches = RunDirectory(block.path)
-            damage += [f"{block.path}/{sentence}; its cases run again" for sentence in batches.look().values()]
+            damage += [f"{block.path}/{sentence}; its cases run again" for sentence in batches.load_batches().values()]
     cases = record.get("counts", {}).get("cases")
     missing = None if cases is None else max(cases - ok - failed, 0)
     return {"cases": cases, "ok": ok, "failed": failed, "missing": missing}, damage

@@ -28,13 +28,13 @@ def complete_run(directory: str | Path, simulator: Simulator = SIMULATION) -> It
         return
     source = store.RunDirectory(directory)
     with phases.phase("reading the directory"):
-        source.look()
+        source.load_batches()
     with tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         grid = grids.load(store.keys_of_all(record, source), simulator.catalogue())
         store.check_version(Path(directory), record, grid)
         target = store.RunDirectory(Path(folder) / "run")
         with target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
-            target.take(source)
+            target.take_batches(source)
             derived, warnings = facts(grid, simulator)
             known = {"source": record.get("source"), "derived": derived, "warnings": warnings}
             conclude(case_runner, grid, target.rows()["id"], start=record.get("start"), **known)

@@ -112,7 +112,7 @@ def committed(job: BlockJob, number: int) -> int:
     """Return how many cases of an unfinished block are committed."""
     directory = store.RunDirectory(store.Block(job.directory, number).path)
     directory.frame = store.ResultSchema.of(job.grid).frame
-    directory.look()
+    directory.load_batches()
     if not directory.batches:
         return 0
     return int(np.count_nonzero(common_values(directory.rows()["id"], np.sort(job.cases(number)[1]))))
@@ -123,7 +123,7 @@ class BlockRunner:
 
     def __init__(self, job: BlockJob, case_runner: CaseRunner, *, earlier: store.RunDirectory | None = None):
         """Prepare with the runner of the cases, and a directory that may already contain batches of theirs."""
-        self.job, self.case_runner, self.earlier = job, case_runner, earlier
+        self.job, self.case_runner, self.earlier_run = job, case_runner, earlier
         self.finishing: dict[int, tuple[Future, Callable[[], Future]]] = {}
         self.marks: dict[int, dict[str, Any]] = {}
         self.most_failures: int | None = None
@@ -168,7 +168,7 @@ class BlockRunner:
         for sentence in directory.recover():
             progress.say(f"{block.path}: {sentence}")
         for source in sources:
-            directory.take(source)
+            directory.take_batches(source)
         if self.case_runner.workers is None:
             self.case_runner.hire(1)
         self._submit(number, block, np.sort(self.job.cases(number)[1]))
@@ -176,12 +176,12 @@ class BlockRunner:
 
     def _take_earlier(self, directory: store.RunDirectory, ids: np.ndarray) -> None:
         """Take over batches with cases of this block from before the run was divided."""
-        if self.earlier is None or self._earlier_ids is None:
+        if self.earlier_run is None or self._earlier_ids is None:
             return
         numbers = np.unique(self._earlier_ids["batch"][common_values(self._earlier_ids["id"], np.sort(ids))])
-        previous = store.RunDirectory(self.earlier.path)
-        previous.batches = [self.earlier.batches[number] for number in numbers.tolist()]
-        directory.take(previous)
+        previous = store.RunDirectory(self.earlier_run.path)
+        previous.batches = [self.earlier_run.batches[number] for number in numbers.tolist()]
+        directory.take_batches(previous)
 
     def _submit(self, number: int, block: store.Block, requested: np.ndarray) -> None:
         task = Job(self.job.directory, self.job.grid, self.job.simulator, None)

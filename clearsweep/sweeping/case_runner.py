@@ -61,7 +61,7 @@ class CaseRunner:
         self.failed = 0
         self.batches: Batches | None = None  # of the latest cases
         self.warmed: set[Hashable] = set()  # signatures of compiled scenes
-        self.tried: list[np.ndarray] = []  # identities of cases that have been tried, which are not tried again
+        self.attempted: list[np.ndarray] = []  # identities of cases that have been tried, which are not tried again
 
     def __enter__(self) -> Self:
         return self
@@ -76,12 +76,12 @@ class CaseRunner:
         ids : of all cases by index; requested : of the required cases, ascending.
         """
         pending = missing(ids, requested, self.directory.rows(), retry_failed=self.options.retry_failed)
-        for candidates in self.tried:
+        for candidates in self.attempted:
             pending = pending[~common_values(ids[pending], candidates)]
         if not len(pending):
             return True
         done = self.run_cases(grid, Pending(pending, ids[pending]))
-        self.tried.append(np.sort(ids[pending]))
+        self.attempted.append(np.sort(ids[pending]))
         return done
 
     def run_cases(self, grid: grids.Grid, pending: "Pending", most_failures: int | None = None) -> bool:

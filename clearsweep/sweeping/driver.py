@@ -50,10 +50,10 @@ class Batches:
         drop : called now and then; returns identities, ascending, of cases that others have finished.
         """
         self.pending, self.ids, self.jobs, self.drop = pending, ids, jobs, drop
-        self.most = max(1, min(MOST_CASES, int(MOST_BYTES / max(bytes_per_case, 1.0))))
-        self.taken, self.largest = 0, 1
+        self.most_cases = max(1, min(MOST_CASES, int(MOST_BYTES / max(bytes_per_case, 1.0))))
+        self.handed_out, self.largest = 0, 1
         self.done, self.seconds = 0.0, 0.0  # of recent batches
-        self.again: deque[Batch] = deque()
+        self.requeued: deque[Batch] = deque()
         self.dropped = time.monotonic()
 
     def follow(self, earlier: "Batches") -> None:
@@ -69,29 +69,33 @@ class Batches:
 
     def next(self) -> Batch | None:
         """Return the next batch, or None if none is left."""
-        if self.again:
-            return self.again.popleft()
+        if self.requeued:
+            return self.requeued.popleft()
         if self.drop and time.monotonic() - self.dropped > TARGET:
             self._drop(self.drop())
-        size = min(self._size(), len(self.pending) - self.taken)
+        size = min(self._size(), len(self.pending) - self.handed_out)
         if not size:
             return None
-        selection = slice(self.taken, self.taken + size)
-        self.taken += size
+        selection = slice(self.handed_out, self.handed_out + size)
+        self.handed_out += size
         return new_batch(Tasks(self.pending[selection], self.ids[selection]))
 
     def _drop(self, done: np.ndarray) -> None:
         """Drop finished cases from those not handed out yet."""
-        left = ~np.isin(self.ids[self.taken :], done)
-        self.pending, self.ids, self.taken = self.pending[self.taken :][left], self.ids[self.taken :][left], 0
+        left = ~np.isin(self.ids[self.handed_out :], done)
+        self.pending, self.ids, self.handed_out = (
+            self.pending[self.handed_out :][left],
+            self.ids[self.handed_out :][left],
+            0,
+        )
         self.dropped = time.monotonic()
 
     def _size(self) -> int:
         if not self.done:
             return 1
         mean = max(self.seconds / self.done, 1e-6)
-        share = (len(self.pending) - self.taken) / (2.0 * self.jobs)
-        return max(1, min(int(max(min(TARGET / mean, share), LEAST / mean)), GROWTH * self.largest, self.most))
+        share = (len(self.pending) - self.handed_out) / (2.0 * self.jobs)
+        return max(1, min(int(max(min(TARGET / mean, share), LEAST / mean)), GROWTH * self.largest, self.most_cases))
 
 
 def new_batch(cases: Tasks, attempts: int = 0) -> Batch:
@@ -150,7 +154,7 @@ class Driver:
             try:
                 self.window[self.executor.submit(run_batch, self.job, batch)] = batch
             except RuntimeError:  # the pool has just broken
-                self.batches.again.appendleft(batch)
+                self.batches.requeued.appendleft(batch)
                 self._restart()
 
     def _settle(self, future: Future) -> None:
@@ -160,12 +164,12 @@ class Driver:
         batch = self.window.pop(future)
         if self.doubtful.pop(future, None) and not future.done():
             future.cancel()
-            self._lost(batch, None)
+            self._handle_death(batch, None)
             return
         try:
             manifest = future.result()
         except self.executor.deaths as error:
-            self._lost(batch, getattr(error, "exitcode", None))
+            self._handle_death(batch, getattr(error, "exitcode", None))
         except (BrokenExecutor, CancelledError):
             self.window[future] = batch
             self._restart()
@@ -173,9 +177,9 @@ class Driver:
             self._drain()
             raise
         else:
-            self._take(batch, manifest)
+            self._record_result(batch, manifest)
 
-    def _take(self, batch: Batch, manifest: Manifest) -> None:
+    def _record_result(self, batch: Batch, manifest: Manifest) -> None:
         """Record a batch that its worker has returned."""
         self._discard(batch)
         if manifest.committed:
@@ -187,24 +191,24 @@ class Driver:
         self.case_seconds += manifest.seconds
         self.progress.advance(manifest.done, self.failed)
         if left := batch.cases.part(manifest.done):
-            self.batches.again.append(new_batch(left))  # its worker was asked to stop
+            self.batches.requeued.append(new_batch(left))  # its worker was asked to stop
 
     def _was_committed(self, batch: Batch) -> bool:
         """Return whether a worker committed this batch before it died; if so, record it."""
         committed = self.directory.committed_as(batch.name)
         if committed is None:
             return False
-        self._take(batch, Manifest(committed, *self.directory.counts_of(committed), 0.0))
+        self._record_result(batch, Manifest(committed, *self.directory.counts_of(committed), 0.0))
         return True
 
-    def _lost(self, batch: Batch, exitcode: int | None) -> None:
+    def _handle_death(self, batch: Batch, exitcode: int | None) -> None:
         """Handle a batch whose worker died: its current case is tried once more alone, the others are requeued."""
         note = read_note(self.job, batch)
         self._discard(batch)
         if self._was_committed(batch):
             return
         if note is None:  # it died before the first case
-            self.batches.again.append(new_batch(batch.cases, batch.attempts + 1))
+            self.batches.requeued.append(new_batch(batch.cases, batch.attempts + 1))
             if batch.attempts < MOST_RESTARTS:
                 return
             raise ClearsweepError(
@@ -213,11 +217,11 @@ class Driver:
         position = note.batch_index
         culprit, remaining = batch.cases.part(position, position + 1), batch.cases.without(position)
         if remaining:
-            self.batches.again.append(new_batch(remaining, 1))  # one by one
+            self.batches.requeued.append(new_batch(remaining, 1))  # one by one
         if note.late:
             self._give_up(culprit, "timeout", f"did not end within the {self.job.case_timeout:g} s of --case-timeout")
         elif remaining or not batch.attempts:
-            self.batches.again.append(new_batch(culprit, 1))
+            self.batches.requeued.append(new_batch(culprit, 1))
         else:
             self._give_up(culprit, "crashed", f"its worker died twice ({_cause(exitcode)})")
 
@@ -226,7 +230,7 @@ class Driver:
         batch, (case,) = new_batch(culprit), culprit.listed()
         row = store.Row(case.case_id, self.job.grid.point(case.grid_index), failure(status, message))
         committed = store.commit(self.job.directory, self.job.result_schema, batch.name, [row])
-        self._take(batch, Manifest(committed, 1, 1, 0.0))
+        self._record_result(batch, Manifest(committed, 1, 1, 0.0))
 
     def _restart(self) -> None:
         """Replace a broken pool; running batches are handed out again unless they were committed."""
@@ -237,7 +241,7 @@ class Driver:
         self.executor.restart()
         for batch in window.values():
             if not self._was_committed(batch):
-                self.batches.again.append(new_batch(batch.cases, batch.attempts))
+                self.batches.requeued.append(new_batch(batch.cases, batch.attempts))
 
     def _orphans(self) -> list[Future]:
         """Return futures that will not end: their worker died some time ago, unnoticed by the pool.
@@ -277,7 +281,7 @@ class Driver:
             os.close(durable.create(self.job.stop))
         for future in wait(self.window, timeout=GRACE).done:
             with contextlib.suppress(Exception):
-                self._take(self.window[future], future.result())
+                self._record_result(self.window[future], future.result())
                 del self.window[future]
         self.executor.close()
         for batch in self.window.values():

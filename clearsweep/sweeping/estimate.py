@@ -180,7 +180,7 @@ def _remaining(grid: Grid, directory: store.RunDirectory, part: Shard | None, si
         timed = np.unique(np.concatenate([np.empty(0, "i8"), *spread]))
         scenes = {simulator.signature(case): case for case in map(grid.case, timed.tolist())}
         return _Remaining(requested, pending, timed, list(scenes.values()))
-    directory.look()
+    directory.load_batches()
     ids = case_runner.case_ids(grid)
     requested_ids = part.ids(ids) if part else distinct(ids)
     pending_indices = case_runner.missing(ids, requested_ids, directory.rows(), retry_failed=False)

@@ -194,7 +194,7 @@ class Dask:
             try:
                 self._jobs = max(1, len(with_timeout(self._client.nthreads)))
             except Exception as error:
-                raise self._lost(error) from None
+                raise self._lost_error(error) from None
             self._counted = time.monotonic()
         return self._jobs
 
@@ -213,9 +213,9 @@ class Dask:
         try:
             self._start()
         except InputError as error:
-            raise self._lost(error.__cause__) from None
+            raise self._lost_error(error.__cause__) from None
 
-    def _lost(self, error: BaseException | None) -> SchedulerLostError:
+    def _lost_error(self, error: BaseException | None) -> SchedulerLostError:
         """Return the error for a scheduler that no longer answers."""
         return SchedulerLostError(
             f"scheduler: {self._scheduler or 'the one of this run'} was lost ({error}); "

@@ -19,16 +19,16 @@ class LawCheck:
 
     def __init__(self, grid: Grid, simulator: Simulator):
         self.simulator, self.points, self.done = simulator, list[Point](), False
-        self.lead = order.lead_of(grid.layout, grid.verdict.limits)
+        self.ranking = order.lead_of(grid.layout, grid.verdict.limits)
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Take the worst of the cases of the grid, which decides, and the laws that are suitable for its joints."""
-        if self.done or not self.lead.candidates or not len(results.status):
+        if self.done or not self.ranking.candidates or not len(results.status):
             self.points = []
             return
         self.done = True
-        values, _ = self.lead.worst(results.columns)
-        badness = self.lead.ranking(values)
+        values, _ = self.ranking.worst(results.columns)
+        badness = self.ranking.ranking(values)
         if np.isneginf(badness).all():
             return
         index = first + int(np.flatnonzero(badness == badness.max())[-1])
@@ -52,7 +52,7 @@ class LawChecks:
 
     def __init__(self, base: dict[str, str], lead: order.Lead):
         """base : path -> law of the grid, {} where none is checked."""
-        self.base, self.lead = base, lead
+        self.base, self.ranking = base, lead
         self.rows: list[law_check.Row] = []
 
     def of_grid(self, block: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -64,7 +64,7 @@ class LawChecks:
 
     def add(self, block: Mapping[str, np.ndarray]) -> None:
         """Take in finished cases that check laws."""
-        self.rows += law_check.rows_of(block, self.base, self.lead)
+        self.rows += law_check.rows_of(block, self.base, self.ranking)
 
     def facts(self, deciding: dict[str, Any] | None) -> dict[str, Any] | None:
         """Return what the checks came to next to the deciding case (its entry in the closing table); None: none ran."""

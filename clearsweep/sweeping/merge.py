@@ -51,7 +51,7 @@ def run_merge(
     sources = [store.RunDirectory(path) for path in paths]
     for path in sources:
         path.check(grid)
-        for sentence in path.look().values():
+        for sentence in path.load_batches().values():
             progress.say(f"{path.path}: {sentence}; left out")
     rows = [path.rows() for path in sources]
     ids = distinct(case_ids(grid))
@@ -64,7 +64,7 @@ def run_merge(
         for sentence in target.recover():
             progress.say(sentence)
         for path in sources:
-            target.take(path)
+            target.take_batches(path)
         counts: dict[str, Any] = conclude(
             case_runner,
             grid,
@@ -156,7 +156,7 @@ def _sources(paths: list[Path], number: int, frame: str) -> tuple[list[store.Run
     sources = [store.RunDirectory(store.Block(path, number).path) for path in paths]
     for source in sources:
         source.frame = frame
-        for sentence in source.look().values():
+        for sentence in source.load_batches().values():
             progress.say(f"{source.path}: {sentence}; left out")
     return sources, [source.rows() for source in sources]
 

@@ -87,15 +87,15 @@ class _Others:
         self.directory = store.RunDirectory(store.Block(node.job.directory, number).path)
         self.directory.frame = store.ResultSchema.of(node.job.grid).frame
         self.ids = np.empty(0, "u8")
-        self.seen: set[str] = set()
+        self.known_cases: set[str] = set()
 
     def __call__(self) -> np.ndarray:
         """Return the identities of committed cases, ascending; raise _StoppedError if the run must stop."""
         if self.node.stopping():
             raise _StoppedError
-        names = {path.name for path in self.directory.summaries.glob("*.parquet")} - self.seen
+        names = {path.name for path in self.directory.summaries.glob("*.parquet")} - self.known_cases
         parts = [self.directory.done_in(name) for name in sorted(names)]
-        self.seen |= names
+        self.known_cases |= names
         self.ids = np.unique(np.concatenate([self.ids, *parts]))
         return self.ids
 
@@ -147,7 +147,7 @@ def _help(node: _Node, number: int, other_nodes: _Others) -> None:
     job, case_runner = node.job, node.case_runner
     block = store.Block(job.directory, number)
     directory = block.directory(store.ResultSchema.of(job.grid).frame)
-    directory.look(histories=False)
+    directory.load_batches(histories=False)
     indices, ids = job.cases(number)
     pending = missing(ids, np.sort(ids), directory.rows(), retry_failed=False)[::-1]
     if not len(pending):

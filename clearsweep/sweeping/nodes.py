@@ -150,7 +150,7 @@ class NodesDriver:
                 except (StorageError, InputError):
                     raise
                 except Exception:  # many kinds: the scheduler is gone
-                    self._lost(queue)
+                    self._reconnect(queue)
                     continue
                 if most is not None and self.failed > most:
                     self.complete = False
@@ -224,7 +224,7 @@ class NodesDriver:
             self.committed.pop(task.number, None)
             self.complete &= report.complete
 
-    def _lost(self, queue: "deque[int]") -> None:
+    def _reconnect(self, queue: "deque[int]") -> None:
         """Reconnect and request all running blocks again."""
         progress.say(f"scheduler: {self.cluster.address} was lost; waiting for it to reconnect")
         queue.extend(dict.fromkeys(task.number for task in self.tasks if not task.helping))

@@ -70,7 +70,7 @@ class Observation(NamedTuple):
 
     signals: tuple[Observed, ...]
     labels: tuple[Label, ...]
-    chosen: tuple[str, ...]  # of `identified.FEATURES`
+    feature_names: tuple[str, ...]  # of `identified.FEATURES`
     values: np.ndarray  # (features,)
     covariance: np.ndarray  # (features, features): scatter of the measurement, gain error and model error
 
@@ -79,7 +79,7 @@ class Observation(NamedTuple):
         parts = []
         for observed, share in zip(self.signals, noise.tolist(), strict=True):
             features_of_case = observed.statistics(history, share, rng).features()
-            parts.append(vector(features_of_case, observed.orders, self.chosen))
+            parts.append(vector(features_of_case, observed.orders, self.feature_names))
         return np.concatenate(parts)
 
 

@@ -62,7 +62,7 @@ class Optimising:
             raise InputError("optimise: needs Optuna, which is not installed; run `pip install clearsweep[optimise]`")
         self.optimise = grid.optimise
         self.trials: list[_Trial] = []
-        self.seen: set[tuple[Any, ...]] = set()
+        self.seen_points: set[tuple[Any, ...]] = set()
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
         """Record the results of a grid's cases from the index `first` on."""
@@ -79,7 +79,7 @@ class Optimising:
                 )
             intervals = {name: _interval(results.columns, name, k) for name in names}
             margins = {name: float(margin[k]) for name, margin in results.margins.items()}
-            self.seen.add(tuple(point.values()))
+            self.seen_points.add(tuple(point.values()))
             trial = _Trial(grid.case_id(index), point, values, intervals, margins, results.exceeded[k], failed)
             self.trials.append(trial)
 
@@ -90,7 +90,7 @@ class Optimising:
         for attempt in range(ATTEMPTS if remaining > 0 else 0):
             for point in self._proposed(attempt, min(ROUND, remaining)):
                 key = tuple(point.values())
-                if key not in self.seen and len(points) < remaining:
+                if key not in self.seen_points and len(points) < remaining:
                     points.setdefault(key, point)
             if points:
                 break

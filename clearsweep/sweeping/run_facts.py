@@ -32,11 +32,11 @@ class RunFacts:
         self.statuses: Counter[str] = Counter()
         self.remarks, self.limits = validity.Remarks(joints), _LimitCounts(record)
         self.lives, self.pace = Lives(layout), Pace(record, layout)
-        self.lead = order.lead_of(layout, self.limits.verdict.limits, record)
-        self.worst = WorstCases(self.lead, joints, self.limits.verdict.limits)
+        self.ranking = order.lead_of(layout, self.limits.verdict.limits, record)
+        self.worst = WorstCases(self.ranking, joints, self.limits.verdict.limits)
         self.expected: dict[str, Any] | None = None  # the largest force peak to expect in many revolutions
         self._joints = joints
-        self.laws = LawChecks(checked, self.lead)
+        self.laws = LawChecks(checked, self.ranking)
         columns = ["status", *self.swept, *checked, *self.worst.columns]
         columns += validity.columns(joints, {column.name for column in layout.columns})
         columns += [name for name in expected.columns(joints) if name in {column.name for column in layout.columns}]

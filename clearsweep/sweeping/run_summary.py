@@ -24,7 +24,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
     run = result.open()
     run_facts = RunFacts(run.grid, run.layout)
     run_facts.read(run)
-    limits, leading = run_facts.limits, run_facts.lead
+    limits, leading = run_facts.limits, run_facts.ranking
     return {
         "directory": str(result.directory),
         "cases": result.cases,

@@ -39,14 +39,14 @@ class Seeking:
     def __init__(self, grid: Grid):
         assert grid.seek is not None  # only for grids that have the section
         self.seek = grid.seek
-        self.others = _others(grid, self.seek)
-        self.place_of = {tuple(point.values()): j for j, point in enumerate(self.others)}
-        subjects = range(len(self.others))
+        self.other_points = _other_points(grid, self.seek)
+        self.index_of = {tuple(point.values()): j for j, point in enumerate(self.other_points)}
+        subjects = range(len(self.other_points))
         self.subjects = [(j,) for j in subjects] if self.seek.each else [tuple(subjects)]
-        self.probes: list[dict[int, _Probe]] = [{} for _ in self.others]  # for each: place -> probe
-        self.indices = {self.seek.value(index): index for index in self._first()}  # value -> place
+        self.probes: list[dict[int, _Probe]] = [{} for _ in self.other_points]  # for each: index -> probe
+        self.indices = {self.seek.value(index): index for index in self._first_indices()}  # value -> place
 
-    def _first(self) -> tuple[int, ...]:
+    def _first_indices(self) -> tuple[int, ...]:
         return tuple(range(self.seek.last + 1)) if self.seek.fits else scan(self.seek.last)
 
     def learn(self, grid: Grid, first: int, results: store.CaseResults) -> None:
@@ -54,7 +54,7 @@ class Seeking:
         for index in range(first, len(grid)):
             point = grid.point(index)
             place = self.indices[[point.pop(path) for path in self.seek.paths].pop()]
-            self.probes[self.place_of[tuple(point.values())]][place] = _probe(results, index - first)
+            self.probes[self.index_of[tuple(point.values())]][place] = _probe(results, index - first)
 
     def next_points(self) -> list[Point]:
         """Return the points of the next cases."""
@@ -76,7 +76,7 @@ class Seeking:
     def _point(self, j: int, index: int) -> Point:
         value = self.seek.value(index)
         self.indices[value] = index
-        return self.others[j] | dict.fromkeys(self.seek.paths, value)
+        return self.other_points[j] | dict.fromkeys(self.seek.paths, value)
 
     def _answer(self, subject: tuple[int, ...]) -> Answer:
         """Return the answer from the probes of some cases of the other axes."""
@@ -86,7 +86,7 @@ class Seeking:
         deciding = _deciding(known, border, seek.last)
         worst = min(subject, key=lambda j: (self.probes[j][deciding].margin, j))
         limiting = None if known[deciding] else self.probes[worst][deciding].limiting
-        point = self.others[worst]
+        point = self.other_points[worst]
         if border.last_good is None:
             nearest = max(known, key=lambda index: (min(self.probes[j][index].margin for j in subject), -index))
             best = tuple(self._best(j, nearest) for j in subject)
@@ -109,7 +109,7 @@ class Seeking:
         probe = self.probes[j][index]
         finite = np.isfinite(probe.margin)
         return {
-            "point": self.others[j],
+            "point": self.other_points[j],
             "value": self.seek.value(index),
             "fit": self.seek.fit(index).name if self.seek.fits else None,
             "margin": probe.margin if finite else None,
@@ -134,7 +134,7 @@ def every(known: Mapping[int, bool], last: int) -> Border:
     return Border(last if first_bad is None else first_bad - 1, first_bad)
 
 
-def _others(grid: Grid, seek: Seek) -> list[Point]:
+def _other_points(grid: Grid, seek: Seek) -> list[Point]:
     """Return the values of all axes except the searched one, for each combination."""
     points = (grid.point(index) for index in range(len(grid)))
     other_points = (tuple((path, value) for path, value in point.items() if path not in seek.paths) for point in points)

@@ -16,16 +16,16 @@ class WorstCases:
 
     def __init__(self, lead: Lead, joints: list[str], limits: tuple[Limit, ...]):
         """Prepare with the ranking, the joints whose force peaks each entry contains, and the limits of the grid."""
-        self.lead, self.joints, self.limits = lead, joints, limits
+        self.ranking, self.joints, self.limits = lead, joints, limits
         self.columns = [*dict.fromkeys((*lead.columns, *(f"{joint}_force_peak" for joint in joints)))]
         self.entries: list[dict[str, Any]] = []  # the worst first
 
     def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
         """Add finished cases; describe : index in the block -> description of the case."""
-        if not self.lead.candidates:
+        if not self.ranking.candidates:
             return
-        values, candidate_numbers = self.lead.worst(block)
-        badness = self.lead.ranking(values)
+        values, candidate_numbers = self.ranking.worst(block)
+        badness = self.ranking.ranking(values)
         least = np.partition(badness, -WORST_CASES)[-WORST_CASES] if len(badness) > WORST_CASES else -np.inf
         worst = np.flatnonzero(badness >= least)
         worst = worst[np.lexsort((block["case_id"][worst], badness[worst]))[-WORST_CASES:]]
@@ -36,11 +36,11 @@ class WorstCases:
 
     def _badness(self, entry: dict[str, Any]) -> tuple[float, str]:
         figure = entry["figures"][0]["value"]
-        return float(self.lead.ranking(np.array(np.nan if figure is None else figure))), entry["case_id"]
+        return float(self.ranking.ranking(np.array(np.nan if figure is None else figure))), entry["case_id"]
 
     def _figures(self, block: Mapping[str, np.ndarray], index: int, number: int) -> dict[str, Any]:
         """Return the figures that rank a case, and the largest force peak with its joint; None for null."""
-        candidate = self.lead.candidates[number]
+        candidate = self.ranking.candidates[number]
         peaks = [(float(np.nan_to_num(float(block[f"{joint}_force_peak"][index]))), joint) for joint in self.joints]
         peak, joint = max(peaks)
         figures = []

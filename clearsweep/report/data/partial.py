@@ -41,7 +41,7 @@ def gathered(
 def _gather(directory: Path, place: Path, catalogue: Catalogue) -> None:
     """Write the run of the cases finished so far in a directory to `place`."""
     record, source = store.read_record(directory), store.RunDirectory(directory)
-    source.look()
+    source.load_batches()
     if not source.batches:
         raise DirectoryError(f"{directory}: no case of its run is finished yet; `status` tells how far it is")
     grid = grids.load(store.keys_so_far(record, source), catalogue)
