@@ -111,22 +111,18 @@ def read(file: str | PathLike) -> Series:
     path = Path(file)
     try:
         refuse_endless(path, _LARGEST_FILE)
-        headings, rows = rows_of_csv(path)
+        titles, rows = rows_of_csv(path)
     except (OSError, ValueError, csv.Error) as error:
         raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     for line, row in rows:
-        if len(row) != len(headings):
-            raise InputError(
-                f"{path}:{line}: the row has {len(row)} cells, the head {len(headings)}; write every value"
-            )
+        if len(row) != len(titles):
+            raise InputError(f"{path}:{line}: the row has {len(row)} cells, the head {len(titles)}; write every value")
     columns: dict[str, np.ndarray] = {}
     rounding: dict[str, np.ndarray] = {}
-    for column, heading in enumerate(headings):
-        name, unit = _column(heading)
+    for column, title in enumerate(titles):
+        name, unit = _column(title)
         if name in columns:
-            raise InputError(
-                f"{path}:1:{column + 1}: '{heading.strip()}' is a second column of {name}; keep one of them"
-            )
+            raise InputError(f"{path}:1:{column + 1}: '{title.strip()}' is a second column of {name}; keep one of them")
         if name:
             texts = [row[column] for _, row in rows]
             columns[name] = _values(
@@ -135,7 +131,7 @@ def read(file: str | PathLike) -> Series:
             if name in _ROUNDED:
                 scale = 0.5 * quantity.read(f"1 {unit}", COLUMNS[name][0])
                 rounding[name] = scale * np.array([_last_digit(text) for text in texts])
-    _check(path, columns, headings)
+    _check(path, columns, titles)
     return Series(columns, rounding, str(path))
 
 
@@ -199,18 +195,18 @@ def _of_depth(worn: Worn) -> list[str]:
     time, tolerances = columns["time"], _tolerance(worn)[1:]
     agreeing = {rule: np.abs(grown[1:] - depths[1:]) <= tolerances for rule, depths in worn.depth.items()}
     lengths = {rule: len(is_near) if is_near.all() else int(np.argmin(is_near)) for rule, is_near in agreeing.items()}
-    best_rule = max(lengths, key=lambda rule: lengths[rule])
-    if lengths[best_rule] == len(time) - 1:
+    best = max(lengths, key=lambda rule: lengths[rule])
+    if lengths[best] == len(time) - 1:
         return []
-    final_depths = {rule: _um(depths[-1]) for rule, depths in worn.depth.items()}
+    totals = {rule: _um(depths[-1]) for rule, depths in worn.depth.items()}
     finite = implied[np.isfinite(implied)]
     sentence = (
         f"Wear depth: the table grows by {_um(grown[-1])} um, its own pressures and speeds with "
-        f"{worn.coefficient:.3g} m^2/N give {final_depths['trapezoidal']} um (trapezoidal rule; {final_depths['left']} "
-        f"with the first values of each step, {final_depths['right']} with the last). "
+        f"{worn.coefficient:.3g} m^2/N give {totals['trapezoidal']} um (trapezoidal rule; {totals['left']} "
+        f"with the first values of each step, {totals['right']} with the last). "
     )
-    if lengths[best_rule]:
-        sentence += f"Its steps follow one of these sums, the {best_rule} one, up to {time[lengths[best_rule]]:g} s. "
+    if lengths[best]:
+        sentence += f"Its steps follow one of these sums, the {best} one, up to {time[lengths[best]]:g} s. "
     else:
         sentence += "Its steps follow none of these sums, from the first on. "
     if len(finite) and not _one_coefficient(worn):
@@ -229,10 +225,8 @@ def _one_coefficient(worn: Worn) -> bool:
     upper = np.maximum(rate[1:], rate[:-1]) * steps
     lower = np.minimum(rate[1:], rate[:-1]) * steps
     with np.errstate(all="ignore"):
-        low, high = (
-            np.where(upper > 0.0, (depth - unit) / upper, 0.0),
-            np.where(lower > 0.0, (depth + unit) / lower, np.inf),
-        )
+        low = np.where(upper > 0.0, (depth - unit) / upper, 0.0)
+        high = np.where(lower > 0.0, (depth + unit) / lower, np.inf)
     return bool(low.max() <= high.min())
 
 
@@ -259,23 +253,21 @@ def _of_area(series: Series) -> list[str]:
     force, pressure = series.columns["force"], series.columns["pressure"]
     if np.any(pressure <= 0.0) or np.ptp(force) == 0.0:
         return []
-    area, smallest, largest = force / pressure, int(np.argmin(force)), int(np.argmax(force))
-    if area[largest] >= 0.99 * area[smallest]:
+    area, low, high = force / pressure, int(np.argmin(force)), int(np.argmax(force))
+    if area[high] >= 0.99 * area[low]:
         return []
     return [
-        f"Area: force over pressure falls from {1e6 * area[smallest]:.4g} to {1e6 * area[largest]:.4g} mm^2 while the "
-        f"force grows from {force[smallest]:.4g} to {force[largest]:.4g} N; the arc of a conformal contact grows with "
-        "its force."
+        f"Area: force over pressure falls from {1e6 * area[low]:.4g} to {1e6 * area[high]:.4g} mm^2 while the force "
+        f"grows from {force[low]:.4g} to {force[high]:.4g} N; the arc of a conformal contact grows with its force."
     ]
 
 
 def _of_unit(worn: Worn) -> str:
     """Return the coefficient in mm^2/N, and the wear if that number were in m^2/N."""
-    final_depth = worn.depth["trapezoidal"][-1]
+    depth = worn.depth["trapezoidal"][-1]
     return (
         f"Unit: {worn.coefficient:.3g} m^2/N is {1e6 * worn.coefficient:.3g} mm^2/N; {1e6 * worn.coefficient:.3g} "
-        f"m^2/N, as such a number is often printed, would wear {1e6 * final_depth:.3g} m, not "
-        f"{1e6 * final_depth:.3g} um."
+        f"m^2/N, as such a number is often printed, would wear {1e6 * depth:.3g} m, not {1e6 * depth:.3g} um."
     )
 
 
@@ -303,10 +295,10 @@ def facts(worn: Worn, number: float | None = None) -> str:
 def text(worn: Worn, number: float | None = None) -> str:
     """Return the series with its depths as a table, followed by remarks."""
     columns, rules = worn.series.columns, ("trapezoidal", "left", "right")
-    headings = ["time, s", "pressure, MPa", "speed, m/s", *(f"{rule}, um" for rule in rules)]
+    titles = ["time, s", "pressure, MPa", "speed, m/s", *(f"{rule}, um" for rule in rules)]
     cells = [columns["time"], 1e-6 * worn.pressure, columns["speed"], *(1e6 * worn.depth[rule] for rule in rules)]
     if worn.implied is not None:
-        headings += ["table, um", "its k, m^2/N"]
+        titles += ["table, um", "its k, m^2/N"]
         cells += [1e6 * columns["depth"], np.concatenate([[np.nan], worn.implied])]
     cells = [column[:_SHOWN] for column in cells]
     rows = [[f"{value:.4g}" for value in row] for row in zip(*cells, strict=True)]
@@ -314,17 +306,14 @@ def text(worn: Worn, number: float | None = None) -> str:
     for row, values in zip(rows, zip(*cells, strict=True), strict=True):
         row[places] = [_um(1e-6 * value) for value in values[places]]
     rows = [["-" if cell == "nan" else cell for cell in row] for row in rows]
-    widths = [max(map(len, column)) for column in zip(headings, *rows, strict=True)]
-    lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (headings, *rows)]
+    widths = [max(map(len, column)) for column in zip(titles, *rows, strict=True)]
+    lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (titles, *rows)]
     if len(columns["time"]) > _SHOWN:
         lines.append(f"... {len(columns['time']) - _SHOWN:,} more rows; --json has all")
     dimensionless = "" if number is None else f" (dimensionless {number:.3g})"
-    final_depths = ", ".join(f"{_um(worn.depth[rule][-1])} um {rule}" for rule in rules)
-    lines += [
-        "",
-        f"k = {worn.coefficient:.4g} m^2/N{dimensionless}; depth after {columns['time'][-1]:g} s: {final_depths}",
-        "",
-    ]
+    totals = ", ".join(f"{_um(worn.depth[rule][-1])} um {rule}" for rule in rules)
+    duration = f"{columns['time'][-1]:g} s"
+    lines += ["", f"k = {worn.coefficient:.4g} m^2/N{dimensionless}; depth after {duration}: {totals}", ""]
     if _is_coarse(worn):
         lines += ["The table's depth is rounded too coarsely to be compared with its own pressures and speeds.", ""]
     elif "depth" in columns and not worn.remarks:
@@ -342,15 +331,15 @@ def _um(depth: float) -> str:
     return f"{1e6 * depth:.3f}" if abs(depth) < 1.0 else f"{1e6 * depth:.4g}"
 
 
-def _column(heading: str) -> tuple[str, str]:
+def _column(title: str) -> tuple[str, str]:
     """Return the name in COLUMNS and the unit of a header, '' for none."""
-    name, unit = head_of(heading)
-    column_word = name.lower().replace(" ", "_")
+    name, unit = head_of(title)
+    word = name.lower().replace(" ", "_")
     for column, (_, names) in COLUMNS.items():
         for alias in names:
-            if column_word == alias:
+            if word == alias:
                 return column, unit
-            if not unit and column_word.startswith(f"{alias}_"):
+            if not unit and word.startswith(f"{alias}_"):
                 return column, name[len(alias) + 1 :].replace("_", "/", 1)
     return "", ""
 
@@ -386,15 +375,13 @@ def _read(where: str, written: str, unit: str) -> float:
         raise InputError(f"{where}: {error}") from None
 
 
-def _check(path: Path, columns: Mapping[str, np.ndarray], headings: list[str]) -> None:
+def _check(path: Path, columns: Mapping[str, np.ndarray], titles: list[str]) -> None:
     """Raise InputError if a series lacks a column or its time does not increase."""
     names = [name for _, (_, aliases) in COLUMNS.items() for name in aliases]
     for name in ("time", "speed"):
         if name not in columns:
-            suggestion = next(
-                (nearest(head_of(heading)[0], names) for heading in headings if nearest(head_of(heading)[0], names)), ""
-            )
-            raise InputError(f"{path}:1:1: has no column of {name}{suggestion} (known: {_KNOWN})")
+            hint = next((hint for title in titles if (hint := nearest(head_of(title)[0], names))), "")
+            raise InputError(f"{path}:1:1: has no column of {name}{hint} (known: {_KNOWN})")
     for name, values in columns.items():
         if values.size and np.abs(values).max() > LARGEST:
             row = int(np.argmax(np.abs(values)))
@@ -403,9 +390,9 @@ def _check(path: Path, columns: Mapping[str, np.ndarray], headings: list[str]) -
             )
     if len(columns["time"]) < 2:
         raise InputError(f"{path}: has {len(columns['time'])} rows; a series has at least 2")
-    not_increasing = np.flatnonzero(np.diff(columns["time"]) <= 0.0)
-    if len(not_increasing):
-        raise InputError(f"{path}: row {not_increasing[0] + 3}: the time does not increase; order the rows by it")
+    late = np.flatnonzero(np.diff(columns["time"]) <= 0.0)
+    if len(late):
+        raise InputError(f"{path}: row {late[0] + 3}: the time does not increase; order the rows by it")
     for name in ("pressure", "force"):
         if name in columns and np.any(columns[name] < 0.0):
             row = int(np.flatnonzero(columns[name] < 0.0)[0]) + 2

@@ -348,7 +348,7 @@ MUTATIONS = (
         "store/directory.py",
         "RunDirectory._compare",
         "if stored.get(path) != requested.get(path)]",
-        "if path not in present]",
+        "if path not in stored]",
         STORE,
     ),
     Mutation("store/directory.py", "RunDirectory.take_batches", "if batch.name not in known]", "]", STORE),

@@ -193,17 +193,17 @@ def _nulls(column: pa.Array) -> np.ndarray:
     return np.flatnonzero(bits[column.offset : column.offset + len(column)] == 0)
 
 
-def datasets(result_schema: ResultSchema) -> tuple[Dataset, ...]:
+def datasets(schema: ResultSchema) -> tuple[Dataset, ...]:
     """Return the datasets of the orbits for `case_id` and the offsets."""
     datasets = []
-    if result_schema.histories:
+    if schema.histories:
         datasets += [
             Dataset(column.name, np.dtype("f8"), column.unit, column.description, SAMPLE)
-            for column in result_schema.layout.stored
+            for column in schema.layout.stored
         ]
-        datasets += event_datasets(result_schema.layout)
-        datasets += section_datasets(result_schema.layout)
-    for joint in result_schema.layout.joints:
+        datasets += event_datasets(schema.layout)
+        datasets += section_datasets(schema.layout)
+    for joint in schema.layout.joints:
         if joint.wear_bins:
             text = "wear depth of the {} in angular bins of its own frame"
             shape: tuple[int, ...] = (joint.wear_bins,)
@@ -213,18 +213,18 @@ def datasets(result_schema: ResultSchema) -> tuple[Dataset, ...]:
                 Dataset(f"wear/{joint.name}/{body}", np.dtype("f8"), "m", text.format(body), CASE, shape)
                 for body in ("bearing", "journal")
             ]
-    return (*datasets, *life_datasets(result_schema.layout))
+    return (*datasets, *life_datasets(schema.layout))
 
 
-def offsets_of(result_schema: ResultSchema) -> dict[str, Dataset]:
+def offsets_of(schema: ResultSchema) -> dict[str, Dataset]:
     """Return the datasets with the offsets of cases, by what they count: samples, events and so on."""
     text = "first {} of each case; the last value is their number"
     offsets = {SAMPLE: Dataset("offsets", np.dtype("i8"), "1", text.format(SAMPLE), CASE)}
-    if result_schema.histories:
+    if schema.histories:
         offsets[EVENT] = Dataset("events/offsets", np.dtype("i8"), "1", text.format(EVENT), CASE)
-        if result_schema.layout.sections:
+        if schema.layout.sections:
             offsets[SECTION] = Dataset("poincare/offsets", np.dtype("i8"), "1", text.format(SECTION), CASE)
-    if result_schema.layout.life:
+    if schema.layout.life:
         offsets[NODE] = Dataset(f"{results.HISTORY}offsets", np.dtype("i8"), "1", text.format(NODE), CASE)
     return offsets
 
@@ -243,38 +243,34 @@ def describe(target: h5py.Dataset, dataset: Dataset) -> None:
 CASE_ID = Dataset("case_id", np.dtype(f"S{ID_LENGTH}"), "1", "identity of the case, ascending", CASE)
 
 
-def orbits_bytes(result_schema: ResultSchema, rows: list[Row]) -> bytes:
+def orbits_bytes(schema: ResultSchema, rows: list[Row]) -> bytes:
     """Return the HDF5 file of a batch, contiguous and uncompressed, so that a merge can read it by offsets."""
     with h5py.File("batch", "w", driver="core", backing_store=False) as file:
         put(file, CASE_ID, np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))
-        for unit, dataset in offsets_of(result_schema).items():
-            put(
-                file,
-                dataset,
-                np.cumsum([0, *(_count(result_schema, row.trajectory, unit) for row in rows)]).astype("i8"),
-            )
-        for dataset in datasets(result_schema):
-            put(file, dataset, _gathered(result_schema, dataset, rows))
+        for item, dataset in offsets_of(schema).items():
+            put(file, dataset, np.cumsum([0, *(_count(schema, row.trajectory, item) for row in rows)]).astype("i8"))
+        for dataset in datasets(schema):
+            put(file, dataset, _gathered(schema, dataset, rows))
         file.flush()
         content: bytes = file.id.get_file_image()
         return content
 
 
-def _count(result_schema: ResultSchema, trajectory: results.Trajectory, unit: str) -> int:
-    if result_schema.histories and unit == EVENT:
+def _count(schema: ResultSchema, trajectory: results.Trajectory, item: str) -> int:
+    if schema.histories and item == EVENT:
         return len(trajectory.events)  # also for failed cases, if stored
     if trajectory.status != "ok":
         return 0  # failed cases have no other histories
-    if unit == NODE:
+    if item == NODE:
         return len(trajectory.history["revolutions"])
-    if not result_schema.histories:
+    if not schema.histories:
         return 0
-    if unit == SECTION:
+    if item == SECTION:
         return len(trajectory.poincare.get(SECTION_COUNT, ()))
     return len(trajectory.t)
 
 
-def _gathered(result_schema: ResultSchema, dataset: Dataset, rows: list[Row]) -> np.ndarray:
+def _gathered(schema: ResultSchema, dataset: Dataset, rows: list[Row]) -> np.ndarray:
     """Return the values of a dataset for all rows, case after case."""
     finished = [row.trajectory for row in rows if row.trajectory.status == "ok"]
     if dataset.each == SAMPLE:
@@ -306,9 +302,9 @@ def _coded(words: np.ndarray, codes: dict[str, int], dtype: np.dtype) -> np.ndar
     return numbers
 
 
-def summary_bytes(result_schema: ResultSchema, rows: list[Row], facts: dict) -> bytes:
+def summary_bytes(schema: ResultSchema, rows: list[Row], facts: dict) -> bytes:
     """Return the Parquet file of a batch; `facts` of the store go into its metadata."""
-    table = summary_table(result_schema, rows)
+    table = summary_table(schema, rows)
     table = table.replace_schema_metadata({"clearsweep": json.dumps(facts)})
     sink = io.BytesIO()
     # read once, as a whole: dictionaries and statistics would double the time of writing
@@ -400,8 +396,5 @@ def open_table(path: Path) -> Iterator[pq.ParquetFile]:
     Nothing is read in advance: Arrow's reading thread may keep a Python buffer until after the interpreter has ended,
     which aborts the process (apache/arrow issue 34314).
     """
-    with (
-        durable.opened(path) as file,
-        pq.ParquetFile(file, pre_buffer=False, page_checksum_verification=True) as table,
-    ):
+    with durable.opened(path) as file, pq.ParquetFile(file, pre_buffer=False, page_checksum_verification=True) as table:
         yield table

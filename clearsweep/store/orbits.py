@@ -32,7 +32,7 @@ class _OrbitFile:
         self.path = path
         durable.check_regular(path)
         with h5py.File(path, "r") as file:
-            self.starts = {unit: file[dataset.path][:] for unit, dataset in offsets_of(result_schema).items()}
+            self.starts = {item: file[dataset.path][:] for item, dataset in offsets_of(result_schema).items()}
             names = [dataset.path for dataset in datasets(result_schema)]
             self.places = {name: h5py.h5d.open(file.id, name.encode()).get_offset() for name in names}
 
@@ -52,14 +52,14 @@ class OrbitFiles:
         for handle in self.handles.values():
             handle.close()
 
-    def extents(self, unit: str, width: int, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def extents(self, item: str, width: int, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return first index and number of values of every case in its batch's dataset, both int64."""
-        if unit == CASE:
+        if item == CASE:
             return rows["row"].astype("i8") * width, np.full(len(rows), width, "i8")
         first, count = np.zeros(len(rows), "i8"), np.zeros(len(rows), "i8")
         for selection in places_by_value(rows["batch"]):
             if file := self._file(int(rows["batch"][selection[0]])):
-                starts, row = file.starts[unit], rows["row"][selection]
+                starts, row = file.starts[item], rows["row"][selection]
                 first[selection], count[selection] = starts[row], starts[row + 1] - starts[row]
         return first * width, count * width
 
@@ -93,8 +93,8 @@ def write_orbits(path: Path, run: RunDirectory, result_schema: ResultSchema, row
     ):
         file.attrs["clearsweep"] = mark
         put(file, CASE_ID, id_texts(rows["id"]), fletcher32=len(rows) > 0)
-        for unit, dataset in offsets_of(result_schema).items():
-            _, count = orbits.extents(unit, 1, rows)
+        for item, dataset in offsets_of(result_schema).items():
+            _, count = orbits.extents(item, 1, rows)
             put(file, dataset, np.concatenate([[0], np.cumsum(count)]).astype("i8"), fletcher32=True)
         all_datasets, writing = datasets(result_schema), phases.innermost()
         for number, dataset in enumerate(all_datasets):

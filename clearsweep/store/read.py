@@ -298,10 +298,8 @@ class StoredRun:
         with self._orbits() as file:
             saved = file[f"{GROUP}/case_id"][:].tolist() if GROUP in file else []
             if case_id.encode() not in saved:
-                saved_ids = ", ".join(case_id.decode() for case_id in saved) or "none; `save: {worst: 3}` asks for them"
-                raise InputError(
-                    f"{self.directory}: the peak of {case_id} was not saved (those that were: {saved_ids})"
-                )
+                others = ", ".join(case_id.decode() for case_id in saved) or "none; `save: {worst: 3}` asks for them"
+                raise InputError(f"{self.directory}: the peak of {case_id} was not saved (those that were: {others})")
             row = saved.index(case_id.encode())
             start, stop = file[OFFSETS][row : row + 2]
             frame = pd.DataFrame({column.name: file[f"{GROUP}/{column.name}"][start:stop] for column in channels})
@@ -345,27 +343,23 @@ class StoredRun:
     def _row_of(self, prefix: str) -> int:
         """Return the row of the case whose case_id begins with `prefix`."""
         text = str(prefix).encode()
-        lowest, highest = np.array(
-            [text, text.ljust(ID_LENGTH, b"g")], CASE_ID.dtype
-        )  # a longer dtype would copy all ids
-        first, last = int(np.searchsorted(self._ids, lowest)), int(np.searchsorted(self._ids, highest, side="right"))
+        low, high = np.array([text, text.ljust(ID_LENGTH, b"g")], CASE_ID.dtype)  # a longer dtype would copy all ids
+        first, last = int(np.searchsorted(self._ids, low)), int(np.searchsorted(self._ids, high, side="right"))
         if first == last or not 0 < len(text) <= ID_LENGTH:
             raise InputError(f"{self.directory}: no case {prefix!r}; the case_id column of summary.parquet lists them")
         if last - first > 1:
-            examples = ", ".join(case_id.decode() for case_id in self._ids[first : min(last, first + 3)].tolist())
-            ellipsis = ", ..." if last - first > 3 else ""
-            raise InputError(
-                f"{self.directory}: {last - first} cases begin with {prefix!r} ({examples}{ellipsis}); write more"
-            )
+            examples = [case_id.decode() for case_id in self._ids[first : min(last, first + 3)].tolist()]
+            listed = ", ".join([*examples, *(["..."] if last - first > 3 else [])])
+            raise InputError(f"{self.directory}: {last - first} cases begin with {prefix!r} ({listed}); write more")
         return first
 
-    def _frame(self, case_id: str, unit: str, paths: list[str]) -> "pd.DataFrame":
+    def _frame(self, case_id: str, item: str, paths: list[str]) -> "pd.DataFrame":
         import pandas as pd
 
         row = self._row_of(case_id)
         with self._orbits() as file:
             stored = bool(paths) and "t" in file  # there is nothing if save.orbits is none
-            start, stop = file[OFFSETS_BY[unit]][row : row + 2] if stored else (0, 0)
+            start, stop = file[OFFSETS_BY[item]][row : row + 2] if stored else (0, 0)
             frame = pd.DataFrame({path: file[path][start:stop] if stored else [] for path in paths})
         return frame
 

@@ -44,7 +44,7 @@ class Seeking:
         subjects = range(len(self.other_points))
         self.subjects = [(j,) for j in subjects] if self.seek.each else [tuple(subjects)]
         self.probes: list[dict[int, _Probe]] = [{} for _ in self.other_points]  # for each: index -> probe
-        self.indices = {self.seek.value(index): index for index in self._first_indices()}  # value -> place
+        self.indices = {self.seek.value(index): index for index in self._first_indices()}  # value -> index
 
     def _first_indices(self) -> tuple[int, ...]:
         return tuple(range(self.seek.last + 1)) if self.seek.fits else scan(self.seek.last)
