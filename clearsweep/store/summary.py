@@ -4,7 +4,7 @@ import contextlib
 import itertools
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -54,7 +54,7 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
     """
     pieces = places_by_value((np.cumsum(np.bincount(rows["batch"]))[rows["batch"]] - 1) // HELD_ROWS)
     if len(pieces) < 2:
-        yield from _groups(*_rows_of_batches(run, schema, rows))
+        yield from _groups(*_rows_of_batches(run, schema, rows), schema)
         return
     cuts = np.arange(0, len(rows) + GROUP_ROWS, GROUP_ROWS)
     with contextlib.ExitStack() as files:
@@ -62,12 +62,13 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
         for places in pieces:
             file = files.enter_context(tempfile.TemporaryFile(dir=run.scratch if run.scratch.is_dir() else None))
             bounds = np.searchsorted(places, cuts)
-            table, order = _rows_of_batches(run, schema, rows[places])
+            columns, order = _rows_of_batches(run, schema, rows[places])
             with pa.ipc.new_stream(file, schema) as writer:
+                columns = list(columns)
                 for first, last in itertools.pairwise(bounds.tolist()):
-                    columns = table.take(_indices(order[first:last])).columns
+                    places_in_batches = _indices(order[first:last])
                     writer.write_batch(
-                        pa.RecordBatch.from_arrays([column.combine_chunks() for column in columns], schema=schema)
+                        pa.RecordBatch.from_arrays([each.take(places_in_batches) for each in columns], schema=schema)
                     )
             file.seek(0)
             sorted_rows.append((places, bounds, pa.ipc.open_stream(file)))
@@ -77,11 +78,11 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
             yield group.take(_indices(order)).combine_chunks()
 
 
-def _groups(table: pa.Table, order: np.ndarray) -> Iterator[pa.Table]:
-    """Yield the rows of a table in an order, GROUP_ROWS at a time."""
+def _groups(columns: Iterable[pa.Array], order: np.ndarray, schema: pa.Schema) -> Iterator[pa.Table]:
+    """Yield rows in an order, GROUP_ROWS at a time."""
     places = _indices(order)
     # column by column: one of them fits into the processor's cache, all of them do not
-    ordered = pa.Table.from_arrays([column.take(places) for column in table.columns], schema=table.schema)
+    ordered = pa.Table.from_arrays([column.take(places) for column in columns], schema=schema)
     for first in range(0, len(order), GROUP_ROWS):
         yield ordered.slice(first, GROUP_ROWS)
 
@@ -95,16 +96,28 @@ def places_by_value(numbers: np.ndarray) -> list[np.ndarray]:
     return np.split(order, np.flatnonzero(np.diff(narrow[order])) + 1)
 
 
-def _rows_of_batches(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> tuple[pa.Table, np.ndarray]:
-    """Return the batches with the given rows of the summary as one table, and where each row is in it."""
-    tables, starts, count = [pa.Table.from_batches([], schema)], np.zeros(len(run.batches), int), 0
+def _rows_of_batches(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> tuple[Iterator[pa.Array], np.ndarray]:
+    """Return the columns of all batches with the given rows of the summary, and where each row is in them.
+
+    A column is put together, and its parts are released, when it is asked for.
+    """
+    tables, starts, count = [], np.zeros(len(run.batches), int), 0
     for number in np.flatnonzero(np.bincount(rows["batch"])).tolist():
         batch = run.batches[number]
         table = read_summary(batch.summary, schema.names) if batch.table is None else batch.table
-        columns = table.select(schema.names)
-        tables.append(columns if columns.schema.equals(schema) else columns.cast(schema))
+        selected = table.select(schema.names)
+        tables.append((selected if selected.schema.equals(schema) else selected.cast(schema)).columns)
         starts[number], count = count, count + len(table)
-    return pa.concat_tables(tables).combine_chunks(), starts[rows["batch"]] + rows["row"]
+    return _joined(tables, schema), starts[rows["batch"]] + rows["row"]
+
+
+def _joined(tables: list[list[pa.ChunkedArray]], schema: pa.Schema) -> Iterator[pa.Array]:
+    """Yield the columns of some tables, one below the other; the parts of a column are released with it."""
+    for number, field in enumerate(schema, 1):
+        parts = (part for table in tables for part in table.pop(0).chunks)
+        yield pa.chunked_array(parts, field.type).combine_chunks()
+        if number % 4 == 0:  # now and then, as it takes 1 ms
+            pa.default_memory_pool().release_unused()  # the parts are small: malloc would keep the gaps they leave
 
 
 def _indices(values: np.ndarray) -> pa.Array:
