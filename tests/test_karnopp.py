@@ -133,12 +133,12 @@ def test_surfaces_bear_no_more_than_they_hold_and_the_others_make_up_for_it():
 def test_the_force_that_surfaces_need_is_the_same_at_their_limit(joints):
     scene, y, state = moving(*joints)
     pose, relative, loads = looked_at(scene, y, state)
-    (held,) = with_sticking_forces(scene, y, pose, relative, loads, state)
-    assert held.contacts[0].needed == pytest.approx(held.contacts[0].tangential, rel=1e-12)
+    (solved,) = with_sticking_forces(scene, y, pose, relative, loads, state)
+    assert solved.contacts[0].needed == pytest.approx(solved.contacts[0].tangential, rel=1e-12)
     for mode, sign in ((AT_LIMIT_UP, 1.0), (AT_LIMIT_DOWN, -1.0)):
         (limited,) = with_sticking_forces(scene, y, pose, relative, loads, np.full(1, mode))
         assert limited.contacts[0].tangential == pytest.approx(sign * 0.15 * limited.contacts[0].normal, rel=1e-14)
-        assert limited.contacts[0].needed == pytest.approx(held.contacts[0].needed, rel=1e-9)
+        assert limited.contacts[0].needed == pytest.approx(solved.contacts[0].needed, rel=1e-9)
 
 
 # ---------------------------------------------------------------------------------------------- in a mechanism

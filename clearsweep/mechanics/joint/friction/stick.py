@@ -22,7 +22,7 @@ from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_for
 from .sliding import stribeck_coefficient
 
 #: Guards: into the band; out of it; the side to which it slides is not known yet; it turns where the force is clipped;
-#: what holds the surfaces reaches its limit upwards, downwards, and falls below it again.
+#: the force needed to stop the sliding reaches its limit, upwards or downwards, or falls below it again.
 STICKS, SLIPS, SLIDES, TURNS, REACHES_UP, REACHES_DOWN, HOLDS_UP, HOLDS_DOWN = range(8)
 LOOSE = 1.001  # times the sticking speed: sliding speed at which surfaces are released
 
