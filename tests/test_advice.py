@@ -54,7 +54,7 @@ def test_a_law_of_half_spaces_is_doubted_over_a_wide_arc_alone():
     assert "rigid circles" in verdict(REFERENCE, 1e3, "persson").reason
 
 
-def test_a_load_beyond_the_depth_of_a_law_is_told_with_both():
+def test_a_load_beyond_the_depth_of_a_law_is_reported_with_both():
     """Johnson's law is followed up to 2 exp(-2) of 4 c exp(-1)."""
     message = verdict(REFERENCE._replace(clearance=1e-6), 1e5, "johnson").reason
     assert f"deep under the load, it is valid up to {8.0 * math.exp(-3.0):.3f}\u00a0µm" in message
@@ -66,7 +66,7 @@ def line_of(path, law):
     return next(line for line in lines if line.split()[:1] == [law])
 
 
-def test_what_a_law_lacks_and_what_it_returns_is_told(grid):
+def test_what_a_law_lacks_and_what_it_returns_is_reported(grid):
     said = "not here  clearance from 5e-06 to 0.01 m: it was fitted there (1 of 2 cases)"
     assert said in line_of(grid, "pereira")
     assert "not here  needs thickness" in line_of(grid, "winkler")
@@ -106,7 +106,7 @@ FILM = """
 """
 
 
-def test_films_are_told_by_the_length_of_the_bearing_and_rough_surfaces_by_their_depth(tmp_path):
+def test_films_are_assessed_by_the_length_of_the_bearing_and_rough_surfaces_by_their_depth(tmp_path):
     path = tmp_path / "oiled.yaml"
     path.write_text(GRID.replace("    contact:", f"{FILM.strip(chr(10))}\n    contact:"), encoding="utf-8")
     assert "suitable" in line_of(path, "finite")  # 20 mm on 20 mm
@@ -116,7 +116,7 @@ def test_films_are_told_by_the_length_of_the_bearing_and_rough_surfaces_by_their
     assert "deep under the load" in line_of(path, "fractal")
 
 
-def test_one_law_is_asked_for_by_its_name(grid):
+def test_one_law_is_requested_by_its_name(grid):
     message = CliRunner().invoke(verbs, ["list", "power", "--for", str(grid)], catch_exceptions=False).stdout
     assert "a stiffness that follows from the material is a ball's" in message
     assert "johnson" not in message

@@ -86,7 +86,7 @@ def test_a_case_is_found_and_read_as_in_one_piece(pair):
     pd.testing.assert_frame_equal(cut.peak_revolution(worst[0]), cut.part_of(worst[0]).peak_revolution(worst[0]))
 
 
-def test_the_summary_is_read_as_far_as_it_is_asked_for(pair, monkeypatch):
+def test_the_summary_is_read_as_far_as_it_is_requested(pair, monkeypatch):
     cut, whole = (clearsweep.open(result.directory) for result in pair)
     lazy, frame = cut.summary, whole.summary
     assert (len(lazy), list(lazy.columns)) == (len(frame), list(frame.columns))
@@ -143,7 +143,7 @@ def test_reworded_descriptions_finish_no_block_again_and_mix_with_earlier_ones(t
 
 
 @pytest.mark.parametrize("name", ["summary/00001.parquet", "blocks/00001/orbits.h5", "blocks/00001/block.json"])
-def test_a_file_that_is_lost_is_made_anew_of_the_batches(tmp_path, name):
+def test_a_file_that_is_lost_is_rewritten_from_the_batches(tmp_path, name):
     quiet(MIXED, tmp_path / "run", executor="serial")
     before = {path: path.read_bytes() for path in (tmp_path / "run").rglob("*.parquet")}
     (tmp_path / "run" / name).unlink()
@@ -180,7 +180,7 @@ def test_an_axis_that_grows_at_its_slow_end_reuses_blocks(tmp_path):
     assert len(rows_of(tmp_path / "run")) == 16
 
 
-def test_a_run_that_was_in_one_piece_goes_on_in_blocks(tmp_path):
+def test_a_run_that_was_in_one_piece_continues_in_blocks(tmp_path):
     quiet(grid(4, (0.0, 0.001)), tmp_path / "run", executor="serial")
     again = quiet(grid(12, (0.0, 0.001)), tmp_path / "run", executor="serial")
     assert (again.cases, again.ran, again.reused) == (24, 16, 8)
@@ -200,13 +200,13 @@ def test_a_case_that_two_indices_have_is_in_the_block_of_the_first(tmp_path):
     assert quiet(source, tmp_path / "run", executor="serial").ran == 0
 
 
-def test_failed_cases_run_again_where_that_is_asked_for(tmp_path):
+def test_failed_cases_run_again_where_that_is_requested(tmp_path):
     quiet(MIXED, tmp_path / "run", executor="serial")
     again = quiet(MIXED, tmp_path / "run", executor="serial", retry_failed=True)
     assert (again.ran, again.ok, again.failed) == (12, 24, 12)
 
 
-def test_too_many_failures_leave_the_rest_and_a_later_run_goes_on(tmp_path):
+def test_too_many_failures_leave_the_rest_and_a_later_run_continues(tmp_path):
     result = quiet(MIXED, tmp_path / "run", executor="serial", max_failures=3)
     assert result.missing > 0
     assert result.failed >= 4
@@ -229,7 +229,7 @@ def test_shards_of_blocks_are_joined_block_by_block(tmp_path, pair):
     assert (again.ran, again.reused) == (0, 36)
 
 
-def test_status_counts_marks_and_compares_checksums_where_asked(tmp_path):
+def test_status_counts_marks_and_compares_checksums_if_requested(tmp_path):
     quiet(MIXED, tmp_path / "run", executor="serial")
     facts = store.status(tmp_path / "run")
     assert (facts["state"], facts["cases"], facts["ok"], facts["failed"], facts["missing"]) == (

@@ -31,7 +31,7 @@ def test_a_sharp_border_is_found_exactly_with_few_looks(power, data):
 
 
 @pytest.mark.parametrize("last", [4, 64])
-def test_all_good_and_all_bad_are_told(last):
+def test_all_good_and_all_bad_are_reported(last):
     assert bisected(lambda place: True, last)[0] == Border(last, None)
     answer, known = bisected(lambda place: False, last)
     assert answer == Border(None, 0)

@@ -163,7 +163,7 @@ def test_failed_cases_are_listed_with_their_reason_and_give_exit_code_3(run_cli,
     assert "--retry-failed" in out
 
 
-def test_json_holds_the_same_in_si(run_cli, tmp_path):
+def test_json_contains_the_same_in_si(run_cli, tmp_path):
     code, out, _ = run_cli("run", written(tmp_path / "g.yaml", grid(3, (GOOD, FAILS))), "--json")
     facts = json.loads(out)
     assert code == 3
@@ -184,7 +184,7 @@ def test_dry_run_prints_counts_derived_values_time_and_bytes_and_writes_nothing(
     assert not (tmp_path / "results").exists()
 
 
-def test_options_stand_in_for_values_of_the_file(run_cli, tmp_path):
+def test_options_replace_values_of_the_file(run_cli, tmp_path):
     path = written(tmp_path / "g.yaml", grid(3))
     options = ("--set", "drive.speed=3000rpm", "--sweep", "mechanism.slider.mass=0.2,0.3")
     assert run_cli("run", path, *options, "--dry-run")[1].startswith("2 cases, 0 of them stored already")

@@ -50,7 +50,7 @@ def test_the_rigid_arc_is_four_times_as_stiff_at_a_micrometre():
     assert force("persson", 1e-6) / force("compatible", 1e-6) == pytest.approx(4.39, rel=1e-3)
 
 
-def test_beyond_twice_the_secant_the_tangent_goes_on():
+def test_beyond_twice_the_secant_the_tangent_continues():
     step = 1e-6
     before = (elastic_force(UNIT, END_DEPTH) - elastic_force(UNIT, END_DEPTH - step)) / step
     after = (elastic_force(UNIT, END_DEPTH + step) - elastic_force(UNIT, END_DEPTH)) / step
@@ -148,13 +148,13 @@ def test_points_of_one_s_own_give_stiffness_and_exponent_without_a_material(tmp_
     assert other.case_id(0) != moved.case_id(0)
 
 
-def test_forces_that_fall_are_told(tmp_path):
+def test_forces_that_fall_are_reported(tmp_path):
     case = loaded(with_points(tmp_path, "points.csv", [(1.0, 2.0), (2.0, 1.0)])).case(0)
     with pytest.raises(InputError, match=r"contact\.fit: its forces do not grow"):
         registry.contact_terms(case.joints[0])
 
 
-def test_a_fit_over_nothing_is_told():
+def test_a_fit_over_nothing_is_reported():
     contact = {"law": "exact", "restitution": 0.6, "elastic": "compatible-fit", "fit_from": 1e-5, "fit_to": 1e-6}
     contact["material"] = {"young": 207e9, "poisson": 0.3}
     with pytest.raises(InputError, match=r"contact\.fit_from: found 1e-05 m; allowed: below 1e-06 m"):

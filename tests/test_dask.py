@@ -97,7 +97,7 @@ def test_what_a_node_damages_while_a_run_works_is_said_and_computed_again(cluste
     assert same_results(tmp_path / "run", quiet(source, tmp_path / "alone").directory)
 
 
-def test_a_case_that_kills_its_worker_twice_has_crashed_and_the_others_go_on(cluster, tmp_path):
+def test_a_case_that_kills_its_worker_twice_has_crashed_and_the_others_continue(cluster, tmp_path):
     source = grid(1, (GOOD, 0.001, 0.002, 0.003, DIES))
     result = quiet(source, tmp_path / "run", executor="dask", scheduler=cluster.address)
     assert (result.ok, result.failed, result.missing) == (4, 1, 0)

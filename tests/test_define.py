@@ -19,7 +19,7 @@ def swept(text, values="[20 um, 50 um]"):
     return f"{text}sweep: {{define.play: {values}}}\n"
 
 
-def test_a_defined_quantity_is_the_number_it_stands_for(at):
+def test_a_defined_quantity_is_the_number_it_represents(at):
     assert ids(at(WHOLE)) == ids(at(TEXT))
 
 
@@ -39,14 +39,14 @@ def test_arithmetic_is_exact_until_the_last_rounding(at):
         ("= play + '5 um'", 5.05e-4),
     ],
 )
-def test_every_form_of_an_expression_is_worked_out(at, written, value):
+def test_every_form_of_an_expression_is_computed(at, written, value):
     text = WHOLE.replace("clearance: = play", f'clearance: "{written}"')
     if "play" not in written:
         text = text.replace("play: 0.5 mm, ", "")
     assert at(text).case(0).joints[0].clearance == value
 
 
-def test_expressions_stand_wherever_a_number_may(at):
+def test_expressions_are_allowed_wherever_a_number_is(at):
     text = WHOLE.replace("play: 0.5 mm", "play: 0.5 mm, n: 4, top: 5 kN")
     text += f"sweep: {{{JOINT}.length: {{linspace: [= d, = 2 * d, = n]}}, drive.speed: [= '100 rpm' * n]}}\n"
     text += "limits: {rod_slider_force_peak: = top}\n"
@@ -56,7 +56,7 @@ def test_expressions_stand_wherever_a_number_may(at):
     assert grid.axes[f"{JOINT}.length"][-1] == 0.04
 
 
-def test_a_swept_name_is_worked_out_for_every_case(at):
+def test_a_swept_name_is_computed_for_every_case(at):
     text = swept(WHOLE.replace("r: = d / 2", "r: = play * 20"))
     text = text.replace("length: 20 mm", "length: = d")
     grid = at(text)
@@ -128,7 +128,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("old", "new", "message"), WRONG.values(), ids=WRONG)
-def test_a_mistake_is_told_with_its_place(problems_in, old, new, message):
+def test_a_mistake_is_reported_with_its_place(problems_in, old, new, message):
     problems = problems_in(WHOLE.replace(old, new))
     assert any(message in problem for problem in problems), problems
     assert all(problem.split(":")[1].isdigit() for problem in problems)
@@ -178,13 +178,13 @@ def test_no_name_is_an_error():
         load({"define": {}, "mechanism": {"type": "slider-crank"}})
 
 
-def test_a_name_that_is_not_defined_is_told_once(problems_in):
+def test_a_name_that_is_not_defined_is_reported_once(problems_in):
     for old, new in (("clearance: 0.5 mm", "clearance: = a"), ("speed: 5000 rpm", "speed: = 1 +")):
         assert len(problems_in(TEXT.replace(old, new))) == 1
 
 
 @pytest.mark.parametrize("wrong", ["= d + '1 kg'", "= play", "= d *", "[1 mm]"])
-def test_what_follows_from_a_wrong_definition_is_not_told_again(problems_in, wrong):
+def test_what_follows_from_a_wrong_definition_is_not_reported_again(problems_in, wrong):
     text = WHOLE.replace(
         "define: {play: 0.5 mm, d: 20 mm, r: = d / 2}", f"define:\n  play: {wrong}\n  d: 20 mm\n  r: = d / 2"
     )
@@ -192,6 +192,6 @@ def test_what_follows_from_a_wrong_definition_is_not_told_again(problems_in, wro
     assert problem.split(": ")[1] == "define.play"
 
 
-def test_an_axis_over_a_name_that_is_not_defined_is_told_with_the_nearest(problems_in):
+def test_an_axis_over_a_name_that_is_not_defined_is_reported_with_the_nearest(problems_in):
     problems = problems_in(f"{WHOLE}sweep: {{define.plai: [20 um, 50 um]}}\n")
     assert any("'plai' is not defined under `define`; did you mean 'play'?" in problem for problem in problems)

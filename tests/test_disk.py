@@ -73,7 +73,7 @@ def test_every_kind_of_waste_is_removed_and_what_others_wrote_remains(run):
     assert removed(store.clean(run)) == {}
 
 
-def test_batches_go_where_they_are_asked_for_and_the_results_remain_readable(run):
+def test_batches_go_where_they_are_requested_and_the_results_remain_readable(run):
     before = store.open(run).summary
     facts = store.clean(run, batches=True)
     assert removed(facts) == {"batches": 6}

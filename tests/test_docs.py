@@ -54,7 +54,7 @@ def place(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("block", blocks("console", "bash"))
-def test_commands_are_there_and_take_these_options(block, monkeypatch):
+def test_commands_exist_and_take_these_options(block, monkeypatch):
     targets = re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     for words in commands(re.sub(r"\$(\{\{.*?\}\}|\w+)", "1", block)):
         if words[:1] == ["make"]:
@@ -121,7 +121,7 @@ def test_links_lead_somewhere(page):
 
 
 @pytest.mark.parametrize("page", TEXTS)
-def test_commands_and_files_named_in_a_text_are_there(page):
+def test_commands_and_files_named_in_a_text_exist(page):
     text = TEXTS[page]
     assert set(re.findall(r"`clearsweep (\w+)", text)) <= set(verbs.commands)
     if page == "CHANGELOG.md":
@@ -131,7 +131,7 @@ def test_commands_and_files_named_in_a_text_are_there(page):
         assert written or (ROOT / name).exists(), name
 
 
-def test_every_file_of_the_map_is_there():
+def test_every_file_of_the_map_exists():
     table = TEXTS["docs/design.md"].partition("## Where to change what")[2].partition("\n## ")[0]
     rows = re.findall(r"^\| (?!what |--- )(.+?) \| (.+) \|$", table, re.MULTILINE)
     assert len(rows) > 30
@@ -214,7 +214,7 @@ def is_row(known, path):
 @pytest.mark.parametrize(
     "branch", ["else else else else else", "else else else else then", "else else else then", "else then", "then"]
 )
-def test_every_key_of_the_schema_stands_under_its_section(branch):
+def test_every_key_of_the_schema_is_under_its_section(branch):
     schema = functools.reduce(dict.__getitem__, branch.split(), grid.schema(catalogue()))
     apart = ("sample", "seek", "refine", "optimise", "identify")  # under "Choosing cases"
     objects = {path: names for path, names in keys(schema) if path.partition(".")[0] not in apart}
@@ -235,7 +235,7 @@ def test_every_key_of_the_schema_stands_under_its_section(branch):
     assert len(objects) > 5
 
 
-def test_a_section_stands_once_and_says_which_mechanisms_have_a_key():
+def test_a_section_appears_once_and_says_which_mechanisms_have_a_key():
     headings = re.findall(r"^## .*", PAGE, re.MULTILINE)
     assert len(headings) == len(set(headings))
     assert "| `branch` |  | `open`, `crossed` | `open` | *four-bar*: the coupler's pin on the left" in PAGE
@@ -264,12 +264,12 @@ def test_joints_with_one_place_on_the_page_have_the_same_keys():
 
 
 @pytest.mark.parametrize("section", ["seek", "refine", "optimise", "identify"])
-def test_every_key_of_what_adds_cases_stands_under_its_heading(section):
+def test_every_key_of_what_adds_cases_is_under_its_heading(section):
     text = PAGE.partition(f"\n### `{section}`\n")[2].partition("\n### ")[0]
     named = {name for row in re.findall(r"^\| (.*?) \|", text, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)}
     assert named == dict(keys(grid.schema(catalogue())["else"]["else"]["else"]["else"]["else"]))[section]
 
 
-def test_a_quantity_stands_with_unit_range_default_and_meaning():
+def test_a_quantity_appears_with_unit_range_default_and_meaning():
     assert re.search(r"\| `clearance` \| m \| above 0 \| required \| .*radial clearance, or a fit of ISO 286 as", PAGE)
     assert "| `bins` |  | whole, 8 to 1e6 | 360 | angular bins around each body; *fixed* |" in PAGE

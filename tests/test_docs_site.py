@@ -27,7 +27,7 @@ def site(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_pages_load_nothing_from_a_network_and_all_that_they_load_is_there(site):
+def test_pages_load_nothing_from_a_network_and_all_that_they_load_exists(site):
     pages = sorted(site.rglob("*.html"))
     assert len(pages) > 20
     for page in pages:

@@ -54,7 +54,7 @@ def test_force_is_zero_at_contact_finite_and_grows_without_end(name):
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_force_and_slope_go_on_smoothly_past_the_limit(name):
+def test_force_and_slope_continue_smoothly_past_the_limit(name):
     term, limit = made(name)
     if math.isinf(limit):
         return
@@ -106,7 +106,7 @@ def test_the_sphere_s_stiffness_depends_on_the_unit_of_length_for_other_exponent
 
 
 @pytest.mark.parametrize("name", few("elastic", "power", "johnson", "persson"))
-def test_a_free_impact_gives_back_what_the_exact_law_is_asked_for_whatever_the_elastic_law(name):
+def test_a_free_impact_gives_back_the_restitution_requested_for_any_elastic_law(name):
     section = written("exact", name, restitution=0.6)
     case = changed(PAIR, {"joints.pair": section, "simulate.impacts": 1, "mechanism.speed": 0.5})
     run = clearsweep.simulate(clearsweep.load_case(case))
@@ -327,7 +327,7 @@ def test_persson_s_pressure_carries_its_load(degrees):
         assert pressure(0.0) == pytest.approx(peaks[degrees], rel=1e-6)
 
 
-def test_conformal_fit_stays_as_close_to_persson_as_it_says():
+def test_conformal_fit_stays_as_close_to_persson_as_stated():
     _, exponent, residual = conformal_fit()
     depths = (np.arange(20000) + 0.5) / 20000 * FIT_END * CLEARANCE
     error = [force("conformal-fit", pen) / force("persson", pen) - 1.0 for pen in depths]

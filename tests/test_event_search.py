@@ -160,7 +160,7 @@ def test_the_first_crossing_is_that_of_the_roots():
         assert bernstein.first_crossing(made_of(path)) == pytest.approx(first, abs=1e-9)
 
 
-def test_what_comes_no_higher_than_a_polynomial_may_be_off_by_is_no_crossing_unless_a_stage_is_there():
+def test_what_comes_no_higher_than_a_polynomial_may_be_off_by_is_no_crossing_unless_a_stage_exists():
     def path(x):
         return -1.0 - np.cos(2.0 * math.pi * x) + 1e-3 * np.polynomial.Legendre.basis(8, domain=[0.0, 1.0])(x)
 

@@ -141,7 +141,7 @@ def test_a_joint_in_transition_takes_energy_from_its_bodies(name, spins):
 
 
 @pytest.mark.parametrize("name", names("transition"))
-def test_what_a_joint_in_transition_takes_beside_its_elastic_part_is_never_negative(name):
+def test_what_a_joint_in_transition_takes_in_addition_to_its_elastic_part_is_never_negative(name):
     term, rng = registry.joint_term(case_of(name), "slider"), np.random.default_rng(5)
     for _ in range(300):
         depth, rate = rng.uniform(-4e-6, 5e-6), rng.uniform(-0.04, 0.04)

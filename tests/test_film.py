@@ -371,7 +371,7 @@ def test_a_film_is_integrated_implicitly_where_it_is_stiff_and_its_energies_bala
 
 
 @pytest.mark.slow
-def test_a_heat_balance_stands_where_the_loss_is_led_away():
+def test_a_heat_balance_settles_where_the_loss_is_led_away():
     film = {"law": "finite", "friction": "none", "viscosity": OIL, "thermal": {"conductance": 20.0, "ambient": 300.0}}
     source = a_crank({"joints.rod-slider.film": film, "simulate.revolutions": 4, "simulate.discard": 1})
     summary = clearsweep.simulate(clearsweep.load_case(source)).summary

@@ -82,7 +82,7 @@ def test_by_law_and_butenschoen_are_the_same_couple_and_none_is_no_couple(name):
         assert (film.on_journal, film.on_bearing) == (0.0, 0.0)
 
 
-def test_sommerfelds_couple_beside_the_moment_of_his_full_film_is_the_published_one():
+def test_sommerfelds_couple_next_to_the_moment_of_his_full_film_is_the_published_one():
     """4 pi mu R^3 L w (1 + 2 eps^2) / (c (2 + eps^2) sqrt(1 - eps^2)) on the journal of a bearing at rest."""
     angle_rate, size = 80.0, math.pi * VISCOSITY * RADIUS**3 * LENGTH / CLEARANCE
     shear = RECIPES["film-friction", "sommerfeld"].make(

@@ -159,7 +159,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("overrides", MISTAKES.values(), ids=MISTAKES)
-def test_a_mistake_is_told_once_with_its_reason(overrides):
+def test_a_mistake_is_reported_once_with_its_reason(overrides):
     given, sentence = overrides
     sections = {key: value for key, value in given.items() if "." not in key}
     with pytest.raises(InputError, match=re.escape(sentence)) as error:

@@ -218,7 +218,7 @@ def test_a_block_stays_until_its_static_friction_is_reached_and_then_slides(pull
     assert summary["energy_residual"] < 1e-9
 
 
-def test_loads_that_stick_together_are_found_in_turn():
+def test_loads_that_stick_together_are_found_one_after_the_other():
     friction = KARNOPP | {"radius": 0.02, "band": "1 mm/s"}
     grid = four_bar("rocker-ground", friction)
     grid["loads"]["other"] = {"on": "crank-coupler", "friction": friction}

@@ -208,7 +208,7 @@ def test_preload_of_a_guide_that_turns_is_in_the_ledger_and_in_its_friction_powe
         ({"loads__blade__friction": {"law": "tanh", "torque": 3, "radius": 0.01, "velocity_scale": 1}}, "radius"),
     ],
 )
-def test_mistakes_are_told(changes, sentence):
+def test_mistakes_are_reported(changes, sentence):
     with pytest.raises(InputError, match=sentence):
         clearsweep.load_case(grid(**changes))
 

@@ -85,7 +85,7 @@ def test_defaults_that_follow_from_other_values(base):
     assert (short["simulate"]["discard"], short["save"]["revolutions"]) == (0.0, 1.0)
 
 
-def test_material_stands_in_for_the_stiffness(base):
+def test_material_replaces_the_stiffness(base):
     contact = load(base, {f"{CONTACT}.stiffness": None, f"{CONTACT}.material": {"young": "207 GPa", "poisson": 0.3}})
     contact = contact.written_case(0)["joints"]["rod-slider"]["contact"]
     assert "stiffness" not in contact
@@ -324,7 +324,7 @@ def test_ten_million_cases_load_in_a_second_and_any_one_in_a_millisecond(base):
 # ------------------------------------------------------------------------------------------ which directory fits
 
 
-def test_the_frame_holds_what_is_not_swept(at):
+def test_the_frame_contains_what_is_not_swept(at):
     text = TEXT + f"sweep:\n  drive.speed: [1000 rpm]\n  {JOINT}.clearance: [0.1 mm]\n"
     frame = at(text).frame()
     assert frame["swept"] == ["drive.speed", f"{JOINT}.clearance"]

@@ -47,13 +47,13 @@ def test_every_elastic_law_resolves_builds_and_runs_in_a_slider_crank(name):
 
 
 @pytest.mark.parametrize("name", [name for name in names("elastic") if "length" in RECIPES["elastic", name].law.needs])
-def test_a_missing_length_is_told(name):
+def test_a_missing_length_is_reported(name):
     extra = {"contact__thickness": 5e-3} if name == "winkler" else {}
     (message,) = problems(cylinders(name, length=None, **extra))
     assert f"{JOINT}.length: is missing; elastic '{name}' needs the joint's length" in message
 
 
-def test_a_missing_material_is_told():
+def test_a_missing_material_is_reported():
     (message,) = problems(cylinders(contact__material=None))
     assert "contact.material: is missing; elastic 'johnson' needs both bodies' material" in message
 
@@ -207,7 +207,7 @@ def test_the_material_of_one_body_can_be_swept_and_has_its_own_identity():
         ({"shaft": BRONZE}, "unknown key 'shaft'"),
     ],
 )
-def test_a_material_that_is_not_whole_is_told(material, said):
+def test_a_material_that_is_not_whole_is_reported(material, said):
     message = problems(cylinders(contact__material=dict(material)))
     assert said in message[0]
 

@@ -20,7 +20,7 @@ def base(at):
     return at(TEXT).resolved()
 
 
-def test_a_wrong_override_is_told_as_one(problems_in):
+def test_a_wrong_override_is_reported_as_one(problems_in):
     (problem,) = problems_in(TEXT, {f"{JOINT}.clearance": "0.5 kg"})
     assert problem.startswith(f"overrides: {JOINT}.clearance: found '0.5 kg'")
     (problem,) = problems_in(TEXT, {f"{JOINT}.clearanc": "0.5 mm"})
@@ -240,7 +240,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize(("old", "new", "message"), MISTAKES.values(), ids=MISTAKES)
-def test_a_mistake_is_told_with_file_line_column_key_and_remedy(problems_in, old, new, message):
+def test_a_mistake_is_reported_with_file_line_column_key_and_remedy(problems_in, old, new, message):
     assert TEXT.count(old) == 1
     problems = problems_in(TEXT.replace(old, new))
     assert any(problem.startswith(f"grid.yaml:{message}") for problem in problems), problems
@@ -253,14 +253,14 @@ def test_a_mistake_is_told_with_file_line_column_key_and_remedy(problems_in, old
     assert len(problems) <= allowed, problems
 
 
-def test_all_mistakes_are_told_at_once_in_the_order_of_the_file(problems_in):
+def test_all_mistakes_are_reported_at_once_in_the_order_of_the_file(problems_in):
     text = TEXT.replace("0.5 mm", "0.5 kg").replace("lankarani-nikravesh", "herz").replace("speed:", "sped:")
     text = text.replace("1e-8", "1").replace("name: demo", "name: ''") + "sweep:\n  nothing.here: [1]\n"
     problems = problems_in(text)
     assert [problem.split(":")[1] for problem in problems] == ["1", "7", "7", "10", "14", "19", "22"]
 
 
-def test_a_dict_is_told_its_mistakes_without_a_place(base):
+def test_mistakes_of_a_dict_are_reported_without_a_place(base):
     base["drive"]["speed"] = "5 kg"
     base["joints"]["rod-slider"]["contact"]["law"] = 7
     with pytest.raises(InputError) as caught:
@@ -294,7 +294,7 @@ UNREADABLE = {
 
 
 @pytest.mark.parametrize(("text", "message"), UNREADABLE.values(), ids=UNREADABLE)
-def test_what_is_no_grid_at_all_is_told_where(problems_in, text, message):
+def test_what_is_no_grid_at_all_is_reported_with_its_location(problems_in, text, message):
     (problem,) = problems_in(text)
     assert problem.startswith(message)
     assert "\n" not in problem
@@ -345,7 +345,7 @@ def test_more_cases_than_can_be_run_are_refused_at_once(base, axes):
     assert time.process_time() - began < 10.0
 
 
-def test_an_alias_costs_no_more_than_what_it_stands_for(problems_in):
+def test_an_alias_costs_no_more_than_what_it_represents(problems_in):
     bomb = "\n".join(f"a{k + 1}: &a{k + 1} [{', '.join([f'*a{k}'] * 9)}]" for k in range(9))
     began = time.process_time()
     problems_in(f"a0: &a0 [1]\n{bomb}\n")
@@ -520,7 +520,7 @@ AXES = {
 
 
 @pytest.mark.parametrize(("lines", "message"), AXES.values(), ids=AXES)
-def test_a_mistake_in_a_sweep_is_told_with_its_place(problems_in, lines, message):
+def test_a_mistake_in_a_sweep_is_reported_with_its_place(problems_in, lines, message):
     problems = problems_in(f"{TEXT}sweep:\n" + (f"  {lines}\n" if lines else ""))
     assert any(problem.startswith(f"grid.yaml:{message}") for problem in problems), problems
 

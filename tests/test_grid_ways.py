@@ -94,7 +94,7 @@ def test_a_parquet_table_lists_cases(at):
     assert points(at("cases: cases.parquet\n"), CLEARANCE, SPEED) == [(1e-4, 10.0), (2e-4, 20.0)]
 
 
-def test_the_table_is_looked_for_beside_the_grid(at, tmp_path, monkeypatch):
+def test_the_table_is_looked_for_next_to_the_grid(at, tmp_path, monkeypatch):
     at("cases: cases.csv\n", f"{SPEED}\n10\n")
     monkeypatch.chdir("/")
     assert len(load(tmp_path / "grid.yaml")) == 1
@@ -149,7 +149,7 @@ def test_without_variance_the_case_is_the_deterministic_one_bit_for_bit(at, form
     assert ids(cases) == ids(plain)
 
 
-def test_the_moments_are_those_asked_for(at):
+def test_the_moments_are_those_requested(at):
     cases = at(sample(OVER, n=4096))
     drawn = {path: np.array(values) for path, values in cases.axes.items()}
     for path, mean, std in ((CLEARANCE, 5e-4, 1e-4), (f"{JOINT}.friction.coefficient", 0.05, 0.005)):
@@ -386,7 +386,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize(("more", "table", "message"), MISTAKES.values(), ids=MISTAKES)
-def test_a_mistake_is_told_with_its_place(at, more, table, message):
+def test_a_mistake_is_reported_with_its_place(at, more, table, message):
     with pytest.raises(InputError) as caught:
         at(more, table)
     assert any(problem.startswith(message) for problem in caught.value.problems), caught.value.problems

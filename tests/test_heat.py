@@ -49,7 +49,7 @@ def balanced(monkeypatch, width, scatter=0.0):
 
 
 @pytest.mark.parametrize("width", [0.0, 54.0, math.inf], ids=["known", "scattered", "one revolution"])
-def test_a_film_stands_where_its_loss_is_led_away_however_far_its_revolutions_scatter(monkeypatch, width):
+def test_a_film_settles_where_its_loss_is_led_away_however_far_its_revolutions_scatter(monkeypatch, width):
     """Within 1 % of the rise; a half-width of 36 K does not make the ambient the answer."""
     balance, tried = balanced(monkeypatch, width)
     assert balance.converged
@@ -71,7 +71,7 @@ def test_a_loss_that_scatters_is_found_within_its_interval(monkeypatch):
     assert balance.temperature["rod_slider"] == pytest.approx(ACCEPTED, abs=8.0 / CONDUCTANCE)
 
 
-def test_losses_that_never_agree_within_a_tenth_of_the_rise_stand_nowhere(monkeypatch):
+def test_losses_that_never_agree_within_a_tenth_of_the_rise_settle_nowhere(monkeypatch):
     """25 W more or less in turn, of an unknown interval."""
     signs = itertools.cycle((1.0, -1.0))
     quiet = loss

@@ -173,7 +173,7 @@ def test_no_function_exceeds_80_lines():
     assert long == []
 
 
-def test_mechanisms_are_told_apart_by_what_they_are_and_not_by_their_name():
+def test_mechanisms_are_distinguished_by_what_they_are_and_not_by_their_name():
     names = {"impact-pair", "slider-crank"}
     compared = [
         f"{place(path, node)}: {ast.unparse(node)}"

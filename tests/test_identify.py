@@ -98,7 +98,7 @@ def test_the_true_value_is_within_a_narrow_interval(ran):
     assert clearsweep.open(out).identify.attrs["units"][MASS] == "kg"
 
 
-def test_gain_angle_and_noise_are_found_beside_it(ran):
+def test_gain_angle_and_noise_are_found_next_to_it(ran):
     (read,) = ran[0].identified.signals
     assert read.angle == pytest.approx(2.0, abs=0.05)
     assert read.noise[1] < 0.02 < read.noise[2]
@@ -121,7 +121,7 @@ def test_the_report_has_the_machine(ran):
     assert "Slider mass 0." in said
 
 
-def test_interrupted_it_comes_to_the_same_bytes(ran, tmp_path):
+def test_interrupted_it_gives_the_same_bytes(ran, tmp_path):
     _, out, source = ran
     again = quiet(source, out)
     assert again.ran == 0
@@ -242,7 +242,7 @@ identify:
         ("FILE", "none.csv", "none.csv"),
     ],
 )
-def test_a_mistake_is_told(tmp_path, problems_in, old, new, message):
+def test_a_mistake_is_reported(tmp_path, problems_in, old, new, message):
     file = measure(tmp_path / "rig.csv")
     problems = problems_in(IDENTIFIED.replace(old, new).replace("FILE", str(file)))
     assert any(message in problem for problem in problems), problems

@@ -88,7 +88,7 @@ def _bends_and_warms(friction, contact):
     return slip * rest, heat
 
 
-def test_what_is_kept_goes_on_over_separations_and_the_rest_begins_anew():
+def test_what_is_kept_continues_over_separations_and_the_rest_starts_again():
     run = run_to(rubbing(Warming(0.1, 1e5, 2.0, 0.0)), 0.3 * TURN)
     assert run.work.counts[event.SEPARATIONS] >= 5
     rubbed = run.totals.whole[totals.ENERGY_RUBBED]

@@ -178,7 +178,7 @@ def test_surfaces_stick_within_the_band_and_slide_beyond_it():
 
 @pytest.mark.slow
 @pytest.mark.compiled
-def test_smooth_friction_comes_to_the_same_as_it_gets_steeper():
+def test_smooth_friction_gives_the_same_as_it_gets_steeper():
     plain = {"coefficient": 0.1, "static_coefficient": 0.1, "stribeck_velocity": 1.0, "band": 1e-6}
     kept = {"joints__rod-slider__contact__onset": "first"}
     times = np.linspace(0.0, 0.5, 501)

@@ -84,7 +84,7 @@ def axis_of(labels):
     return next(axis for axis in study.prepare(run).axes if axis.path == CLEARANCE)
 
 
-def test_a_label_stands_before_the_number_and_alone_at_the_edge_of_a_figure():
+def test_a_label_is_before_the_number_and_alone_at_the_edge_of_a_figure():
     values = axis_of({}).values
     axis = axis_of({"tight": values[0]})
     assert axis.text(values[0]).startswith("tight (")

@@ -103,7 +103,7 @@ def plain(_, value):
     return f"{value:g} h"
 
 
-def test_a_verdict_that_all_laws_share_is_said_to_stand():
+def test_a_verdict_that_all_laws_share_is_reported_as_unchanged():
     said = law_check.sentence(row("", 0.2), [row("x", 0.1), row("y", 0.3)], plain)
     assert said.endswith(
         "under 2 other valid laws: margin 10 % (x) to 30 % (y); 20 % as written. No law moves the verdict."

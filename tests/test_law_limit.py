@@ -37,7 +37,7 @@ def columns_of_case(row):
     return {column: [value] for column, value in row.items()}
 
 
-def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_worst():
+def test_a_run_reports_how_many_cases_leave_what_their_laws_are_made_for_and_the_worst():
     messages = Remarks(["crank_rod", "rod_slider"])
     zero = dict.fromkeys(
         (f"{joint}_{figure}" for joint in messages.joints for figure in (ONSET_RATE, LIMIT_SHARE)), 0.0
@@ -76,7 +76,7 @@ def test_contacts_of_unknown_strength_are_not_blamed():
     assert columns(message.joints, rows)[-1] == f"crank_rod_{YIELD_SPEED}"
 
 
-def test_a_run_within_what_its_laws_are_made_for_has_nothing_to_tell():
+def test_a_run_within_what_its_laws_are_made_for_has_nothing_to_report():
     message = Remarks(["pair"])
     message.add(
         columns_of_case({"case_id": "a", "message": "", "pair_onset_rate_max": 0.0, "pair_law_limit_fraction": 0.0})

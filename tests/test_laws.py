@@ -240,7 +240,7 @@ def test_rebound_of_a_factor_is_lambert_s_closed_form(chi):
 
 
 @pytest.mark.parametrize("asked", [0.01, 0.1, 0.5, 0.9, 0.99, 0.999, 0.9999, 0.99999, 0.999999, 1.0])
-def test_exact_law_returns_what_was_asked_for(asked):
+def test_exact_law_returns_what_was_requested(asked):
     assert returned(law="exact", restitution=asked) == pytest.approx(asked, abs=1e-8)
 
 
@@ -426,14 +426,14 @@ def test_the_list_names_every_law_with_one_line():
 
 
 @pytest.mark.parametrize("law", [mechanism.law for mechanism in MECHANISMS.values()])
-def test_the_mechanisms_are_described_beside_the_laws(law):
+def test_the_mechanisms_are_described_next_to_the_laws(law):
     assert f"  {law.name} " in describe.text()
     assert f"mechanism.type: {law.name}" in describe.text(law.name)
     assert all(field.name in describe.text(law.name) for field in law.fields)
 
 
 @pytest.mark.parametrize("name", dict.fromkeys(name for _, name in RECIPES))
-def test_every_law_tells_formula_parameters_and_source(name):
+def test_every_law_reports_formula_parameters_and_source(name):
     message = " ".join(describe.text(name).split())
     for recipe in (result for (_, other), result in RECIPES.items() if other == name):
         for part in (recipe.law.formula, recipe.law.source, *(field.name for field in recipe.law.fields)):
@@ -444,7 +444,7 @@ def test_every_law_tells_formula_parameters_and_source(name):
             assert "pen, um" in message
 
 
-def test_johnson_tells_its_force_at_a_micrometre_and_its_limit():
+def test_johnson_reports_its_force_at_a_micrometre_and_its_limit():
     message = describe.text("johnson")
     assert "814.62" in message
     assert "valid up to 199.1 um" in message

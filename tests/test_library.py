@@ -44,7 +44,7 @@ def test_values_without_a_compared_text_are_marked_as_remembered():
     assert coefficients == sorted(reprinted.values())
 
 
-def test_steels_irons_bronzes_aluminium_and_plastics_are_there_with_all_their_values():
+def test_steels_irons_bronzes_aluminium_and_plastics_exist_with_all_their_values():
     names = " ".join(library.MATERIALS)
     for wanted in ("100Cr6", "GJL", "CuSn", "EN AW", "PTFE", "POM", "PA66"):
         assert wanted in names
@@ -91,7 +91,7 @@ def test_a_name_gives_the_case_of_its_numbers():
     assert named.case(0).joints[0].contact.material.bearing.young == pytest.approx(115e9)
 
 
-def test_numbers_beside_a_name_override():
+def test_numbers_next_to_a_name_override():
     first = {"name": "cusn8", "young": "100 GPa"}
     contact = {"law": "lankarani-nikravesh", "restitution": 0.8, "material": first}
     made = with_joint("contact", contact)
@@ -112,7 +112,7 @@ def test_an_oil_gives_the_viscosity_at_a_temperature():
     assert both.joints[0].film.viscosity == pytest.approx(46e-6 * 900.0, rel=1e-9)
 
 
-def test_what_is_taken_is_told_with_its_range():
+def test_what_is_taken_is_reported_with_its_range():
     made = with_joint("wear", {"pair": "steel/bronze greased"})
     message, _ = facts(made, SIMULATION)
     path = f"{JOINT}.wear.coefficient (steel/bronze greased"
@@ -145,7 +145,7 @@ def test_the_published_range_is_an_uncertainty_of_a_life():
         ("film", {"oil": "ISO VG 46"}, "film.temperature: is missing"),
     ],
 )
-def test_mistakes_are_told(section, value, sentence):
+def test_mistakes_are_reported(section, value, sentence):
     with pytest.raises(InputError, match=sentence):
         with_joint(section, value)
 

@@ -159,7 +159,7 @@ def test_failed_lives_keep_no_history(tmp_path):
         assert (len(run.history(case_id)["revolutions"]) > 0) == (status == "ok")
 
 
-def test_a_log_is_whole_or_nothing_and_goes_with_its_case(tmp_path):
+def test_a_log_is_whole_or_nothing_and_follows_its_case(tmp_path):
     (tmp_path / "tmp").mkdir()
     log = store.Unfinished(tmp_path, "0123456789abcdef")
     assert log.read() is None
@@ -187,7 +187,7 @@ def test_logs_outlive_a_run_until_their_cases_are_done(tmp_path):
     assert {path.name for path in (tmp_path / "run" / "tmp").iterdir()} == killed
 
 
-def test_what_blocks_told_is_read_as_it_was_written_and_nothing_else_is():
+def test_results_of_blocks_are_read_as_they_were_written_and_nothing_else_is():
     chance = np.random.default_rng(3)
     message = [
         BlockRecord(*(chance.standard_normal(shape) for shape in (7, 7, 2, (24, 2), 12, 2, ())))._replace(
@@ -291,7 +291,7 @@ def test_what_does_not_wear_has_no_life_and_says_so():
 
 @heavy
 @pytest.mark.parametrize("kept", [1, 3])
-def test_a_life_that_was_killed_comes_to_the_same_end_to_the_last_bit(monkeypatch, kept):
+def test_a_life_that_was_killed_gives_the_same_end_to_the_last_bit(monkeypatch, kept):
     monkeypatch.setattr(lives.Ageing, "alike", False)  # as if what has worn changed the motion
     whole = lived(limit="60 um")
     assert whole.summary["rod_slider_life_blocks"] > 4
@@ -325,7 +325,7 @@ def test_a_life_of_one_block_that_was_killed_is_one_of_one_block():
 
 
 @heavy
-def test_a_life_whose_blocks_do_not_reach_its_limit_has_a_lower_bound_and_tells_how_far_it_is(monkeypatch, capsys):
+def test_a_life_whose_blocks_do_not_reach_its_limit_has_a_lower_bound_and_reports_how_far_it_is(monkeypatch, capsys):
     monkeypatch.setattr(lives.Ageing, "alike", False)
     monkeypatch.setattr("clearsweep.language.phases.FIRST", 0.0)
     monkeypatch.setattr("clearsweep.language.phases.LONGEST", 0.0)

@@ -21,7 +21,7 @@ def plainly(text):
 
 
 @pytest.mark.parametrize("share", [0.3, 0.02, 2e-3, 1.3e-4, 2.5e-5, 1e-7, 0.0])
-def test_the_ends_of_an_interval_differ_or_it_is_told_by_its_width(share):
+def test_the_ends_of_an_interval_differ_or_it_is_reported_by_its_width(share):
     said = plainly(interval_text(life(share)))
     assert said.startswith("85.5 h (95 %, numerics alone: ")
     numbers = [float(number) for number in re.findall(r"([\d.]+) h", said)]
@@ -47,13 +47,13 @@ def test_an_end_that_is_not_known_is_not_said_to_be_endless():
     assert "to 256 h, the other end not known, with the uncertain wear coefficients" in high
 
 
-def test_an_uncertain_coefficient_is_told_beside_the_numerics():
+def test_an_uncertain_coefficient_is_reported_next_to_the_numerics():
     said = plainly(interval_text(life(0.02, low_uncertain=1000.0 / 3.0, high_uncertain=3100.0)))
     assert said.endswith("; 28.5 h to 265 h with the uncertain wear coefficients")
     assert "uncertain" not in interval_text(life(0.02))
 
 
-def test_wide_smoothing_is_told_beside_the_interval():
+def test_wide_smoothing_is_reported_next_to_the_interval():
     assert plainly(interval_text(life(0.02, smoothing=math.radians(11.0)))).endswith(
         "; its worn shapes are smoothed over 11 deg, an effect that the interval does not contain"
     )

@@ -164,7 +164,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize(("line", "message"), MISTAKES.items())
-def test_a_mistake_is_told_with_its_place(line, message, tmp_path, monkeypatch):
+def test_a_mistake_is_reported_with_its_place(line, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "grid.yaml").write_text(fake_runs.TEXT + line, encoding="utf-8")
     with pytest.raises(InputError) as caught:
@@ -172,7 +172,7 @@ def test_a_mistake_is_told_with_its_place(line, message, tmp_path, monkeypatch):
     assert any(problem.startswith(f"grid.yaml:{message}") for problem in caught.value.problems), caught.value.problems
 
 
-def test_a_name_that_is_nearly_right_is_told_in_a_line():
+def test_a_name_that_is_nearly_right_is_reported_in_a_line():
     for limit in ({"rod_slider_force_peek": 1.0}, {PEAK: {"at_mots": 1.0}}):
         with pytest.raises(InputError) as caught:
             grid.load(fake_physics.grid(limits=limit), fake_physics.CATALOGUE)
@@ -182,7 +182,7 @@ def test_a_name_that_is_nearly_right_is_told_in_a_line():
         grid.load(fake_physics.grid(limits={"zzz": 1.0}), fake_physics.CATALOGUE)
 
 
-def test_they_are_no_part_of_a_case_and_of_what_a_directory_holds_fixed(tmp_path):
+def test_they_are_no_part_of_a_case_and_of_what_a_directory_fixes(tmp_path):
     plain = grid.load(fake_physics.grid(), fake_physics.CATALOGUE)
     more = {"figures": HEADROOM, "limits": {PEAK: {"at_most": 2, "times": IDEAL}, "headroom": {"at_least": "10 %"}}}
     limited = grid.load(fake_physics.grid(**more), fake_physics.CATALOGUE)
@@ -278,7 +278,7 @@ def test_until_cannot_judge_an_own_figure():
         grid.load(source, fake_physics.CATALOGUE)
 
 
-def test_margins_far_beyond_a_bound_from_above_are_told_as_its_multiples():
+def test_margins_far_beyond_a_bound_from_above_are_reported_as_its_multiples():
     force, film = verdict.Limit("force", "at_most", 5.0), verdict.Limit("film", "at_least", 2.0)
     words = verdict.margin_words
     assert words(1.0 - 31.4, (force, film), "force") == "31 times the limit"  # -3.04e+03 % once

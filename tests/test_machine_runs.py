@@ -104,7 +104,7 @@ def test_a_crank_that_does_not_get_through_ends_stalled_and_one_that_takes_too_l
 
 
 @pytest.mark.slow
-def test_times_beyond_the_end_of_a_free_crank_are_told():
+def test_times_beyond_the_end_of_a_free_crank_are_reported():
     scene = clearsweep.load_case(PROBLEMS["sc_torque"]["grid"] | {"simulate": {"revolutions": 0.1, "discard": 0}})
     with pytest.raises(InputError, match="times: found"):
         clearsweep.simulate(scene, times=[0.0, 1.0])

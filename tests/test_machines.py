@@ -107,7 +107,7 @@ def messages_of(source):
         changed(FOUR_BAR, loads={"s": {"between": ["ground", "rocker"], "anchor": [0.2, 0.1], "stiffness": 1e3}}),
     ],
 )
-def test_what_run_json_holds_loads_to_the_same_case(source):
+def test_what_run_json_contains_loads_to_the_same_case(source):
     original = grid.load(source, CATALOGUE)
     again = grid.load(json.loads(json.dumps(original.resolved())), CATALOGUE)
     assert again.case_id(0) == original.case_id(0)
@@ -141,7 +141,7 @@ def test_what_is_kept_of_an_ideal_machine_belongs_to_every_row_of_its_tables():
     assert peaks[1] > 10.0 * peaks[0]
 
 
-def test_a_mistake_in_a_table_is_told_with_its_row(tmp_path):
+def test_a_mistake_in_a_table_is_reported_with_its_row(tmp_path):
     (tmp_path / "gas.csv").write_text("crank_angle [deg],fx [N]\n0,0\n40,-5\n30,-8\n360,0\n")
     file = tmp_path / "grid.yaml"
     file.write_text(json.dumps(changed(SLIDER_CRANK, loads={"gas": {"on": "slider", "table": "gas.csv"}})))
@@ -229,7 +229,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize(("source", "sentence"), MISTAKES.values(), ids=MISTAKES)
-def test_a_mistake_is_told(source, sentence):
+def test_a_mistake_is_reported(source, sentence):
     assert any(problem.startswith(sentence) for problem in messages_of(source)), messages_of(source)
 
 

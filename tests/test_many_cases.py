@@ -56,7 +56,7 @@ def alone_and_in_turn(listed):
     return [simulation.solve(case) for case in listed], [result[place] for place in range(len(listed))]
 
 
-def test_a_case_is_the_same_alone_beside_others_and_in_any_order():
+def test_a_case_is_the_same_alone_and_among_others_and_in_any_order():
     listed = cases()
     alone, neighbour = alone_and_in_turn(listed)
     assert all(map(same, alone, neighbour))
@@ -65,7 +65,7 @@ def test_a_case_is_the_same_alone_beside_others_and_in_any_order():
     assert all(same(first, backwards[CASES - 1 - place]) for place, first in enumerate(alone))
 
 
-def test_windows_marks_and_methods_of_one_case_are_not_those_beside_it():
+def test_windows_marks_and_methods_of_one_case_are_independent_of_the_others():
     """Some pass marks and open their windows while others are on their way to them; one uses the implicit method."""
     settings = {"simulate.revolutions": 2.2, "save.orbits": "none"}
     listed = cases(count=9, **settings)
@@ -92,7 +92,7 @@ def test_a_case_leaves_nothing_to_the_next_one_that_uses_its_arrays():
     assert all(same(path, anew) for path in result[::2])
 
 
-def test_what_happens_to_one_case_happens_to_none_beside_it():
+def test_what_happens_to_one_case_does_not_affect_the_others():
     listed = cases()
     short = listed[3]._replace(simulate=listed[3].simulate._replace(step_budget=50))
     hasty = listed[5]._replace(simulate=listed[5].simulate._replace(event_budget=1))
@@ -143,7 +143,7 @@ def test_a_crank_that_comes_to_rest_too_early_is_refused_as_it_is_alone(tmp_path
     assert "the crank stops before" in str(error)
 
 
-def test_a_log_that_is_full_is_taken_away_and_the_motion_goes_on(monkeypatch):
+def test_a_log_that_is_full_is_taken_away_and_the_motion_continues(monkeypatch):
     listed = cases(count=4)
     whole = [simulation.solve(case).events for case in listed]
     assert max(map(len, whole)) > 8
@@ -153,7 +153,7 @@ def test_a_log_that_is_full_is_taken_away_and_the_motion_goes_on(monkeypatch):
         assert all(np.array_equal(first, other.events) for other in others)
 
 
-def test_what_has_ended_is_told_before_others_have_begun_where_they_take_long(monkeypatch):
+def test_what_has_ended_is_reported_before_others_have_begun_where_they_take_long(monkeypatch):
     began = []
 
     def slow(*given):

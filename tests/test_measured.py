@@ -129,7 +129,7 @@ def test_a_rig_has_the_torque_of_its_source_while_the_film_bears_alone():
 
 
 @slow
-def test_every_point_of_the_rig_stands_between_both_ways_to_count_the_film_or_is_a_full_film():
+def test_every_point_of_the_rig_is_between_both_ways_to_count_the_film_or_is_a_full_film():
     rows = [row for row in crank_pin.measure() if row.quantity == "shaft torque"]
     by = {(row.point, row.variant): row.computed for row in rows}
     points = {row.point: row.reference for row in rows}

@@ -240,7 +240,7 @@ def test_no_contact_passes_unseen(joints, tolerance, speed, clearance, restituti
     check_that_no_contact_passes_unseen(joints, tolerance, speed, clearance, restitution, gravity)
 
 
-def test_eccentricity_is_told_of_a_window_without_contact_too():
+def test_eccentricity_is_reported_of_a_window_without_contact_too():
     summary = run("rod-slider", simulate__revolutions=0.01, save__revolutions=0.01).summary
     assert summary["rod_slider_penetration_max"] == summary["rod_slider_contact_fraction"] == 0.0
     assert 0.0 < summary["rod_slider_eccentricity_max"] < 0.5e-3

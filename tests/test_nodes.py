@@ -152,7 +152,7 @@ def test_a_node_that_stops_is_helped_and_replaced(tmp_path, machines):
     assert time.monotonic() - begin < 60.0
 
 
-def test_the_block_of_a_slow_node_is_shared_and_no_case_is_there_twice(tmp_path, machines):
+def test_the_block_of_a_slow_node_is_shared_and_no_case_exists_twice(tmp_path, machines):
     log = tmp_path / "slow"
     machines.add(1, CLEARSWEEP_TEST_SLOW=str(log))
     joins = once(log.exists, machines.add)  # the first block is the slow node's

@@ -39,7 +39,7 @@ def report(run, *options, limit=None, **environment):
 
 
 @pytest.mark.slow
-def test_figures_do_not_depend_on_what_others_tell_matplotlib(ran, tmp_path):
+def test_figures_do_not_depend_on_settings_of_matplotlib_by_others(ran, tmp_path):
     odd = {"MPLBACKEND": "nope", "SOURCE_DATE_EPOCH": "x"}
     for name, variables in (("usual", {}), ("odd", odd)):
         done = report(

@@ -97,7 +97,7 @@ def test_guards_look_for_the_doubled_speed_then_for_rest():
 
 @pytest.mark.parametrize("elastic", ["power", "johnson", "liu", "winkler", "persson"])
 @pytest.mark.parametrize("asked", [0.1, 0.5, 0.9])
-def test_a_lasting_contact_gives_back_what_was_asked_for(elastic, asked):
+def test_a_lasting_contact_gives_back_what_was_requested(elastic, asked):
     term = registry.contact_terms(joint("exact", elastic))[1]
     law = lasting(term, asked)
 
@@ -259,7 +259,7 @@ def test_the_implicit_method_agrees_with_the_explicit_one():
 # ---------------------------------------------------------------------------------------------- what a user sees
 
 
-def test_the_rate_in_force_is_told():
+def test_the_rate_in_force_is_reported():
     first = simulate(crank("first", "seated"))
     assert first.summary["rod_slider_onset_rate"] == ONSET_FLOOR
     assert "onset-kept: rod-slider never loses contact" in first.message

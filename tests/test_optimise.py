@@ -232,12 +232,12 @@ def test_laws_fits_and_whole_numbers_are_chosen(at):
         ("optimise:\n", "sweep: {drive.speed: [1 rpm, 2 rpm]}\noptimise:\n", "conflicts with `sweep`"),
     ],
 )
-def test_a_mistake_is_told(problems_in, old, new, message):
+def test_a_mistake_is_reported(problems_in, old, new, message):
     problems = problems_in(OPTIMISED.replace(old, new))
     assert any(message in problem for problem in problems), problems
 
 
-def test_all_mistakes_of_the_section_are_told_at_once(problems_in):
+def test_all_mistakes_of_the_section_are_reported_at_once(problems_in):
     section = "{over: {define.plai: [1 um, 2 um], drive.speed: [3 rpm, 2 rpm]}, minimise: rod_slider_force, cases: 1.5}"
     problems = "\n".join(problems_in(f"{TEXT}optimise: {section}\n"))
     for said in (
@@ -259,7 +259,7 @@ def test_the_report_has_the_best_cases(tmp_path):
     assert titles == ["The front of both objectives", "All cases as lines over what varies and what is judged"]
 
 
-def test_the_report_has_the_best_case_beside_the_one_that_is_written(tmp_path):
+def test_the_report_has_the_best_case_next_to_the_one_that_is_written(tmp_path):
     out = tmp_path / "run"
     quiet(asked(minimise="rod_slider_force_peak"), out)
     (section,) = sections(study.prepare(clearsweep.open(out)))

@@ -42,7 +42,7 @@ def test_a_run_with_until_counts_the_revolutions_that_were_run():
 
 
 @pytest.mark.parametrize("life", ["", "rod-slider"])
-def test_nothing_is_told_of_lives_and_of_cranks_without_a_speed(life):
+def test_nothing_is_reported_of_lives_and_of_cranks_without_a_speed(life):
     record = {"drive": {"speed": 10.0} if life else {"torque": 3.0}, "simulate": {"revolutions": 10.0}, "units": {}}
     assert told_of(record, layout_with("run_time", life=life), {"run_time": [1.0]}) is None
     assert pace_lines(None) == []

@@ -34,7 +34,7 @@ def test_too_few_pairs_give_no_interval(rows, values, ends):
     assert math.isfinite(estimate.low) == math.isfinite(estimate.high) == ends
 
 
-def test_the_interval_holds_zero_as_often_as_kendalls_test_does_not_reject():
+def test_the_interval_contains_zero_as_often_as_kendalls_test_does_not_reject():
     generator, x = np.random.default_rng(3), np.arange(1.0, 9.0)
     for _ in range(50):
         row = generator.lognormal(0.05 * x, 0.3)
@@ -42,7 +42,7 @@ def test_the_interval_holds_zero_as_often_as_kendalls_test_does_not_reject():
         assert (estimate.low > 0.0 or estimate.high < 0.0) == (kendalltau(x, row, method="exact").pvalue <= 0.05)
 
 
-def test_the_interval_holds_the_truth_as_often_as_it_says_for_heavy_tails():
+def test_the_interval_contains_the_truth_as_often_as_stated_for_heavy_tails():
     generator, x = np.random.default_rng(5), np.array([1.0, 2.0, 4.0])
     contents = 0
     for _ in range(400):

@@ -72,7 +72,7 @@ def lines_over(manual_time, seconds, display):
 # ---------------------------------------------------------------------------------------------- phases
 
 
-def test_a_phase_is_told_of_after_five_seconds_and_ever_more_rarely(manual_time, capsys):
+def test_a_phase_is_reported_after_five_seconds_and_ever_more_rarely(manual_time, capsys):
     display = phases.Display()
     with phases.phase("writing orbits.h5") as writing:
         lines_over(manual_time, 4.5, display)
@@ -93,7 +93,7 @@ def test_a_row_of_short_phases_is_never_silent_for_longer_than_one_long_phase(ma
     assert printed == ["part 1, 2 s spent", "part 3, 1 s spent", "part 4, 3 s spent"]
 
 
-def test_phases_inside_are_named_and_the_one_that_knows_tells_the_time_left(manual_time):
+def test_phases_inside_are_named_and_the_one_that_knows_reports_the_time_left(manual_time):
     with phases.phase("timing 4 cases"), phases.phase("") as case, phases.phase(lambda: "revolution 3 of 10") as run:
         manual_time.now = 6.0
         run.note(share=0.3)
@@ -151,7 +151,7 @@ def test_a_fault_in_one_line_does_not_end_the_progress_of_a_run(monkeypatch, cap
     assert "Traceback" not in capfd.readouterr().err
 
 
-def test_what_a_worker_wrote_is_read_as_it_stands_by_then(manual_time, monkeypatch):
+def test_what_a_worker_wrote_is_read_as_it_is_by_then(manual_time, monkeypatch):
     content, wall = [], [1000.0]
     monkeypatch.setattr(phases.time, "time", lambda: wall[0])
     with phases.written(content.append):
@@ -282,7 +282,7 @@ class Long(Fake):
 
 @pytest.mark.slow
 @heavy
-def test_a_run_and_its_status_tell_of_compiling_and_of_a_life_at_work(tmp_path, monkeypatch, capfd):
+def test_a_run_and_its_status_report_compiling_and_a_life_at_work(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(phases, "FIRST", 0.3)  # s
     monkeypatch.setattr(phases, "GROWTH", 1.0)  # else a slow start leaves seconds between lines
     monkeypatch.setattr(progress, "LONG", 0.3)

@@ -25,7 +25,7 @@ def test_the_grid_shown_is_the_one_that_make_run_runs():
     assert "configs/slider_crank.yaml" in (ROOT / "Makefile").read_text(encoding="utf-8")
 
 
-def test_every_command_is_named_and_every_command_named_is_there():
+def test_every_command_is_named_and_every_command_named_exists():
     page = (ROOT / "docs/commands.md").read_text(encoding="utf-8")
     named = set(re.findall(r"^\| `clearsweep (\w+)", page, re.MULTILINE))
     assert named == set(verbs.commands)
@@ -35,7 +35,7 @@ def test_every_command_is_named_and_every_command_named_is_there():
         assert len(message.output.splitlines()) > 4
 
 
-def test_links_and_figures_are_there():
+def test_links_and_figures_exist():
     for target in re.findall(r"\]\(([^)#]+)\)", README):
         assert (ROOT / target).exists(), target
 

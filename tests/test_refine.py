@@ -148,7 +148,7 @@ def test_a_refined_run_is_written_to_run_json_so_that_it_loads_again(tmp_path):
         ({"refine": {"cases": 3, "added": {MASS: [0.2]}}}, "refine.added: lacks a value of a swept path"),
     ],
 )
-def test_a_mistake_is_told(changes, message):
+def test_a_mistake_is_reported(changes, message):
     with pytest.raises(InputError) as caught:
         grids.load(refining_grid(**changes), Fake.catalogue())
     assert any(message in problem for problem in caught.value.problems), caught.value.problems

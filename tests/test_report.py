@@ -176,7 +176,7 @@ def test_long_tables_say_that_they_are_cut(pages):
     assert pages("big").read_text(encoding="utf-8").count("<tr>") < 400
 
 
-def test_elastic_range_is_told_with_figures():
+def test_elastic_range_is_reported_with_figures():
     run = Run(strength=600e6)
     run.summary["rod_slider_yield_speed"] = 0.05
     (message,) = headline.limits(study.prepare(run))
@@ -280,7 +280,7 @@ def test_an_axis_that_does_nothing_explains_nothing_and_is_not_clear():
     assert (contrasts >= main_effects.CLEAR_CONTRAST).mean() < 0.05
 
 
-def test_a_weak_axis_is_seen_beside_a_strong_one():
+def test_a_weak_axis_is_seen_next_to_a_strong_one():
     chance = np.random.default_rng(1)
     strong, weak = np.repeat(np.arange(4), 12), np.tile(np.repeat(np.arange(3), 4), 4)
     values = np.exp(1.0 * strong + 0.2 * weak + 0.05 * chance.normal(size=48))
@@ -473,7 +473,7 @@ def test_the_parameters_of_laws_are_shown_with_their_units(contact, friction, pa
     assert row.replace("\u00a0", " ").replace("\u2009", " ") == text
 
 
-def test_a_stiffness_beside_a_swept_law_has_the_exponent_that_the_law_takes_by_default():
+def test_a_stiffness_next_to_a_swept_law_has_the_exponent_that_the_law_takes_by_default():
     contact = {"law": "exact", "stiffness": 2e4, "restitution": 0.9}
     record = resolved(contact, axes={f"{JOINT}.contact.law": ["exact", "flores"]})
     assert grid.key_units(record, CATALOGUE)[f"{JOINT}.contact.stiffness"] == "N/m^1.5"

@@ -375,7 +375,7 @@ def with_depths(depth):
     return run
 
 
-def test_trends_that_are_there_are_shown_with_their_size_and_others_contradicted():
+def test_trends_that_exist_are_shown_with_their_size_and_others_contradicted():
     said, rows = answers(with_depths(lambda c, k, v: 1e-9 * c**0.5 * v**2 * k**-0.3))
     assert said == [
         "Shown: deeper with larger clearance, deeper with higher crank speed, deeper with lower stiffness, uneven "
@@ -402,7 +402,7 @@ def test_of_what_is_not_swept_nothing_is_said_and_of_one_case_nothing_decided():
     assert sections.trends.sections(study.prepare(Run(wear=False))) == []
 
 
-def test_an_even_wear_is_told_from_an_uneven_one(monkeypatch):
+def test_an_even_wear_is_distinguished_from_an_uneven_one(monkeypatch):
     run = Run(sweep=SWEEP)
     even = {"rod_slider": (np.full(360, 1e-9), 1e-9 * (1.2 + np.sin(np.radians(np.arange(360)))))}
     monkeypatch.setattr(run, "wear", lambda case_id: even)
@@ -455,7 +455,7 @@ def living():
     return run
 
 
-def test_lives_are_told_mapped_and_drawn_with_their_intervals():
+def test_lives_are_reported_mapped_and_drawn_with_their_intervals():
     (part,) = sections.life.sections(study.prepare(living()))
     points, gallery = part.blocks
     said = [text.replace("\u00a0", " ").replace("\u2009", "") for text in points.texts]
@@ -580,7 +580,7 @@ def test_laws_that_never_meet_at_equal_values_are_not_compared():
 
 
 @pytest.mark.heavy
-def test_restitution_asked_for_stands_beside_what_each_law_gives_back(tmp_path):
+def test_restitution_requested_is_listed_next_to_what_each_law_gives_back(tmp_path):
     run = of_laws({RESTITUTION: [0.5, 0.9], **SPEEDS})
     rows = {row[:2]: row[2] for row in table(run, "restitution").rows}
     assert rows["lankarani-nikravesh", 0.5] == pytest.approx(0.7252, abs=5e-5)

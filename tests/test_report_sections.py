@@ -100,7 +100,7 @@ def test_tables_of_sections_paint_nothing(monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize("given", [{}, {"failures": 108}, {"sweep": {}, "wear": False}], ids=["all", "failed", "one"])
-def test_ids_of_sections_and_tables_are_there_once_and_nothing_is_empty(given):
+def test_ids_of_sections_and_tables_exist_once_and_nothing_is_empty(given):
     shown = sections.of(study.prepare(Run(**given)))
     keys = [part.key for part in shown] + [table.key for part in shown for table in part.tables]
     assert len(keys) == len(set(keys))
@@ -143,7 +143,7 @@ def test_a_table_in_markdown_says_where_its_other_rows_are_and_escapes_what_divi
 @pytest.mark.parametrize(
     ("enough", "remedy"), [(100, None), (640, "`bins: 640` would do for all"), (5000, "720 at most")]
 )
-def test_bins_that_are_too_coarse_for_the_arcs_are_told_with_how_many_would_do(enough, remedy):
+def test_bins_that_are_too_coarse_for_the_arcs_are_reported_with_how_many_would_do(enough, remedy):
     run = Run()
     run.summary["rod_slider_wear_bins_enough"] = float(enough)
     (section_,) = sections.wear.sections(study.prepare(run))
@@ -562,7 +562,7 @@ def test_a_map_shows_the_worst_of_a_cell_or_on_request_the_median(limited_run):
         assert maps.sections(prepared)[0].blocks[0].pictures[0].caption.startswith(word)
 
 
-def test_only_motions_that_are_found_to_be_chaotic_are_called_so(limited_run):
+def test_only_motions_that_are_found_to_be_chaotic_are_named_chaotic(limited_run):
     def sentence_of(made):
         return " ".join(trust.points(study.prepare(made)))
 

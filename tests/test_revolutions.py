@@ -109,7 +109,7 @@ def test_a_journal_that_stays_on_its_bearing_repeats_itself_every_revolution():
     assert median == pytest.approx(largest, rel=1e-6)
 
 
-def test_two_revolutions_tell_no_period():
+def test_two_revolutions_do_not_determine_a_period():
     assert run(**QUIET, **{"simulate.revolutions": 5, "simulate.discard": 3}).summary["period"] is None
 
 

@@ -281,7 +281,7 @@ def test_of_a_sweep_the_shortest_and_the_longest_bearing_are_looked_at():
             grid.load(swept, catalogue())
 
 
-def test_advice_tells_for_which_bearings_a_law_of_a_film_holds():
+def test_advice_reports_for_which_bearings_a_law_of_a_film_holds():
     words = {}
     for length in ("40 mm", "60 mm", "120 mm"):
         (film_result,) = advice(clearsweep.load_case(oiled_grid(length, law="long")).case)

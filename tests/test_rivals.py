@@ -120,7 +120,7 @@ def test_commits_are_compared_on_grids_that_can_be_read():
     assert set(counts) == set(against.ASKED)
 
 
-def test_two_workers_share_cases_of_every_length_asked_for():
+def test_two_workers_share_cases_of_every_length_requested():
     for length, count in efficiency.LENGTHS.items():
         assert len(grid.load(efficiency.grid(2, count), catalogue())) == count
         assert 0.0 < efficiency.ASKED[length] < 1.0

@@ -36,7 +36,7 @@ def test_tilt_and_height_of_a_profile_do_not_matter():
         (lambda x, z: (x, np.sin(2e3 * x)), "grow with the power"),
     ],
 )
-def test_what_is_no_profile_of_a_fractal_is_told(spoil, message):
+def test_what_is_no_profile_of_a_fractal_is_reported(spoil, message):
     x, heights = spoil(*profile(1.5, rows=1200))
     with pytest.raises(ValueError, match=message):
         identify(tuple(x), tuple(heights))

@@ -242,7 +242,7 @@ def test_compiled_code_reads_the_same_table():
 
 @pytest.mark.plain
 @pytest.mark.parametrize("law", ["fractal", "kogut-etsion"])
-def test_a_free_impact_of_rough_surfaces_gives_back_what_it_is_asked_for(law):
+def test_a_free_impact_of_rough_surfaces_gives_back_the_restitution_requested(law):
     contact = {"law": "exact", "elastic": "johnson", "restitution": 0.6, "material": {"young": 207e9, "poisson": 0.3}}
     sizes = {"clearance": 1e-3, "bearing_radius": 0.01, "length": 0.02}
     pair = sizes | {"contact": contact, "roughness": {"law": law, **TEXTURE}}
@@ -305,7 +305,7 @@ def test_a_profile_takes_the_place_of_dimension_and_scale_by_its_content(tmp_pat
         (lambda: source(from_profile={"x": [0, 1], "height": [0, 1]}), "conflicts with from_profile"),
     ],
 )
-def test_what_a_rough_joint_lacks_is_told(given, message):
+def test_what_a_rough_joint_lacks_is_reported(given, message):
     with pytest.raises(InputError) as caught:
         loaded(given())
     assert message in str(caught.value)
@@ -355,7 +355,7 @@ def test_rough_surfaces_go_with_every_contact_law(law):
     assert any("made for Hertz's force" in sentence for sentence in simulation.warnings(case)) == made_for_hertz
 
 
-def test_elastic_spots_of_both_laws_differ_by_the_factor_that_their_notes_tell():
+def test_elastic_spots_of_both_laws_differ_by_the_factor_that_their_notes_report():
     """Of F = exp(level) a^power the last piece of `fractal` and the first of `kogut-etsion` are elastic."""
     dimension, scale, hardness, modulus = 1.4, 1e-11, 5.5e9, 113.7e9
     large = yielding(dimension, scale, hardness, modulus).pieces[-1]

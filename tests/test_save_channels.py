@@ -52,7 +52,7 @@ def test_fewer_channels_take_less_room_on_the_disk_but_not_in_memory():
     assert grids.recorded_history(some) == grids.largest_history(angle_rate)
 
 
-def test_the_report_draws_what_is_there(ran, tmp_path):
+def test_the_report_draws_what_exists(ran, tmp_path):
     prepared = study.prepare(clearsweep.open(ran / "some"))
     case_id = str(prepared.cases.index[0])
     titles = [picture.title for picture in pictures(prepared, case_id, history(prepared.run, case_id))]
@@ -85,6 +85,6 @@ def test_a_resolved_grid_stores_the_same(at):
         ("{orbits: none, channels: [slider/a]}", "20:32: save.channels: is not used, as save.orbits is none"),
     ],
 )
-def test_a_mistake_is_told(problems_in, text, message):
+def test_a_mistake_is_reported(problems_in, text, message):
     (problem,) = problems_in(saving(text))
     assert message in problem

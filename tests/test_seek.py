@@ -51,7 +51,7 @@ def loaded(source):
     return grids.load(source, Fake.catalogue())
 
 
-def test_the_border_is_found_to_the_width_asked_for_and_enclosed(tmp_path):
+def test_the_border_is_found_to_the_width_requested_and_enclosed(tmp_path):
     result = quiet(searching(gravities=(GOOD, 1e-3)), tmp_path / "run")
     rows = answers(tmp_path / "run")
     assert [row[GRAVITY] for row in rows] == [GOOD, 1e-3]
@@ -98,7 +98,7 @@ def test_for_all_the_worst_case_decides(tmp_path):
 
 
 @pytest.mark.parametrize(("limit", "value", "limiting"), [(1.0, 0.9, None), (0.05, None, "rod_slider_force_peak")])
-def test_a_border_outside_the_range_is_told(tmp_path, limit, value, limiting):
+def test_a_border_outside_the_range_is_reported(tmp_path, limit, value, limiting):
     quiet(searching(limit), tmp_path / "run")
     (row,) = answers(tmp_path / "run")
     assert (row[f"seek.{MASS}"], row["seek_low"], row["seek_high"], row["limiting"]) == (value, value, value, limiting)
@@ -146,7 +146,7 @@ def test_where_limits_are_met_by_chance_the_answer_stays_on_the_safe_side(tmp_pa
 
 
 @pytest.mark.parametrize("after", [6, pytest.param(1, marks=pytest.mark.slow), pytest.param(9, marks=pytest.mark.slow)])
-def test_killed_at_any_round_it_goes_on_to_the_same_answers(tmp_path, after):
+def test_killed_at_any_round_it_continues_to_the_same_answers(tmp_path, after):
     source = searching(gravities=(GOOD + 0.02,))
     quiet(source, tmp_path / "whole")
     out = tmp_path / "run"
@@ -181,7 +181,7 @@ def test_killed_at_any_round_it_goes_on_to_the_same_answers(tmp_path, after):
         ({"form": "each"}, "seek.form: unknown key 'form'; did you mean 'for'?"),
     ],
 )
-def test_a_mistake_is_told(changes, message):
+def test_a_mistake_is_reported(changes, message):
     with pytest.raises(InputError) as caught:
         loaded(searching(**changes))
     assert any(message in problem for problem in caught.value.problems), caught.value.problems
@@ -355,10 +355,10 @@ def test_the_border_among_fits(good, border):
         ("H8/e8", "H8/q99", "seek.among"),
     ],
 )
-def test_a_mistake_among_fits_is_told(problems_in, old, new, message):
+def test_a_mistake_among_fits_is_reported(problems_in, old, new, message):
     assert any(message in problem for problem in problems_in(FITTED.replace(old, new)))
 
 
-def test_fits_that_pass_beyond_the_border_are_told_on_the_page():
+def test_fits_that_pass_beyond_the_border_are_reported_on_the_page():
     answers = page._Answers(None, (), True, False, [{"seek_beyond": "H8/e8"}, {"seek_beyond": None}, {}])
     assert page._not_monotone(answers) == ["Not monotone: H8/e8 beyond the border also keep to the limits."]

@@ -148,7 +148,7 @@ def test_a_limit_that_was_never_exceeded_may_still_be():
     assert sensitivity.exceedance(np.arange(64.0) > 63.0) == pytest.approx((0.0, 0.0, 1.0 - 0.025 ** (1 / 64)))
 
 
-def test_a_sample_is_told_apart_for_each_setting_of_the_other_axes(run):
+def test_a_sample_is_shown_separately_for_each_setting_of_the_other_axes(run):
     more = "sweep: {mechanism.gravity: [0, 1]}"
     made = run(lambda point: linear(point) * (1 + point["mechanism.gravity"]), more=more)
     first, two = sorted(sensitivity.settings(made), key=lambda setting: setting.point["mechanism.gravity"])
@@ -328,7 +328,7 @@ def test_the_verdict_of_a_sample_has_the_probability_with_its_interval(run):
     assert "probability" not in verdict_of("sweep: {mechanism.gravity: [0, 1]}\n")[1]  # two samples
 
 
-def test_the_report_tells_spread_and_limits(run, tmp_path):
+def test_the_report_shows_spread_and_limits(run, tmp_path):
     made = run(linear, more=f"limits: {{{PEAK}: 14 N}}\n")
     page = report.write(made, tmp_path / "page.html").read_text(encoding="utf-8")
     for text in ("Probabilistic study", "How likely limits are exceeded", "Histogram of force peak, 64 cases"):
@@ -344,7 +344,7 @@ def test_the_report_tells_spread_and_limits(run, tmp_path):
 
 
 @pytest.mark.parametrize(("method", "title"), [("saltelli", "Sobol indices"), ("one-at-a-time", "One-at-a-time")])
-def test_the_report_tells_what_drives_the_spread(run, method, title, tmp_path):
+def test_the_report_shows_what_drives_the_spread(run, method, title, tmp_path):
     made = run(linear, method, 16, more="sweep: {mechanism.gravity: [0, 1]}")
     assert title in report.write(made, tmp_path / "page.html").read_text(encoding="utf-8")
 

@@ -48,7 +48,7 @@ def written(path, columns, heads):
     return path
 
 
-def test_a_table_that_follows_its_equations_is_told_so(tmp_path):
+def test_a_table_that_follows_its_equations_is_reported_so(tmp_path):
     time = np.linspace(0.0, 5.0, 11)
     pressure, speed = 1.0 + 0.1 * time, 0.5 - 0.05 * time  # MPa, m/s
     rate = COEFFICIENT * 1e12 * pressure * speed  # um/s
@@ -69,7 +69,7 @@ def test_the_trapezoidal_rule_is_exact_for_what_is_straight_and_sums_bound_it(tm
     assert depth["left"][-1] < depth["trapezoidal"][-1] < depth["right"][-1]
 
 
-def test_a_bare_coefficient_beside_a_hardness_is_dimensionless():
+def test_a_bare_coefficient_next_to_a_hardness_is_dimensionless():
     assert series.coefficient_of("4e-5", "2 GPa") == (pytest.approx(2e-14, rel=1e-15), 4e-5)
     assert series.coefficient_of("2e-14 m^2/N", "2 GPa")[0] == pytest.approx(2e-14, rel=1e-15)
     assert series.coefficient_of("2e-8 mm^2/N", None) == (2e-14, None)
@@ -123,7 +123,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize(("arguments", "table", "sentence"), MISTAKES.values(), ids=MISTAKES)
-def test_a_mistake_is_told_with_its_place(tmp_path, arguments, table, sentence):
+def test_a_mistake_is_reported_with_its_place(tmp_path, arguments, table, sentence):
     path = PUBLISHED
     if table:
         path = tmp_path / "series.csv"

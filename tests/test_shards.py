@@ -75,7 +75,7 @@ def test_joining_where_links_are_not_possible_copies(pieces, tmp_path, monkeypat
     assert all(path.stat().st_nlink == 1 for path in (tmp_path / "all" / "parts").iterdir())
 
 
-def test_a_joined_run_goes_on_like_any_other(pieces, tmp_path):
+def test_a_joined_run_continues_like_any_other(pieces, tmp_path):
     merge([pieces / name for name in "123"], tmp_path / "all")
     again = quiet(MIXED, tmp_path / "all")
     assert (again.ran, again.reused) == (0, 15)

@@ -439,7 +439,7 @@ AT = "joints.crank-rod"
         ({f"{AT}.contact.onset": "renewed"}, f"{AT}.contact.onset", ("known: first",)),
     ],
 )
-def test_a_mistake_is_told_with_its_place_and_a_remedy(changes, path, words):
+def test_a_mistake_is_reported_with_its_place_and_a_remedy(changes, path, words):
     with pytest.raises(InputError) as caught:
         clearsweep.load_case(changed(spatial(), changes))
     (problem,) = caught.value.problems
@@ -456,7 +456,7 @@ def test_a_mistake_is_told_with_its_place_and_a_remedy(changes, path, words):
         ({"mechanism.rod.inertia": [1e-5, 1e-4, 2e-4]}, '"inertia": [', "correct the largest one"),
     ],
 )
-def test_a_mistake_in_a_file_is_told_with_its_line_and_a_remedy(changes, line, remedy, tmp_path):
+def test_a_mistake_in_a_file_is_reported_with_its_line_and_a_remedy(changes, line, remedy, tmp_path):
     file = tmp_path / "grid.yaml"
     file.write_text(json.dumps(changed(spatial(), changes), indent=1), encoding="utf-8")
     with pytest.raises(InputError) as caught:
@@ -474,7 +474,7 @@ def test_a_journal_that_would_start_in_its_bearing_is_refused(keys):
         clearsweep.load_case(spatial(**keys))
 
 
-def test_one_quantity_stands_for_a_list_as_the_keys_say():
+def test_one_quantity_represents_a_list_as_the_keys_say():
     case = changed(spatial(), {"mechanism.rod.center": 0.05, "mechanism.gravity": "9.81 m/s^2"})
     mechanism = clearsweep.load_case(case).value.mechanism
     assert (0.05, 0.0, 0.0) in [part.center for part in mechanism.parts]

@@ -392,7 +392,7 @@ def test_walls_are_spread_unless_said_otherwise_or_the_law_keeps_an_indentation(
 # ---------------------------------------------------------------------------------------------- wear
 
 
-def test_wear_goes_with_the_elastic_force_over_the_strip():
+def test_wear_follows_the_elastic_force_over_the_strip():
     joint = joint_of()
     strip = along_walls.Slope(0.01, 1e-3)
     for low, high in ((0.0, 1e-3), (1e-3, 2e-3), (3e-3, 4e-3)):  # 4 um deep: pressed over 4 mm

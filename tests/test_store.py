@@ -214,7 +214,7 @@ def test_pandas_polars_and_duckdb_agree_on_the_summary(mixed):
     assert list(by_pandas["case_id"]) == [row[0] for row in by_duckdb]
 
 
-def test_run_json_holds_the_grid_from_which_the_same_cases_follow(mixed):
+def test_run_json_contains_the_grid_from_which_the_same_cases_follow(mixed):
     held_grid, run = mixed
     record = json.loads((run.directory / "run.json").read_text())
     again = loaded({key: record[key] for key in held_grid.resolved()})
@@ -254,7 +254,7 @@ def test_of_two_good_results_the_newer_counts_whatever_its_batch_is_called(tmp_p
         assert contents.batches[row["batch"]].name.startswith(names[1])
 
 
-def test_batches_taken_over_twice_are_there_once(tmp_path):
+def test_batches_taken_over_twice_exist_once(tmp_path):
     held_grid = loaded(grid(1))
     with store.RunDirectory(tmp_path / "one").open_for(held_grid) as first:
         committed(tmp_path / "one", held_grid, "0" * 16)
@@ -377,7 +377,7 @@ def test_opening_what_is_no_run_says_so(tmp_path, mixed):
         store.open(run.directory)
 
 
-def test_the_first_characters_name_a_case_where_they_tell_it_apart(mixed):
+def test_the_first_characters_name_a_case_if_they_are_unique(mixed):
     ids = mixed[1].summary["case_id"].tolist()
     for case_id in ids:
         least = next(k for k in range(1, 17) if sum(other.startswith(case_id[:k]) for other in ids) == 1)

@@ -46,7 +46,7 @@ def grid_file(tmp_path):
     ["<&- >&- 2>&-", pytest.param(">/dev/full 2>&1", marks=pytest.mark.slow)],
     ids=["closed", "full"],
 )
-def test_a_run_whose_streams_are_closed_or_full_goes_on_and_ends_with_its_code(grid_file, streams_of_run):
+def test_a_run_whose_streams_are_closed_or_full_continues_and_ends_with_its_code(grid_file, streams_of_run):
     ended = shell(
         f"clearsweep run g.json --out x --executor serial {streams_of_run}; echo ${{PIPESTATUS[0]}} >code", grid_file
     )
@@ -58,7 +58,7 @@ def test_a_run_whose_streams_are_closed_or_full_goes_on_and_ends_with_its_code(g
 @pytest.mark.parametrize(
     ("stream", "message"), [(">&-", ""), ("2>&-", ""), (">/dev/full", "No space left"), ("| :", "")]
 )
-def test_what_cannot_be_printed_is_dropped_and_a_full_stdout_is_told(tmp_path, stream, message):
+def test_what_cannot_be_printed_is_dropped_and_a_full_stdout_is_reported(tmp_path, stream, message):
     ended = shell(f"clearsweep init {stream}; exit ${{PIPESTATUS[0]}}", tmp_path, MAIN)
     assert ended.returncode == 0
     assert (message in ended.stderr) if message else not ended.stderr
@@ -169,7 +169,7 @@ def test_open_files_are_allowed_as_far_as_the_system_lets_us(monkeypatch):
         ),
     ],
 )
-def test_limits_that_are_met_on_the_way_are_told_with_their_remedy(monkeypatch, capsys, error, said):
+def test_limits_that_are_met_on_the_way_are_reported_with_their_remedy(monkeypatch, capsys, error, said):
     def fail(*_, **__):
         raise error
 
@@ -214,7 +214,7 @@ class Greedy(Verbose):
 
 
 @pytest.mark.parametrize(("mechanics", "said"), [(Verbose, "TypeError: line 0"), (Greedy, "with --jobs, save fewer")])
-def test_what_went_wrong_in_a_case_is_told_in_one_line(tmp_path, capsys, mechanics, said):
+def test_what_went_wrong_in_a_case_is_reported_in_one_line(tmp_path, capsys, mechanics, said):
     result = sweep(grid(1), tmp_path / "run", simulator=mechanics, executor="serial", show_progress=False)
     (message,) = result.open().summary["message"]
     assert said in message
@@ -224,7 +224,7 @@ def test_what_went_wrong_in_a_case_is_told_in_one_line(tmp_path, capsys, mechani
     assert len(messages) < 300
 
 
-def test_workers_that_cannot_be_started_are_told_with_the_reason(monkeypatch):
+def test_workers_that_cannot_be_started_are_reported_with_the_reason(monkeypatch):
     def refuse(*_, **__):
         raise BlockingIOError(11, "Resource temporarily unavailable")
 

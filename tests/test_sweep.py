@@ -110,7 +110,7 @@ def test_serial_and_parallel_runs_leave_the_same(tmp_path):
     assert same_results(tmp_path / "serial", tmp_path / "parallel")
 
 
-def test_failures_become_rows_with_their_reason_and_the_others_go_on(tmp_path):
+def test_failures_become_rows_with_their_reason_and_the_others_continue(tmp_path):
     result = quiet(grid(2, (GOOD, REFUSED, RAISES, FAILS, DIES, HANGS)), tmp_path / "run", case_timeout=0.3)
     assert (result.ok, result.failed, result.missing, result.exit_code) == (2, 10, 0, 3)
     summary = result.open().summary

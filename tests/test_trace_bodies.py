@@ -159,7 +159,7 @@ def test_a_body_does_on_symbols_what_it_does_in_python(body):
 
 
 @pytest.mark.parametrize("body", BODIES, ids=lambda body: body.__name__)
-def test_a_lane_does_not_depend_on_those_beside_it(body):
+def test_a_lane_does_not_depend_on_its_neighbours(body):
     eight = machine(body, WIDTH)
     x, y = (values[:WIDTH].copy() for values in INPUTS)
     before = eight(x, y)

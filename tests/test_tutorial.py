@@ -89,7 +89,7 @@ def test_the_grids_are_those_that_are_shown():
     assert third["joints"]["rod-slider"]["clearance"] == iso286.fit("H7/f7", 80).high
 
 
-def test_the_fits_have_the_clearances_that_are_told():
+def test_the_fits_have_the_clearances_that_are_reported():
     for name, low, high in re.findall(r"\((H\d+/\w+), radial\) = ([\d.]+ \w+) to ([\d.]+ \w+)", TEXT):
         fit = iso286.fit(name, 80)
         assert [fit.low, fit.high] == [clearsweep.language.quantity.read(text, "m") for text in (low, high)]

@@ -33,7 +33,7 @@ def tables_of(first, second, tmp_path):
     return {path.stem: list(csv.DictReader(path.read_text().splitlines())) for path in tmp_path.glob("*.csv")}
 
 
-def test_every_case_meets_its_counterpart_and_the_factor_between_them_is_told(tmp_path):
+def test_every_case_meets_its_counterpart_and_the_factor_between_them_is_reported(tmp_path):
     result = tables_of(made(sweep=SHORT), harder(made(sweep=SHORT)), tmp_path)
     figures = {row["column"]: row for row in result["compared_figures"]}
     assert float(figures["rod_slider_force_peak"]["B over A, median"]) == pytest.approx(2.0)

@@ -82,7 +82,7 @@ def test_it_is_part_of_what_a_case_is_and_of_what_a_run_holds():
         ({}, "contains no path"),
     ],
 )
-def test_mistakes_are_told(said, message):
+def test_mistakes_are_reported(said, message):
     with pytest.raises(InputError) as caught:
         grid.load(slider_crank("rod-slider", changes=copy.deepcopy(WORN) | {"uncertain": said}), simulation.catalogue())
     assert message in str(caught.value)
@@ -164,7 +164,7 @@ def test_further_lives_are_phases_of_their_own_whose_time_is_foretold():
     assert [aged.bounding(aged.scene.case, "").progress.limits.further for _ in range(2)][1] < 1
 
 
-def test_a_further_life_whose_block_fails_is_told_and_the_other_one_stays():
+def test_a_further_life_whose_block_fails_is_reported_and_the_other_one_stays():
     aged, block = evolving()
 
     def run(other, state):
@@ -205,7 +205,7 @@ class Log:
 
 
 @pytest.mark.parametrize("most", [3, 40])
-def test_further_lives_that_are_killed_come_to_the_same_end_without_running_a_block_twice(most):
+def test_further_lives_that_are_killed_give_the_same_end_without_running_a_block_twice(most):
     aged, block = evolving()
     whole = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
     log = Log(most=most)

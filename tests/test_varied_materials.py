@@ -107,7 +107,7 @@ def test_optimise_chooses_among_materials_and_starts_with_the_written_one(real_a
     assert {bearing_of(grid, k)["young"] for k in range(16)} == {MATERIALS[n].values["young"].typical for n in names}
 
 
-def test_a_mistake_is_told(real_at):
+def test_a_mistake_is_reported(real_at):
     with pytest.raises(InputError, match="unknown material 'CuSn9'; did you mean 'CuSn8'"):
         real_at(swept(("CuSn8", "CuSn9")))
     numbers = TEXT.replace("bearing: CuSn8", "bearing: {young: 110 GPa, poisson: 0.3}")

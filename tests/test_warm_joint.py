@@ -41,7 +41,7 @@ def with_losses(monkeypatch, loss):
     monkeypatch.setattr(heat, "_losses", losses)
 
 
-def test_a_joint_with_a_constant_loss_stands_where_the_closed_form_says(monkeypatch):
+def test_a_joint_with_a_constant_loss_settles_where_the_closed_form_says(monkeypatch):
     with_losses(monkeypatch, lambda clearance: 124.0)
     warm, balance = heat.at_equilibrium(scene())
     assert balance.converged
@@ -101,7 +101,7 @@ def test_a_clearance_that_narrows_without_closing_is_found(monkeypatch):
     assert balance.seized == ("rod_slider",)
 
 
-def test_the_remark_goes_by_the_conductance_that_is_written():
+def test_the_remark_uses_the_conductance_that_is_written():
     hot = clearsweep.simulate(scene(thermal={"conductance": "1 mW/K", "expansion": {"bearing": 0.0, "journal": 0.0}}))
     assert "friction-heat: rod-slider" in hot.message
     assert "at 0.001 W/K" in hot.message

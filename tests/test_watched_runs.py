@@ -43,7 +43,7 @@ def run(*settings, **more):
 
 
 @pytest.mark.slow
-def test_a_run_that_tells_how_far_it_is_is_the_same_to_the_last_bit(monkeypatch, capsys):
+def test_a_run_that_reports_how_far_it_is_is_the_same_to_the_last_bit(monkeypatch, capsys):
     for name, seconds in {"FIRST": 0.0, "LONGEST": 0.0, "LOOK": 1e-4}.items():
         monkeypatch.setattr(phases, name, seconds)
     longer = {"simulate.revolutions": 400}  # a run says how far it is after thousands of steps
@@ -170,7 +170,7 @@ def test_periods_are_found_and_nothing_else_is():
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.5])
-def test_an_interval_of_blocks_covers_the_mean_as_often_as_it_says(memory):
+def test_an_interval_of_blocks_covers_the_mean_as_often_as_stated(memory):
     random, hits = np.random.default_rng(5), 0
     for _ in range(1000):
         noise = random.normal(size=24 * 4 + 50)
@@ -298,7 +298,7 @@ def test_errors_of_steps_are_not_taken_for_a_disturbance_that_grows(tolerance):
     assert run(rolling, length).summary["lyapunov_exponent"] < 0.0
 
 
-def test_a_run_that_is_too_short_to_tell_has_no_exponent():
+def test_a_run_that_is_too_short_has_no_exponent():
     result = run({"simulate.revolutions": 0.02, "simulate.discard": 0, "simulate.horizon": True}).summary
     assert result["lyapunov_exponent"] is None
     assert result["horizon_revolutions"] is None
@@ -367,7 +367,7 @@ def case_id(**changes):
     return grid.load(source, simulation.catalogue()).case_id(0)
 
 
-def test_what_is_not_asked_for_is_not_in_the_identity():
+def test_unused_settings_are_not_in_the_identity():
     assert case_id(simulate__horizon=False, simulate__error_check=False) == case_id()
     assert len({case_id(), case_id(simulate__horizon=True), case_id(simulate__error_check=True)}) == 3
 
@@ -395,7 +395,7 @@ def test_what_is_not_asked_for_is_not_in_the_identity():
         ({"simulate.until": {"relative_ci": 0.1}}, "simulate.until.figure: is missing"),
     ],
 )
-def test_mistakes_are_told(asked, message):
+def test_mistakes_are_reported(asked, message):
     with pytest.raises(InputError) as caught:
         grid.load(slider_crank("rod-slider", changes=LONG | asked), simulation.catalogue())
     assert message in str(caught.value)

@@ -227,7 +227,7 @@ def test_bins_turn_with_their_bodies(name):
 
 @pytest.mark.slow
 @pytest.mark.compiled
-def test_every_bin_holds_the_mean_that_standing_arcs_at_a_hundred_thousand_moments_leave():
+def test_every_bin_contains_the_mean_that_standing_arcs_at_a_hundred_thousand_moments_leave():
     """At a tolerance of 1e-8, to 1e-6 of the deepest bin, against samples of a motion at 1e-12."""
     changes = {"joints.rod-slider.wear": LINE_WEAR, "simulate.revolutions": 0.5, "simulate.tolerance": 1e-12}
     changes |= {"save.orbits": "all", "save.samples": 2, "save.revolutions": 0.5}

@@ -83,7 +83,7 @@ def volumes(joint, worn):
     return [float(cell * size * depth.sum()) for size, depth in zip(round_, depths, strict=True)], depths
 
 
-def test_the_load_goes_with_the_depth_along_the_strip():
+def test_the_load_follows_the_depth_along_the_strip():
     even = along_walls.Slope(0.01, 0.0)
     assert along_walls.pressed_ways(even, 1e-5) == (0.0, 0.01)
     assert along_walls.share_of(even, 1e-5, 0.002, 0.005) == pytest.approx(0.3, rel=1e-12)

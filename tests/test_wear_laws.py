@@ -162,7 +162,7 @@ def term(cases):
     return registry.wear_term(cases.case(0).joints[0])
 
 
-def test_a_bare_coefficient_beside_a_hardness_is_that_of_the_hardness():
+def test_a_bare_coefficient_next_to_a_hardness_is_that_of_the_hardness():
     assert term(case_of({"coefficient": 4e-5, "hardness": "2 GPa"})).bearing_coefficient == pytest.approx(
         2e-14, rel=1e-15
     )
@@ -240,7 +240,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize(("wear", "friction", "sentence"), MISTAKES.values(), ids=MISTAKES)
-def test_a_mistake_is_told(wear, friction, sentence):
+def test_a_mistake_is_reported(wear, friction, sentence):
     with pytest.raises(InputError) as error:
         case_of(wear, friction)
     assert sentence in str(error.value)

@@ -318,7 +318,7 @@ def run_in(bins, cycles, step=0.035):
 
 
 @pytest.mark.slow
-def test_a_bearing_run_in_under_springs_goes_on_as_the_circle_of_its_journal_shifts():
+def test_a_bearing_run_in_under_springs_continues_as_the_circle_of_its_journal_shifts():
     """h = h_m cos(phi): once it has run in, every cycle takes off as much along the load, whatever the place."""
     places = (np.arange(180) + 0.5) * 2.0 * math.pi / 180
     within = np.cos(places) > math.cos(math.radians(40.0))

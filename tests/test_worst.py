@@ -73,7 +73,7 @@ def test_nothing_is_computed_again_while_the_run_is_as_it_was(tmp_path):
     assert len(clearsweep.open(tmp_path / "run").worst) == 3
 
 
-def test_without_histories_of_all_cases_those_of_the_worst_are_there(tmp_path):
+def test_without_histories_of_all_cases_those_of_the_worst_exist(tmp_path):
     source = asking()
     quiet(source | {"save": {"orbits": "none", "samples": 20, "worst": 1}}, tmp_path / "run")
     run = clearsweep.open(tmp_path / "run")

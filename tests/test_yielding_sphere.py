@@ -127,7 +127,7 @@ def test_a_free_impact_gives_back_the_closed_form_and_less_the_faster_it_is():
 
 
 @pytest.mark.slow
-def test_a_slider_crank_whose_joint_yields_moves_alike_by_either_method_and_its_energies_balance():
+def test_a_slider_crank_whose_joint_yields_moves_the_same_by_either_method_and_its_energies_balance():
     contact = {"law": LAW, "hardness": HARDNESS, "material": {"young": 207e9, "poisson": POISSON}}
     changes = {"joints.rod-slider.contact": contact, "simulate.revolutions": 0.2}
 
