@@ -151,12 +151,14 @@ MUTATIONS = (
     Mutation(HISTOGRAM, "time_above", "bin_time[index] * (high - force)", "bin_time[index] * (force - low)", MEANS),
     Mutation(SUMS, "DryTime.over_blocks", "threshold = LEAST_DRY * (", "threshold = 0.1 * (", SHARES),
     Mutation(SUMS, "Share.over_blocks", "half_width(part - ratio * whole)", "half_width(part)", SHARES),
-    Mutation("simulation/largest.py", "_jumps", "slope[rows, columns] > STEEP * usual", "slope[of, at] < 0.0", IDEALS),
+    Mutation(
+        "simulation/largest.py", "_jumps", "slope[rows, columns] > STEEPNESS * usual", "slope[of, at] < 0.0", IDEALS
+    ),
     Mutation("simulation/ideal.py", "peaks", "np.union1d(even, knots)", "even", IDEALS),
     Mutation("simulation/heat.py", "at_equilibrium", "converged = run > 0 and ", "converged = ", HEAT),
-    Mutation("simulation/heat.py", "at_equilibrium", "np.minimum(width, UNSURE * (rises - ambient))", "width", HEAT),
-    Mutation(BLOCKS, "LEAST", "8, 32", "7, 32", MEANS),
-    Mutation(BLOCKS, "LEAST", "8, 32", "8, 64", MEANS),
+    Mutation("simulation/heat.py", "at_equilibrium", "np.minimum(width, DOUBTFUL * (rises - ambient))", "width", HEAT),
+    Mutation(BLOCKS, "FEWEST_BLOCKS", "8, 32", "7, 32", MEANS),
+    Mutation(BLOCKS, "FEWEST_BLOCKS", "8, 32", "8, 64", MEANS),
     Mutation(BLOCKS, "Interval.within", "relative * abs(self.value)", "relative * self.value", MEANS),
     Mutation(BLOCKS, "Blocks.note", "del self.ends[1::2]", "del self.ends[0::2]", MEANS),
     Mutation(BLOCKS, "Blocks.note", "self.stride *= 2", "self.stride += 2", MEANS),

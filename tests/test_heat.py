@@ -78,7 +78,7 @@ def test_losses_that_never_agree_within_a_tenth_of_the_rise_settle_nowhere(monke
     monkeypatch.setitem(globals(), "loss", lambda temperature: quiet(temperature) + 25.0 * next(signs))
     balance, tried = balanced(monkeypatch, math.inf)
     assert not balance.converged
-    assert len(tried) == heat.MOST
+    assert len(tried) == heat.MOST_RUNS
 
 
 @pytest.mark.parametrize(("width", "known"), [(0.0, True), (1.0, True), (20.0, False), (math.inf, False)])

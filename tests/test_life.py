@@ -292,7 +292,7 @@ def test_what_does_not_wear_has_no_life_and_says_so():
 @heavy
 @pytest.mark.parametrize("kept", [1, 3])
 def test_a_life_that_was_killed_gives_the_same_end_to_the_last_bit(monkeypatch, kept):
-    monkeypatch.setattr(lives.Ageing, "alike", False)  # as if what has worn changed the motion
+    monkeypatch.setattr(lives.LifeRun, "alike", False)  # as if what has worn changed the motion
     whole = lived(limit="60 um")
     assert whole.summary["rod_slider_life_blocks"] > 4
     log = Memory(most=kept)
@@ -326,10 +326,10 @@ def test_a_life_of_one_block_that_was_killed_is_one_of_one_block():
 
 @heavy
 def test_a_life_whose_blocks_do_not_reach_its_limit_has_a_lower_bound_and_reports_how_far_it_is(monkeypatch, capsys):
-    monkeypatch.setattr(lives.Ageing, "alike", False)
-    monkeypatch.setattr("clearsweep.language.phases.FIRST", 0.0)
-    monkeypatch.setattr("clearsweep.language.phases.LONGEST", 0.0)
-    monkeypatch.setattr("clearsweep.language.phases.LOOK", 1e-3)
+    monkeypatch.setattr(lives.LifeRun, "alike", False)
+    monkeypatch.setattr("clearsweep.language.phases.FIRST_LINE", 0.0)
+    monkeypatch.setattr("clearsweep.language.phases.LONGEST_PAUSE", 0.0)
+    monkeypatch.setattr("clearsweep.language.phases.REFRESH", 1e-3)
     scene = clearsweep.load_case(source(blocks=3, limit="900 um"))
     result = clearsweep.simulate(scene, progress=True)
     summary = result.summary
@@ -356,7 +356,7 @@ def test_a_life_that_fails_says_in_which_block():
 
 @heavy
 def test_time_that_a_killed_life_took_counts_towards_its_budget(monkeypatch):
-    monkeypatch.setattr(lives.Ageing, "alike", False)
+    monkeypatch.setattr(lives.LifeRun, "alike", False)
     log = Memory(most=2)
     with pytest.raises(KilledError):
         lived(log=log)

@@ -145,7 +145,7 @@ def test_a_fault_in_one_line_does_not_end_the_progress_of_a_run(monkeypatch, cap
         message.set()
         return "still at work"
 
-    monkeypatch.setattr(phases, "LOOK", 0.001)
+    monkeypatch.setattr(phases, "REFRESH", 0.001)
     with phases.shown(), phases.phase(words):
         assert message.wait(10.0)
     assert "Traceback" not in capfd.readouterr().err
@@ -283,9 +283,9 @@ class Long(Fake):
 @pytest.mark.slow
 @heavy
 def test_a_run_and_its_status_report_compiling_and_a_life_at_work(tmp_path, monkeypatch, capfd):
-    monkeypatch.setattr(phases, "FIRST", 0.3)  # s
-    monkeypatch.setattr(phases, "GROWTH", 1.0)  # else a slow start leaves seconds between lines
-    monkeypatch.setattr(progress, "LONG", 0.3)
+    monkeypatch.setattr(phases, "FIRST_LINE", 0.3)  # s
+    monkeypatch.setattr(phases, "PAUSE_GROWTH", 1.0)  # else a slow start leaves seconds between lines
+    monkeypatch.setattr(progress, "LONG_CASE", 0.3)
     seen, ended = [], threading.Event()
 
     def watch():

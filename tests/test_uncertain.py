@@ -14,7 +14,7 @@ from clearsweep.grid.grid import identity
 from clearsweep.language import phases
 from clearsweep.language.errors import InputError
 from clearsweep.simulation import uncertain
-from clearsweep.simulation.life import Ageing
+from clearsweep.simulation.life import LifeRun
 from clearsweep.simulation.life_block import BlockRecord
 
 LIFE = {"limit": "20 um", "joint": "rod-slider", "max_revolutions": 12, "tolerance": 0.2}
@@ -115,15 +115,15 @@ class Block:
         return (limit + 0.5 * limit * limit / self.scale) / (coefficient * self.rate)
 
 
-def ageing(case, log=None):
-    return Ageing(simulation.build(case), log)
+def life_run(case, log=None):
+    return LifeRun(simulation.build(case), log)
 
 
 def evolving(log=None, scale=2e-5):
     """Return a case that evolves, its own block found, and what runs the blocks of its further lives."""
     wear = WORN["joints.rod-slider.wear"] | {"evolve": True}
     made = loaded(FACTOR, **{"joints.rod-slider.wear": wear, "life": LIFE | {"tolerance": 0.02, "blocks": 1000}})
-    block, aged = Block(1e6, scale), ageing(made.case(0), log)
+    block, aged = Block(1e6, scale), life_run(made.case(0), log)
     if not aged.records:
         aged.keep(block(aged, aged.start), aged.start)
     return aged, block
@@ -132,7 +132,7 @@ def evolving(log=None, scale=2e-5):
 def test_lives_that_evolve_are_lived_again_at_both_ends():
     wear = WORN["joints.rod-slider.wear"] | {"evolve": True}
     made = loaded(FACTOR, **{"joints.rod-slider.wear": wear, "life": LIFE | {"tolerance": 0.02, "blocks": 1000}})
-    block, aged = Block(1e6, 2e-5), ageing(made.case(0))
+    block, aged = Block(1e6, 2e-5), life_run(made.case(0))
     aged.records.append(block(aged, aged.start))
     result = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
     assert block.runs > 10
@@ -151,7 +151,7 @@ def test_further_lives_are_phases_of_their_own_whose_time_is_foretold():
 
     aged, block = evolving()
     assert aged.progress.limits.further == 2
-    assert ageing(loaded(FACTOR).case(0)).progress.limits.further == 0  # one block gives all
+    assert life_run(loaded(FACTOR).case(0)).progress.limits.further == 0  # one block gives all
     listener = Listener()
     phases._listeners.append(listener)
     try:
@@ -220,12 +220,12 @@ def test_further_lives_that_are_killed_give_the_same_end_without_running_a_block
 
 def test_lives_that_do_not_evolve_follow_from_the_one_block():
     made = loaded(FACTOR)
-    block, aged = Block(1e6, math.inf), ageing(made.case(0))
+    block, aged = Block(1e6, math.inf), life_run(made.case(0))
     aged.records.append(block(aged, aged.start))
     result = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
     assert block.runs == 1
     for end, coefficient in (("low", 6e-14), ("high", 2e-14 / 3.0)):
-        again = ageing(
+        again = life_run(
             uncertain.with_bounding_coefficients(made.case(0), uncertain.HIGH if end == "low" else uncertain.LOW)
         )
         message = block(again, again.start)
@@ -237,7 +237,7 @@ def test_lives_that_do_not_evolve_follow_from_the_one_block():
 def test_an_uncertain_bearing_leaves_the_journal_to_decide():
     bearing = "joints.rod-slider.wear.bearing_coefficient"
     block, made = Block(1e6, math.inf), loaded({bearing: {"factor": 10}})
-    aged = ageing(made.case(0))
+    aged = life_run(made.case(0))
     aged.records.append(block(aged, aged.start))
     result = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
     assert result["rod_slider_life_low_uncertain"] == pytest.approx(block.length(2e-13, 2e-5), rel=1e-9)

@@ -138,7 +138,7 @@ class Layout(NamedTuple):
         """Return the layout of cases with these properties."""
         mechanism = catalogue.outlined(parts.mechanism, parts.outline)
         assert mechanism is not None, parts.mechanism  # a case always has a known mechanism
-        requested = {name for name in ASKED if getattr(parts, name)}
+        requested = {name for name in REQUESTED_COLUMNS if getattr(parts, name)}
         frictions = (*rubbing_joints(parts.outline), *parts.preloads)
         has = {joint.name: joint.has | ({"limited"} if joint.name == parts.life else set()) for joint in parts.joints}
         return cls(
@@ -207,7 +207,7 @@ _LISTED = {"joints": JointLayout, "columns": Column, "channels": Column}
 
 
 #: Optional computations of a case that figures require.
-ASKED = ("horizon", "error_check", "until", "life", "uncertain")
+REQUESTED_COLUMNS = ("horizon", "error_check", "until", "life", "uncertain")
 
 
 def columns_of(
@@ -220,9 +220,9 @@ def columns_of(
 ) -> tuple[Column, ...]:
     """Return the figures of merit of a case, in the order of the summary's columns.
 
-    parts : clearance joint ('rod_slider') -> its features ('wear', 'film'); requested : those of ASKED that the grid
-    requests; until : the figure in `simulate.until`; frictions : the joints of friction loads, of
-    which those without clearance have a friction power.
+    parts : clearance joint ('rod_slider') -> its features ('wear', 'film'); requested : those of REQUESTED_COLUMNS that
+    the grid requests; until : the figure in `simulate.until`; frictions : the joints of friction loads.  Joints without
+    clearance among these have a friction power.
     """
     features = {*requested, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
     columns: list[Column] = []

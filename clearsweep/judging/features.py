@@ -18,7 +18,7 @@ HARMONICS = 12  # harmonics of impact energy over the crank angle, which locate 
 RIGID_ORDERS = 12  # above this order power is attributed to impacts; ideal motion has hardly any there
 THRESHOLD = 0.2  # of the median per-revolution peak above RIGID_ORDERS; larger values are impacts
 WEAK = 0.05  # rms of an order over that of the signal below which its phase cannot be tracked
-APART = 48  # most impacts counted in a revolution
+MOST_IMPACTS = 48  # most impacts counted in a revolution
 
 
 class Features(NamedTuple):
@@ -86,7 +86,7 @@ def _impacts(size: "np.ndarray") -> "np.ndarray":
     count, samples = size.shape
     level = THRESHOLD * float(np.median(size.max(axis=1)))
     high = np.flatnonzero(size.ravel() > level) if level > 0.0 else np.empty(0, int)
-    begins = high[np.diff(high, prepend=-samples) > samples / APART]
+    begins = high[np.diff(high, prepend=-samples) > samples / MOST_IMPACTS]
     return np.bincount(begins // samples, minlength=count).astype(float)
 
 

@@ -11,7 +11,7 @@ from ..language import wording
 from .order import Lead
 from .verdict import MARGIN
 
-LISTED = 4  # laws that a sentence names
+NAMED_LAWS = 4  # laws that a sentence names
 
 
 class Row(NamedTuple):
@@ -74,6 +74,9 @@ def _moved(deciding: Row, ordered: list[Row]) -> str:
     moving_laws = list(itertools.compress(_names(ordered), is_moved))
     if not moving_laws:
         return "No law moves the verdict."
-    names = [*moving_laws[:LISTED], *([f"{len(moving_laws) - LISTED} more"] if len(moving_laws) > LISTED else [])]
+    names = [
+        *moving_laws[:NAMED_LAWS],
+        *([f"{len(moving_laws) - NAMED_LAWS} more"] if len(moving_laws) > NAMED_LAWS else []),
+    ]
     does = "exceeds a limit" if deciding.value >= 0.0 else "keeps to the limits"
     return f"The verdict moves: the case {does} with {wording.sentence_list(names)}."

@@ -8,7 +8,7 @@ from ..language import wording
 from .validity import WIDE_SMOOTHING
 
 DIGITS = (3, 4, 5)  # digits: as few as distinguish the ends of an interval
-FINEST = 1e-5  # of a life: a smaller interval is reported as below this
+SMALLEST_INTERVAL = 1e-5  # of a life: a smaller interval is reported as below this
 
 
 class Lifetime(NamedTuple):
@@ -68,6 +68,6 @@ def _numerics(life: Lifetime) -> str:
         if len({*texts}) == len(texts):
             return f"{percent}: {texts[0]} to {texts[2]}"
     share = 0.5 * (life.high - life.low) / life.revolutions
-    if share < FINEST:
-        return f"{percent}: \u00b1 under {wording.plain(100.0 * FINEST, 1)}{wording.BLANK}%"
+    if share < SMALLEST_INTERVAL:
+        return f"{percent}: \u00b1 under {wording.plain(100.0 * SMALLEST_INTERVAL, 1)}{wording.BLANK}%"
     return f"{percent}: \u00b1 {wording.plain(100.0 * share, 2)}{wording.BLANK}%"

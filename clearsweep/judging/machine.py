@@ -6,9 +6,9 @@ from typing import Any
 
 from ..language import wording
 
-FAR = 3.0  # standard deviations above which a feature is mentioned
+LARGE_DEVIATION = 3.0  # standard deviations above which a feature is mentioned
 SPEED = 0.01  # rad, offset of the crank angle above which it is mentioned
-LISTED = 4  # most features mentioned
+NAMED_FEATURES = 4  # most features mentioned
 
 
 def certainty(parameter: Mapping[str, Any]) -> str:
@@ -63,10 +63,10 @@ def _misfit(identified: Mapping[str, Any]) -> str:
             "not noticed."
         )
     deviating = sorted(
-        (fit for fit in identified["fits"] if abs(fit["deviations"]) > FAR),
+        (fit for fit in identified["fits"] if abs(fit["deviations"]) > LARGE_DEVIATION),
         key=lambda fit: -abs(fit["deviations"]),
     )
-    descriptions = [f"{fit['channel']}, {fit['feature']}{difference(fit)}" for fit in deviating[:LISTED]]
+    descriptions = [f"{fit['channel']}, {fit['feature']}{difference(fit)}" for fit in deviating[:NAMED_FEATURES]]
     where = f"; furthest off: {wording.sentence_list(descriptions)}" if descriptions else ""
     return (
         f"Misfit: no values of these keys explain what was measured{where}. Errors are "

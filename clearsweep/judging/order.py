@@ -15,7 +15,7 @@ SEARCHES = ("seek", "optimise", "identify")  # questions that are sections of a 
 SENSES = ("minimise", "maximise")
 
 
-_LEAST, _MOST = True, False  # which end of the ranking figure is worst
+_SMALLEST_IS_WORST, _LARGEST_IS_WORST = True, False  # which end of the ranking figure is worst
 
 
 class Candidate(NamedTuple):
@@ -67,15 +67,15 @@ def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | N
     search = next((name for name in SEARCHES if (grid or {}).get(name)), "")
     there = {column.name for column in layout.columns}
     if (hours := f"{layout.life}_life_hours") in there:
-        return Lead("life", "Shortest life", ("life",), _LEAST, (Candidate(layout.life, (hours,)),))
+        return Lead("life", "Shortest life", ("life",), _SMALLEST_IS_WORST, (Candidate(layout.life, (hours,)),))
     limited = tuple(dict.fromkeys(limit.column for limit in limits))
     if search == "optimise":
         return _optimised((grid or {})["optimise"], limited)
     if search == "identify":
-        return Lead("identify", "", (), _MOST, ())
+        return Lead("identify", "", (), _LARGEST_IS_WORST, ())
     if limited:
         names = (MARGIN, *limited)
-        return Lead(search or "limits", "Smallest margin", names, _LEAST, (Candidate("", names),))
+        return Lead(search or "limits", "Smallest margin", names, _SMALLEST_IS_WORST, (Candidate("", names),))
     joints = [joint.name for joint in layout.joints]
     for question, title, smallest, figures in _BY_CONTENT:
         matching = [name for name in joints if f"{name}_{next(iter(figures))}" in there]
@@ -87,7 +87,7 @@ def lead_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | N
         if matching:
             candidates = tuple(Candidate(name, tuple(f"{name}_{figure}" for figure in shown)) for name in matching)
             return Lead(question, title, tuple(shown.values()), smallest, candidates)
-    return Lead("force", "", (), _MOST, ())
+    return Lead("force", "", (), _LARGEST_IS_WORST, ())
 
 
 def _optimised(section: Mapping[str, Any], limited: tuple[str, ...]) -> Lead:
@@ -102,10 +102,15 @@ _BY_CONTENT: tuple[tuple[str, str, bool, dict[str, str]], ...] = (
     (
         "film",
         "Thinnest film",
-        _LEAST,
+        _SMALLEST_IS_WORST,
         {"film_thickness_min": "least film", "dry_load_share": "dry load share", "film_loss": "loss"},
     ),
-    ("force", "Largest normal force", _MOST, {"force_peak": "force peak", "force_peak_ratio": "over ideal"}),
+    (
+        "force",
+        "Largest normal force",
+        _LARGEST_IS_WORST,
+        {"force_peak": "force peak", "force_peak_ratio": "over ideal"},
+    ),
 )
 
 

@@ -72,8 +72,8 @@ class Remarks:
         """Prepare for joints ('rod_slider')."""
         self.joints = list(joints)
         self.cases = 0
-        self.counts = dict.fromkeys((*_FIGURES, *_TOLD), 0)
-        self.first: dict[str, tuple[str, str]] = {}  # word of _TOLD -> case_id, remark
+        self.counts = dict.fromkeys((*_FIGURES, *_REMARKS), 0)
+        self.first: dict[str, tuple[str, str]] = {}  # word of _REMARKS -> case_id, remark
         self.named: set[str] = set()  # identities of the cases in `first`
         self.worst = dict.fromkeys(_FIGURES, _Worst(0.0, "", "", ""))
 
@@ -82,7 +82,7 @@ class Remarks:
         ids, messages = cases["case_id"], cases["message"]
         self.cases += len(ids)
         for index in np.flatnonzero(np.asarray(messages, object)).tolist():
-            for word in _TOLD:
+            for word in _REMARKS:
                 if remark := _remark(messages[index], word):
                     self.counts[word] += 1
                     if word not in self.first:
@@ -123,7 +123,7 @@ class Remarks:
             *(sentence[figure](self.worst[figure]) for figure in _FIGURES if self.counts[figure]),
             *(
                 "{} in {}, such as case {}: {}.".format(sentence_of, self._share(word), *self.first[word])
-                for word, sentence_of in _TOLD.items()
+                for word, sentence_of in _REMARKS.items()
                 if word in self.first
             ),
         ]
@@ -148,7 +148,7 @@ class Remarks:
         return f"{self.counts[figure]:,} of {self.cases:,} case{'s' * (self.cases != 1)}"
 
 
-_TOLD = {
+_REMARKS = {
     ONSET_KEPT: "A contact never ends, and its law keeps the rate of its first touch: the start of the run decides the "
     "forces,",
     TOO_DEEP: "A contact is deeper than its clearance and a hundredth of its bearing's radius, or than a tenth of it",

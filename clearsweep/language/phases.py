@@ -1,7 +1,7 @@
 """Phases of work and their progress: what a process is doing, since when, and how long it will take.
 
 Code opens a phase and records its progress, which takes a microsecond.  `shown` prints the open phase on stderr: a line
-after FIRST s without one, or on a terminal a line that is redrawn.  `written` stores it where another process
+after FIRST_LINE s without one, or on a terminal a line that is redrawn.  `written` stores it where another process
 reads it, as worker processes do.
 """
 
@@ -17,8 +17,12 @@ from typing import Any, NamedTuple, Protocol
 from .errors import printable
 from .wording import duration
 
-FIRST, GROWTH, LONGEST = 5.0, 1.5, 60.0  # s before a line is printed, and the factor by which this grows up to LONGEST
-LOOK = 0.25  # s between two looks at the open phases, and between two drawings on a terminal
+FIRST_LINE, PAUSE_GROWTH, LONGEST_PAUSE = (
+    5.0,
+    1.5,
+    60.0,
+)  # s before a line is printed, and the factor by which this grows up to LONGEST_PAUSE
+REFRESH = 0.25  # s between two looks at the open phases, and between two drawings on a terminal
 # s of work before its time left is estimated, before a terminal shows it, and between two writes
 SETTLED = 1.0
 BAR = 24  # characters of a bar
@@ -180,7 +184,7 @@ class Display:
         self.lock = threading.RLock()
         self.terminal = sys.stderr is not None and sys.stderr.isatty()
         self.bar: Any = None  # progress bar on a terminal
-        self.latest, self.interval = time.monotonic(), FIRST
+        self.latest, self.interval = time.monotonic(), FIRST_LINE
         self.work: Phase | None = None  # phase printed last
 
     def look(self) -> None:
@@ -194,9 +198,9 @@ class Display:
                 self._draw(latest, work.further())
             return
         if work is not self.work:
-            self.work, self.interval = work, FIRST
+            self.work, self.interval = work, FIRST_LINE
         if now - self.latest >= self.interval:
-            self.interval = min(GROWTH * self.interval, LONGEST)
+            self.interval = min(PAUSE_GROWTH * self.interval, LONGEST_PAUSE)
             self.say(latest.text + work.further())
 
     def say(self, sentence: str) -> None:
@@ -240,7 +244,7 @@ def shown(enabled: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT002 - rea
     display, stopped = Display(), threading.Event()
 
     def watch() -> None:
-        while not stopped.wait(LOOK):
+        while not stopped.wait(REFRESH):
             with contextlib.suppress(Exception):  # stderr may be closed; an error in one line must not end the others
                 display.look()
 

@@ -28,7 +28,7 @@ KEYS = {
     "pressure": "wear.pressure",
 }
 NOTHING = "nothing speaks against it"
-NEAR = 0.05  # relative error of the restitution that a suitable law reproduces
+RESTITUTION_TOLERANCE = 0.05  # relative error of the restitution that a suitable law reproduces
 WRITTEN = Merit(0, "its stiffness is written in the grid")
 
 
@@ -193,7 +193,7 @@ def _losses(joint: Joint) -> Iterator[Verdict]:
             yield Verdict("law", law.name, OUT, f"takes a restitution {field.allowed()}")
         else:
             reproduced = float(restitution_of(required))
-            word = HOLDS if abs(reproduced - required) <= NEAR * required else DOUBTFUL
+            word = HOLDS if abs(reproduced - required) <= RESTITUTION_TOLERANCE * required else DOUBTFUL
             reason = f"gives back {reproduced:.3g} where {required:.3g} is asked for"
             yield Verdict("law", law.name, word, reason, law.merit)
 

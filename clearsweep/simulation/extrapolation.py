@@ -20,9 +20,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 SAFETY = 0.9  # safety factor on the jump whose error would equal the tolerance
-GROWTH, SHRINKAGE = 2.0, 0.5  # largest and smallest ratio of successive jumps
+LARGEST_RATIO, SMALLEST_RATIO = 2.0, 0.5  # largest and smallest ratio of successive jumps
 LEAST_GROWTH = 0.1  # of the mean rate of the limited quantity: slower rates are compared with this
-BEYOND = 1.1  # of the distance to the limit: the last jump must pass it
+OVERSHOOT = 1.1  # of the distance to the limit: the last jump must pass it
 FURTHEST_BEND = 0.5  # largest correction of half the relative change of a rate
 FURTHEST = 2.0**60  # times the first guess of the life: beyond it, the limit counts as never reached
 
@@ -109,7 +109,7 @@ def extrapolated_life(
                 break
             nodes.append(Node(remaining, node.state + remaining * node.rate, node.rate, first_block))
             return _interval(nodes, blocks, criterion, settings)
-        jump = max(min(jump, settings.longest, BEYOND * remaining), settings.least)
+        jump = max(min(jump, settings.longest, OVERSHOOT * remaining), settings.least)
         predicted = node.state + jump * node.rate
         next_block = measure(predicted)
         blocks += 1
@@ -117,7 +117,7 @@ def extrapolated_life(
             return None
         share = redistributed_share(node, next_block, settings.groups)
         if share > settings.tolerance and jump > settings.least:
-            jump *= SHRINKAGE
+            jump *= SMALLEST_RATIO
             continue
         # the motion is unchanged: only the sliding distance acts, and its prediction is exact
         rate = next_block.rate if settings.alike else _corrected(node.rate, next_block.rate, criterion.slope(predicted))
@@ -126,7 +126,7 @@ def extrapolated_life(
             nodes.append(_cut(settings.limit, criterion, node, next_node))
             return _interval(nodes, blocks, criterion, settings, jump)
         nodes.append(next_node)
-        jump *= min(max(SAFETY * settings.tolerance / share, SHRINKAGE), GROWTH) if share else GROWTH
+        jump *= min(max(SAFETY * settings.tolerance / share, SMALLEST_RATIO), LARGEST_RATIO) if share else LARGEST_RATIO
     low = nodes[-1].revolutions
     return Life(tuple(nodes), reached=False, low=low, high=math.inf, jump_error=math.nan, blocks=blocks)
 

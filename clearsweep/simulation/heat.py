@@ -3,9 +3,9 @@
 The warmer the oil of a joint, the thinner it is; the warmer a dry joint, the wider or narrower its clearance. The
 temperature is that of equilibrium, T = ambient + mean loss / conductance of every joint with a heat balance; the hours
 of warming up are left out. The case is run at a temperature, and its loss gives the next one by the secant method
-until both agree within CLOSE or NEAR of the rise above ambient. After PATIENT runs a difference within the
-scatter of the revolutions is accepted, too, up to UNSURE of the rise. The first guess, the ambient temperature, is
-never accepted.
+until both agree within ABSOLUTE_TOLERANCE or RELATIVE_TOLERANCE of the rise above ambient. After STRICT_RUNS runs a
+difference within the scatter of the revolutions is also accepted, up to DOUBTFUL of the rise. The first guess, the
+ambient temperature, is never accepted.
 """
 
 import dataclasses
@@ -24,14 +24,14 @@ from .scene import Scene, build
 from .sums import half_width
 from .window import by_joint
 
-CLOSE = 0.02  # K
-NEAR = 0.01  # of the rise
-PATIENT = 8  # runs
-UNSURE = 0.1  # of the rise: a less accurate temperature gets a remark
-MOST = 30  # runs
+ABSOLUTE_TOLERANCE = 0.02  # K
+RELATIVE_TOLERANCE = 0.01  # of the rise
+STRICT_RUNS = 8  # runs
+DOUBTFUL = 0.1  # of the rise: a less accurate temperature gets a remark
+MOST_RUNS = 30  # runs
 CAUTIOUS = 0.5  # damping of a film's first step: oil thins as it warms up
-CLOSEST, EARLY = 1e-7, 5  # of the rise: accuracy for a dry joint while there are fewer runs than PATIENT
-TIGHTEST = 0.01  # of the cold clearance: a joint with less has seized
+CLOSEST, EARLY = 1e-7, 5  # of the rise: accuracy for a dry joint while there are fewer runs than STRICT_RUNS
+SEIZED_CLEARANCE = 0.01  # of the cold clearance: a joint with less has seized
 
 
 class Balance(NamedTuple):
@@ -46,11 +46,11 @@ class Balance(NamedTuple):
     seized: tuple[str, ...]  # column names of dry joints whose clearance closes before equilibrium
 
     def unsure(self) -> dict[str, tuple[float, float, float]]:
-        """Return temperature, half-width and rise (K) of every joint whose temperature is less accurate than UNSURE."""
+        """Return temperature, half-width and rise (K) of every joint with a DOUBTFUL temperature."""
         return {
             joint: (self.temperature[joint], width, self.rise[joint])
             for joint, width in self.width.items()
-            if width > max(CLOSE, UNSURE * self.rise[joint])
+            if width > max(ABSOLUTE_TOLERANCE, DOUBTFUL * self.rise[joint])
         }
 
 
@@ -91,7 +91,7 @@ def at_equilibrium(scene: Scene) -> tuple[Scene, Balance]:
     dry, hottest = np.array([joint.film is None for joint in joints]), np.array(list(map(_hottest, joints)))
     current, last, missing = np.minimum(ambient, hottest), ambient.copy(), np.zeros(len(names))
     width, converged, rises = np.full(len(names), math.inf), False, ambient
-    for run in range(MOST):
+    for run in range(MOST_RUNS):
         scene = at_temperatures(cold, dict(zip(names, current, strict=True)))
         measured = _losses(scene, names)
         if measured is None:
@@ -99,13 +99,13 @@ def at_equilibrium(scene: Scene) -> tuple[Scene, Balance]:
         loss, width = measured
         rises, width = ambient + loss / conductance, width / conductance
         previous, missing = missing, np.minimum(rises, hottest) - current
-        accuracy = np.maximum(CLOSE, NEAR * (rises - ambient))
+        accuracy = np.maximum(ABSOLUTE_TOLERANCE, RELATIVE_TOLERANCE * (rises - ambient))
         if run < EARLY:
             accuracy = np.where(dry, CLOSEST * (rises - ambient), accuracy)
-        if run >= PATIENT:
-            accuracy = np.maximum(accuracy, np.minimum(width, UNSURE * (rises - ambient)))
+        if run >= STRICT_RUNS:
+            accuracy = np.maximum(accuracy, np.minimum(width, DOUBTFUL * (rises - ambient)))
         converged = run > 0 and bool(np.all(np.abs(missing) <= accuracy))
-        if converged or run == MOST - 1:
+        if converged or run == MOST_RUNS - 1:
             break
         step = np.where(dry, 1.0, CAUTIOUS) * missing
         if run:
@@ -122,11 +122,11 @@ def at_equilibrium(scene: Scene) -> tuple[Scene, Balance]:
 
 
 def _hottest(joint: Joint) -> float:
-    """Return the temperature (K) at which TIGHTEST of a joint's clearance is left; inf if it never closes."""
+    """Return the temperature (K) at which SEIZED_CLEARANCE of a joint's clearance is left; inf if it never closes."""
     if not joint.thermal:
         return math.inf
     narrower = (joint.thermal.journal - joint.thermal.bearing) * (joint.bearing_radius or 0.0)
-    return COLD + (1.0 - TIGHTEST) * joint.clearance / narrower if narrower > 0.0 else math.inf
+    return COLD + (1.0 - SEIZED_CLEARANCE) * joint.clearance / narrower if narrower > 0.0 else math.inf
 
 
 def _closed(joint: Joint, temperature: float) -> bool:

@@ -5,13 +5,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-ACCURATE = 1e-9  # of the largest value: allowed difference of neighbouring samples at a maximum
+ACCURACY = 1e-9  # of the largest value: allowed difference of neighbouring samples at a maximum
 CLOSEST = 1e-12  # of the interval: of two closer places one is dropped
-STEEP = 8.0  # times the median slope of neighbours: a steeper interval may contain a jump
+STEEPNESS = 8.0  # times the median slope of neighbours: a steeper interval may contain a jump
 NEIGHBOURS = 7  # intervals in this median
-MOST = 32  # jumps, and maxima of a function, that are refined
+MOST_REFINED = 32  # jumps, and maxima of a function, that are refined
 INSIDE = 8  # further samples on each side of a maximum per round
-BESIDE = 1e-3  # of its interval: distance of two more samples from the vertex of the parabola
+VERTEX_OFFSET = 1e-3  # of its interval: distance of two more samples from the vertex of the parabola
 ROUNDS = 60
 
 Functions = Callable[[np.ndarray], np.ndarray]  # (n,) -> (m, n): m functions at n places
@@ -51,17 +51,17 @@ def _jumps(functions: Functions, places: np.ndarray, values: np.ndarray) -> list
     padded = np.pad(slope, ((0, 0), (half_width, half_width)), "edge")
     window = np.lib.stride_tricks.sliding_window_view(padded, NEIGHBOURS, axis=1)
     smallest = functools.reduce(np.minimum, (window[..., k] for k in range(NEIGHBOURS)))
-    rows, columns = np.nonzero((slope > STEEP * smallest) & (change > ACCURATE))  # few; the median takes longer
+    rows, columns = np.nonzero((slope > STEEPNESS * smallest) & (change > ACCURACY))  # few; the median takes longer
     usual = np.median(window[rows, columns], axis=-1)
     steep = np.zeros(len(places) - 1)
-    np.maximum.at(steep, columns, np.where(slope[rows, columns] > STEEP * usual, change[rows, columns], 0.0))
+    np.maximum.at(steep, columns, np.where(slope[rows, columns] > STEEPNESS * usual, change[rows, columns], 0.0))
     columns = np.flatnonzero(steep)
-    columns = columns[np.argsort(-steep[columns], kind="stable")[:MOST]]
+    columns = columns[np.argsort(-steep[columns], kind="stable")[:MOST_REFINED]]
     low, high, left, right = places[columns], places[columns + 1], values[:, columns], values[:, columns + 1]
     jumps = []
     for _ in range(ROUNDS):
         centre = 0.5 * (low + high)
-        is_open = (low < centre) & (centre < high) & (np.abs(right - left) > ACCURATE * scale).any(axis=0)
+        is_open = (low < centre) & (centre < high) & (np.abs(right - left) > ACCURACY * scale).any(axis=0)
         if not is_open.any():
             break
         low, high, left, right, centre = (
@@ -89,12 +89,12 @@ def _maxima(functions: Functions, places: np.ndarray, values: np.ndarray) -> np.
     for _ in range(ROUNDS):
         fall = y[:, 1] - y.min(axis=1)
         is_wide = x[:, 2] - x[:, 0] > 4.0 * np.spacing(np.abs(x).max(axis=1))
-        is_open = is_wide & (fall > ACCURATE * np.abs(largest_values[rows])) & (y[:, 1] + fall >= largest_values[rows])
+        is_open = is_wide & (fall > ACCURACY * np.abs(largest_values[rows])) & (y[:, 1] + fall >= largest_values[rows])
         if not is_open.any():
             break
         rows, x, y = rows[is_open], x[is_open], y[is_open]
         low, top, high = (x[:, k : k + 1] for k in range(3))
-        near_vertex = np.clip(_vertex(x, y)[:, None] + (high - low) * BESIDE * np.arange(-1, 2), low, high)
+        near_vertex = np.clip(_vertex(x, y)[:, None] + (high - low) * VERTEX_OFFSET * np.arange(-1, 2), low, high)
         new_places = np.concatenate([low + share * (top - low), top + share * (high - top), near_vertex], axis=1)
         new_values = functions(new_places.ravel())[
             np.repeat(rows, new_places.shape[1]), np.arange(new_places.size)
@@ -130,7 +130,7 @@ def _candidates(places: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.
     upper_bound = values + np.maximum(rises, -falls)
     rows, columns = np.nonzero((rises >= 0.0) & (falls <= 0.0) & (upper_bound >= values.max(axis=1, keepdims=True)))
     order = np.lexsort((-values[rows, columns], rows))  # largest first for each function
-    order = order[np.arange(len(rows)) - np.searchsorted(rows, rows) < MOST]
+    order = order[np.arange(len(rows)) - np.searchsorted(rows, rows) < MOST_REFINED]
     rows, columns = rows[order], columns[order]
     around = _neighbours(columns, len(places))
     return rows, places[around], values[rows[:, None], around]

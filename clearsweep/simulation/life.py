@@ -25,13 +25,13 @@ from .progress import LifeLimits
 from .scene import Scene, build
 from .window import finer
 
-FIRST = 0.02  # of the smallest clearance: most wear in the first jump
-FURTHER = 2  # further lives of a case with uncertain wear coefficients
-FRESH = 0.1  # of the running-in distance: most sliding in the first jump
+FIRST_WEAR = 0.02  # of the smallest clearance: most wear in the first jump
+BOUNDING_LIVES = 2  # further lives of a case with uncertain wear coefficients
+FIRST_SLIDING = 0.1  # of the running-in distance: most sliding in the first jump
 HOUR = 3600.0  # s
 
 
-class Ageing:
+class LifeRun:
     """Wear of a case: the worn state, a vector; the blocks that give its rates; the figures of its life."""
 
     def __init__(self, scene: Scene, log: Log | None, number: int = 0, name: str = ""):
@@ -51,19 +51,19 @@ class Ageing:
         self.seconds_before = float(stored[-1].seconds[1]) if stored else 0.0  # s, processor time of earlier processes
         self.start = np.zeros(self.size)
         self.target = next(part for part in self.parts if part.name == self.life.joint)
-        most_wear = FIRST * min(joint.clearance for joint in scene.case.joints)
+        most_wear = FIRST_WEAR * min(joint.clearance for joint in scene.case.joints)
         limits = LifeLimits(
             self.life.limit, most_wear, self.life.blocks, scene.case.simulate.revolutions, self.constant
         )
         if scene.case.uncertain and not self.constant:  # if rates are constant, one block also gives the further lives
-            limits = limits._replace(further=FURTHER - number)
+            limits = limits._replace(further=BOUNDING_LIVES - number)
         self.progress = LifePhase(limits, len(self.records), name)
 
-    def bounding(self, case: Case, name: str) -> "Ageing":
-        """Return the Ageing of another case as the next life, with the processor time and log of this one."""
+    def bounding(self, case: Case, name: str) -> "LifeRun":
+        """Return the LifeRun of another case as the next life, with the processor time and log of this one."""
         self.lives += 1
         scene = dataclasses.replace(build(case), deadline=self.scene.deadline, verdict=self.scene.verdict)
-        other = Ageing(scene, self.log, self.lives, name)
+        other = LifeRun(scene, self.log, self.lives, name)
         other.seconds_before = self.seconds_before
         return other
 
@@ -81,10 +81,10 @@ class Ageing:
         """Return limit and step control of the extrapolation."""
         case, life, first_growth = self.scene.case, self.life, np.full(self.size, math.inf)
         for part in self.parts:
-            first_growth[part.both] = FIRST * min(joint.clearance for joint in case.joints)
+            first_growth[part.both] = FIRST_WEAR * min(joint.clearance for joint in case.joints)
             wear = case.joints[part.joint_index].wear
             if wear and wear.running_in:
-                first_growth[part.slid] = FRESH * wear.running_in["distance"]
+                first_growth[part.slid] = FIRST_SLIDING * wear.running_in["distance"]
         return StepControl(
             limit=life.limit,
             tolerance=life.tolerance,
@@ -125,7 +125,7 @@ class Ageing:
             self.log.keep(encoded([*self.earlier_records, *self.records]))
 
     def measured(
-        self, run: Callable[["Ageing", np.ndarray], BlockRecord | None]
+        self, run: Callable[["LifeRun", np.ndarray], BlockRecord | None]
     ) -> Callable[[np.ndarray], BlockRecord | None]:
         """Return a function that runs the next block by `run` and logs it, or reads it from the log."""
 

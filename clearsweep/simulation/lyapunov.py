@@ -13,9 +13,9 @@ from .watch import Pausing, restore, snapshot_of
 
 PARTS = 20  # rescalings per revolution
 SIZE, OVER, MOST = 1e-6, 1e3, 1e-3  # clearances: size after rescaling, and the least in tolerances
-FAINTEST = 1e-9  # of that: lower bound of a disturbance, to avoid the logarithm of zero
+SMALLEST_DISTURBANCE = 1e-9  # of that: lower bound of a disturbance, to avoid the logarithm of zero
 SATURATED = 0.1  # clearances: a saturated disturbance
-SETTLED = 4  # revolutions
+LONG_RUN = 4  # revolutions
 HORIZON = 0.01  # clearances: size at which prediction ends
 
 
@@ -89,7 +89,7 @@ class Perturbed:
         if not same_contacts and distance < SATURATED:
             return
         self.times.append(float(base.y[base.time]))
-        self.growths.append(self.growths[-1] + math.log(max(distance, FAINTEST * self.size) / self.size))
+        self.growths.append(self.growths[-1] + math.log(max(distance, SMALLEST_DISTURBANCE * self.size) / self.size))
         if same_contacts and distance > 0.0:
             deeper = np.square(work.y[self.roots]) - np.square(base.y[self.roots])
             self._bring(base, (work.y - base.y) / distance, (work.latched - base.latched) / distance, deeper / distance)
@@ -114,12 +114,12 @@ class Perturbed:
     def figures(self, turn: float) -> dict[str, float | None]:
         """Return exponent and horizon, each None if undefined or if disturbances do not grow.
 
-        With more than SETTLED revolutions the first is left out: in it the disturbance aligns with the fastest growth.
+        With more than LONG_RUN revolutions the first is left out: in it the disturbance aligns with the fastest growth.
         """
         exponent = horizon = None
         if self.status == run_control.OK and len(self.times) > 1:
             turns = (np.array(self.times) - self.times[0]) / turn
-            first = int(np.searchsorted(turns, 1.0)) if turns[-1] > SETTLED else 0
+            first = int(np.searchsorted(turns, 1.0)) if turns[-1] > LONG_RUN else 0
             exponent = (self.growths[-1] - self.growths[first]) / (self.times[-1] - self.times[first])
         if exponent is not None and exponent > 0.0:
             horizon = max(math.log(HORIZON / self.tolerance), 0.0) / (exponent * turn)

@@ -72,7 +72,7 @@ _AT_REST = (
     "the oil has stopped the bodies before the impacts that simulate.impacts asks for; ask for fewer, or take thinner "
     "oil or a higher speed",
 )
-REST = 1e-3  # of the initial speed: slower bodies count as at rest when no step is small enough
+REST_SPEED = 1e-3  # of the initial speed: slower bodies count as at rest when no step is small enough
 
 
 def _status_of(scene: Scene, run: Run) -> tuple[str, str]:
@@ -80,7 +80,7 @@ def _status_of(scene: Scene, run: Run) -> tuple[str, str]:
     film = any(joint.film for joint in scene.layout.joints)
     if run.status == run_control.STEP_UNDERFLOW and film and not scene.mechanism.turns:
         rates = slice(len(scene.value.coordinates), 2 * len(scene.value.coordinates))
-        if np.abs(run.work.y[rates]).max() <= REST * np.abs(scene.start[rates]).max():
+        if np.abs(run.work.y[rates]).max() <= REST_SPEED * np.abs(scene.start[rates]).max():
             return _AT_REST
     return _STATUS[run.status]
 

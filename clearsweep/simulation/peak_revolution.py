@@ -12,15 +12,15 @@ from .revolutions import marks_of, peaks_of
 from .run import integration_of
 from .scene import build
 
-FINE, MOST = 20, 1_000_000  # times the usual number of samples
-BESIDE = 1.5  # usual samples on each side of the largest force within which all fine samples are kept
+REFINEMENT, MOST_SAMPLES = 20, 1_000_000  # times the usual number of samples
+REFINED_SAMPLES = 1.5  # usual samples on each side of the largest force within which all fine samples are kept
 
 
 def peak_revolution(case: Case, joint: int, revolutions: float) -> Peak:
     """Return the revolution with the largest normal force of a joint in the window, with time histories.
 
     The case is run twice, with the same bits as before: without histories, then sampled over that revolution.  Samples
-    are those of `save.samples` and, because impacts are short, FINE times as dense around the largest force.
+    are those of `save.samples` and, because impacts are short, REFINEMENT times as dense around the largest force.
 
     Parameters
     ----------
@@ -40,12 +40,12 @@ def peak_revolution(case: Case, joint: int, revolutions: float) -> Peak:
     first, last = (
         window[peak_index : peak_index + 2].tolist() if len(peaks) else (max(revolutions - 1.0, 0.0), revolutions)
     )
-    samples, density = case.save.samples, max(min(FINE, MOST // case.save.samples), 1)
+    samples, density = case.save.samples, max(min(REFINEMENT, MOST_SAMPLES // case.save.samples), 1)
     counts = np.arange(round(first * samples) * density, round(last * samples) * density + 1)
     times = np.minimum([at(count / (density * samples)) for count in counts.tolist()], end)
     path = trajectory_of(scene, integration_of(scene, times, end, turned=is_free, marks=marks), end)
     if path.status != "ok":
         return Peak(first, path)
     largest = int(path[f"joints/{case.joints[joint].column}/force_normal"].argmax())
-    is_kept = (counts % density == 0) | (np.abs(np.arange(len(counts)) - largest) <= BESIDE * density)
+    is_kept = (counts % density == 0) | (np.abs(np.arange(len(counts)) - largest) <= REFINED_SAMPLES * density)
     return Peak(first, dataclasses.replace(path, channels={name: path[name][is_kept] for name in path.channels}))

@@ -16,7 +16,7 @@ from .window import bearing_of
 
 LONGEST_PERIOD, REPEATS = 16, 3  # most revolutions of a period; how often it must be repeated
 RETURN = 1e-3  # clearances, and clearances times crank speed: tolerance of a periodic motion
-SAME = 1e-9  # revolutions: closer marks are merged
+MARK_TOLERANCE = 1e-9  # revolutions: closer marks are merged
 
 
 class Marks(NamedTuple):
@@ -47,13 +47,13 @@ def _marks(discard: float, revolutions: float, phase: float | None) -> Marks:
         turns = sections
     else:
         turns = np.sort(np.concatenate([window, sections]))
-        turns = turns[np.diff(turns, prepend=-1.0) > SAME]
+        turns = turns[np.diff(turns, prepend=-1.0) > MARK_TOLERANCE]
     return Marks(np.minimum(turns, revolutions), _nearest(turns, window), _nearest(turns, sections))
 
 
 def _consecutive(first: float, last: float) -> np.ndarray:
     """Return first, first + 1, ... up to `last`; if there are many, only the last ones."""
-    count = max(math.floor(last - first + SAME) + 1, 0)
+    count = max(math.floor(last - first + MARK_TOLERANCE) + 1, 0)
     return first + np.arange(max(count - MOST_REVOLUTIONS - 1, 0), count)
 
 
@@ -63,7 +63,7 @@ def start_turns(scene: Scene) -> float:
 
 
 def _nearest(turns: np.ndarray, requested: np.ndarray) -> np.ndarray:
-    return np.searchsorted(turns, requested - SAME)
+    return np.searchsorted(turns, requested - MARK_TOLERANCE)
 
 
 def buffers_for(marks: np.ndarray, n: int, contacts: int, zeros: Callable[..., np.ndarray]) -> Turns:
@@ -102,7 +102,7 @@ def _highest(peaks: np.ndarray, begins: np.ndarray) -> tuple[float, int] | None:
     if not len(peaks):
         return None
     index = int(peaks.argmax())
-    return float(peaks[index]), math.floor(begins[index] + SAME) + 1
+    return float(peaks[index]), math.floor(begins[index] + MARK_TOLERANCE) + 1
 
 
 def reached(places: np.ndarray, turns: Any) -> np.ndarray:

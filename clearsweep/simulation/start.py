@@ -33,7 +33,7 @@ OILED = 0.1  # of RATE_WEIGHT with a film: a small error of a rate is a large on
 LONGEST = 0.02  # crank turns per step at most: keeps maxima and histograms of slow motions accurate
 ROUNDING = 1e-15  # of the mechanism's size and speed: least tolerance
 NOWHERE = np.empty(0)  # to report
-MOST = 2**62  # largest count of steps or events
+UNLIMITED = 2**62  # largest count of steps or events
 
 _METHODS = {"auto": run_control.AUTO, "explicit": events.EXPLICIT, "implicit": events.IMPLICIT}
 
@@ -168,8 +168,8 @@ def control_of(scene: Scene, end: float, *, keep_events: bool) -> run_control.Co
         window=window,
         end=end,
         separations=0 if has_crank else int(settings.impacts),
-        step_budget=min(int(settings.step_budget * units), MOST),
-        event_budget=min(int(settings.event_budget * units), MOST),
+        step_budget=min(int(settings.step_budget * units), UNLIMITED),
+        event_budget=min(int(settings.event_budget * units), UNLIMITED),
         method=_METHODS[settings.method],
         keep_events=keep_events,
         time_limit=settings.time_limit if free else math.inf,

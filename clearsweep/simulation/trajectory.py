@@ -24,7 +24,7 @@ from ..mechanics.solver.accumulate.record import Record
 from .extrapolation import extrapolated_life
 from .figures.catalogue import COST, SETUP
 from .heat import Balance, at_equilibrium, has_balance
-from .life import Ageing
+from .life import LifeRun
 from .life_block import BlockRecord, Log, RateObserver, block_record_of, longest_block
 from .outcome import trajectory_of
 from .revolutions import Marks, marks_of
@@ -83,7 +83,7 @@ def _all_integrations(
         if balance.seized:
             return _seized(scene, balance)
     if scene.case.life:
-        trajectory = _run_life(scene, times, watchers, Ageing(scene, log))
+        trajectory = _run_life(scene, times, watchers, LifeRun(scene, log))
     else:
         trajectory = (
             _run_until_converged(scene, times, watchers) if scene.layout.until else _simulate(scene, times, watchers)
@@ -235,43 +235,43 @@ def _converged_trajectory(scene: Scene, run: Run, watch: Until | RateObserver, t
     return trajectory_of(final_scene, run, end)
 
 
-def _run_life(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], ageing: Ageing) -> Trajectory:
+def _run_life(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer], life_run: LifeRun) -> Trajectory:
     """Return the trajectory of a life: its last block, with the history up to the limit."""
     begin = time.process_time()
-    ageing.scene = scene = dataclasses.replace(scene, deadline=scene.deadline - ageing.seconds_before)
+    life_run.scene = scene = dataclasses.replace(scene, deadline=scene.deadline - life_run.seconds_before)
     last: list[tuple[Scene, Run, RateObserver]] = []
 
-    def run_block(ageing: Ageing, state: np.ndarray) -> BlockRecord | None:
-        last[:] = [_block(ageing.scene_at(state), watchers)]
+    def run_block(life_run: LifeRun, state: np.ndarray) -> BlockRecord | None:
+        last[:] = [_block(life_run.scene_at(state), watchers)]
         aged, run, watch = last[0]
         if run.status != run_control.OK:
-            ageing.failure = _failed_block(aged, run).status
+            life_run.failure = _failed_block(aged, run).status
             return None
-        return block_record_of(aged, run, watch, ageing.seconds_before + time.process_time() - begin)
+        return block_record_of(aged, run, watch, life_run.seconds_before + time.process_time() - begin)
 
-    with phases.phase(ageing.progress):
-        life = extrapolated_life(ageing.measured(run_block), ageing, ageing.settings(), ageing.start)
-        if life and not ageing.constant:
-            last_block = run_block(ageing, life.nodes[-1].state)
-            life = ageing.ended(life, last_block) if last_block else None
-        elif life and not last and not run_block(ageing, ageing.start):  # its only block is in the log
+    with phases.phase(life_run.progress):
+        life = extrapolated_life(life_run.measured(run_block), life_run, life_run.settings(), life_run.start)
+        if life and not life_run.constant:
+            last_block = run_block(life_run, life.nodes[-1].state)
+            life = life_run.ended(life, last_block) if last_block else None
+        elif life and not last and not run_block(life_run, life_run.start):  # its only block is in the log
             life = None
     aged, run, watch = last[0]
     if life is None:
         failed = _failed_block(aged, run)
-        return dataclasses.replace(failed, message=f"block {len(ageing.records) + 1} of its life: {failed.message}")
-    bounding_lives = further_lives(ageing, run_block) if scene.case.uncertain else {}
+        return dataclasses.replace(failed, message=f"block {len(life_run.records) + 1} of its life: {failed.message}")
+    bounding_lives = further_lives(life_run, run_block) if scene.case.uncertain else {}
     for block_record in [
-        *([] if ageing.constant else ageing.records),
+        *([] if life_run.constant else life_run.records),
         *(block_record for bounding_life in bounding_lives.values() for block_record in bounding_life.records),
     ]:
         run.counts += block_record.counts
         run.duration += float(block_record.seconds[0])
     trajectory = _converged_trajectory(aged, run, watch, times)
-    trajectory.summary.update(ageing.figures(life))
-    trajectory.summary.update(uncertain_figures(ageing.target.column, bounding_lives) if bounding_lives else {})
-    message = message_of(trajectory.message, *ageing.remarks(life), *failures(bounding_lives))
-    return dataclasses.replace(trajectory, history=ageing.history(life), message=message)
+    trajectory.summary.update(life_run.figures(life))
+    trajectory.summary.update(uncertain_figures(life_run.target.column, bounding_lives) if bounding_lives else {})
+    message = message_of(trajectory.message, *life_run.remarks(life), *failures(bounding_lives))
+    return dataclasses.replace(trajectory, history=life_run.history(life), message=message)
 
 
 def _failed_block(scene: Scene, run: Run) -> Trajectory:

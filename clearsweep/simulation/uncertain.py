@@ -10,7 +10,7 @@ from ..contracts.case import Case
 from ..judging.validity import LIFE_FAILED
 from ..language import phases
 from .extrapolation import Life, extrapolated_life
-from .life import Ageing
+from .life import LifeRun
 from .life_block import BlockRecord, Part
 
 LOW, HIGH = "low", "high"
@@ -35,7 +35,9 @@ def with_bounding_coefficients(case: Case, end: str) -> Case:
     return case._replace(joints=tuple(joints.values()))
 
 
-def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], BlockRecord | None]) -> dict[str, BoundingLife]:
+def further_lives(
+    life_run: LifeRun, run: Callable[[LifeRun, np.ndarray], BlockRecord | None]
+) -> dict[str, BoundingLife]:
     """Return the lives with the coefficients at their LOW and HIGH ends.
 
     If wear rates are independent of wear, every rate is proportional to the coefficient of its body, so
@@ -43,18 +45,18 @@ def further_lives(ageing: Ageing, run: Callable[[Ageing, np.ndarray], BlockRecor
 
     Parameters
     ----------
-    ageing : of the case itself, whose life is known.
-    run : (Ageing, (n,) worn state) -> block, or None if it failed.
+    life_run : of the case itself, whose life is known.
+    run : (LifeRun, (n,) worn state) -> block, or None if it failed.
     """
     lives = {}
     for end in (LOW, HIGH):
-        case = with_bounding_coefficients(ageing.scene.case, end)
-        if ageing.constant:
+        case = with_bounding_coefficients(life_run.scene.case, end)
+        if life_run.constant:
             lives[end] = BoundingLife(
-                extrapolated_life(_repeated(_scaled(ageing, case)), ageing, ageing.settings(), ageing.start), ()
+                extrapolated_life(_repeated(_scaled(life_run, case)), life_run, life_run.settings(), life_run.start), ()
             )
             continue
-        aged = ageing.bounding(case, f"life with the wear coefficients at their {end} ends")
+        aged = life_run.bounding(case, f"life with the wear coefficients at their {end} ends")
         with phases.phase(aged.progress):
             life = extrapolated_life(aged.measured(run), aged, aged.settings(), aged.start)
         lives[end] = BoundingLife(life, tuple(aged.records), aged.failure)
@@ -66,13 +68,13 @@ def _repeated(records: BlockRecord) -> Callable[[np.ndarray], BlockRecord]:
     return lambda state: records
 
 
-def _scaled(ageing: Ageing, case: Case) -> BlockRecord:
+def _scaled(life_run: LifeRun, case: Case) -> BlockRecord:
     """Return the result of a block with its rates scaled to the wear coefficients of another case."""
-    records = ageing.records[0]
-    factors = np.ones(ageing.size)
-    for part in ageing.parts:
+    records = life_run.records[0]
+    factors = np.ones(life_run.size)
+    for part in life_run.parts:
         for body, where in (("bearing", part.bearing), ("journal", part.journal)):
-            factors[where] = _ratio(ageing.scene.case, case, part, body)
+            factors[where] = _ratio(life_run.scene.case, case, part, body)
     return records._replace(rate=records.rate * factors, width=records.width * factors)
 
 

@@ -17,7 +17,7 @@ from ..mechanics.solver.event import Work
 LEAD = 0.025
 
 
-_OWN = "control", "counts", "log", "slopes", "step"  # of a run, not of its motion
+_OF_RUN = "control", "counts", "log", "slopes", "step"  # of a run, not of its motion
 Moment = dict[str, np.ndarray]  # copies by name of all arrays that determine the further motion
 
 
@@ -74,7 +74,7 @@ def pause_at(turns: float, discard: float, at: Callable[[float], float]) -> floa
 
 def snapshot_of(work: Work) -> Moment:
     """Return copies of all arrays of `work` (event.Work) that determine the further motion."""
-    return {name: array.copy() for name, array in _arrays(work).items() if name not in _OWN}
+    return {name: array.copy() for name, array in _arrays(work).items() if name not in _OF_RUN}
 
 
 def restore(moment: Moment, work: Work) -> None:

@@ -37,7 +37,7 @@ LARGEST = (CONTACT_TIME, BEYOND_TIME, FORCE_MAX, LOAD_MAX, DEPTH_MAX, ONSET_MAX,
 AXIAL_FORCE_MAX, AXIAL_ONSETS, UNEVEN_TIME, TILT_MAX, WIDTH = range(JOINT, JOINT + 5)
 RARELY = 0.01  # of the window's time
 LEAST_DRY = 1e-3  # of a joint's mean load: a smaller dry force does not count
-FEW = 4  # bins repeated beyond the seam of the circle
+OVERLAP = 4  # bins repeated beyond the seam of the circle
 
 
 class Summed(NamedTuple):
@@ -163,8 +163,8 @@ def finer(depths: np.ndarray, bins: int) -> np.ndarray:
     """
     from scipy.interpolate import PchipInterpolator
 
-    periodic, n = np.concatenate([depths[-FEW:], depths, depths[:FEW]]), len(depths)
-    edges = np.arange(-FEW, n + FEW + 1) / n
+    periodic, n = np.concatenate([depths[-OVERLAP:], depths, depths[:OVERLAP]]), len(depths)
+    edges = np.arange(-OVERLAP, n + OVERLAP + 1) / n
     worn = PchipInterpolator(edges, np.concatenate([periodic[:1] * 0.0, np.cumsum(periodic, axis=0)]) / n)
     finest: np.ndarray = np.maximum(np.diff(worn(np.arange(bins + 1) / bins), axis=0) * bins, 0.0)
     return finest

@@ -39,8 +39,8 @@ from .record import RECORD_FILE, now, plain, read_record, record_bytes, signed
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"
 BLOCKS, DATASET = "blocks", "summary"  # folders of a run that is cut: of its blocks, and of their sorted summaries
-LOOK = 0.05  # s, longer than reading the holder of the lock
-SMALL = 64  # largest batch whose cases are cached in memory
+LOCK_WAIT = 0.05  # s, longer than reading the holder of the lock
+MOST_CACHED = 64  # largest batch whose cases are cached in memory
 FINAL_FILES = SUMMARY_FILE, ORBITS_FILE = "summary.parquet", "orbits.h5"
 ANSWER_FILES = (SEEK_FILE, OPTIMISE_FILE, IDENTIFY_FILE) = (
     "seek.parquet",
@@ -174,7 +174,7 @@ class RunDirectory:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
-                time.sleep(LOOK)
+                time.sleep(LOCK_WAIT)
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise DirectoryError(
@@ -336,7 +336,7 @@ class RunDirectory:
         if batch.table is not None:
             return done_of(batch.table)
         content = self.cached.get(batch.summary) or read_done(batch.summary)
-        if len(content[0]) <= SMALL:
+        if len(content[0]) <= MOST_CACHED:
             self.cached[batch.summary] = content
         return content
 

@@ -27,7 +27,7 @@ _KINDS = {
 }
 # Names of files that a killed run leaves.
 _PASSING = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note|work|stop)|stop)")
-_KEPT = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # file from which the next run of the case resumes
+_LIFE_LOG = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # file from which the next run of the case resumes
 _ASIDE = re.compile(r"[0-9a-f]{16}-[0-9a-f]{16}\.(h5|parquet)\.damaged")
 
 
@@ -114,7 +114,7 @@ def kept(folder: Path, case_id: str) -> Path:
 def kept_in(folder: Path) -> dict[str, Path]:
     """Return the files kept for uncommitted cases in a folder, by case identity."""
     names = os.listdir(folder) if folder.is_dir() else []
-    return {match.group(1): folder / name for name in names if (match := _KEPT.fullmatch(name))}
+    return {match.group(1): folder / name for name in names if (match := _LIFE_LOG.fullmatch(name))}
 
 
 def work_of(name: str) -> str | None:
@@ -217,7 +217,7 @@ def probe(folder: Path) -> None:
 def strangers(folder: Path) -> list[str]:
     """Return the names in a folder for temporary files that are not from runs."""
     names = os.listdir(folder) if folder.is_dir() else []
-    return [name for name in names if not _PASSING.fullmatch(name) and not _KEPT.fullmatch(name)]
+    return [name for name in names if not _PASSING.fullmatch(name) and not _LIFE_LOG.fullmatch(name)]
 
 
 def sync(path: Path) -> None:

@@ -24,8 +24,8 @@ from .record import RECORD_FILE, check_form, damaged, read_record
 if TYPE_CHECKING:
     import pandas as pd
 
-NEAR = 1024  # identities read on each side of the expected position
-LISTED = 3  # most cases in a message
+READ_AROUND = 1024  # identities read on each side of the expected position
+MOST_NAMED = 3  # most cases in a message
 
 
 class OneBlock(StoredRun):
@@ -177,11 +177,11 @@ class BlockedRun(StoredRun):
             low, high = int(text.ljust(ID_LENGTH, "0"), 16), int(text.ljust(ID_LENGTH, "f"), 16)
             for part in self.parts:
                 first, last = part.between(low, high).tolist()
-                matches += [(part.id_at(index), part) for index in range(first, min(last, first + LISTED))]
+                matches += [(part.id_at(index), part) for index in range(first, min(last, first + MOST_NAMED))]
         if not matches:
             raise InputError(f"{self.directory}: no case {prefix!r}; the case_id column of summary/ lists them")
         if len(matches) > 1:
-            examples = ", ".join(case_id for case_id, _ in matches[:LISTED])
+            examples = ", ".join(case_id for case_id, _ in matches[:MOST_NAMED])
             raise InputError(f"{self.directory}: several cases begin with {prefix!r} ({examples}, ...); write more")
         return matches[0][1]
 
@@ -282,7 +282,7 @@ def framed(table: pa.Table) -> "pd.DataFrame":
 
 def _below(handle: int, count: int, value: int) -> int:
     """Return how many of `count` identities in an open file, ascending, are below a value."""
-    guess, distance = (count * value) >> 64, NEAR
+    guess, distance = (count * value) >> 64, READ_AROUND
     while True:
         first, last = max(guess - distance, 0), min(guess + distance, count)
         identities = np.frombuffer(os.pread(handle, 8 * (last - first), 8 * first), "<u8")

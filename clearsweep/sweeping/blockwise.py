@@ -17,7 +17,7 @@ from ..language.errors import ClearsweepError, brief
 from ..store import durable
 from . import progress, signals
 from .case_runner import CaseRunner, Options, Pending, common_values, failure_limit, missing
-from .driver import MOST_RESTARTS, TICK
+from .driver import CHECK_INTERVAL, MOST_RESTARTS
 from .run_facts import RunFacts
 from .shard import Shard
 from .worker import Job, Simulator
@@ -209,7 +209,7 @@ class BlockRunner:
                 while not future.done():
                     if signals.requested():
                         raise signals.Stopped(signals.requested())
-                    time.sleep(0.2 * TICK)
+                    time.sleep(0.2 * CHECK_INTERVAL)
                 mark: dict[str, Any] = future.result()
             except ClearsweepError:
                 raise

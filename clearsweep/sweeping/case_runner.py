@@ -18,10 +18,10 @@ from ..judging import order
 from ..language import phases
 from ..language.errors import InputError, brief
 from . import executors, progress, signals
-from .driver import TICK, Batches, Driver
+from .driver import CHECK_INTERVAL, Batches, Driver
 from .worker import Job, Simulator, find_peak, prepare
 
-MANY = 64  # cases per kind of scene from which figures are computed in bulk
+BULK_CASES = 64  # cases per kind of scene from which figures are computed in bulk
 
 
 class Options(NamedTuple):
@@ -187,7 +187,7 @@ def _submitted(workers: executors.Executor, *arguments: Any) -> Future:
 
 def _awaited(future: Future) -> Any:
     """Return the result of a worker; raise Stopped after a signal."""
-    while not wait([future], TICK).done:
+    while not wait([future], CHECK_INTERVAL).done:
         if signals.requested():
             raise signals.Stopped(
                 signals.requested(),
@@ -243,7 +243,7 @@ def one_per_kind(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) ->
 
 def solve_in_bulk(simulator: Simulator, pending: int, kinds: int) -> bool:
     """Return whether there are enough cases per kind of scene to solve several at a time."""
-    return simulator.solve_each is not None and pending >= MANY * kinds
+    return simulator.solve_each is not None and pending >= BULK_CASES * kinds
 
 
 def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> None:

@@ -22,14 +22,14 @@ from .tasks import Batch, Tasks
 from .worker import Job, Manifest, failure, read_note, run_batch
 
 TARGET = 2.0  # s of work in a batch: a commit takes about 20 ms, and a killed worker loses this much
-LEAST = 0.25  # s of work in a batch near the end, when the rest is distributed evenly
+LEAST_WORK = 0.25  # s of work in a batch near the end, when the rest is distributed evenly
 MOST_CASES = 4096  # cases in a batch, whose rows are kept in memory, 3 kB each
 MOST_BYTES = 32e6  # bytes of histories in a batch
 FADING = 0.25  # weight of a batch in the mean time of a case, per later batch
-GROWTH = 8  # largest growth of the batch size: the first cases may not be typical
+BATCH_GROWTH = 8  # largest growth of the batch size: the first cases may not be typical
 WINDOW = 2  # batches per worker: one running, one waiting
-TICK = 0.25  # s between checks of signals and workers
-GRACE = 4.0  # s for workers to finish their cases after a signal
+CHECK_INTERVAL = 0.25  # s between checks of signals and workers
+STOP_TIMEOUT = 4.0  # s for workers to finish their cases after a signal
 PATIENCE = 2.0  # s for the pool to notice a dead worker itself
 MOST_RESTARTS = 3  # restarts of the pool without a finished batch in between
 
@@ -95,7 +95,9 @@ class Batches:
             return 1
         mean = max(self.seconds / self.done, 1e-6)
         share = (len(self.pending) - self.handed_out) / (2.0 * self.jobs)
-        return max(1, min(int(max(min(TARGET / mean, share), LEAST / mean)), GROWTH * self.largest, self.most_cases))
+        return max(
+            1, min(int(max(min(TARGET / mean, share), LEAST_WORK / mean)), BATCH_GROWTH * self.largest, self.most_cases)
+        )
 
 
 def new_batch(cases: Tasks, attempts: int = 0) -> Batch:
@@ -132,7 +134,7 @@ class Driver:
                 self._hand_out()
                 if not self.window:
                     return True
-                done, _ = wait(self.window, timeout=TICK, return_when=FIRST_COMPLETED)
+                done, _ = wait(self.window, timeout=CHECK_INTERVAL, return_when=FIRST_COMPLETED)
                 for future in done or self._orphans():
                     self._settle(future)
             self._drain()
@@ -279,7 +281,7 @@ class Driver:
         """Let the workers finish their current case, end them, and record their commits."""
         with contextlib.suppress(OSError):  # a full disk: end them without a warning
             os.close(durable.create(self.job.stop))
-        for future in wait(self.window, timeout=GRACE).done:
+        for future in wait(self.window, timeout=STOP_TIMEOUT).done:
             with contextlib.suppress(Exception):
                 self._record_result(self.window[future], future.result())
                 del self.window[future]

@@ -20,7 +20,7 @@ NOISE = (1e-4, 2.0)  # share of a direction's variance that no input explains
 JITTER = 1e-8  # variance added to keep a covariance positive definite
 STEPS = 25  # iterations of the search for the lengths of a process
 CENTRES = 512  # degrees of freedom of the proposal distribution
-EVEN = 0.1  # share of the points spread over all ranges
+UNIFORM_SHARE = 0.1  # share of the points spread over all ranges
 WIDTH = 0.5  # standard deviation at a centre over that of all points
 EFFECTIVE = 200.0  # least effective number of points of a draw; weights are flattened until it is reached
 
@@ -224,7 +224,7 @@ def sample(likelihood: LikelihoodModel, inputs: int, rng: np.random.Generator, s
         whitened = np.linalg.inv(root)
         squared_distances = cdist(points @ whitened.T, centres @ whitened.T, "sqeuclidean")
         normal = (2.0 * np.pi) ** (inputs / 2.0) * abs(np.prod(np.diag(root)))
-        density = EVEN + (1.0 - EVEN) * np.exp(-0.5 * squared_distances).mean(axis=1) / normal
+        density = UNIFORM_SHARE + (1.0 - UNIFORM_SHARE) * np.exp(-0.5 * squared_distances).mean(axis=1) / normal
         squares, volumes = likelihood.distance(points)
         logs = likelihood.log_likelihood(squares, volumes) - np.log(density)
     weights = np.exp(logs - logs.max())
@@ -237,7 +237,7 @@ def _proposed_points(centres: np.ndarray, root: np.ndarray, rng: np.random.Gener
     while len(points) < size:
         near_centres = centres[rng.integers(len(centres), size=size)] + rng.standard_normal((size, len(root))) @ root.T
         uniform = rng.random(near_centres.shape)
-        proposed = np.where(rng.random((size, 1)) < EVEN, uniform, near_centres)
+        proposed = np.where(rng.random((size, 1)) < UNIFORM_SHARE, uniform, near_centres)
         points = np.concatenate([points, proposed[((proposed >= 0.0) & (proposed <= 1.0)).all(axis=1)]])
     return points[:size]
 

@@ -278,7 +278,7 @@ def _timed(workers: executors.Executor, simulator: Simulator, cases: list[Case],
         task, begin = workers.submit(time_case, simulator, case, PILOT_SHARE * PILOT_TIME, working), time.monotonic()
         while True:
             try:
-                timed: Timed = task.result(timeout=phases.FIRST)
+                timed: Timed = task.result(timeout=phases.FIRST_LINE)
                 return timed
             except Late:
                 compiles = (at_work := working.read()) and at_work.once

@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from sklearn.gaussian_process import kernels  # an optional dependency, imported when a round is requested
 
 SPREAD = 96  # evenly spread cases before an emulator chooses, at most half of all
-EVEN = 3  # evenly spread cases in each later round, so that distant likely regions are not missed
+UNIFORM_CASES = 3  # evenly spread cases in each later round, so that distant likely regions are not missed
 POINTS, DRAWS = (1024, 4096), (2, 3)  # sample size of a posterior between rounds, and of the last one
 LEAST_CASES = 12  # cases that must finish
 NARROWED = 48  # cases after which the ranges are narrowed to likely values, where the emulator is more accurate
 MARGIN = 0.15  # margin kept on either side, of the width of the likely range
 LEAST_INSIDE = 12  # cases per input in an emulator: those nearest to the ranges
 LIKELY = (0.002, 0.998)  # quantiles of a flattened posterior that bound the narrowed ranges
-KEPT = 4096  # stored rows of the sample
+STORED_ROWS = 4096  # stored rows of the sample
 BEST_CASES = 8
 DETERMINED, WEAKLY = (
     0.5,
@@ -39,7 +39,7 @@ DETERMINED, WEAKLY = (
 )  # most width of an interval over that of the prior
 TRADED = 0.8  # correlation of two keys above which they trade off
 AT_END = 0.02  # of a range: an interval this close to its end counts as ending there
-RARE = 0.01  # probability of the misfit below which the model does not explain the measurement
+MISFIT_PROBABILITY = 0.01  # probability of the misfit below which the model does not explain the measurement
 
 
 class Parameter(NamedTuple):
@@ -143,7 +143,7 @@ class Identifying:
             weights = emulator.flattened(posterior)
             if self.looked_at >= self.narrowed + NARROWED:
                 self._narrow(posterior._replace(weights=weights))
-            selected = rng.choice(len(weights), max(count - EVEN, 1), replace=False, p=weights)
+            selected = rng.choice(len(weights), max(count - UNIFORM_CASES, 1), replace=False, p=weights)
         likely = posterior.points[selected, : len(self.identify.over)]
         return [self.identify.point(parts) for parts in [*likely, *uniform[: count - len(likely)]]]
 
@@ -239,7 +239,7 @@ class Identifying:
             tuple(self._fits(likelihood, best)),
             tuple(self._read(posterior)),
             likelihood.inflation,
-            bool(chi2.sf(square, count) >= RARE) or likelihood.inflation == 1.0,
+            bool(chi2.sf(square, count) >= MISFIT_PROBABILITY) or likelihood.inflation == 1.0,
             self.looked_at,
             len(self.points),
             _speed(self.history),
@@ -283,7 +283,7 @@ class Identifying:
 
     def _sample(self, posterior: emulator.Posterior) -> dict[str, np.ndarray]:
         """Return the sample in SI, only the likeliest rows if there are too many."""
-        largest = np.sort(np.argsort(-posterior.weights, kind="stable")[:KEPT])
+        largest = np.sort(np.argsort(-posterior.weights, kind="stable")[:STORED_ROWS])
         columns = {
             path: np.array([choice.at(share) for share in posterior.points[largest, column].tolist()])
             for column, (path, choice) in enumerate(self.identify.over.items())

@@ -15,7 +15,7 @@ from ..store import durable
 from . import executors, node, progress, signals
 from .blockwise import BlockJob, Outcome, most_failures, settled, unfinished
 
-LOOK = 0.05  # s between checks of running blocks
+CHECK_INTERVAL = 0.05  # s between checks of running blocks
 COUNTING = 2.0  # s between updates of the list of nodes
 HELP_AFTER = 4.0  # s after which idle nodes help with a running block
 SILENCE = 10.0  # s for the node of a block to finish it after all cases are committed
@@ -156,7 +156,7 @@ class NodesDriver:
                     self.complete = False
                     return
                 if not done:
-                    time.sleep(LOOK)
+                    time.sleep(CHECK_INTERVAL)
 
     def _hand_out(self, queue: "deque[int]", most_failures: int | None) -> None:
         nodes = len(self.cluster.nodes())
@@ -238,7 +238,7 @@ class NodesDriver:
             for task in tasks:
                 deadline = time.monotonic() + executors.PATIENCE
                 while not task.done() and not (signals.requested() or self._all_marked(deadline)):
-                    time.sleep(LOOK)
+                    time.sleep(CHECK_INTERVAL)
                 if task.done() and (report := task.result(timeout=executors.PATIENCE)).refused:
                     self.cluster.excluded.add(report.node)
                     self.refusal = report.refused
@@ -254,7 +254,7 @@ class NodesDriver:
             tasks = [self.cluster.submit(node.close, self.token, on=address) for address in self.cluster.nodes()]
             deadline = time.monotonic() + executors.PATIENCE
             while tasks and time.monotonic() < deadline and not all(task.done() for task in tasks):
-                time.sleep(LOOK)
+                time.sleep(CHECK_INTERVAL)
         except Exception:
             return
         finally:

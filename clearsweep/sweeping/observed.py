@@ -18,7 +18,7 @@ MODEL = {
     "impacts": 0.05,
     "phases": 0.03,
 }  # model error: standard deviations of logarithms of features, and of phases
-AGAIN = 200  # bootstrap draws of revolutions, for the scatter of measured features
+BOOTSTRAP_DRAWS = 200  # bootstrap draws of revolutions, for the scatter of measured features
 FLOOR = 2e-3  # of the rms: smaller values in a band count as equal
 ALIGNED_ORDERS = 6  # orders used to find the crank angle of a signal: those of the ideal motion
 
@@ -153,7 +153,7 @@ def _scatter(
     """Return the covariance of a signal's features, without the emulator's part."""
     count = len(statistics.peak)
     rng = np.random.default_rng([identify.seed, count])
-    rows = rng.integers(count, size=(AGAIN, count))
+    rows = rng.integers(count, size=(BOOTSTRAP_DRAWS, count))
     vectors = np.array([vector(statistics.features(row), observed.orders, identify.features) for row in rows])
     gain = np.array([GAIN * (label.kind != "impacts") for label in labels])
     model_covariance = np.diag([MODEL[label.kind if label.unit else "phases"] ** 2 for label in labels])

@@ -22,7 +22,7 @@ from .adaptive import Point
 if TYPE_CHECKING:
     import optuna  # an optional dependency, imported when a round is requested
 
-OWN = 0.5  # share of a round from the surrogate model or from variations of the front
+MODEL_SHARE = 0.5  # share of a round from the surrogate model or from variations of the front
 FEWEST = 3  # varied cases of a front
 STEP = 0.32  # standard deviation over the range after one case; falls with the square root of cases
 CHANGED = 0.6  # probability that a variation changes a key by an own step
@@ -144,7 +144,7 @@ class Optimising:
                 )
             )
         propose = self._varied if len(signs) > 1 else self._predicted
-        points = propose(int(OWN * count), np.random.default_rng(seed))
+        points = propose(int(MODEL_SHARE * count), np.random.default_rng(seed))
         for _ in range(count - len(points)):
             proposal = study.ask(distributions)
             yield {path: proposal.params[path] for path in self.optimise.over}

@@ -11,8 +11,8 @@ from ..language.phases import say, shown
 __all__ = ["Cases", "Compiling", "Pace", "say", "shown"]
 
 SETTLING = 1.0  # s after the first case before the time left is shown
-LISTED = 3  # most running cases in a line
-LONG = phases.FIRST  # s after which a running case is listed
+MOST_NAMED = 3  # most running cases in a line
+LONG_CASE = phases.FIRST_LINE  # s after which a running case is listed
 
 
 class Pace:
@@ -49,7 +49,7 @@ class Cases(phases.Phase):
     def seen(self) -> tuple[int, Sequence[phases.Progress]]:
         """Return the result of `look`, or a recent one, since it reads files."""
         now = time.monotonic()
-        if now - self._seen[0] >= phases.LOOK:
+        if now - self._seen[0] >= phases.REFRESH:
             self._seen = now, self.look()
         return self._seen[1]
 
@@ -83,9 +83,9 @@ class Cases(phases.Phase):
 
     def further(self) -> str:
         """Return the long cases, each with its progress."""
-        long_cases = [case for case in self.seen()[1] if case.seconds >= LONG]
-        omitted = f"; and {len(long_cases) - LISTED:,} more" if len(long_cases) > LISTED else ""
-        return "".join(f"; {store.case_text(case)}" for case in long_cases[:LISTED]) + omitted
+        long_cases = [case for case in self.seen()[1] if case.seconds >= LONG_CASE]
+        omitted = f"; and {len(long_cases) - MOST_NAMED:,} more" if len(long_cases) > MOST_NAMED else ""
+        return "".join(f"; {store.case_text(case)}" for case in long_cases[:MOST_NAMED]) + omitted
 
 
 class Compiling(phases.Phase):

@@ -17,7 +17,7 @@ from .worker import Simulator
 
 STEP = 0.1  # relative step: larger than the scatter of chaotic motion, small enough for a slope
 FOLDER = "sensitivity"  # prefix of its name; a hash of the keys follows
-_APART = ("sweep", "zip", "cases", "sample", "seek")  # sections of a resolved grid that choose cases
+_AXIS_SECTIONS = ("sweep", "zip", "cases", "sample", "seek")  # sections of a resolved grid that choose cases
 _OF_METHOD = ("simulate.", "save.", "uncertain.")  # keys that are not properties of the machine
 _EXPONENT = ".exponent"  # the units of other keys depend on this key
 
@@ -48,7 +48,7 @@ def effects(
     if grid.seek is None or worst is None:
         return []
     point = worst["point"] | dict.fromkeys(grid.seek.paths, worst["value"])
-    fixed = {key: section for key, section in grid.resolved().items() if key not in _APART}
+    fixed = {key: section for key, section in grid.resolved().items() if key not in _AXIS_SECTIONS}
     perturbed = _perturbed(grid, point, fixed, simulator)
     paths = list(perturbed)
     if not paths:

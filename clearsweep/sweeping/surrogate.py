@@ -8,7 +8,7 @@ model of its own (Regis 2014, Eng. Optim. 46, 218).
 import numpy as np
 
 NEIGHBOURS = 150  # most cases in the model; few enough for single-threaded linear algebra
-LEAST = (2, 2)  # fewest cases in the model: a constant, and cases per key
+FEWEST_CASES = (2, 2)  # fewest cases in the model: a constant, and cases per key
 CANDIDATES = 400  # candidates for each chosen point
 #: Weights of the rank by predicted value, used in turn; the rest is the rank by distance.
 WEIGHTS = (0.5, 0.8, 0.95, 1.0)
@@ -36,7 +36,7 @@ def better_points(
         known[neighbours],
         np.minimum(objective[neighbours], np.percentile(objective[neighbours], CLIPPED)),
     )
-    if len(known) < LEAST[0] + LEAST[1] * keys:
+    if len(known) < FEWEST_CASES[0] + FEWEST_CASES[1] * keys:
         return np.empty((0, keys))
     scaled = (objective - objective.min()) / max(np.ptp(objective), np.finfo(float).tiny)
     try:

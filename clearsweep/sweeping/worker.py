@@ -30,8 +30,8 @@ from . import resources, signals
 from .tasks import Batch, Task
 
 AT_ONCE = 64  # cases created at a time, in a third of the time of one by one
-LOOK = 0.01  # s between checks for a request to stop
-CHECK = 10.0**0.125  # run time of an error check over that of the case, at a tenth of the tolerance
+CHECK_INTERVAL = 0.01  # s between checks for a request to stop
+ERROR_CHECK_COST = 10.0**0.125  # run time of an error check over that of the case, at a tenth of the tolerance
 OUT_OF_TIME = "time-budget"  # status of a case that exceeded its time
 _PR_SET_PDEATHSIG = 1
 NOTE_LENGTH = 22  # bytes for worker and case; a watchdog writes the position of a late case after them
@@ -181,7 +181,7 @@ def time_case(simulator: Simulator, case: Case, patience: float, working: store.
         return Timed(spent, len(trajectory.events), spent, compile_time)
     total = latest.total and max(latest.total - compile_time, spent)
     if total and case.simulate.error_check:
-        total *= 1.0 + CHECK
+        total *= 1.0 + ERROR_CHECK_COST
     over_budget = total is not None and total > case.simulate.time_budget
     return Timed(
         case.simulate.time_budget if over_budget else total,
@@ -295,7 +295,7 @@ class _StopRequest:
             return True
         if (now := time.monotonic()) < self.due:
             return False
-        self.due = now + LOOK
+        self.due = now + CHECK_INTERVAL
         return os.path.exists(self.stop)
 
 

@@ -28,7 +28,7 @@ STEPS = (1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8)  # s
 QUICK_STEPS = (1e-5, 1e-6, 1e-7)  # s
 ROUNDS, QUICK_ROUNDS = 7, 2
 SLOW = 0.2  # s, a run of this duration has one round: short disturbances hardly affect it
-ENOUGH = 0.02  # s, a round repeats a short run until this time has passed
+SHORTEST_ROUND = 0.02  # s, a round repeats a short run until this time has passed
 FLAGSHIP, TOLERANCE = "b_base", 1e-9
 #: ms per revolution of scipy's DOP853 on the flagship when it was first measured, by tolerance (2-core x86-64 machine):
 #: a rival that takes far more or less than this is not the one that a ratio is quoted against.
@@ -167,7 +167,7 @@ def _least_times(runs: list, repeats: int, slow: float, timer) -> tuple[np.ndarr
             if math.isfinite(least[i]) and least[i] > slow:
                 continue
             elapsed = 0.0
-            while elapsed < ENOUGH:
+            while elapsed < SHORTEST_ROUND:
                 begin = timer()
                 reason = run()
                 duration = timer() - begin

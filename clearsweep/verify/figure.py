@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
-LOOK = {  # method -> colour (Okabe and Ito 2008), marker
+STYLE = {  # method -> colour (Okabe and Ito 2008), marker
     "event-driven": ("#0072B2", "o"),
     "explicit only": ("#56B4E9", "v"),
     "implicit only": ("#009E73", "D"),
@@ -43,7 +43,7 @@ def draw(results: dict[str, Any], path: str | Path) -> Path:
 def _panel(panel: Axes, entry: dict[str, Any]) -> None:
     """Draw one problem on matplotlib axes."""
     column = "error_whole" if entry["measure"] == "restitution" else "error_first_half"
-    for method, (colour, marker) in LOOK.items():
+    for method, (colour, marker) in STYLE.items():
         rows = [row for row in entry["rows"] if row["method"] == method and row[column]]
         cost, error = [row["ms_per_revolution"] for row in rows], [row[column] for row in rows]
         panel.plot(cost, error, color=colour, marker=marker, markersize=4, linewidth=1.2, label=method)

@@ -21,7 +21,7 @@ from ..compiled.family import family, inlined, kernel, map_joints
 from .places import after_number
 from .wear.shape import worn_at
 
-CLOSE = 0.02  # rad, over half of what shapes are smoothed by: a step after which the next is the last
+LAST_STEP = 0.02  # rad, over half of what shapes are smoothed by: a step after which the next is the last
 CLOSE_FOR_SLOPES = 1e-4  # rad: bound of the last step, which is differentiated
 STEPS, BISECTIONS = 8, 60  # at most
 LOOKS = 64  # samples round the bearing
@@ -150,7 +150,7 @@ def searched(surfaces, x, y, body_angles):
 @kernel
 def last_step_bound(x):
     """Return the step length (rad) of Halley's method after which the next step is the last; less for derivatives."""
-    return CLOSE_FOR_SLOPES if isinstance(x, Dual) else CLOSE
+    return CLOSE_FOR_SLOPES if isinstance(x, Dual) else LAST_STEP
 
 
 @inlined

@@ -26,7 +26,7 @@ from .spots import Surface, approach, contact_area, domain_extension, largest_sp
 LEAST, MOST = 1e-13, 0.1  # m, ends of the table: below, the force is a power law; beyond, u / pen is constant
 STEP = 0.04  # step of the logarithm of penetration between rows
 SHALLOWEST = 1e-90  # m, range of penetrations of the bodies
-MOST_STEPS, ENOUGH = 40, 1e-11  # search for u at a row: most steps, and relative tolerance on pen
+MOST_STEPS, TOLERANCE = 40, 1e-11  # search for u at a row: most steps, and relative tolerance on pen
 BLEND = 8.0  # the area A of the spots is bounded by that of the arc, A_n: A (1 + (A / A_n)^8)^(-1/8)
 NOTICED = 0.01  # of the penetration: below this share of rough surfaces, their flattening does not matter
 _POWERS = 6  # degree of the polynomial between two rows
@@ -170,7 +170,7 @@ def _curve(elastic: tuple, surface: Surface, arc: Arc) -> tuple[np.ndarray, np.n
     bulk, slope = guess(x), guess(x, 1)
     pen, force = curve_at(bulk)
     for _ in range(MOST_STEPS):  # Newton's method with the slope of the guess, halving where that leaves the bracket
-        unsolved = np.flatnonzero(np.abs(pen - x) > ENOUGH)
+        unsolved = np.flatnonzero(np.abs(pen - x) > TOLERANCE)
         if not unsolved.size:
             break
         iterate, residual = bulk[unsolved], pen[unsolved] - x[unsolved]

@@ -11,7 +11,7 @@ from .form import AtEdges, Flanged, InBore, Overlapping
 
 ENDS = (1.0, -1.0)  # of the journal, along its z
 LITTLE = 0.025  # of radius k^2 over the distance: below, the error after a Halley step is under the last bit
-CLOSE = 1e-8  # of the distance: size of the last Newton step, whose error is its square
+CONVERGED = 1e-8  # of the distance: size of the last Newton step, whose error is its square
 MOST_STEPS = 60
 
 
@@ -84,7 +84,7 @@ def searched(px, py, kx, ky, radius):
         if not low <= newton <= high:
             newton = 0.5 * (low + high)
         step, root = abs(newton - root), newton
-        if step <= CLOSE * root:
+        if step <= CONVERGED * root:
             break
     inverse = 1.0 / (root + tilt_square) if root + tilt_square > 0.0 else as_type_of(0.0, root)
     radial_term = radius * product * inverse

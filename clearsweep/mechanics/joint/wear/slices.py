@@ -43,10 +43,10 @@ from .step import (
     FACING,
     JOURNAL_START,
     LEAN,
-    LEAST,
     MAX_DEPTH,
     REACH,
     SLOPES,
+    SMALLEST_ARC,
     fit_courses,
     fit_places,
     note_arc,
@@ -56,8 +56,8 @@ from .step import (
     without_leaps,
 )
 
-ALIKE = 0.2  # of the largest load per length: slices with smaller differences share one arc width
-NEAR = 1e-9  # of a bin's length: a slice that comes closer to its edge ends there
+SAME_LOAD = 0.2  # of the largest load per length: slices with smaller differences share one arc width
+EDGE_TOLERANCE = 1e-9  # of a bin's length: a slice that comes closer to its edge ends there
 _QUARTERS = np.arange(BETWEEN + 2) / (BETWEEN + 1)
 _POWERS = np.linalg.inv(np.vander(_QUARTERS, increasing=True))
 #: (PARTS + 1, BETWEEN + 2): values at even places of a step from those at its quarters.
@@ -161,7 +161,7 @@ def note_edges(joint, step, strips, account):
         mean_rubbing = rubbing_of(joint, (loads.even, 0.0, slip, loads.depth, 0.0), 0.0, joint.clearance)
         max_depth_ = rubbing_of(joint, (loads.most, 0.0, slip, loads.deepest, 0.0), 0.0, joint.clearance)
         half_angle, half_most = _half(joint, mean_rubbing), _half(joint, max_depth_)
-        if min(half_angle, half_most) < LEAST:
+        if min(half_angle, half_most) < SMALLEST_ARC:
             continue
         peak = max_depth_.pressed / (2.0 * joint.bearing_radius * half_most) * peak_over_mean(law.pressure, half_most)
         time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * step_values[KAPPA_COURSE, i]
@@ -210,7 +210,7 @@ def enter_along(depths, factor, bins, placement):
 def _in_bins(angle, half_angle, per_length):
     position = (angle + half_angle) * per_length
     nearest_edge = math.floor(position + 0.5)
-    return nearest_edge if abs(position - nearest_edge) < NEAR else position
+    return nearest_edge if abs(position - nearest_edge) < EDGE_TOLERANCE else position
 
 
 @family
@@ -302,7 +302,7 @@ def group_from(step, begin, slices, largest):
         slot = observed.share / observed.cover
         if end == begin:
             load = slot
-        if abs(slot - load) > ALIKE * largest:
+        if abs(slot - load) > SAME_LOAD * largest:
             break
         share, cover, depth = share + observed.share, cover + observed.cover, depth + observed.share * observed.depth
         end += 1

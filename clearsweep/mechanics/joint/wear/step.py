@@ -54,7 +54,7 @@ from .passage import (
     value,
 )
 
-LEAST = 1e-7  # rad, of half an arc that is looked at
+SMALLEST_ARC = 1e-7  # rad, of half an arc that is looked at
 ANGLES = BETWEEN + 4  # numbers that describe the course of an angle: at the quarters, then its slopes at both ends
 WHERE = 3  # such courses of a contact: its angles on both bodies (rad) and, of worn surfaces, how deep it is (m)
 SLOPES = WHERE  # of these courses, per share of the step; from `see` the rates, per second
@@ -219,7 +219,7 @@ def _default_pressure_on(joint, step, j, part_index):
     clearance = clearance_at(joint, step.workspace, part_index / PARTS)
     rubbing = rubbing_of(joint, (load, 0.0, slip, depth, 0.0), 0.0, clearance)
     half_angle = half_arc(law.pressure, joint, joint.bearing_radius, rubbing)
-    if half_angle < LEAST:  # at an onset or a separation, where there is no load either
+    if half_angle < SMALLEST_ARC:  # at an onset or a separation, where there is no load either
         return 0.0, 0.0
     mean_pressure = rubbing.pressed / (2.0 * joint.bearing_radius * half_angle)
     return mean_pressure, mean_pressure * peak_over_mean(law.pressure, half_angle)

@@ -19,9 +19,9 @@ from .component import put_component
 from .turn import Turn, between
 
 STATIONS = 720  # of a turn, at which the machine is closed
-COARSE = 24  # of them, found one after the other; the others begin between these
-FINEST = 4**6  # parts into which the way from one to the next is divided
-FAR = 0.1  # rad, by which an angle may differ from the parabola through the last station
+FIRST_STATIONS = 24  # of them, found one after the other; the others begin between these
+FINEST_STEP = 4**6  # parts into which the way from one to the next is divided
+LARGEST_JUMP = 0.1  # rad, by which an angle may differ from the parabola through the last station
 NEAR_SINGULAR = 1e-7  # least singular value of the constraints over the largest, lengths measured by the machine's size
 SQUARE = 1e-9  # of the machine's size, by which the last step of Newton's method moves
 ATTEMPTS = 40
@@ -311,12 +311,12 @@ class Closure:
     def turn(self, start: float) -> Turn:
         """Return a turn of the crank from the angle `start` on, its end included.  Raises ClosureError."""
         angles = start + 2.0 * math.pi * np.arange(STATIONS + 1) / STATIONS
-        all_items = STATIONS // COARSE
-        coarse = np.empty((COARSE + 1, 3 * len(self.names)))
+        all_items = STATIONS // FIRST_STATIONS
+        coarse = np.empty((FIRST_STATIONS + 1, 3 * len(self.names)))
         coarse[0] = self.start(start)
         jacobian = self.evaluate(coarse[0], start)[1]
         self._check(jacobian, start)
-        for k in range(COARSE):
+        for k in range(FIRST_STATIONS):
             angle_interval = angles[all_items * k], angles[all_items * (k + 1)]
             coarse[k + 1], jacobian = self._continued(coarse[k], jacobian, *angle_interval)
         rough = Turn(angles[::all_items], coarse, *self.derivatives(coarse, angles[::all_items]))
@@ -328,7 +328,7 @@ class Closure:
     def _continued(self, q, jacobian, start_angle_: float, end_angle: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the machine at another angle of its crank, by as many steps as that takes, with its derivatives."""
         parts = 1
-        while parts <= FINEST:
+        while parts <= FINEST_STEP:
             position, slopes_here, angle, far_end = q, jacobian, start_angle_, False
             for step_index in range(parts):
                 following = start_angle_ + (end_angle - start_angle_) * (step_index + 1) / parts
@@ -336,7 +336,7 @@ class Closure:
                 step = following - angle
                 guess = position + q_rates * step + 0.5 * second * step**2
                 pose_at, slopes_there = self._closed(guess, following)
-                far_end = not np.all(np.isfinite(pose_at)) or np.max(np.abs((pose_at - guess)[2::3])) > FAR
+                far_end = not np.all(np.isfinite(pose_at)) or np.max(np.abs((pose_at - guess)[2::3])) > LARGEST_JUMP
                 if far_end:
                     break
                 position, slopes_here, angle = pose_at, slopes_there, following

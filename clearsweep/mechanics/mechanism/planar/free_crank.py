@@ -22,7 +22,7 @@ STEPS = 300  # for a turn of it
 ALLOWED = 1e-9  # tolerance of a step: of angle (rad) and of rate over the nominal rate
 CLOSE_STAGES = 1e-3  # of the tolerance: the iteration has converged where a sweep moves the stages by less
 SWEEPS = 30  # of a step, at most
-FIRST, SHRINK, GROW, SAFETY = 0.01, 0.3, 2.0, 0.8  # first step, in turns at the nominal rate; factors of the step
+FIRST_STEP, SHRINK, GROW, SAFETY = 0.01, 0.3, 2.0, 0.8  # first step, in turns at the nominal rate; factors of the step
 SHORTEST = 1e-12  # turns at the nominal rate: the integration stops where it needs shorter steps
 HALVINGS = 60  # most iterations; Newton's method needs five
 CLOSE = 1e-13  # of a step: closer estimates are equal
@@ -116,7 +116,7 @@ def motion_entry(machine, settings, y, nodes, rates, times, states, powers, capa
     )
     weight = 1.0 / ALLOWED, 1.0 / (ALLOWED * settings[2])
     full_turn = 2.0 * math.pi / settings[2]
-    length, highest, count, is_running = FIRST * full_turn, y[0], 0, True
+    length, highest, count, is_running = FIRST_STEP * full_turn, y[0], 0, True
     times[0], states[0, 0], states[0, 1] = y[2], y[0], y[1]
     while is_running:
         error = _solve_step(here, y, length, nodes, rates, weight)

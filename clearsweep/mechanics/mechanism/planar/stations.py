@@ -14,7 +14,7 @@ from ....contracts.machine import Machine, Stretch
 from .closure import STATIONS, Closure
 from .turn import Turn, winding_of
 
-SAME = 4.0  # roundings of an angle, by which it may differ from that of a station
+ROUNDINGS = 4.0  # roundings of an angle, by which it may differ from that of a station
 
 
 class Alike:
@@ -46,7 +46,7 @@ class Stations:
         """Return the station (N,) nearest to angles (N,) rad, the turns before it, and which angles are elsewhere."""
         start, step = self.turn.angles[0], 2.0 * math.pi / STATIONS
         nearest_station = np.rint((angles - start) / step)
-        off_station = np.abs(start + nearest_station * step - angles) > SAME * np.spacing(np.max(np.abs(angles)))
+        off_station = np.abs(start + nearest_station * step - angles) > ROUNDINGS * np.spacing(np.max(np.abs(angles)))
         total = np.floor(nearest_station / STATIONS)
         return (nearest_station - STATIONS * total).astype(int), total, off_station
 
