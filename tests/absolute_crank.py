@@ -198,8 +198,8 @@ class Crank:
         consistent.
         """
         rows = np.array([seen[j][4] for j in sticking])
-        wanted = np.array([-self.speed * seen[j][2] - seen[j][5] for j in sticking])
-        gain, base = rows @ result[:, 1:], rows @ result[:, 0] - wanted
+        expected = np.array([-self.speed * seen[j][2] - seen[j][5] for j in sticking])
+        gain, base = rows @ result[:, 1:], rows @ result[:, 0] - expected
         limits = np.array([self.limit(self.contacts[j].friction) * normals[j] for j in sticking])
         best, least = None, math.inf
         for choice in itertools.product((0, 1, -1), repeat=len(sticking)):

@@ -66,17 +66,17 @@ def _interval(row: dict[str, Any] | None) -> str:
     if row is None:
         return "-"
     low, _, high, _ = row["found"][rigs.CLEARANCE]
-    said = ("" if row["inside"] else ", outside") + ("" if row["explained"] else ", misfit reported")
-    return f"{low * 1e6:.1f} to {high * 1e6:.1f}{said}"
+    text = ("" if row["inside"] else ", outside") + ("" if row["explained"] else ", misfit reported")
+    return f"{low * 1e6:.1f} to {high * 1e6:.1f}{text}"
 
 
 def _in_all(laws: dict[str, dict[int, dict[str, Any]]]) -> str:
     lines = []
     for law, mine in laws.items():
         each = list(mine.values())
-        inside, said = sum(row["inside"] for row in each), sum(not row["explained"] for row in each)
+        inside, text = sum(row["inside"] for row in each), sum(not row["explained"] for row in each)
         good = sum(row["inside"] or not row["explained"] for row in each)
-        counts = f"{len(each)} | {inside} | {said} | {good}"
+        counts = f"{len(each)} | {inside} | {text} | {good}"
         width = 100.0 * np.median([row["half_width"] for row in each])
         lines.append(f"| {f'`{law}`' if law else 'of the model'} | {counts} | {width:.1f} % |")
     return table("| law | rigs | true clearance inside | misfit reported | either | half-width, median |", lines)
@@ -98,9 +98,9 @@ def again(measured: list[dict[str, Any]]) -> str:
 def times(measured: list[dict[str, Any]]) -> str:
     """Return the processor time (s) of runs without their cases."""
     own = [row["processor_seconds_beside_the_cases"] for row in measured]
-    said = f"{np.median(own):.1f} s in the median, {max(own):.1f} s at most"
+    text = f"{np.median(own):.1f} s in the median, {max(own):.1f} s at most"
     return (
-        f"Processor time apart from the cases, of {len(own)} runs (`--out results/inverse/rigs_times.jsonl`):\n{said}. "
+        f"Processor time apart from the cases, of {len(own)} runs (`--out results/inverse/rigs_times.jsonl`):\n{text}. "
         "Other programs on the same cores lengthen it."
     )
 

@@ -167,12 +167,12 @@ def table(rows):
         if every is None or not runs:
             continue
         middle, worst, own = shares(every, runs, len(problem["minimise"]))
-        said = f"{name}: {every['cases']} cases by brute force; {len(runs)} seeds of {runs[0]['cases']} cases: "
+        text = f"{name}: {every['cases']} cases by brute force; {len(runs)} seeds of {runs[0]['cases']} cases: "
         if len(problem["minimise"]) == 1:
-            said += f"{middle:+.2f} % from its best in the median, {worst:+.2f} % at most (-: better)"
+            text += f"{middle:+.2f} % from its best in the median, {worst:+.2f} % at most (-: better)"
         else:
-            said += f"hypervolume {middle:.1f} % of its front in the median, {worst:.1f} % at least"
-        print(f"{said}; {own:.2f} s of processor time apart from the cases")
+            text += f"hypervolume {middle:.1f} % of its front in the median, {worst:.1f} % at least"
+        print(f"{text}; {own:.2f} s of processor time apart from the cases")
 
 
 def main():

@@ -96,10 +96,10 @@ def table(rows):
     """Print the results, for each rig and in total."""
     for row in rows:
         low, middle, high, _ = row["found"][CLEARANCE]
-        said = f"{row['true'][CLEARANCE] * 1e6:6.1f} um in {low * 1e6:6.1f} .. {middle * 1e6:6.1f} .. {high * 1e6:6.1f}"
+        text = f"{row['true'][CLEARANCE] * 1e6:6.1f} um in {low * 1e6:6.1f} .. {middle * 1e6:6.1f} .. {high * 1e6:6.1f}"
         width, own = 100.0 * row["half_width"], row["processor_seconds_beside_the_cases"]
         verdict = ("inside" if row["inside"] else "OUTSIDE") + ("" if row["explained"] else ", misfit said")
-        print(f"{row['seed']:3d} {row['law']:12s} {said}  {width:5.1f} %  {own:5.1f} s  {verdict}")
+        print(f"{row['seed']:3d} {row['law']:12s} {text}  {width:5.1f} %  {own:5.1f} s  {verdict}")
     inside = sum(row["inside"] for row in rows)
     good = sum(row["inside"] or not row["explained"] for row in rows)
     print(

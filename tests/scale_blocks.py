@@ -95,11 +95,11 @@ def merge(directory: Path, count: int) -> dict:
     job = blockwise.BlockJob(directory, grid, scale_cases.StandIn, Options(), division, None, np.empty(0, "i8"))
     of_workers, costs = Job(directory, grid, scale_cases.StandIn, None), []
     for number in range(division.count):
-        block, wanted = store.Block(directory, number), np.sort(job.cases(number)[1])
+        block, expected = store.Block(directory, number), np.sort(job.cases(number)[1])
         block.mark.unlink()
         begin = time.process_time()
-        blockwise.finish(of_workers, block, division, wanted)
-        costs.append(1e6 * (time.process_time() - begin) / len(wanted))
+        blockwise.finish(of_workers, block, division, expected)
+        costs.append(1e6 * (time.process_time() - begin) / len(expected))
     batches = sum(
         1 for number in range(division.count) for _ in (store.Block(directory, number).path / "parts").iterdir()
     )

@@ -67,8 +67,8 @@ def line_of(path, law):
 
 
 def test_what_a_law_lacks_and_what_it_returns_is_reported(grid):
-    said = "not here  clearance from 5e-06 to 0.01 m: it was fitted there (1 of 2 cases)"
-    assert said in line_of(grid, "pereira")
+    text = "not here  clearance from 5e-06 to 0.01 m: it was fitted there (1 of 2 cases)"
+    assert text in line_of(grid, "pereira")
     assert "not here  needs thickness" in line_of(grid, "winkler")
     assert "not here  needs mass" in line_of(grid, "tsuji")
     assert "doubtful  gives back 0.796 where 0.7 is asked for" in line_of(grid, "lankarani-nikravesh")

@@ -200,7 +200,7 @@ def test_options_replace_values_of_the_file(run_cli, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "text"),
     [
         ({"drive": {"sped": "3000 rpm"}}, "did you mean 'speed'"),
         ({"drive": {"speed": "3000 mm"}}, "drive.speed"),
@@ -208,12 +208,12 @@ def test_options_replace_values_of_the_file(run_cli, tmp_path):
         ({"sweep": {"drive.sped": [1.0]}}, "drive.sped"),
     ],
 )
-def test_bad_input_is_exit_code_2_with_the_place_and_nothing_is_written(run_cli, tmp_path, change, said):
+def test_bad_input_is_exit_code_2_with_the_place_and_nothing_is_written(run_cli, tmp_path, change, text):
     path = written(tmp_path / "g.yaml", grid(3) | change)
     code, out, err = run_cli("run", path)
     assert code == 2
     assert out == ""
-    assert said in err
+    assert text in err
     assert "g.yaml:" in err
     assert not (tmp_path / "results").exists()
 
@@ -231,11 +231,11 @@ def test_directories_that_do_not_fit_are_exit_code_2(run_cli, tmp_path):
         ((other, "--out", "x"), "drive.speed"),
         ((path, "--out", "file/below"), "cannot be written"),
     ]
-    for arguments, said in refused:
+    for arguments, text in refused:
         code, out, err = run_cli("run", *arguments)
         assert code == 2
         assert out == ""
-        assert said in err
+        assert text in err
     for arguments in (("report", "nothing"), ("show", "nothing", "00"), ("report", "thesis")):
         code, _, err = run_cli(*arguments)
         assert code == 2

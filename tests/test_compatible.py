@@ -82,7 +82,7 @@ def test_the_table_of_the_model_is_what_the_grid_gives():
         result = on_a_grid(1e-6 * pen / CLEARANCE, elements=150)
         unit, pressure = MODULUS * CLEARANCE * LENGTH, MODULUS * CLEARANCE / RADIUS
         laws = [force(name, 1e-6 * pen) for name in ("compatible", "johnson", "compatible-fit", "persson")]
-        wanted = [
+        expected = [
             math.degrees(result.half_angle),
             result.load * unit,
             *laws,
@@ -90,8 +90,8 @@ def test_the_table_of_the_model_is_what_the_grid_gives():
             1e-6 * result.peak * pressure,
             1e-6 * persson_peak(result.load) * pressure,
         ]
-        assert shown == pytest.approx(wanted, rel=2e-2), row  # an arc is a whole number of elements
-        assert shown[1:6] + shown[7:] == pytest.approx(wanted[1:6] + wanted[7:], rel=1e-3), row
+        assert shown == pytest.approx(expected, rel=2e-2), row  # an arc is a whole number of elements
+        assert shown[1:6] + shown[7:] == pytest.approx(expected[1:6] + expected[7:], rel=1e-3), row
 
 
 # ---------------------------------------------------------------------------------------------- a power

@@ -48,14 +48,14 @@ def test_a_change_works(name, tmp_path):
     (tmp_path / "change.diff").write_text(change, encoding="utf-8")
     run(["git", "apply", "--verbose", "change.diff"], tmp_path)
     programs = {"clearsweep": [sys.executable, "-m", "clearsweep"], "python": [sys.executable]}
-    said = ""
+    text = ""
     for line in commands.splitlines():
         words = shlex.split(line.removeprefix("$ "), comments=True)
         if "CASE_ID" in words:  # of the one case of the run that is named before it
             directory = tmp_path / words[words.index("CASE_ID") - 1]
             words[words.index("CASE_ID")] = clearsweep.open(directory).summary["case_id"][0]
-        said += run([*programs[words[0]], *words[1:]], tmp_path)
-    assert SAID[name] <= set(re.findall(r"[\w-]+", said))
+        text += run([*programs[words[0]], *words[1:]], tmp_path)
+    assert SAID[name] <= set(re.findall(r"[\w-]+", text))
 
 
 #: What has to be in what the commands say.

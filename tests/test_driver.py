@@ -88,8 +88,8 @@ def driven(tmp_path):
 def test_every_case_is_stored_once_in_spite_of(driven, trouble, monkeypatch):
     monkeypatch.setattr(driving, "PATIENCE", 0.1)
     executor = Unreliable("well", trouble, "well", trouble)
-    driver, stored, wanted = driven(executor)
-    np.testing.assert_array_equal(stored, wanted)
+    driver, stored, expected = driven(executor)
+    np.testing.assert_array_equal(stored, expected)
     assert driver.ran == CASES
     assert executor.restarts == (2 if trouble in ("refuse", "breaks", "commits_then_breaks") else 0)
 

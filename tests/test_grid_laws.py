@@ -193,7 +193,7 @@ def test_the_material_of_one_body_can_be_swept_and_has_its_own_identity():
 
 
 @pytest.mark.parametrize(
-    ("material", "said"),
+    ("material", "text"),
     [
         ({"bearing": BRONZE}, "contact.material.journal: is missing; for example: journal: {young:"),
         ({"bearing": BRONZE, "journal": {"young": 2e11}}, "contact.material.journal.poisson: is missing"),
@@ -207,9 +207,9 @@ def test_the_material_of_one_body_can_be_swept_and_has_its_own_identity():
         ({"shaft": BRONZE}, "unknown key 'shaft'"),
     ],
 )
-def test_a_material_that_is_not_whole_is_reported(material, said):
+def test_a_material_that_is_not_whole_is_reported(material, text):
     message = problems(cylinders(contact__material=dict(material)))
-    assert said in message[0]
+    assert text in message[0]
 
 
 def test_a_layer_of_the_bearing_that_cannot_give_way_is_refused():

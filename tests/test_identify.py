@@ -117,8 +117,8 @@ def test_the_report_has_the_machine(ran):
     prepared = study.prepare(clearsweep.open(ran[1]))
     (section,) = sections(prepared)
     assert section.key == "identify"
-    said = str(section.blocks[0])
-    assert "Slider mass 0." in said
+    text = str(section.blocks[0])
+    assert "Slider mass 0." in text
 
 
 def test_interrupted_it_gives_the_same_bytes(ran, tmp_path):

@@ -85,8 +85,8 @@ def test_surfaces_that_stick_let_no_sliding_grow(joints):
     surfaces = every_grip(scene.joints, relative, loads, state)
     for j in range(len(joints)):
         free = abs(slip_rates(scene, y, pose, surfaces, loads)[j])
-        wanted = -scene.reference_rate * still[j].contacts[0].slip
-        assert slip_rates(scene, y, pose, surfaces, still)[j] == pytest.approx(wanted, abs=1e-10 * free)
+        expected = -scene.reference_rate * still[j].contacts[0].slip
+        assert slip_rates(scene, y, pose, surfaces, still)[j] == pytest.approx(expected, abs=1e-10 * free)
         assert abs(still[j].contacts[0].tangential) < 1e3 * still[j].contacts[0].normal
 
 

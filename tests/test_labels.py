@@ -49,7 +49,7 @@ def test_a_grid_read_from_its_record_keeps_labels():
 
 
 @pytest.mark.parametrize(
-    ("way", "axis", "said"),
+    ("way", "axis", "text"),
     [
         ("sweep", {"linspace": "1 um", "loose": "2 um"}, "'linspace' is reserved and cannot label a value"),
         ("sweep", {"fit": "1 um", "loose": "2 um"}, "'fit' is reserved"),
@@ -61,10 +61,10 @@ def test_a_grid_read_from_its_record_keeps_labels():
         ("zip", {"tight": "1 um", "loose": "1 um"}, "value under two labels"),
     ],
 )
-def test_wrong_labels_are_refused(way, axis, said):
+def test_wrong_labels_are_refused(way, axis, text):
     with pytest.raises(InputError, match=r"clearance") as raised:
         loaded(**{way: {CLEARANCE: axis, SPEED: [10.0, 20.0]}})
-    assert said in str(raised.value)
+    assert text in str(raised.value)
 
 
 def test_names_of_laws_are_their_own_labels():

@@ -104,22 +104,22 @@ def plain(_, value):
 
 
 def test_a_verdict_that_all_laws_share_is_reported_as_unchanged():
-    said = law_check.sentence(row("", 0.2), [row("x", 0.1), row("y", 0.3)], plain)
-    assert said.endswith(
+    text = law_check.sentence(row("", 0.2), [row("x", 0.1), row("y", 0.3)], plain)
+    assert text.endswith(
         "under 2 other valid laws: margin 10 % (x) to 30 % (y); 20 % as written. No law moves the verdict."
     )
 
 
 def test_without_limits_the_figure_is_compared():
-    said = law_check.sentence(row("", 10.0, "a_life_hours"), [row("x", 5.0, "a_life_hours")], plain)
-    assert "They give 0.500 times the figure as written" in said
+    text = law_check.sentence(row("", 10.0, "a_life_hours"), [row("x", 5.0, "a_life_hours")], plain)
+    assert "They give 0.500 times the figure as written" in text
 
 
 def test_joints_are_named_where_there_are_several_and_nulls_are_left_out():
     rows = [row("x", float("nan")), row("x", -0.1, joint="b"), row("y", 0.1)]
-    said = law_check.sentence(row("", 0.2), rows, plain)
-    assert "(x, b) to" in said
-    assert "exceeds a limit with x, b" in said
+    text = law_check.sentence(row("", 0.2), rows, plain)
+    assert "(x, b) to" in text
+    assert "exceeds a limit with x, b" in text
 
 
 @pytest.mark.parametrize("other", [{"refine": {"cases": 3}}, {"check_laws": "yes"}])

@@ -46,8 +46,8 @@ def test_values_without_a_compared_text_are_marked_as_remembered():
 
 def test_steels_irons_bronzes_aluminium_and_plastics_exist_with_all_their_values():
     names = " ".join(library.MATERIALS)
-    for wanted in ("100Cr6", "GJL", "CuSn", "EN AW", "PTFE", "POM", "PA66"):
-        assert wanted in names
+    for expected in ("100Cr6", "GJL", "CuSn", "EN AW", "PTFE", "POM", "PA66"):
+        assert expected in names
     for entry in library.MATERIALS.values():
         assert set(entry.values) == {"young", "poisson", "density", "yield_strength", "hardness", "expansion"}
         assert entry.values["poisson"].high < 0.5

@@ -113,11 +113,11 @@ MISTAKES = {
 }
 
 
-@pytest.mark.parametrize(("changes", "keys", "said"), MISTAKES.values(), ids=MISTAKES)
-def test_what_a_life_cannot_be_is_refused_with_what_to_do(changes, keys, said):
+@pytest.mark.parametrize(("changes", "keys", "text"), MISTAKES.values(), ids=MISTAKES)
+def test_what_a_life_cannot_be_is_refused_with_what_to_do(changes, keys, text):
     with pytest.raises(InputError) as caught:
         loaded(changes, **keys)
-    assert said in str(caught.value)
+    assert text in str(caught.value)
 
 
 # ---------------------------------------------------------------------------------------------- store
@@ -339,10 +339,10 @@ def test_a_life_whose_blocks_do_not_reach_its_limit_has_a_lower_bound_and_report
     assert summary["rod_slider_life_high"] is None
     assert summary["rod_slider_life_low"] == result.history["revolutions"][-1] > 0.0
     assert summary["rod_slider_clearance_growth"] > 0.0
-    said = capsys.readouterr().err
-    assert "block 1, 0\N{NO-BREAK SPACE}m of 0.900\N{NO-BREAK SPACE}mm: " in said
-    assert "block 3, " in said
-    assert ": revolution " in said
+    text = capsys.readouterr().err
+    assert "block 1, 0\N{NO-BREAK SPACE}m of 0.900\N{NO-BREAK SPACE}mm: " in text
+    assert "block 3, " in text
+    assert ": revolution " in text
 
 
 @heavy

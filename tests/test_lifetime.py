@@ -22,16 +22,16 @@ def plainly(text):
 
 @pytest.mark.parametrize("share", [0.3, 0.02, 2e-3, 1.3e-4, 2.5e-5, 1e-7, 0.0])
 def test_the_ends_of_an_interval_differ_or_it_is_reported_by_its_width(share):
-    said = plainly(interval_text(life(share)))
-    assert said.startswith("85.5 h (95 %, numerics alone: ")
-    numbers = [float(number) for number in re.findall(r"([\d.]+) h", said)]
+    text = plainly(interval_text(life(share)))
+    assert text.startswith("85.5 h (95 %, numerics alone: ")
+    numbers = [float(number) for number in re.findall(r"([\d.]+) h", text)]
     if len(numbers) > 1:
         hours, low, high = numbers
         assert low < hours < high
         assert (low, high) == pytest.approx((85.5 / (1.0 + share), 85.5 / (1.0 - share)), rel=0.5 * share)
     else:
-        known = float(re.search(r"± (?:under )?([\d.]+) %", said)[1])
-        assert "under" in said if 100.0 * share < 1e-3 else known == pytest.approx(100.0 * share, rel=0.05)
+        known = float(re.search(r"± (?:under )?([\d.]+) %", text)[1])
+        assert "under" in text if 100.0 * share < 1e-3 else known == pytest.approx(100.0 * share, rel=0.05)
 
 
 def test_a_life_without_an_upper_end_says_so():
@@ -48,8 +48,8 @@ def test_an_end_that_is_not_known_is_not_said_to_be_endless():
 
 
 def test_an_uncertain_coefficient_is_reported_next_to_the_numerics():
-    said = plainly(interval_text(life(0.02, low_uncertain=1000.0 / 3.0, high_uncertain=3100.0)))
-    assert said.endswith("; 28.5 h to 265 h with the uncertain wear coefficients")
+    text = plainly(interval_text(life(0.02, low_uncertain=1000.0 / 3.0, high_uncertain=3100.0)))
+    assert text.endswith("; 28.5 h to 265 h with the uncertain wear coefficients")
     assert "uncertain" not in interval_text(life(0.02))
 
 

@@ -46,8 +46,8 @@ def same(first, other):
     histories = all(np.array_equal(values, other.channels[name]) for name, values in first.channels.items())
     sections = all(np.array_equal(values, other.poincare[name]) for name, values in first.poincare.items())
     worn = all(map(np.array_equal, sum(first.wear.values(), ()), sum(other.wear.values(), ())))
-    said = (first.status, first.message) == (other.status, other.message)
-    return alike and histories and sections and worn and said and np.array_equal(first.events, other.events)
+    text = (first.status, first.message) == (other.status, other.message)
+    return alike and histories and sections and worn and text and np.array_equal(first.events, other.events)
 
 
 def alone_and_in_turn(listed):

@@ -100,7 +100,7 @@ def test_the_mean_pressure_times_speed_is_that_of_the_histories():
 
 
 @pytest.mark.parametrize(
-    ("penetration", "clearance", "radius", "said"),
+    ("penetration", "clearance", "radius", "text"),
     [
         (0.4e-3, 0.5e-3, 0.01, False),
         (0.6e-3, 0.5e-3, 0.01, True),
@@ -111,8 +111,8 @@ def test_the_mean_pressure_times_speed_is_that_of_the_histories():
         (1.1e-4, 3e-6, 0.01, True),  # the same fit, its bearing strained by a per cent
     ],
 )
-def test_a_penetration_is_too_deep_where_no_bearing_bears_it(penetration, clearance, radius, said):
-    assert bool(too_deep([Reached("pair", penetration, 0.0, clearance, radius)])) == said
+def test_a_penetration_is_too_deep_where_no_bearing_bears_it(penetration, clearance, radius, text):
+    assert bool(too_deep([Reached("pair", penetration, 0.0, clearance, radius)])) == text
 
 
 def test_a_residual_is_remarked_upon_where_the_tolerance_does_not_explain_it():
@@ -133,10 +133,10 @@ def test_a_run_counts_the_cases_whose_figures_cannot_be_meant_and_names_one():
     assert "in 1 of 2 cases, such as case b: the energy residual is 0.024" in unbalanced
 
 
-@pytest.mark.parametrize(("wear", "said"), [({}, True), ({"coefficient": 2e-14}, False), ({"hardness": 1e5}, False)])
-def test_a_wear_coefficient_that_no_hardness_checks_is_warned_of(wear, said):
+@pytest.mark.parametrize(("wear", "text"), [({}, True), ({"coefficient": 2e-14}, False), ({"hardness": 1e5}, False)])
+def test_a_wear_coefficient_that_no_hardness_checks_is_warned_of(wear, text):
     case = load(slider_crank("rod-slider", changes={"joints.rod-slider.wear": WEAR | wear}), catalogue()).case(0)
-    assert any("is it in mm^2/N?" in sentence for sentence in scene.warnings(case)) == said
+    assert any("is it in mm^2/N?" in sentence for sentence in scene.warnings(case)) == text
 
 
 @pytest.mark.parametrize(

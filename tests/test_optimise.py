@@ -240,13 +240,13 @@ def test_a_mistake_is_reported(problems_in, old, new, message):
 def test_all_mistakes_of_the_section_are_reported_at_once(problems_in):
     section = "{over: {define.plai: [1 um, 2 um], drive.speed: [3 rpm, 2 rpm]}, minimise: rod_slider_force, cases: 1.5}"
     problems = "\n".join(problems_in(f"{TEXT}optimise: {section}\n"))
-    for said in (
+    for text in (
         "'plai' is not defined",
         "swap them",
         "is not a column of this grid",
         "found 1.5; allowed: a whole number",
     ):
-        assert said in problems
+        assert text in problems
 
 
 def test_the_report_has_the_best_cases(tmp_path):
@@ -263,8 +263,8 @@ def test_the_report_has_the_best_case_next_to_the_one_that_is_written(tmp_path):
     out = tmp_path / "run"
     quiet(asked(minimise="rod_slider_force_peak"), out)
     (section,) = sections(study.prepare(clearsweep.open(out)))
-    said = " ".join(section.blocks[0].texts)
-    assert "Beside the case that the grid has written: rod_slider_force_peak" in said
+    text = " ".join(section.blocks[0].texts)
+    assert "Beside the case that the grid has written: rod_slider_force_peak" in text
     (table,) = [block for block in section.blocks if hasattr(block, "rows")]
     assert [row[-1] for row in table.rows] == ["as written", "best"]
 

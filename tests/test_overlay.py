@@ -51,9 +51,9 @@ def test_the_nearest_case_and_the_angle_between_are_found(tmp_path, study):
     assert laid.misfit < 0.03
     assert len(laid.measured) == 4
     result = features.of(laid.measured)
-    wanted = features.of(laid.computed)
-    assert result.rms == pytest.approx(wanted.rms, rel=0.02)
-    assert result.spectrum[0] == pytest.approx(wanted.spectrum[0], rel=0.02)
+    expected = features.of(laid.computed)
+    assert result.rms == pytest.approx(expected.rms, rel=0.02)
+    assert result.spectrum[0] == pytest.approx(expected.spectrum[0], rel=0.02)
     blocks = page.section(study, [laid]).blocks
     assert [block.__class__.__name__ for block in blocks] == ["Sentences", "Gallery", "Table"]
 

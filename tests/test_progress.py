@@ -210,7 +210,7 @@ def test_the_time_left_of_a_life_counts_those_that_follow_it(manual_time):
 
 
 def test_the_time_left_of_cases_does_not_jump_and_counts_what_workers_have_in_hand(manual_time):
-    cases, said, done = progress.Cases(1000), [], 0
+    cases, text, done = progress.Cases(1000), [], 0
     cases.look = lambda: (done - cases.done, ())
     with phases.phase(cases):
         for step in range(
@@ -220,10 +220,10 @@ def test_the_time_left_of_cases_does_not_jump_and_counts_what_workers_have_in_ha
             done = int(2.5 * step)
             cases.advance(50 if done >= cases.done + 50 else 0, 0)
             if (left := phases.progress().left) is not None:
-                said.append(left + manual_time.now)
+                text.append(left + manual_time.now)
         assert phases.progress().what == "247 of 1,000 cases, 0 failed"
-    assert len(said) > 10
-    assert max(said) - min(said) < 10.0  # s: the end that is foretold stays where it is
+    assert len(text) > 10
+    assert max(text) - min(text) < 10.0  # s: the end that is foretold stays where it is
 
 
 def test_progress_of_cases_in_a_log_is_a_line_now_and_then(manual_time, capsys):
@@ -243,7 +243,7 @@ def test_every_part_of_a_sweep_is_a_phase(tmp_path, phases_seen):
         grid(3, save={"orbits": "none", "worst": 1}), tmp_path / "run", executor="serial", show_progress=False
     )
     assert result.ok == 3
-    wanted = [
+    expected = [
         "reading the grid",
         "looking at the cases",
         "reading the directory",
@@ -254,7 +254,7 @@ def test_every_part_of_a_sweep_is_a_phase(tmp_path, phases_seen):
         "writing summary.parquet",
         "computing checksums",
     ]
-    places = [next((k for k, words in enumerate(phases_seen) if words.startswith(start)), -1) for start in wanted]
+    places = [next((k for k, words in enumerate(phases_seen) if words.startswith(start)), -1) for start in expected]
     assert -1 not in places
     assert places == sorted(places)
 

@@ -298,7 +298,7 @@ def test_without_two_cases_per_value_there_is_no_scatter_to_compare_with():
 
 
 @pytest.mark.parametrize(
-    ("value", "unit", "said"),
+    ("value", "unit", "text"),
     [
         (0.0005, "m", "0.500 mm"),
         (7.8e-5, "m", "78.0 µm"),
@@ -314,8 +314,8 @@ def test_without_two_cases_per_value_there_is_no_scatter_to_compare_with():
         (4e-13, "m^3", "400 \u00d7 10³ µm³"),
     ],
 )
-def test_quantities_read_like_an_engineer_writes_them(value, unit, said):
-    assert wording.text(value, unit).replace("\u00a0", " ") == said
+def test_quantities_read_like_an_engineer_writes_them(value, unit, text):
+    assert wording.text(value, unit).replace("\u00a0", " ") == text
 
 
 def test_swept_speeds_are_given_in_revolutions_per_minute():

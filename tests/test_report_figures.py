@@ -362,9 +362,9 @@ def test_pressure_and_wear_are_mapped_over_the_axes_that_move_them():
 def answers(run):
     """Return (what is said, rows of the table) of the trends of a run."""
     (part,) = sections.trends.sections(study.prepare(run))
-    said = next(block for block in part.blocks if isinstance(block, section.Points)).texts
+    text = next(block for block in part.blocks if isinstance(block, section.Points)).texts
     table = next(block for block in part.blocks if isinstance(block, Table))
-    return said, {row[0]: row for row in table.rows}
+    return text, {row[0]: row for row in table.rows}
 
 
 def with_depths(depth):
@@ -376,29 +376,29 @@ def with_depths(depth):
 
 
 def test_trends_that_exist_are_shown_with_their_size_and_others_contradicted():
-    said, rows = answers(with_depths(lambda c, k, v: 1e-9 * c**0.5 * v**2 * k**-0.3))
-    assert said == [
+    text, rows = answers(with_depths(lambda c, k, v: 1e-9 * c**0.5 * v**2 * k**-0.3))
+    assert text == [
         "Shown: deeper with larger clearance, deeper with higher crank speed, deeper with lower stiffness, uneven "
         "round the bearing and uneven round the journal."
     ]
     assert rows["deeper with larger clearance"][4:7] == pytest.approx((2**0.5,) * 3)
     assert rows["deeper with higher crank speed"][4:7] == pytest.approx((4.0,) * 3)
     assert rows["deeper with lower stiffness"][4:7] == pytest.approx((2**-0.3,) * 3)
-    said, _ = answers(with_depths(lambda c, k, v: 1e-9 * c**-0.5 * v * k**0.3))
-    assert said[1] == "Contradicted: deeper with larger clearance and deeper with lower stiffness."
+    text, _ = answers(with_depths(lambda c, k, v: 1e-9 * c**-0.5 * v * k**0.3))
+    assert text[1] == "Contradicted: deeper with larger clearance and deeper with lower stiffness."
 
 
 def test_a_trend_that_chance_may_have_made_is_not_decided():
     chance = np.random.default_rng(2)
-    said, rows = answers(with_depths(lambda c, k, v: 1e-9 * v * chance.lognormal(0.0, 0.2, len(c))))
-    assert said[-1] == "Not decided: deeper with larger clearance and deeper with lower stiffness."
+    text, rows = answers(with_depths(lambda c, k, v: 1e-9 * v * chance.lognormal(0.0, 0.2, len(c))))
+    assert text[-1] == "Not decided: deeper with larger clearance and deeper with lower stiffness."
     assert rows["deeper with larger clearance"][5] < 1.0 < rows["deeper with larger clearance"][6]
 
 
 def test_of_what_is_not_swept_nothing_is_said_and_of_one_case_nothing_decided():
-    said, rows = answers(Run(sweep={}))
+    text, rows = answers(Run(sweep={}))
     assert list(rows) == ["uneven round the bearing", "uneven round the journal"]
-    assert said == ["Not decided: uneven round the bearing and uneven round the journal."]
+    assert text == ["Not decided: uneven round the bearing and uneven round the journal."]
     assert sections.trends.sections(study.prepare(Run(wear=False))) == []
 
 

@@ -326,8 +326,8 @@ def test_the_output_is_judged_by_its_own_ideal_motion_and_in_its_own_unit():
     assert message["Rocker position error"] == "Rocker error, at most 0.500°."
     assert "the ideal mechanism reaches" in message["Rocker acceleration against the ideal mechanism"]
     run.summary["rocker_error_max"] = np.radians(0.5)
-    (said,) = [sentence for sentence in headline.sentences(study.prepare(run)) if "ideal place" in sentence]
-    assert said.startswith("The rocker is off its ideal place by up to 0.500°; its acceleration reaches")
+    (text,) = [sentence for sentence in headline.sentences(study.prepare(run)) if "ideal place" in sentence]
+    assert text.startswith("The rocker is off its ideal place by up to 0.500°; its acceleration reaches")
     (section,) = summary.sections(study.prepare(run))
     assert ("Largest rocker error", "0.500°", "off the ideal place") in section.blocks[0].cards
 
@@ -469,10 +469,10 @@ def test_an_error_beyond_the_horizon_is_said_to_check_nothing():
     table = next(table for table in section.tables if table.key == "certainty")
     place = [column.name for column in table.columns].index("error of force peak")
     cells = {row[0]: row[place] for row in table.rows}
-    said = {case_id: cell.text for case_id, cell in cells.items() if isinstance(cell, Quantity)}
+    text = {case_id: cell.text for case_id, cell in cells.items() if isinstance(cell, Quantity)}
     # a peak in revolution 2 may lie after 1.98 revolutions, one in revolution 3 not after 3
     first, second = frame["case_id"][:2]
-    assert said == {
+    assert text == {
         first: "peak in revolution 3, horizon 2.0 revolutions: no check of convergence",
         second: "peak in revolution 2, horizon 2.0 revolutions: no check of convergence",
     }

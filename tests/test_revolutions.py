@@ -122,8 +122,8 @@ def test_sections_are_the_samples_at_crank_angle_zero(angle):
     assert path["poincare/revolution"].tolist() == np.round(turns[at_zero]).astype(int).tolist()
     assert len(path.poincare) == 5
     for name in ("x", "y", "vx", "vy"):
-        wanted = path[f"joints/rod_slider/{name}"][at_zero]
-        assert path[f"poincare/rod_slider/{name}"] == pytest.approx(wanted, rel=1e-9, abs=1e-14)
+        expected = path[f"joints/rod_slider/{name}"][at_zero]
+        assert path[f"poincare/rod_slider/{name}"] == pytest.approx(expected, rel=1e-9, abs=1e-14)
 
 
 def test_a_run_without_histories_has_no_sections():

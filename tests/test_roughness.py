@@ -227,8 +227,8 @@ def test_the_slope_that_the_implicit_method_sees_is_that_of_the_force():
     term = term_of(rough("compatible"))
     for pen in (1e-15, 1e-9, 1e-6, 1e-4, 0.2):
         step = 1e-6 * pen
-        wanted = (elastic_force(term, pen + step) - elastic_force(term, pen - step)) / (2.0 * step)
-        assert elastic_force(term, Dual(pen, 1.0)).slope == pytest.approx(wanted, rel=1e-7)
+        expected = (elastic_force(term, pen + step) - elastic_force(term, pen - step)) / (2.0 * step)
+        assert elastic_force(term, Dual(pen, 1.0)).slope == pytest.approx(expected, rel=1e-7)
 
 
 @pytest.mark.heavy

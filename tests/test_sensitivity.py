@@ -320,11 +320,11 @@ def test_the_verdict_of_a_sample_has_the_probability_with_its_interval(run):
         made.summary["limits_exceeded"] = np.where(made.summary[PEAK] > 14.0, PEAK, "")
         return made, str(verdict.sections(study.prepare(made))[0].blocks)
 
-    made, said = verdict_of("")
+    made, text = verdict_of("")
     beyond = int((made.summary[PEAK] > 14.0).sum())
     low, high = stats.binomtest(beyond, 64).proportion_ci(0.95, method="exact")
-    wanted = f"probability of {100.0 * beyond / 64:.3g} % (95 %: {100.0 * low:.3g} to {100.0 * high:.3g} %)."
-    assert wanted in said
+    expected = f"probability of {100.0 * beyond / 64:.3g} % (95 %: {100.0 * low:.3g} to {100.0 * high:.3g} %)."
+    assert expected in text
     assert "probability" not in verdict_of("sweep: {mechanism.gravity: [0, 1]}\n")[1]  # two samples
 
 

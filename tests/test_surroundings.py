@@ -129,18 +129,18 @@ def test_under_nohup_a_hang_up_is_ignored(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("limit", "said"),
+    ("limit", "text"),
     [
         pytest.param("-n 8", "ulimit -n 256", marks=pytest.mark.slow),
         pytest.param("-n 16", "ulimit -n 256", marks=pytest.mark.slow),
         ("-v 500000", "ulimit -v 4000000"),
     ],
 )
-def test_too_little_of_a_resource_is_refused_with_the_limit_and_the_remedy(grid_file, limit, said):
+def test_too_little_of_a_resource_is_refused_with_the_limit_and_the_remedy(grid_file, limit, text):
     ended = shell(f"ulimit {limit}; clearsweep run g.json --out x", grid_file, MAIN)
     assert ended.returncode == 2
     assert len(ended.stderr.splitlines()) == 1
-    assert said in ended.stderr
+    assert text in ended.stderr
     assert not (grid_file / "x").exists()
 
 
@@ -158,7 +158,7 @@ def test_open_files_are_allowed_as_far_as_the_system_lets_us(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("error", "said"),
+    ("error", "text"),
     [
         (MemoryError("Unable to allocate 7.45 GiB"), "7.45 GiB); run fewer cases at a time with --jobs"),
         (OSError(12, "Cannot allocate memory"), "memory: not enough"),
@@ -169,14 +169,14 @@ def test_open_files_are_allowed_as_far_as_the_system_lets_us(monkeypatch):
         ),
     ],
 )
-def test_limits_that_are_met_on_the_way_are_reported_with_their_remedy(monkeypatch, capsys, error, said):
+def test_limits_that_are_met_on_the_way_are_reported_with_their_remedy(monkeypatch, capsys, error, text):
     def fail(*_, **__):
         raise error
 
     monkeypatch.setattr(cli.verbs, "main", fail)
     assert cli._exit_code(["laws"]) == 2
     message = capsys.readouterr().err
-    assert said in message
+    assert text in message
     assert len(message.splitlines()) == 1
 
 
@@ -213,11 +213,11 @@ class Greedy(Verbose):
     error = MemoryError("Unable to allocate 7.45 GiB for an array")
 
 
-@pytest.mark.parametrize(("mechanics", "said"), [(Verbose, "TypeError: line 0"), (Greedy, "with --jobs, save fewer")])
-def test_what_went_wrong_in_a_case_is_reported_in_one_line(tmp_path, capsys, mechanics, said):
+@pytest.mark.parametrize(("mechanics", "text"), [(Verbose, "TypeError: line 0"), (Greedy, "with --jobs, save fewer")])
+def test_what_went_wrong_in_a_case_is_reported_in_one_line(tmp_path, capsys, mechanics, text):
     result = sweep(grid(1), tmp_path / "run", simulator=mechanics, executor="serial", show_progress=False)
     (message,) = result.open().summary["message"]
-    assert said in message
+    assert text in message
     assert len(message) < 300
     messages = capsys.readouterr().err
     assert len(messages.splitlines()) == 1

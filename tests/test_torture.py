@@ -90,7 +90,7 @@ def test_a_file_that_is_read_as_something_else_is_not_named_but_silent(tmp_path,
 
 
 @pytest.mark.parametrize(
-    ("code", "said", "fault"),
+    ("code", "text", "fault"),
     [
         (2, "no such thing", ""),
         (0, "no such thing", "exit code 0"),
@@ -100,8 +100,8 @@ def test_a_file_that_is_read_as_something_else_is_not_named_but_silent(tmp_path,
         (None, "", "did not end in time"),
     ],
 )
-def test_an_attempt_that_ends_otherwise_than_it_has_to_falls_short(code, said, fault):
-    assert Result(TrialStep("name", "true", (2,), "no such thing"), code, 0.1, said).fault == fault
+def test_an_attempt_that_ends_otherwise_than_it_has_to_falls_short(code, text, fault):
+    assert Result(TrialStep("name", "true", (2,), "no such thing"), code, 0.1, text).fault == fault
 
 
 def test_names_of_attempts_differ_and_the_page_keeps_what_is_not_measured(monkeypatch, tmp_path):

@@ -125,8 +125,8 @@ def test_error_is_below_a_unit_in_the_last_place(name):
     with decimal.localcontext(decimal.Context(prec=60, Emin=-9999, Emax=9999)):
         for arguments in drawn(name):
             for result, *exact in zip(on_arrays(name, arguments), *arguments, strict=True):
-                wanted = EXACT[name](*map(Decimal, map(float, exact)))
-                assert error(float(result), wanted) < 0.9, (name, exact)
+                expected = EXACT[name](*map(Decimal, map(float, exact)))
+                assert error(float(result), expected) < 0.9, (name, exact)
 
 
 # ---------------------------------------------------------------------------------------------- limits

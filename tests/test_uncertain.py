@@ -30,8 +30,8 @@ WORN = {
 FACTOR = {COEFFICIENT: {"factor": 3}}
 
 
-def loaded(said=None, **changes):
-    changes = copy.deepcopy(WORN) | changes | ({"uncertain": said} if said else {})
+def loaded(text=None, **changes):
+    changes = copy.deepcopy(WORN) | changes | ({"uncertain": text} if text else {})
     return grid.load(slider_crank("rod-slider", changes=changes), simulation.catalogue())
 
 
@@ -70,7 +70,7 @@ def test_it_is_part_of_what_a_case_is_and_of_what_a_run_holds():
 
 
 @pytest.mark.parametrize(
-    ("said", "message"),
+    ("text", "message"),
     [
         ({"joints.rod-slider.clearance": {"factor": 3}}, "is no wear coefficient; `uncertain` takes joints.J.wear"),
         ({"joints.crank-rod.wear.coefficient": {"factor": 3}}, "there is no section 'joints.crank-rod.wear'"),
@@ -82,9 +82,9 @@ def test_it_is_part_of_what_a_case_is_and_of_what_a_run_holds():
         ({}, "contains no path"),
     ],
 )
-def test_mistakes_are_reported(said, message):
+def test_mistakes_are_reported(text, message):
     with pytest.raises(InputError) as caught:
-        grid.load(slider_crank("rod-slider", changes=copy.deepcopy(WORN) | {"uncertain": said}), simulation.catalogue())
+        grid.load(slider_crank("rod-slider", changes=copy.deepcopy(WORN) | {"uncertain": text}), simulation.catalogue())
     assert message in str(caught.value)
 
 

@@ -94,8 +94,8 @@ class Round:
         process.communicate()
         # a case that was at work in two killed workers is 'crashed' by rule, so it is asked for again
         last = self.start(self.out, retry_failed=True)
-        said = last.communicate(timeout=300)
-        assert last.returncode == 0, said
+        text = last.communicate(timeout=300)
+        assert last.returncode == 0, text
 
     def lost_batches(self) -> int:
         """Return the number of batches that were committed and are missing now."""

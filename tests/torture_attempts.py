@@ -303,11 +303,11 @@ def tried(attempt: TrialStep, folder: Path, environment: dict[str, str]) -> Resu
         start_new_session=True,
     ) as process:
         try:
-            said, code = process.communicate(timeout=SECONDS)[0], process.returncode
+            text, code = process.communicate(timeout=SECONDS)[0], process.returncode
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, 9)
-            said, code = process.communicate()[0], None
-    return Result(attempt, code, time.monotonic() - begin, said.decode("utf-8", "replace"))
+            text, code = process.communicate()[0], None
+    return Result(attempt, code, time.monotonic() - begin, text.decode("utf-8", "replace"))
 
 
 def try_all(folder: Path, describe=print) -> list[Result]:

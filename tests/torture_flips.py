@@ -37,10 +37,10 @@ def flip(path: Path, chance: random.Random) -> None:
 
 def command(*arguments: object) -> tuple[int, str]:
     """Return the exit code and the output of a command line."""
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text), contextlib.redirect_stderr(text):
         code = cli._exit_code([str(argument) for argument in arguments])
-    return code, said.getvalue()
+    return code, text.getvalue()
 
 
 def outcome(run: Path, path: Path, written: str) -> str:
@@ -54,10 +54,10 @@ def outcome(run: Path, path: Path, written: str) -> str:
         refused = str(error)
     except Exception:
         return FAULT
-    code, said = command("status", run, "--verify")
+    code, text = command("status", run, "--verify")
     if code not in (0, 2):
         return FAULT
-    if path.name in refused or (code == 2 and path.name in said):
+    if path.name in refused or (code == 2 and path.name in text):
         return NAMED
     return UNNAMED if refused or code else UNREAD
 

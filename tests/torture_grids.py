@@ -308,18 +308,18 @@ def run(content: bytes, place: Path, mechanics, arguments=()) -> Ended:
     if not ended:
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
-    said = (place / "said").read_text(encoding="utf-8", errors="replace")
+    text = (place / "said").read_text(encoding="utf-8", errors="replace")
     strangers = {path.name for path in place.iterdir()} - {"grid.yaml", "said", "results", "out"}
-    said += "".join(f"OUTSIDE {name}\n" for name in strangers)
-    return Ended(os.waitstatus_to_exitcode(status) if ended else None, seconds, said)
+    text += "".join(f"OUTSIDE {name}\n" for name in strangers)
+    return Ended(os.waitstatus_to_exitcode(status) if ended else None, seconds, text)
 
 
 def _in_child(place: Path, mechanics, arguments) -> int:
     os.setsid()
     os.chdir(place)
-    said = os.open("said", os.O_WRONLY | os.O_CREAT)
+    text = os.open("said", os.O_WRONLY | os.O_CREAT)
     for number in (1, 2):
-        os.dup2(said, number)
+        os.dup2(text, number)
     sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__
     resource.setrlimit(resource.RLIMIT_AS, (SPACE, SPACE))
     sweep.sweep = swept(mechanics)
