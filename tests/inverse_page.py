@@ -74,9 +74,9 @@ def _in_all(laws: dict[str, dict[int, dict[str, Any]]]) -> str:
     lines = []
     for law, mine in laws.items():
         each = list(mine.values())
-        inside, text = sum(row["inside"] for row in each), sum(not row["explained"] for row in each)
+        inside, misfits = sum(row["inside"] for row in each), sum(not row["explained"] for row in each)
         good = sum(row["inside"] or not row["explained"] for row in each)
-        counts = f"{len(each)} | {inside} | {text} | {good}"
+        counts = f"{len(each)} | {inside} | {misfits} | {good}"
         width = 100.0 * np.median([row["half_width"] for row in each])
         lines.append(f"| {f'`{law}`' if law else 'of the model'} | {counts} | {width:.1f} % |")
     return table("| law | rigs | true clearance inside | misfit reported | either | half-width, median |", lines)
