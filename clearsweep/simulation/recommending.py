@@ -34,7 +34,7 @@ class Recommendation(NamedTuple):
     def sentence(self) -> str:
         """Return it in words, with what the grid has."""
         if not self.law:
-            return f"Recommended for {self.joint}: no {self.key}, as none holds there.{self._used()}"
+            return f"Recommended for {self.joint}: no {self.key}, as none is valid there.{self._used()}"
         same = self.law == self.used
         law = f"{self.key} {self.law}{' (in use)' if same else ''}"
         head = f"Recommended for {self.joint}: {law}, because {self.reason}."
@@ -131,7 +131,7 @@ def _factor(joint: Joint, names: list[str]) -> str:
     softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
     at = wording.text(DEPTH, "m", 1)
     return (
-        f"The {len(forces)} elastic laws that hold differ by a factor of "
+        f"The {len(forces)} valid elastic laws differ by a factor of "
         f"{wording.plain(forces[stiffest] / forces[softest])} in force at {at}, from {softest} to {stiffest}."
     )
 
@@ -153,7 +153,7 @@ def _of(joint: Joint, verdicts: Iterable[Verdict]) -> list[Recommendation]:
     return recommended
 
 
-_NO_RESTITUTION = "the joint asks for no restitution"
+_NO_RESTITUTION = "the joint has no restitution"
 
 
 def _rank(verdict: Verdict) -> int:
