@@ -16,9 +16,11 @@ from .accumulate.step_sums import (
     sum_of,
     sum_up,
 )
+from .bernstein import WHOLE, value_and_slope
 from .collocation import WEIGHTS, begin_stages, continue_stages, dense_state, error_norm, interpolate
 from .event import (
     EVALUATIONS,
+    GUARD,
     IMPLICIT,
     LIMIT,
     LOCATING,
@@ -29,7 +31,7 @@ from .event import (
     trial_of,
 )
 from .event_search import first_event
-from .guarding import ELSEWHERE, evaluate_guards, looked_at
+from .guarding import ELSEWHERE, evaluate_guards, looked_at, take_guard
 from .newton import AFTER, FAILED, fall_back, implicit_step
 from .newton import LENGTH as PAST_LENGTH
 from .radau import STAGE_WEIGHTS
@@ -191,8 +193,8 @@ def shorten(at, share):
 def step_to_event(at, share, event, h):
     """Finish a step of length `h` that was repeated with a `share` of its length to end at an event.
 
-    event : (kind, contact, place of a STOP along the run).  The end is corrected to the exact event, except for guards,
-    whose values are already located.
+    event : (kind, contact, place of a STOP along the run).  The end is corrected to the exact event, as between stages
+    the interpolant is less accurate than the end of a step.
     """
     work = at[0]
     kind, contact, stop = event
@@ -211,6 +213,11 @@ def step_to_event(at, share, event, h):
         miss, slope = work.end[root] - math.sqrt(work.limit_depth[contact]), work.k[root, END]
     elif kind == STOP:
         miss, slope = work.end[work.independent] - stop, work.k[work.independent, END]
+    elif kind >= GUARD:
+        evaluate_guards(at, work.y, END)
+        if take_guard(at, kind - GUARD):
+            miss, change = value_and_slope(work.polynomials, WHOLE, 1.0)
+            slope = change / h
     if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # one Newton step, unless the event is nearly tangential
         for i in range(work.end.size):
             work.end[i] -= work.k[i, END] * miss / slope
