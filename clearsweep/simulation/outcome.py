@@ -207,7 +207,7 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
 
 def _escaped_journal(scene: Scene, run: Run) -> dict[str, str | float]:
     """Return which journal left its bearing, when (s, revolutions) and its eccentricity (mm)."""
-    work, contact = run.work, int(run.work.stepper[run_control.STEPPER_CONTACT])
+    work, contact = run.work, int(run.work.stepper.contact)
     ends = np.cumsum([len(joint.contacts) for joint in scene.layout.joints])
     place = int(np.searchsorted(ends, contact, side="right"))
     joint: Any = scene.value.joints[place]  # mypy takes it for a tuple of anything

@@ -37,6 +37,7 @@ from ..mechanics.solver.accumulate.record import Record
 from ..mechanics.solver.accumulate.step_sums import step_width
 from ..mechanics.solver.accumulate.turns import Turns
 from ..mechanics.solver.bernstein import COEFFICIENTS, ROWS
+from ..mechanics.trace.fields import Fields
 from ..mechanics.trace.symbols import WIDTH
 from . import watch
 from .lyapunov import Branches, Perturbed
@@ -58,7 +59,7 @@ def arrays_of(scene: Scene) -> Arrays:
     contacts, n = len(every_contact(scene.value.joints)), scene.start.size
     begun: dict[str, tuple[int, ...]] = {
         **first_forms(scene),
-        "stepper": (run_control.STEPPER_SIZE,),
+        "stepper": (run_control.Stepper.SIZE,),
         **dict.fromkeys(("highest", "since"), (contacts,)),
         "whole": (total_columns.WHOLE,),
         "joint": (contacts, total_columns.JOINT),
@@ -90,9 +91,14 @@ def _aligned(shape: tuple[int, ...]) -> np.ndarray:
     return numbers[first : first + math.prod(shape)].reshape(shape)
 
 
-def _fields_from(form: type, arrays: Arrays) -> Arrays:
-    """Return the arrays that are fields of a NamedTuple."""
-    return {name: arrays[name] for name in form.__annotations__ if name in arrays}
+def _fields_from(form: type, arrays: Arrays) -> dict[str, Any]:
+    """Return the arrays that are fields of a NamedTuple, with the names of their numbers if it gives them any."""
+    kinds = form.__annotations__
+    return {
+        name: kinds[name](arrays[name]) if issubclass(kinds[name], Fields) else arrays[name]
+        for name in kinds
+        if name in arrays
+    }
 
 
 class _Memory:
@@ -188,7 +194,7 @@ class Run:
             method=zeros(3, dtype=np.int64),
             proposals=zeros(2 << many),
             paces=zeros(2 << many),
-            control=np.zeros(len(run_control.Control._fields)),
+            control=run_control.ControlNumbers.zeros(),
             log=np.empty((loop.LOG_ROWS, 5)),
             slopes=zeros(2, dtype=np.int64),
             implicit=newton.implicit_of(n, zeros),
@@ -249,11 +255,11 @@ class Run:
             began = time.perf_counter()
             loop.integrate(self.kept)
             self.duration += time.perf_counter() - began
-            waits = not self.ended(int(self.work.stepper[run_control.STEPPER_STATUS]))
+            waits = not self.ended(int(self.work.stepper.status))
 
     def use_control(self, control: run_control.Control) -> None:
         """Use `control` from the present state on."""
-        self.work.control[:], self.work.stepper[run_control.STEPPER_BEGUN], self.logs = control, 0.0, []
+        self.work.control.numbers[:], self.work.stepper.begun, self.logs = control, 0.0, []
 
     def ended(self, status: int) -> bool:
         """Return whether the paused integration has ended; if not, prepare to resume it.
@@ -261,18 +267,18 @@ class Run:
         Code for stiff motion is compiled only when it is needed.
         """
         work = self.work
-        if logged := int(work.stepper[run_control.STEPPER_LOGGED]):
+        if logged := int(work.stepper.logged):
             self.logs.append(work.log[:logged].copy())
-        self.status, work.stepper[run_control.STEPPER_BEGUN] = status, 0.0
+        self.status, work.stepper.begun = status, 0.0
         if status == run_control.TURNS_STIFF:
             work.slopes[:] = slopes_of(self.value, self.parameters)
             return False
         if self.phase:
-            self.phase.note(share=float(work.y[work.independent] / work.control[run_control.CONTROL_END]))
+            self.phase.note(share=float(work.y[work.independent] / work.control.end))
         if status == run_control.PAUSED and time.process_time() >= self.deadline:
             self.status = TIME_BUDGET
             return True
-        return status != run_control.PAUSED or bool(work.y[work.independent] >= work.control[run_control.CONTROL_PAUSE])
+        return status != run_control.PAUSED or bool(work.y[work.independent] >= work.control.pause)
 
     def log(self) -> np.ndarray:
         """Return the events, (events, 5), since `control` was set."""
@@ -378,7 +384,7 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers
 
 def start(run: Run, control: run_control.Control) -> None:
     """Start a run with `control` and its initial method."""
-    if control.method == events.IMPLICIT and run.work.stepper[run_control.STEPPER_NEXT_LENGTH] == 0.0:
+    if control.method == events.IMPLICIT and run.work.stepper.next_length == 0.0:
         run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)
     run.use_control(control)
 

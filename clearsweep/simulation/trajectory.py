@@ -195,7 +195,7 @@ def finish_samples(scene: Scene, run: Run) -> None:
         raise InputError(f"times: found {times[-1]:.6g} s; the run lasts from 0 to {last:.6g} s")
     times[:] = np.minimum(times, last)
     run.work.y[:] = run.work.end
-    run.work.stepper[run_control.STEPPER_NEXT_LENGTH] = 0.0
+    run.work.stepper.next_length = 0.0
     run.go(control_of(scene, math.inf, keep_events=False)._replace(window=math.inf, step_budget=0))
     run.status = run_control.OK
 

@@ -6,7 +6,6 @@ from ..compiled.family import inlined
 from ..joint.contract import meets
 from .accumulate.step_sums import ACCEPTED, CONTRACTION, ERROR, FASTEST, LENGTH, STIFF, SWEEPS, sum_of
 from .event import FARTHEST, IMPLICIT
-from .run_control import STEPPER_EXPECTED_ERROR, STEPPER_GROWTH, STEPPER_NEXT_LENGTH, STEPPER_REJECTIONS
 from .step_control import GROW, change_of_length, twelfth_power
 
 FEWEST = 0.22  # contraction at which a step is cheapest per length; it varies as the square of the length
@@ -23,12 +22,12 @@ def assess_step(accumulators, method):
     step[ERROR], step[ACCEPTED], step[STIFF] = error, 0.0, 0.0
     if not error < 1.0:
         return
-    change = min(stepper[STEPPER_GROWTH], change_of_length(error, stepper[STEPPER_EXPECTED_ERROR]))
-    stepper[STEPPER_EXPECTED_ERROR] = error * twelfth_power(change)
+    change = min(stepper.growth, change_of_length(error, stepper.expected_error))
+    stepper.expected_error = error * twelfth_power(change)
     if method != IMPLICIT and step[CONTRACTION] > FAST:
         largest = FEWEST if step[SWEEPS] > FEW else MOST
         step[STIFF], change = 1.0, min(change, math.sqrt(largest / step[CONTRACTION]))
-    stepper[STEPPER_NEXT_LENGTH], stepper[STEPPER_GROWTH], stepper[STEPPER_REJECTIONS] = h * change, GROW, 0.0
+    stepper.next_length, stepper.growth, stepper.rejections = h * change, GROW, 0.0
 
 
 @inlined

@@ -17,7 +17,7 @@ from ..observe.stages import STAGES
 from .accumulate.step_sums import STIFF
 from .event import EVALUATIONS, EXPLICIT, IMPLICIT
 from .radau import ERROR, ORDER
-from .run_control import AUTO, CONTROL_METHOD, STEPPER_EVALUATIONS
+from .run_control import AUTO
 
 PRICE = 0.62  # of an evaluation in an implicit step, for each number in the state, mostly for the matrices
 LOOK = 2.0  # over an implicit step worth its price: stretch over which the bend is measured, and the first such step
@@ -57,9 +57,9 @@ def choose_method(at, h, pattern):
         if work.step[STIFF] == 0.0:
             work.method[1] = 0
             return
-    if work.control[CONTROL_METHOD] != AUTO:
+    if work.control.method != AUTO:
         return
-    cost, implicit = work.counts[EVALUATIONS] - work.stepper[STEPPER_EVALUATIONS], 1 << work.mode.size
+    cost, implicit = work.counts[EVALUATIONS] - work.stepper.evaluations, 1 << work.mode.size
     if work.method[0] == IMPLICIT:
         explicit = max(work.proposals[pattern & ~implicit], choice[LIMIT])  # the last one with the same contacts
         if loses(at, PER_STEP * h / explicit, cost):

@@ -9,6 +9,7 @@ from ..observe.stages import SCRATCH
 from .accumulate.step_sums import TrialStep
 from .accumulate.totals import Accumulators
 from .collocation import dense_state
+from .run_control import ControlNumbers, Stepper
 
 # Kinds of events; LIMIT: a penetration passes the limit of its elastic law, without effect; GUARD and above: the guards
 # of joints
@@ -52,7 +53,7 @@ class Work(NamedTuple):
     clearance: np.ndarray  # (c,) m
     rubs: np.ndarray  # (c,) int64, whether there is friction: 1, else 0
     film: np.ndarray  # (c, 2) m, depth beyond which a film shares the load, and depth limit of its formula; inf: never
-    stepper: np.ndarray  # (STEPPER_SIZE,) state of the loop between steps, see run_control
+    stepper: Stepper
     f: np.ndarray  # (n, STAGES) the interpolant, see `collocation.dense_component`
     polynomials: np.ndarray  # (ROWS, COEFFICIENTS) of the current event function, see `bernstein`
     apart: np.ndarray  # (c,) int64, mode after a separation
@@ -66,7 +67,7 @@ class Work(NamedTuple):
     slopes: np.ndarray  # (2,) int64, the Entry of the rates' derivatives; zeros until the motion becomes stiff
     proposals: np.ndarray  # (2^(1+c),) step length by method and touching contacts, 0: none yet
     paces: np.ndarray  # (2^(1+c),) m/s, onset rate of the fastest of these contacts
-    control: np.ndarray  # (len(Control),) end conditions and settings, see run_control.Control
+    control: ControlNumbers
     log: np.ndarray  # (LOG_ROWS, 5) events since the latest pause, see event_actions.Event
     guards: tuple  # joint.guards.Guards
     implicit: tuple  # newton.Implicit

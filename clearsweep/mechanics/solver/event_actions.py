@@ -10,14 +10,10 @@ from ..observe.stages import END
 from .accumulate.totals import APPROACH, CLIPS, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
 from .event import EVENTS, GUARD, LIMIT, NOTHING, ONSET, PASSAGES, SEPARATION, SEPARATIONS
 from .run_control import (
-    CONTROL_EVENT_BUDGET,
-    CONTROL_KEEP_EVENTS,
-    CONTROL_SEPARATIONS,
     EVENT_BUDGET,
     GOING,
     LEFT_BEARING,
     OK,
-    STEPPER_LOGGED,
 )
 from .step import go_through, latch
 
@@ -75,12 +71,12 @@ class Event(NamedTuple):
 def log_event(at, event):
     """Add an Event to the log, unless it is the passage of a guard or a limit."""
     work = at[0]
-    if event.kind >= LIMIT or work.control[CONTROL_KEEP_EVENTS] == 0.0:
+    if event.kind >= LIMIT or work.control.keep_events == 0.0:
         return
-    row = int(work.stepper[STEPPER_LOGGED])
+    row = int(work.stepper.logged)
     work.log[row, 0], work.log[row, 1], work.log[row, 2] = event.time, event.contact, event.kind
     work.log[row, 3], work.log[row, 4] = event.rate, event.force_peak
-    work.stepper[STEPPER_LOGGED] += 1.0
+    work.stepper.logged += 1.0
 
 
 @kernel
@@ -123,9 +119,9 @@ def pass_events(at, kind, contact, windowed):
     work = at[0]
     while kind != NOTHING:
         log_event(at, apply_event(at, kind, contact, windowed))
-        if work.control[CONTROL_SEPARATIONS] > 0.0 and work.counts[SEPARATIONS] >= work.control[CONTROL_SEPARATIONS]:
+        if work.control.separations > 0.0 and work.counts[SEPARATIONS] >= work.control.separations:
             return OK
-        if work.counts[EVENTS] >= work.control[CONTROL_EVENT_BUDGET]:
+        if work.counts[EVENTS] >= work.control.event_budget:
             return EVENT_BUDGET
         if kind >= GUARD and work.guards.ends_run[kind - GUARD]:
             return LEFT_BEARING

@@ -30,13 +30,6 @@ from .event_actions import pass_events
 from .newton import AFTER, FAILED, RENEWED
 from .newton import LENGTH as PAST_LENGTH
 from .run_control import (
-    CONTROL_END,
-    CONTROL_PATIENCE,
-    CONTROL_PAUSE,
-    CONTROL_PAUSE_STEPS,
-    CONTROL_STEP_BUDGET,
-    CONTROL_TIME_LIMIT,
-    CONTROL_WINDOW,
     GOING,
     NOT_FINITE,
     OK,
@@ -44,21 +37,6 @@ from .run_control import (
     STALLED,
     STEP_BUDGET,
     STEP_UNDERFLOW,
-    STEPPER_BEGUN,
-    STEPPER_CONTACT,
-    STEPPER_EVALUATIONS,
-    STEPPER_EXPECTED_ERROR,
-    STEPPER_FARTHEST,
-    STEPPER_GROWTH,
-    STEPPER_IN_WINDOW,
-    STEPPER_LOGGED,
-    STEPPER_NEXT_LENGTH,
-    STEPPER_NEXT_STOP,
-    STEPPER_PAUSE_STEP,
-    STEPPER_PROGRESS_ANGLE,
-    STEPPER_PROGRESS_TIME,
-    STEPPER_REJECTIONS,
-    STEPPER_STATUS,
     TIME_LIMIT,
     TURNS_STIFF,
 )
@@ -118,21 +96,21 @@ def begin_case(at):
     work = at[0]
     totals, record, stepper, control = work.totals, work.record, work.stepper, work.control
     position, moment = work.y[work.independent], work.y[work.time]
-    stepper[STEPPER_BEGUN], stepper[STEPPER_LOGGED], stepper[STEPPER_REJECTIONS] = 1.0, 0.0, 0.0
-    stepper[STEPPER_IN_WINDOW] = 1.0 if control[CONTROL_WINDOW] <= position else 0.0
-    stepper[STEPPER_NEXT_STOP] = next_stop(at, position)
-    if stepper[STEPPER_NEXT_LENGTH] == 0.0 or state_was_changed(at):
+    stepper.begun, stepper.logged, stepper.rejections = 1.0, 0.0, 0.0
+    stepper.in_window = 1.0 if control.window <= position else 0.0
+    stepper.next_stop = next_stop(at, position)
+    if stepper.next_length == 0.0 or state_was_changed(at):
         begin_step(at)
-    stepper[STEPPER_PAUSE_STEP] = work.counts[STEPS] + control[CONTROL_PAUSE_STEPS]
-    if stepper[STEPPER_NEXT_LENGTH] > 0.0:
+    stepper.pause_step = work.counts[STEPS] + control.pause_steps
+    if stepper.next_length > 0.0:
         return
-    stepper[STEPPER_FARTHEST], stepper[STEPPER_PROGRESS_ANGLE], stepper[STEPPER_PROGRESS_TIME] = (
+    stepper.farthest, stepper.progress_angle, stepper.progress_time = (
         position,
         position,
         moment,
     )
     totals.whole[KINETIC_START] = work.o[KINETIC, START]
-    if stepper[STEPPER_IN_WINDOW] != 0.0:
+    if stepper.in_window != 0.0:
         open_window(at)
     take_start(at)
     while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[record.independent]:
@@ -145,7 +123,7 @@ def begin_case(at):
 def set_first_length(at):
     """Set the length of the first step after a change of the equations; its error is unknown."""
     stepper = at[0].stepper
-    stepper[STEPPER_NEXT_LENGTH], stepper[STEPPER_GROWTH], stepper[STEPPER_EXPECTED_ERROR] = (
+    stepper.next_length, stepper.growth, stepper.expected_error = (
         first_length(at, at[0].proposals, proposal_of(at)),
         AFTER_EVENT,
         0.0,
@@ -155,7 +133,8 @@ def set_first_length(at):
 @kernel
 def target_of(at):
     """Return the start of the window of figures (s, or rad of a free crank); within the window the end of the run."""
-    return at[0].control[CONTROL_END if at[0].stepper[STEPPER_IN_WINDOW] != 0.0 else CONTROL_WINDOW]
+    work = at[0]
+    return work.control.end if work.stepper.in_window != 0.0 else work.control.window
 
 
 @kernel
@@ -174,22 +153,19 @@ def interruption(at):
     work = at[0]
     stepper, control = work.stepper, work.control
     moment, angle = work.y[work.time], work.y[work.independent]
-    is_full = stepper[STEPPER_LOGGED] + work.mode.size >= work.log.shape[0]  # all contacts may part at once
-    if angle >= control[CONTROL_PAUSE] or work.counts[STEPS] >= stepper[STEPPER_PAUSE_STEP] or is_full:
+    is_full = stepper.logged + work.mode.size >= work.log.shape[0]  # all contacts may part at once
+    if angle >= control.pause or work.counts[STEPS] >= stepper.pause_step or is_full:
         return PAUSED
     if work.method[0] == IMPLICIT and work.slopes[0] == 0:
         return TURNS_STIFF
-    if control[CONTROL_PATIENCE] == math.inf:
+    if control.patience == math.inf:
         return GOING
-    if moment >= control[CONTROL_TIME_LIMIT]:
+    if moment >= control.time_limit:
         return TIME_LIMIT
-    stepper[STEPPER_FARTHEST] = max(stepper[STEPPER_FARTHEST], angle)
-    if angle > stepper[STEPPER_PROGRESS_ANGLE] + STALL_ADVANCE:
-        stepper[STEPPER_PROGRESS_ANGLE], stepper[STEPPER_PROGRESS_TIME] = angle, moment
-    stalled = (
-        stepper[STEPPER_FARTHEST] - angle > REVERSAL_TOLERANCE
-        or moment - stepper[STEPPER_PROGRESS_TIME] > control[CONTROL_PATIENCE]
-    )
+    stepper.farthest = max(stepper.farthest, angle)
+    if angle > stepper.progress_angle + STALL_ADVANCE:
+        stepper.progress_angle, stepper.progress_time = angle, moment
+    stalled = stepper.farthest - angle > REVERSAL_TOLERANCE or moment - stepper.progress_time > control.patience
     return STALLED if stalled else GOING
 
 
@@ -198,16 +174,16 @@ def prepare_step(at):
     """Return GOING and set the length of the next step in `work.step`, or return the status of a case that stops."""
     work = at[0]
     stepper = work.stepper
-    if stepper[STEPPER_BEGUN] == 0.0:
+    if stepper.begun == 0.0:
         begin_case(at)
-    if work.counts[STEPS] + work.counts[REJECTED] >= work.control[CONTROL_STEP_BUDGET]:
+    if work.counts[STEPS] + work.counts[REJECTED] >= work.control.step_budget:
         return STEP_BUDGET
     reason = GOING
-    if stepper[STEPPER_REJECTIONS] == 0.0:
-        reason, stepper[STEPPER_EVALUATIONS] = interruption(at), work.counts[EVALUATIONS]
+    if stepper.rejections == 0.0:
+        reason, stepper.evaluations = interruption(at), work.counts[EVALUATIONS]
     if reason == GOING:
-        stepper[STEPPER_NEXT_LENGTH] = min(stepper[STEPPER_NEXT_LENGTH], work.longest / work.o[KAPPA, START])
-        work.step[LENGTH] = stepper[STEPPER_NEXT_LENGTH]
+        stepper.next_length = min(stepper.next_length, work.longest / work.o[KAPPA, START])
+        work.step[LENGTH] = stepper.next_length
     return reason
 
 
@@ -217,12 +193,12 @@ def reject(at, h):
     work = at[0]
     stepper, error = work.stepper, work.step[ERROR]
     work.counts[REJECTED] += 1
-    stepper[STEPPER_NEXT_LENGTH], stepper[STEPPER_GROWTH], stepper[STEPPER_REJECTIONS] = (
+    stepper.next_length, stepper.growth, stepper.rejections = (
         h * shrinking(error),
         1.0,
-        stepper[STEPPER_REJECTIONS] + 1.0,
+        stepper.rejections + 1.0,
     )
-    if stepper[STEPPER_REJECTIONS] > MOST_TRIES:
+    if stepper.rejections > MOST_TRIES:
         return STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE
     return GOING
 
@@ -235,9 +211,9 @@ def cut_at_event(at, h, event):
     Figures are taken up to the event, then the event is applied to the state.
     """
     work = at[0]
-    stepper, windowed = work.stepper, work.stepper[STEPPER_IN_WINDOW] != 0.0
+    stepper, windowed = work.stepper, work.stepper.in_window != 0.0
     share, kind, contact = event
-    stepper[STEPPER_CONTACT] = contact
+    stepper.contact = contact
     evaluations_before, work.step[LENGTH] = work.counts[EVALUATIONS], h * share
     if share > CLOSE_TO_START or work.method[0] != IMPLICIT:
         take_step(at)
@@ -250,18 +226,18 @@ def cut_at_event(at, h, event):
     if too_far and not work.step[ERROR] < 1.0:
         return reject(at, work.step[LENGTH])
     evaluations_before = work.counts[EVALUATIONS]
-    step_to_event(at, share, (kind, contact, stepper[STEPPER_NEXT_STOP]), work.step[LENGTH])
+    step_to_event(at, share, (kind, contact, stepper.next_stop), work.step[LENGTH])
     work.counts[LOCATING] += work.counts[EVALUATIONS] - evaluations_before
     choose_method(at, work.step[LENGTH], proposal_of(at))
     accept(at)
     note_step(at, work.step[LENGTH])
     if kind == STOP:
-        if stepper[STEPPER_NEXT_STOP] == target_of(at):
+        if stepper.next_stop == target_of(at):
             if windowed:
                 return OK
-            stepper[STEPPER_IN_WINDOW] = 1.0
+            stepper.in_window = 1.0
             open_window(at)
-        stepper[STEPPER_NEXT_STOP] = next_stop(at, work.end[work.independent])
+        stepper.next_stop = next_stop(at, work.end[work.independent])
     else:
         reason = pass_events(at, kind, contact, windowed)
         if reason != GOING:
@@ -282,15 +258,15 @@ def attempt_step(at):
     if not step[ERROR] < 1.0:
         return reject(at, h)
     pattern = proposal_of(at)
-    work.proposals[pattern], work.paces[pattern] = stepper[STEPPER_NEXT_LENGTH], pace_of(at)
-    share, kind, contact = find_first_event(at, h, stepper[STEPPER_NEXT_STOP])
+    work.proposals[pattern], work.paces[pattern] = stepper.next_length, pace_of(at)
+    share, kind, contact = find_first_event(at, h, stepper.next_stop)
     if kind != NOTHING:
         return cut_at_event(at, h, (share, kind, contact))
     accept(at)
     choose_method(at, h, pattern)
     note_step(at, h)
     advance(at)
-    stepper[STEPPER_NEXT_LENGTH] = next_length(at, h, stepper[STEPPER_NEXT_LENGTH])
+    stepper.next_length = next_length(at, h, stepper.next_length)
     return GOING
 
 
@@ -314,7 +290,7 @@ _CODE: list[objects.Code] = []  # of the loop, which is the same for all cases
 def integrate(pinned: Pinned) -> None:
     """Integrate a case, a pinned Work, until it ends or pauses.  Never raises.
 
-    `stepper[STEPPER_STATUS]` is then OK or the reason why the case ended early.  After PAUSED call again to go on;
+    `stepper.status` is then OK or the reason why the case ended early.  After PAUSED call again to go on;
     after TURNS_STIFF first compile the slopes (`work.slopes`).  Figures are in `totals`, samples in `record`, events
     in `log`.
     """
@@ -332,4 +308,4 @@ def integrate_case(at):
         reason = prepare_step(at)
         if reason == GOING:
             reason = attempt_step(at)
-    at[0].stepper[STEPPER_STATUS] = reason
+    at[0].stepper.status = reason

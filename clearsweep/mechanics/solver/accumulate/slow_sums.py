@@ -40,7 +40,6 @@ from ...observe.stages import END, NODES, START
 from ..collocation import WEIGHTS
 from ..event import IMPLICIT, SAMPLES, STEPS
 from ..radau import STAGE_WEIGHTS
-from ..run_control import STEPPER_IN_WINDOW
 from .between import look_between
 from .peaks import highest_between, refined_peak
 from .record import write_samples
@@ -181,7 +180,7 @@ def note_friction(at, h):
 def seek_maxima(at):
     """Raise maxima that may lie between the stages to those of the dense output, see `totals.accumulate_step`."""
     work = at[0]
-    total, step, revolutions, counted = work.totals.whole, work.step, work.turns, work.stepper[STEPPER_IN_WINDOW] != 0.0
+    total, step, revolutions, counted = work.totals.whole, work.step, work.turns, work.stepper.in_window != 0.0
     for j in range(work.mode.size):
         row = work.totals.joint[j]
         if step[sum_of(j, HIGHEST_FORCE)] > NO_PEAK:
@@ -252,7 +251,7 @@ def note_wear(at, h):
 def note_step(at, h):
     """Add the slow sums of an accepted step of length `h`."""
     work = at[0]
-    record, time, counted = work.record, work.time, work.stepper[STEPPER_IN_WINDOW] != 0.0
+    record, time, counted = work.record, work.time, work.stepper.in_window != 0.0
     work.counts[STEPS] += 1
     if work.step[NEEDS_PEAK_SEARCH] != 0.0:
         seek_maxima(at)

@@ -23,7 +23,6 @@ from ...observe.observables import (
     put_load,
 )
 from ...observe.stages import END, NODES, START
-from ..run_control import STEPPER_IN_WINDOW
 from .step_sums import (
     HIGHEST_ACCELERATION,
     HIGHEST_DEPTH,
@@ -139,7 +138,7 @@ def accumulate_step(accumulators, time):
     set
     and HIGHEST is kept for the maxima to search for; all other HIGHEST are set to NO_PEAK.
     """
-    step, counted = accumulators.step, accumulators.stepper[STEPPER_IN_WINDOW] != 0.0
+    step, counted = accumulators.step, accumulators.stepper.in_window != 0.0
     step[NEEDS_PEAK_SEARCH] = 0.0
     enter_powers(accumulators, counted)
     for j in range(accumulators.mode.size):

@@ -1,0 +1,76 @@
+"""Numbers in arrays that have names: the same bodies with arrays of numpy and as machine code."""
+
+import numpy as np
+import pytest
+
+from clearsweep.mechanics.compiled.family import kernel
+from clearsweep.mechanics.trace.fields import Fields
+from clearsweep.mechanics.trace.objects import machine_code
+from clearsweep.mechanics.trace.symbols import NotTraceableError
+
+
+class Tank(Fields):
+    """The state of a tank."""
+
+    level: float  # m
+    inflow: float  # m/s
+
+
+class Tally(Fields):
+    """Counts."""
+
+    rounds: int
+    overflows: int
+
+
+@kernel
+def fill(tank, height):
+    """Let a tank rise by its inflow; return whether it overflows."""
+    tank.level += tank.inflow
+    if tank.level > height:
+        tank.level = height
+        return True
+    return False
+
+
+def rounds(tanks, tally, height):
+    """Fill both tanks three times; return the level of the first."""
+    named, counts = Tank(tanks), Tally(tally)
+    for _ in range(3):
+        counts.rounds += 1
+        for j in range(2):
+            if fill(named[j], height):
+                counts.overflows = counts.overflows + 1
+    return named[0].level
+
+
+@pytest.mark.parametrize("how", [machine_code(rounds), rounds])
+def test_a_body_changes_named_numbers_and_rows_of_them(how):
+    tanks, tally = Tank.zeros(2), Tally.zeros()
+    tanks.inflow = 0.25, 0.5
+    assert how(tanks.numbers, tally.numbers, 1.0) == 0.75
+    assert tanks.level.tolist() == [0.75, 1.0]
+    assert tanks[1].level == 1.0
+    assert (tally.rounds, tally.overflows) == (3, 1)
+
+
+def test_memory_follows_from_the_declaration():
+    assert Tank.SIZE == 2
+    assert Tally.zeros().numbers.dtype == np.int64
+    assert Tank.zeros(3).numbers.shape == (3, 2)
+    assert Tank.index_of("inflow") == 1
+
+
+def test_numbers_of_two_kinds_are_refused():
+    with pytest.raises(ValueError, match="too many values"):
+        type("Mixed", (Fields,), {"__annotations__": {"a": float, "b": int}})
+
+
+def test_an_attribute_that_is_no_number_is_not_assigned():
+    def misspelt(tanks):
+        Tank(tanks).levle = 2.0
+
+    with pytest.raises(AttributeError, match="levle"):
+        misspelt(np.zeros(2))
+    with pytest.raises(NotTraceableError, match="changes an attribute that is no number in memory"):
+        machine_code(misspelt)(np.zeros(2))
