@@ -27,39 +27,40 @@ ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "reliability.md"
 MARK = "<!-- below: written by `python tests/reliability.py --write` -->\n"
 GRIDS_TEXT = (
-    "Grids that work, their keys and values exchanged for others and for hostile ones, their bytes spoiled; each "
-    "has 5 s, 6 GB of address space, and two revolutions of its motion. Drawn by hypothesis from the seed."
+    "Working grids are mutated: keys and values are exchanged for others and for hostile ones, and bytes are changed. "
+    "Each grid gets 5 s, 6 GB of address space and two revolutions of motion. Hypothesis draws the mutations from the "
+    "seed."
 )
 FLIPS_TEXT = (
-    "One bit of one file of a finished run of 12 cases is changed. Then a reader reads everything, `status "
-    "--verify` looks, and the grid runs again: `named`, one of them named the file; `without meaning`, everything "
-    "was read as it was written and no checksum covers the bit; `silent`, something else was read; `restored`, "
-    "after the run all is as it was written, or the run refused the file by its name."
+    "One bit of one file of a finished run of 12 cases is changed. Then a reader reads everything, `status --verify` "
+    "checks the files, and the grid runs again. The outcomes: `named`, an error named the file; `without meaning`, "
+    "the bit is not covered by a checksum and all data were read correctly; `silent`, other data were read. In all "
+    "cases: `restored`, the run repaired the file, or refused it by name."
 )
 FLIPS_HEAD = ("file", "flips", "named", "without meaning", "unnamed", "silent", "traceback", "restored")
-ATTEMPTS_TEXT = "Each is a command line in `tests/torture_attempts.py`; exit code 2 is a refusal with what to do."
+ATTEMPTS_TEXT = "Each attempt is a command line in `tests/torture_attempts.py`. Exit code 2 is a refusal with a remedy."
 ATTEMPTS_HEAD = ("attempt", "exit code", "took", "ended")
 KILLS_TEXT = (
-    "Sweeps of real mechanics are killed with -9 at random moments (the parent, one process, or all), and started "
-    "again; what is left is compared with an undisturbed run. Numbers of rows and values are sums over the runs."
+    "Sweeps of real mechanics are killed with -9 at random moments (the parent, one process, or all) and started "
+    "again. The results are compared with an undisturbed run. Numbers of rows and values are sums over the runs."
 )
 
 
 EXITS_TEXT = (
-    "Every verb, and the same from Python, run again and again, two programs at a time: as they are, and with threads "
-    "of libraries held back until the interpreter ends, as a loaded machine does by chance. Each has to end with 0."
+    "Every command, and the same from Python, runs again and again, two programs at a time. In a second series the "
+    "threads of libraries are delayed until the interpreter ends, as happens on a loaded machine. Each must end with "
+    "0."
 )
 EXITS_HEAD = ("program", "runs", "other exit codes", "runs with late threads", "other exit codes")
 
 LIVES_TEXT = (
-    "The same with four lives of some dozens of blocks of revolutions each: they go on after the last block that was "
-    "kept, and their histories, too, are to be the same to the last bit."
+    "Four lives, each of some dozens of blocks of revolutions, are killed in the same way. They resume after the last "
+    "block that was stored. Their histories must also be equal to the last bit."
 )
 
 
 BLOCKS_TEXT = (
-    "The same with blocks of 64 cases instead of 131,072, so that kills meet blocks that run, that are finished, and "
-    "that are marked."
+    "The same with blocks of 64 cases instead of 131,072, so that kills hit running, finished and marked blocks."
 )
 
 
@@ -78,7 +79,7 @@ def kills(
     rows = [
         ["kills", f"{victims.total():,}: {torture.kills_text(victims)}"],
         ["seed", str(seed)],
-        ["runs that were killed and went on to their end", f"{len(repetitions):,}"],
+        ["runs that were killed and finished", f"{len(repetitions):,}"],
         ["longest pause between two commits", f"{max(each.longest for each in repetitions):.1f} s"],
         *([name, f"{number:,}"] for name, number in result.items()),
     ]
@@ -102,11 +103,11 @@ def grids(count: int, seed: int, folder: Path) -> tuple[bool, list[list[str]]]:
     rows = [
         ["mutated grids", f"{result['grids']:,}"],
         ["seed", str(seed)],
-        ["refused with what is wrong (exit code 2)", f"{codes.get(2, 0):,}"],
-        ["ran, or had too many cases to run them here (0)", f"{codes.get(0, 0):,}"],
-        ["ran, and cases failed or were of a kind that is not compiled here (3)", f"{codes.get(3, 0):,}"],
+        ["refused with an error message (exit code 2)", f"{codes.get(2, 0):,}"],
+        ["ran, or had too many cases to run here (exit code 0)", f"{codes.get(0, 0):,}"],
+        ["ran with failed cases, or cases of a kind that is not compiled here (exit code 3)", f"{codes.get(3, 0):,}"],
         ["longest", f"{result['longest']:.1f} s"],
-        ["tracebacks, other exit codes, files outside, beyond 5 s", f"{len(result['faults']):,}"],
+        ["tracebacks, other exit codes, files outside, more than 5 s", f"{len(result['faults']):,}"],
     ]
     return not result["faults"], rows
 
@@ -140,7 +141,7 @@ def attempts(_count: int, _seed: int, folder: Path) -> tuple[bool, list[list[str
             result.attempt.name,
             "-" if result.code is None else str(result.code),
             f"{result.seconds:.0f} s",
-            result.fault or "as it has to",
+            result.fault or "as specified",
         ]
         for result in results
     ]
@@ -183,7 +184,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--grids", type=int, default=500)
     parser.add_argument("--flips", type=int, default=200)
     parser.add_argument(
-        "--exits", type=int, default=100, help="runs of all verbs together; of each a tenth as many with late threads"
+        "--exits", type=int, default=100, help="runs of all commands together; a tenth as many with late threads"
     )
     parser.add_argument("--attempts", choices=("yes", "no"), default="yes")
     parser.add_argument("--seed", type=int, default=random.randrange(10**6))

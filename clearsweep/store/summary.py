@@ -96,9 +96,7 @@ def places_by_value(numbers: np.ndarray) -> list[np.ndarray]:
     return np.split(order, np.flatnonzero(np.diff(narrow[order])) + 1)
 
 
-def _rows_of_batches(
-    run: RunDirectory, schema: pa.Schema, rows: np.ndarray
-) -> tuple[Iterator[pa.Array], np.ndarray]:
+def _rows_of_batches(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> tuple[Iterator[pa.Array], np.ndarray]:
     """Return the columns of all batches with the given rows of the summary, and where each row is in them.
 
     A column is put together, and its parts are released, when it is asked for.
@@ -116,7 +114,8 @@ def _rows_of_batches(
 def _joined(tables: list[list[pa.ChunkedArray]], schema: pa.Schema) -> Iterator[pa.Array]:
     """Yield the columns of some tables, one below the other; the parts of a column are released with it."""
     for number, field in enumerate(schema, 1):
-        yield pa.chunked_array([chunk for table in tables for chunk in table.pop(0).chunks], field.type).combine_chunks()
+        parts = (part for table in tables for part in table.pop(0).chunks)
+        yield pa.chunked_array(parts, field.type).combine_chunks()
         if number % 4 == 0:  # now and then, as it takes 1 ms
             pa.default_memory_pool().release_unused()  # the parts are small: malloc would keep the gaps they leave
 
