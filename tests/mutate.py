@@ -216,8 +216,8 @@ MUTATIONS = (
     Mutation(
         TOTALS,
         "enter_course",
-        "start_value, end_value = step[force + i], step[force + i + 1]",
-        "start_value, end_value = step[force + i], step[force + i]",
+        "start_value, end_value = force[i], force[i + 1]",
+        "start_value, end_value = force[i], force[i]",
         RAMPS,
     ),
     Mutation(

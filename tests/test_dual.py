@@ -129,7 +129,7 @@ def jacobian_error(names, friction, state=None):
     work = run.work
     if state is not None:
         work.mode[:] = state
-    work.slopes[:] = slopes_of(made.value, run.parameters)
+    work.slopes.numbers[:] = slopes_of(made.value, run.parameters)
     half, clearance = len(made.value.coordinates), made.value.joints[0].clearance
     roots = work.y[2 * half + 1 :]
     size = np.concatenate([np.full(half, clearance), np.full(half, 1.0), [1.0 / made.value.reference_rate], roots])

@@ -28,7 +28,6 @@ from clearsweep.mechanics.joint.contract import (
 )
 from clearsweep.mechanics.joint.friction.contract import Frictionless, friction_force
 from clearsweep.mechanics.observe.stages import STAGES
-from clearsweep.mechanics.solver import event
 from clearsweep.mechanics.solver.accumulate import totals
 from clearsweep.simulation.run import integration_of
 
@@ -90,7 +89,7 @@ def _bends_and_warms(friction, contact):
 
 def test_what_is_kept_goes_on_over_separations_and_the_rest_begins_anew():
     run = run_to(rubbing(Warming(0.1, 1e5, 2.0, 0.0)), 0.3 * TURN)
-    assert run.work.counts[event.SEPARATIONS] >= 5
+    assert run.work.counts.separations >= 5
     rubbed = run.totals.whole[totals.ENERGY_RUBBED]
     assert rubbed > 1e-3
     assert 2.0 * (run.work.end[-1] - 5.0) == pytest.approx(rubbed, rel=1e-6)
@@ -112,7 +111,7 @@ def test_both_internal_states_have_exact_derivatives():
     implicit = run_to(rubbing(Warming(0.1, 1e5, 2.0, 1e3), **{"simulate.method": "implicit"}), 0.1 * TURN)
     assert implicit.work.end[-1] == pytest.approx(explicit.work.end[-1], rel=1e-6, abs=0.0)
     assert (
-        implicit.work.counts[event.REJECTED] < 0.2 * implicit.work.counts[event.STEPS]
+        implicit.work.counts.rejected < 0.2 * implicit.work.counts.steps
     )  # Newton's method converges: few rejected steps
 
 
@@ -181,7 +180,7 @@ def test_a_guard_of_a_law_runs_uncompiled():
         "import sys; sys.path.insert(0, 'tests')\n"
         "from test_joint_contract import Fuse, TURN, rubbing, run_to\n"
         "r = run_to(rubbing(Fuse(0.1, 1e-2, 1e-4), **{'simulate.tolerance': 1e-6}), 0.03 * TURN)\n"
-        "print('ok', *map(float, r.work.end), *r.work.counts)"
+        "print('ok', *map(float, r.work.end), *r.work.counts.numbers)"
     )
     compiled, plain = told_both_ways(program)
     assert compiled == pytest.approx(plain, rel=1e-8, abs=1e-12)
@@ -238,7 +237,7 @@ def test_a_joint_that_acts_without_contact_is_never_searched_for_one():
     assert run.totals.joint[0, totals.CONTACT_TIME] == 0.0
     assert run.totals.whole[totals.RESIDUAL] < 1e-9 * run.totals.whole[totals.KINETIC_MAX]
     assert len(run.events) == 0
-    assert run.work.counts[event.LOCATING] <= 4 * STAGES  # for the end alone
+    assert run.work.counts.locating <= 4 * STAGES  # for the end alone
 
 
 class Walls(NamedTuple):

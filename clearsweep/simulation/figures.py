@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 from ..contracts.catalogue import NOTHING, Figure, Shown
 from ..contracts.layout import Layout
-from ..mechanics.solver import event as events
 from ..mechanics.solver.accumulate import totals as total_columns
 from . import film_figures, life_figures, wear_figures
 from .peak_figures import PEAKS, RETURNS, ideal_peak
@@ -314,14 +313,12 @@ RESIDUAL = Figure(
 )
 #: Work counts of a case, even if it failed; further runs are included.
 COST = (
-    Figure(
-        "steps", "1", "accepted steps", value=lambda window, _: window.counts[events.STEPS], kind="int", differs=False
-    ),
+    Figure("steps", "1", "accepted steps", value=lambda window, _: window.counts.steps, kind="int", differs=False),
     Figure(
         "steps_rejected",
         "1",
         "rejected steps",
-        value=lambda window, _: window.counts[events.REJECTED],
+        value=lambda window, _: window.counts.rejected,
         kind="int",
         differs=False,
     ),
@@ -329,7 +326,7 @@ COST = (
         "rhs_evaluations",
         "1",
         "evaluations of the equations of motion, locating events included",
-        value=lambda window, _: window.counts[events.EVALUATIONS],
+        value=lambda window, _: window.counts.evaluations,
         kind="int",
         differs=False,
     ),

@@ -138,7 +138,7 @@ def block_record_of(scene: Scene, run: Run, watch: RateObserver, process_time: f
         width[part.both] = _half_widths(watch.blocks, part) * rate[-1]
     peaks = np.array(totals.joint[:, FORCE_MAX])
     seconds = np.array([run.duration, process_time])
-    return BlockRecord(rate, width, peaks, np.array(watch.turned), run.counts.copy(), seconds, turns)
+    return BlockRecord(rate, width, peaks, np.array(watch.turned), run.counts.numbers.copy(), seconds, turns)
 
 
 def _half_widths(blocks: Blocks, part: Part) -> np.ndarray:

@@ -14,6 +14,7 @@ from ..mechanics.solver import event as events
 from ..mechanics.solver import run_control
 from ..mechanics.solver.accumulate.record import Record, sample_states
 from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, LOAD_TIME, OPENED, Totals
+from ..mechanics.solver.event import Counts
 from .figures import figures_of, shared_by
 from .ideal import ideal_peaks
 from .remarks import remarks
@@ -102,7 +103,7 @@ class Outcome(NamedTuple):
     marks: Marks
     ends: FinalContacts
     events: int  # events located without a search
-    counts: np.ndarray  # of the whole integration
+    counts: Counts  # of the whole integration
     seconds: float  # s, processor time
     duration: float  # s, of the window
     figures: Mapping[str, float | None]  # statistics found during the run
@@ -131,7 +132,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
         turns=turns._make([array.copy() for array in turns]),
         marks=run.marks,
         ends=run.ends(),
-        events=run.work.counts.item(events.EVENTS),
+        events=int(run.work.counts.events),
         counts=run.counts,
         seconds=run.duration,
         duration=duration,
@@ -195,9 +196,9 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
         time=run.work.y[run.work.time],
         turned=(run.work.y[run.work.independent] - scene.crank_clock.at(0.0)) / (2.0 * math.pi),
         whole=whole,
-        events=int(run.work.counts[events.EVENTS]),
-        steps=int(run.work.counts[events.STEPS]),
-        rejected=int(run.work.counts[events.REJECTED]),
+        events=int(run.work.counts.events),
+        steps=int(run.work.counts.steps),
+        rejected=int(run.work.counts.rejected),
         patience=scene.case.simulate.time_budget,
         budget=control_of(scene, end, keep_events=False).step_budget,
         **(_escaped_journal(scene, run) if run.status == run_control.LEFT_BEARING else {}),

@@ -34,7 +34,7 @@ from ..mechanics.solver import event as events
 from ..mechanics.solver import loop, newton, run_control
 from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.record import Record
-from ..mechanics.solver.accumulate.step_sums import step_width
+from ..mechanics.solver.accumulate.step_sums import ContactStep, Step
 from ..mechanics.solver.accumulate.turns import Turns
 from ..mechanics.solver.bernstein import COEFFICIENTS, ROWS
 from ..mechanics.trace.fields import Fields
@@ -70,7 +70,9 @@ def arrays_of(scene: Scene) -> Arrays:
         "nodes": (n + 1, STAGES),
         "f": (n, STAGES),
         "polynomials": (ROWS, COEFFICIENTS),
-        "step": (step_width(contacts),),
+        "step": (Step.SIZE,),
+        "contact_steps": (contacts, ContactStep.SIZE),
+        "profiles": (1 + contacts, histogram.PARTS + 1),
         "spent": (contacts, total_columns.SPENT, histogram.PARTS),
         "end": (n,),
         "z": (n,),
@@ -190,13 +192,13 @@ class Run:
             began=given.began,
             guards=guards_of(value, self.parameters, zeros),
             limit_depth=given.limit_depth,
-            counts=zeros(events.COUNTS, dtype=np.int64),
-            method=zeros(3, dtype=np.int64),
+            counts=events.Counts.zeros(zeros=zeros),
+            method=events.Method.zeros(zeros=zeros),
             proposals=zeros(2 << many),
             paces=zeros(2 << many),
             control=run_control.ControlNumbers.zeros(),
             log=np.empty((loop.LOG_ROWS, 5)),
-            slopes=zeros(2, dtype=np.int64),
+            slopes=events.Slopes.zeros(zeros=zeros),
             implicit=newton.implicit_of(n, zeros),
             totals=self.totals,
             record=self.record,
@@ -271,7 +273,7 @@ class Run:
             self.logs.append(work.log[:logged].copy())
         self.status, work.stepper.begun = status, 0.0
         if status == run_control.TURNS_STIFF:
-            work.slopes[:] = slopes_of(self.value, self.parameters)
+            work.slopes.numbers[:] = slopes_of(self.value, self.parameters)
             return False
         if self.phase:
             self.phase.note(share=float(work.y[work.independent] / work.control.end))
@@ -292,11 +294,11 @@ class Run:
     def conclude(self, log: np.ndarray) -> None:
         """Record all events and the work counts of the integration."""
         self.events = log
-        self.counts += self.work.counts
+        self.counts.numbers[:] += self.work.counts.numbers
 
     def spent(self, other: "Run") -> None:
         """Add the work counts of another run."""
-        self.counts += other.counts
+        self.counts.numbers[:] += other.counts.numbers
         self.duration += other.duration
 
 
@@ -378,14 +380,14 @@ def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, watchers
     perturbed = Perturbed(control, neighbour, state_units(scene), scene.case.simulate.tolerance, _branches(scene))
     call(run, control, scene, (*watchers, perturbed))
     run.figures = perturbed.figures(period(scene))
-    neighbour.counts += neighbour.work.counts
+    neighbour.counts.numbers[:] += neighbour.work.counts.numbers
     run.spent(neighbour)
 
 
 def start(run: Run, control: run_control.Control) -> None:
     """Start a run with `control` and its initial method."""
     if control.method == events.IMPLICIT and run.work.stepper.next_length == 0.0:
-        run.work.method[:] = (events.IMPLICIT, 0, events.IMPLICIT)
+        run.work.method.current = run.work.method.next = events.IMPLICIT
     run.use_control(control)
 
 

@@ -17,7 +17,6 @@ from ..judging.validity import UNBALANCED, UNCHECKED, message_of, unsure_films
 from ..language import phases
 from ..language.errors import InputError, shown
 from ..mechanics.compiled.family import empty_entries
-from ..mechanics.solver import event as events
 from ..mechanics.solver import loop, run_control
 from ..mechanics.solver.accumulate.record import Record
 from .extrapolation import extrapolated_life
@@ -264,7 +263,7 @@ def _run_life(scene: Scene, times: ArrayLike | None, watchers: Sequence[Observer
         *([] if ageing.constant else ageing.records),
         *(block_record for each in further.values() for block_record in each.records),
     ]:
-        run.counts += block_record.counts
+        run.counts.numbers[:] += block_record.counts
         run.duration += float(block_record.seconds[0])
     trajectory = _converged_trajectory(aged, run, watch, times)
     trajectory.summary.update(ageing.figures(life))
@@ -369,10 +368,9 @@ def sampling_times(case: Case, at: Callable[[float], float]) -> np.ndarray:
 def work_counts(scene: Scene) -> dict[str, int]:
     """Return the work counts of a slider-crank: steps, rejected steps, evaluations, evaluations for events."""
     counts = integration_of(scene, NOWHERE, scene.crank_clock.at(scene.case.simulate.revolutions)).work.counts
-    places = {
-        "steps": events.STEPS,
-        "steps_rejected": events.REJECTED,
-        "rhs_evaluations": events.EVALUATIONS,
-        "rhs_evaluations_locating": events.LOCATING,
+    return {
+        "steps": int(counts.steps),
+        "steps_rejected": int(counts.rejected),
+        "rhs_evaluations": int(counts.evaluations),
+        "rhs_evaluations_locating": int(counts.locating),
     }
-    return {name: int(counts[place]) for name, place in places.items()}

@@ -18,7 +18,7 @@ from ..mechanics.trace.fields import Fields
 LEAD = 0.025
 
 
-_OWN = "control", "counts", "log", "slopes", "step"  # of a run, not of its motion
+_OWN = "control", "counts", "log", "slopes", "step", "contact_steps", "profiles"  # of a run, not of its motion
 Moment = dict[str, np.ndarray]  # copies by name of all arrays that determine the further motion
 
 

@@ -29,6 +29,7 @@ from ..mechanics.solver.accumulate.totals import (
     PEAK,
     Totals,
 )
+from ..mechanics.solver.event import Counts
 from .spread import Spread
 
 LARGEST = (CONTACT_TIME, BEYOND_TIME, FORCE_MAX, LOAD_MAX, DEPTH_MAX, ONSET_MAX, PEAK, APPROACH)  # of Totals.joint
@@ -62,7 +63,7 @@ class Window(NamedTuple):
     dry: list[float]  # s, by joint: time with a dry force above LEAST_DRY of its mean load; 0 without a film
     ideal: Mapping[str, float]  # N, largest reaction of each joint without clearance
     wear: dict[str, tuple[np.ndarray, np.ndarray]]  # m, see `wear_of`
-    counts: np.ndarray  # see solver.event, for the whole integration
+    counts: Counts  # of the whole integration
     events: int  # of the motion itself
     seconds: float  # s, integration time
     duration: float  # s

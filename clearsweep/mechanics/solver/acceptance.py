@@ -4,7 +4,6 @@ import math
 
 from ..compiled.family import inlined
 from ..joint.contract import meets
-from .accumulate.step_sums import ACCEPTED, CONTRACTION, ERROR, FASTEST, LENGTH, STIFF, SWEEPS, sum_of
 from .event import FARTHEST, IMPLICIT
 from .step_control import GROW, change_of_length, twelfth_power
 
@@ -18,15 +17,15 @@ FAST = 0.03  # contraction from which a stiff component may limit the step
 def assess_step(accumulators, method):
     """Set the error of the trial step and, if it is accurate, the largest length of the next step."""
     step, stepper = accumulators.step, accumulators.stepper
-    h, error = step[LENGTH], max(step[ERROR], twelfth_power(travel_ratio(accumulators)))  # the twelfth root is taken
-    step[ERROR], step[ACCEPTED], step[STIFF] = error, 0.0, 0.0
+    h, error = step.length, max(step.error, twelfth_power(travel_ratio(accumulators)))  # the twelfth root is taken
+    step.error, step.accepted, step.stiff = error, 0.0, 0.0
     if not error < 1.0:
         return
     change = min(stepper.growth, change_of_length(error, stepper.expected_error))
     stepper.expected_error = error * twelfth_power(change)
-    if method != IMPLICIT and step[CONTRACTION] > FAST:
-        largest = FEWEST if step[SWEEPS] > FEW else MOST
-        step[STIFF], change = 1.0, min(change, math.sqrt(largest / step[CONTRACTION]))
+    if method != IMPLICIT and step.contraction > FAST:
+        largest = FEWEST if step.sweeps > FEW else MOST
+        step.stiff, change = 1.0, min(change, math.sqrt(largest / step.contraction))
     stepper.next_length, stepper.growth, stepper.rejections = h * change, GROW, 0.0
 
 
@@ -37,6 +36,6 @@ def travel_ratio(accumulators):
     farthest = 0.0
     for j in range(mode.size):
         if meets(mode[j]):
-            ratio = step[LENGTH] * step[sum_of(j, FASTEST)] / (FARTHEST * accumulators.clearance[j])
+            ratio = step.length * accumulators.contact_steps[j].fastest / (FARTHEST * accumulators.clearance[j])
             farthest = max(farthest, ratio)
     return farthest

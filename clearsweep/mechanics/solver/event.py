@@ -6,7 +6,8 @@ import numpy as np
 
 from ..compiled.family import Entry, inlined, invoke, kernel
 from ..observe.stages import SCRATCH
-from .accumulate.step_sums import TrialStep
+from ..trace.fields import Fields
+from .accumulate.step_sums import ContactStep, Step, TrialStep
 from .accumulate.totals import Accumulators
 from .collocation import dense_state
 from .run_control import ControlNumbers, Stepper
@@ -16,10 +17,34 @@ from .run_control import ControlNumbers, Stepper
 NOTHING, ONSET, SEPARATION, STOP, LIMIT, GUARD = range(6)
 FARTHEST = 8.0  # clearances that a journal in free flight may travel in a step
 EXPLICIT, IMPLICIT = 0, 1  # methods
-# Counters in Work.counts; LOCATING: evaluations for locating events and stepping to them; PASSAGES: of guards and
-# limits,
-# which do not count as EVENTS of contacts
-STEPS, REJECTED, EVALUATIONS, LOCATING, EVENTS, SEPARATIONS, PASSAGES, SAMPLES, COUNTS = range(9)
+
+
+class Counts(Fields):
+    """What an integration has done so far."""
+
+    steps: int  # accepted
+    rejected: int
+    evaluations: int  # of the right-hand side
+    locating: int  # evaluations for locating events and stepping to them
+    events: int  # of contacts
+    separations: int
+    passages: int  # of guards and limits, which do not count as events of contacts
+    samples: int  # written
+
+
+class Method(Fields):
+    """The method of a step: EXPLICIT or IMPLICIT."""
+
+    current: int
+    in_favour: int  # steps in a row in favour of the other
+    next: int  # method of the next step
+
+
+class Slopes(Fields):
+    """The Entry of the rates' derivatives; zeros until the motion becomes stiff."""
+
+    code: int
+    parameters: int
 
 
 class Work(NamedTuple):
@@ -49,7 +74,9 @@ class Work(NamedTuple):
     weight: np.ndarray  # (n,) 1 / allowed error
     mode: np.ndarray  # (c,) int64, what each contact does: contract.FREE, PRESSED or another of its joint's modes
     latched: np.ndarray  # (c + l,) values set at events only: closing rate (m/s) of each onset, floored; of laws
-    step: np.ndarray  # (step_width,) length and results of a trial step, see accumulate.step_sums
+    step: Step
+    contact_steps: ContactStep  # (c,)
+    profiles: np.ndarray  # (1 + c, PARTS + 1) dt/dtau and every contact's force (N) at equidistant places of the step
     clearance: np.ndarray  # (c,) m
     rubs: np.ndarray  # (c,) int64, whether there is friction: 1, else 0
     film: np.ndarray  # (c, 2) m, depth beyond which a film shares the load, and depth limit of its formula; inf: never
@@ -62,9 +89,9 @@ class Work(NamedTuple):
     limit_depth: np.ndarray  # (c,) m, penetration up to which the elastic law is valid; inf: any
     ended_by: np.ndarray  # (m,) int64, contact whose separation resets an internal state; -1: never reset
     began: np.ndarray  # (m,) initial value of each internal state
-    counts: np.ndarray  # (COUNTS,) int64
-    method: np.ndarray  # (3,) int64: current method, steps in a row in favour of the other, method of the next step
-    slopes: np.ndarray  # (2,) int64, the Entry of the rates' derivatives; zeros until the motion becomes stiff
+    counts: Counts
+    method: Method
+    slopes: Slopes
     proposals: np.ndarray  # (2^(1+c),) step length by method and touching contacts, 0: none yet
     paces: np.ndarray  # (2^(1+c),) m/s, onset rate of the fastest of these contacts
     control: ControlNumbers
@@ -80,7 +107,7 @@ class Work(NamedTuple):
 def trial_of(at):
     """Return the TrialStep of a case."""
     work = at[0]
-    return TrialStep(work.y, work.mode, work.k, work.o, work.end, work.step)
+    return TrialStep(work.y, work.mode, work.k, work.o, work.end, work.step, work.contact_steps, work.profiles)
 
 
 @inlined
@@ -94,6 +121,8 @@ def accumulators_of(at):
         work.o,
         work.end,
         work.step,
+        work.contact_steps,
+        work.profiles,
         work.stepper,
         work.clearance,
         work.film,
@@ -106,7 +135,7 @@ def accumulators_of(at):
 def evaluate(at, y, row):
     """Write the rates of the state `y` to row `row` of `work.k` and its observables to row `row` of `work.o`."""
     work = at[0]
-    work.counts[EVALUATIONS] += 1
+    work.counts.evaluations += 1
     invoke(work.rates.code, work.rates.parameters, (y, work.mode, work.latched, work.k, work.o), row)
 
 

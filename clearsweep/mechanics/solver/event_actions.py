@@ -8,7 +8,7 @@ from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR, touches
 from ..observe.observables import observed
 from ..observe.stages import END
 from .accumulate.totals import APPROACH, CLIPS, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
-from .event import EVENTS, GUARD, LIMIT, NOTHING, ONSET, PASSAGES, SEPARATION, SEPARATIONS
+from .event import GUARD, LIMIT, NOTHING, ONSET, SEPARATION
 from .run_control import (
     EVENT_BUDGET,
     GOING,
@@ -50,7 +50,7 @@ def end_contact(at, j):
     for i in range(work.ended_by.size):
         if work.ended_by[i] == j:
             work.end[work.time + 1 + work.mode.size + i] = work.began[i]
-    work.counts[SEPARATIONS] += 1
+    work.counts.separations += 1
     if totals.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws use the floor: the ratio is not theirs
         totals.joint[j, RESTITUTION] -= rate / totals.joint[j, APPROACH]
         totals.joint[j, REBOUNDS] += 1.0
@@ -90,9 +90,9 @@ def apply_event(at, kind, j, windowed):
             work.totals.joint[j, CLIPS] += 1.0
         go_through(at, g, work.end, END)
     if kind >= LIMIT:
-        work.counts[PASSAGES] += 1
+        work.counts.passages += 1
         return Event(moment, j, kind, 0.0, 0.0)
-    work.counts[EVENTS] += 1
+    work.counts.events += 1
     if kind == ONSET:
         return Event(moment, j, kind, begin_contact(at, j, windowed), 0.0)
     return Event(moment, j, kind, end_contact(at, j), peak)
@@ -119,9 +119,9 @@ def pass_events(at, kind, contact, windowed):
     work = at[0]
     while kind != NOTHING:
         log_event(at, apply_event(at, kind, contact, windowed))
-        if work.control.separations > 0.0 and work.counts[SEPARATIONS] >= work.control.separations:
+        if work.control.separations > 0.0 and work.counts.separations >= work.control.separations:
             return OK
-        if work.counts[EVENTS] >= work.control.event_budget:
+        if work.counts.events >= work.control.event_budget:
             return EVENT_BUDGET
         if kind >= GUARD and work.guards.ends_run[kind - GUARD]:
             return LEFT_BEARING

@@ -11,7 +11,6 @@ from ..compiled.family import kernel
 from ..joint.contract import meets, touches
 from ..observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of
 from ..observe.stages import END, NODES, SCRATCH, SHARES, START
-from .accumulate.step_sums import FASTEST, sum_of
 from .bernstein import (
     COEFFICIENTS,
     DEGREE,
@@ -88,7 +87,7 @@ def is_rough(p):
 def cannot_arrive(at, j, h):
     """Return whether the path of the journal of free contact `j` is too short to reach the bearing."""
     work = at[0]
-    fastest = max(work.step[sum_of(j, FASTEST)], work.o[column_of(j, SLIP), END] * work.o[KAPPA, END])
+    fastest = max(work.contact_steps[j].fastest, work.o[column_of(j, SLIP), END] * work.o[KAPPA, END])
     gaps = work.o[column_of(j, DEPTH), START] + work.o[column_of(j, DEPTH), END]
     return gaps + MARGIN * h * fastest < 0.0
 

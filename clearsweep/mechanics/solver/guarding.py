@@ -122,7 +122,7 @@ def ends_around(at, x, value):
     """Return (share, value) of a guard before and behind where it is likely to pass zero, its `value` at `x` known."""
     p = at[0].polynomials
     (a, fa), (b, fb) = (0.0, p[VALUES, 0]), (1.0, p[VALUES, DEGREE])
-    if at[0].method[0] != IMPLICIT:  # whose values between start and end are interpolated themselves
+    if at[0].method.current != IMPLICIT:  # whose values between start and end are interpolated themselves
         for m in range(1, COEFFICIENTS):
             if SHARES[m] <= x and p[VALUES, m] < 0.0:
                 a, fa = SHARES[m], p[VALUES, m]

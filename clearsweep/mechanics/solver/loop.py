@@ -11,24 +11,17 @@ from ..trace import objects
 from .acceptance import assess_step
 from .accumulate.record import write_sample
 from .accumulate.slow_sums import note_step, open_window
-from .accumulate.step_sums import ACCEPTED, ERROR, LENGTH
 from .accumulate.totals import KINETIC_START, accumulate_step
 from .accumulate.turns import take_start
 from .choice import choose_method
 from .event import (
-    EVALUATIONS,
     IMPLICIT,
-    LOCATING,
     NOTHING,
-    REJECTED,
-    SAMPLES,
-    STEPS,
     STOP,
     accumulators_of,
 )
 from .event_actions import pass_events
-from .newton import AFTER, FAILED, RENEWED
-from .newton import LENGTH as PAST_LENGTH
+from .newton import FAILED
 from .run_control import (
     GOING,
     NOT_FINITE,
@@ -60,13 +53,13 @@ def advance(at):
         work.y[i], work.k[i, START] = work.end[i], work.k[i, END]
     for column in range(work.o.shape[0]):
         work.o[column, START] = work.o[column, END]
-    work.implicit.past[AFTER], work.implicit.past[RENEWED] = 1.0, 0.0
+    work.implicit.past.after, work.implicit.past.renewed = 1.0, 0.0
 
 
 @kernel
 def accept(at):
     """Add an accepted step to the sums."""
-    at[0].step[ACCEPTED] = 1.0
+    at[0].step.accepted = 1.0
     accumulate_step(accumulators_of(at), at[0].time)
 
 
@@ -76,8 +69,8 @@ def restart(at):
     work = at[0]
     for i in range(work.y.size):
         work.y[i] = work.end[i]
-    work.method[0] = work.method[2]
-    work.implicit.past[PAST_LENGTH], work.implicit.past[RENEWED] = 0.0, 0.0
+    work.method.current = work.method.next
+    work.implicit.past.length, work.implicit.past.renewed = 0.0, 0.0
     begin_step(at)
 
 
@@ -101,7 +94,7 @@ def begin_case(at):
     stepper.next_stop = next_stop(at, position)
     if stepper.next_length == 0.0 or state_was_changed(at):
         begin_step(at)
-    stepper.pause_step = work.counts[STEPS] + control.pause_steps
+    stepper.pause_step = work.counts.steps + control.pause_steps
     if stepper.next_length > 0.0:
         return
     stepper.farthest, stepper.progress_angle, stepper.progress_time = (
@@ -113,9 +106,9 @@ def begin_case(at):
     if stepper.in_window != 0.0:
         open_window(at)
     take_start(at)
-    while work.counts[SAMPLES] < record.times.size and record.times[work.counts[SAMPLES]] <= work.y[record.independent]:
-        write_sample(at, work.y, record.samples[work.counts[SAMPLES]])
-        work.counts[SAMPLES] += 1
+    while work.counts.samples < record.times.size and record.times[work.counts.samples] <= work.y[record.independent]:
+        write_sample(at, work.y, record.samples[work.counts.samples])
+        work.counts.samples += 1
     set_first_length(at)
 
 
@@ -154,9 +147,9 @@ def interruption(at):
     stepper, control = work.stepper, work.control
     moment, angle = work.y[work.time], work.y[work.independent]
     is_full = stepper.logged + work.mode.size >= work.log.shape[0]  # all contacts may part at once
-    if angle >= control.pause or work.counts[STEPS] >= stepper.pause_step or is_full:
+    if angle >= control.pause or work.counts.steps >= stepper.pause_step or is_full:
         return PAUSED
-    if work.method[0] == IMPLICIT and work.slopes[0] == 0:
+    if work.method.current == IMPLICIT and work.slopes.code == 0:
         return TURNS_STIFF
     if control.patience == math.inf:
         return GOING
@@ -176,14 +169,14 @@ def prepare_step(at):
     stepper = work.stepper
     if stepper.begun == 0.0:
         begin_case(at)
-    if work.counts[STEPS] + work.counts[REJECTED] >= work.control.step_budget:
+    if work.counts.steps + work.counts.rejected >= work.control.step_budget:
         return STEP_BUDGET
     reason = GOING
     if stepper.rejections == 0.0:
-        reason, stepper.evaluations = interruption(at), work.counts[EVALUATIONS]
+        reason, stepper.evaluations = interruption(at), work.counts.evaluations
     if reason == GOING:
         stepper.next_length = min(stepper.next_length, work.longest / work.o[KAPPA, START])
-        work.step[LENGTH] = stepper.next_length
+        work.step.length = stepper.next_length
     return reason
 
 
@@ -191,8 +184,8 @@ def prepare_step(at):
 def reject(at, h):
     """Reject a step of length `h` and shorten the next; return GOING, or a failure after MOST_TRIES rejections."""
     work = at[0]
-    stepper, error = work.stepper, work.step[ERROR]
-    work.counts[REJECTED] += 1
+    stepper, error = work.stepper, work.step.error
+    work.counts.rejected += 1
     stepper.next_length, stepper.growth, stepper.rejections = (
         h * shrinking(error),
         1.0,
@@ -214,23 +207,23 @@ def cut_at_event(at, h, event):
     stepper, windowed = work.stepper, work.stepper.in_window != 0.0
     share, kind, contact = event
     stepper.contact = contact
-    evaluations_before, work.step[LENGTH] = work.counts[EVALUATIONS], h * share
-    if share > CLOSE_TO_START or work.method[0] != IMPLICIT:
+    evaluations_before, work.step.length = work.counts.evaluations, h * share
+    if share > CLOSE_TO_START or work.method.current != IMPLICIT:
         take_step(at)
     else:  # the matrices of an implicit step without length are singular
-        work.step[ERROR] = FAILED
-    work.counts[LOCATING] += work.counts[EVALUATIONS] - evaluations_before
+        work.step.error = FAILED
+    work.counts.locating += work.counts.evaluations - evaluations_before
     # The longer step resolved the motion before the event less well, above all where the iteration now fails, as at the
     # peak of a friction law.  The error of a very short step is rounding.
-    too_far = share > SHORT_SHARE and work.method[0] != IMPLICIT
-    if too_far and not work.step[ERROR] < 1.0:
-        return reject(at, work.step[LENGTH])
-    evaluations_before = work.counts[EVALUATIONS]
-    step_to_event(at, share, (kind, contact, stepper.next_stop), work.step[LENGTH])
-    work.counts[LOCATING] += work.counts[EVALUATIONS] - evaluations_before
-    choose_method(at, work.step[LENGTH], proposal_of(at))
+    too_far = share > SHORT_SHARE and work.method.current != IMPLICIT
+    if too_far and not work.step.error < 1.0:
+        return reject(at, work.step.length)
+    evaluations_before = work.counts.evaluations
+    step_to_event(at, share, (kind, contact, stepper.next_stop), work.step.length)
+    work.counts.locating += work.counts.evaluations - evaluations_before
+    choose_method(at, work.step.length, proposal_of(at))
     accept(at)
-    note_step(at, work.step[LENGTH])
+    note_step(at, work.step.length)
     if kind == STOP:
         if stepper.next_stop == target_of(at):
             if windowed:
@@ -253,9 +246,9 @@ def attempt_step(at):
     work = at[0]
     stepper, step = work.stepper, work.step
     take_step(at)
-    assess_step(accumulators_of(at), work.method[0])
-    h = step[LENGTH]
-    if not step[ERROR] < 1.0:
+    assess_step(accumulators_of(at), work.method.current)
+    h = step.length
+    if not step.error < 1.0:
         return reject(at, h)
     pattern = proposal_of(at)
     work.proposals[pattern], work.paces[pattern] = stepper.next_length, pace_of(at)

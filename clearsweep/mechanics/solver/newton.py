@@ -14,17 +14,26 @@ import numpy as np
 
 from ..compiled.family import invoke, kernel
 from ..observe.stages import END, SCRATCH, SHARES, START
-from .choice import CHOICE
+from ..trace.fields import Fields
+from .choice import Choice
 from .collocation import dense_component, dense_state
-from .event import EVALUATIONS, evaluate
+from .event import evaluate
 from .radau import DENSE, GAMMA, LOOK, ORDER, PLACES, ROWS, SPREAD, STAGES, A, C, E
 
 ITERATIONS = 5  # with the same Jacobians
 CLOSE = 0.03  # of the allowed error: expected distance at which the iteration ends
 KEEP = 1e-3  # convergence per iteration up to which the Jacobians are kept for the next step
 FAILED = 10.0  # error of a step whose iteration did not converge; the step control then tries 0.6 of its length
-# Places in Implicit.past
-LENGTH, AFTER, RENEWED, FACTORED, CONVERGENCE, PAST = range(6)
+
+
+class Past(Fields):
+    """What is known from earlier steps; lengths are 0 if there is none."""
+
+    length: float  # of the step whose interpolant is in `Work.f`
+    after: float  # 1 if this step follows it, 0 if it begins at the same place
+    renewed: float  # length of the step from here for which the Jacobians were evaluated
+    factored: float  # length of the step for which the matrices are factored
+    convergence: float  # of the last iteration
 
 
 class Implicit(NamedTuple):
@@ -39,12 +48,9 @@ class Implicit(NamedTuple):
     change: np.ndarray  # (STAGES n,)
     offset: np.ndarray  # (n,)
     marks: np.ndarray  # (ORDER + 1, n) states along explicit steps, see `choice`
-    choice: np.ndarray  # (CHOICE,) see `choice`
-    #: (PAST,) LENGTH of the step whose interpolant is in `Work.f` (0: none), AFTER: 1 if this step follows it, 0 if it
-    #: begins at the same place; length of the step from here for which the Jacobians were RENEWED (0: none) and of the
-    #: step
-    #: for which the matrices are FACTORED (0: none); CONVERGENCE: convergence of the last iteration
-    past: np.ndarray
+    spans: np.ndarray  # (ORDER + 1,) length of the steps up to each mark
+    choice: Choice
+    past: Past
 
 
 def implicit_of(n, zeros=np.zeros) -> Implicit:
@@ -60,8 +66,9 @@ def implicit_of(n, zeros=np.zeros) -> Implicit:
         change=zeros(unknowns),
         offset=zeros(n),
         marks=zeros((ORDER + 1, n)),
-        choice=zeros(CHOICE),
-        past=zeros(PAST),
+        spans=zeros(ORDER + 1),
+        choice=Choice.zeros(zeros=zeros),
+        past=Past.zeros(zeros=zeros),
     )
 
 
@@ -124,8 +131,8 @@ def substitute(a, pivots, b):
 def differentiate(at, y, stage):
     """Write the derivatives of the rates at `y` to a Jacobian; each column costs and counts as an evaluation."""
     work = at[0]
-    work.counts[EVALUATIONS] += y.size
-    invoke(work.slopes[0], work.slopes[1], (y, work.mode, work.latched, work.implicit.jacobian), stage)
+    work.counts.evaluations += y.size
+    invoke(work.slopes.code, work.slopes.parameters, (y, work.mode, work.latched, work.implicit.jacobian), stage)
 
 
 @kernel
@@ -142,7 +149,7 @@ def renew(at, h):
         for i in range(n):
             work.z[i] = work.y[i] + stages[PLACES[stage] * n + i]
         differentiate(at, work.z, stage)
-    history[RENEWED], history[FACTORED], history[CONVERGENCE] = h, 0.0, KEEP
+    history.renewed, history.factored, history.convergence = h, 0.0, KEEP
     return prepare(at, h)
 
 
@@ -165,7 +172,7 @@ def prepare(at, h):
     """Compute the factors for a step of length `h` unless they are current; return whether the matrix is regular."""
     work, time = at[0].implicit, at[0].time
     n, jacobian = work.offset.size, work.jacobian
-    if work.past[FACTORED] == h:
+    if work.past.factored == h:
         return True
     for row in range(n):
         for column in range(n):
@@ -185,7 +192,7 @@ def prepare(at, h):
     is_factorised = factorise(work.newton, work.pivots, STAGES * (time // 2 + 1)) and factorise(
         work.small, work.small_pivots, 0
     )
-    work.past[FACTORED] = h if is_factorised else 0.0
+    work.past.factored = h if is_factorised else 0.0
     return is_factorised
 
 
@@ -197,10 +204,10 @@ def begin_stages(at, h):
     for i in range(n):
         for s in range(STAGES):
             stages[s * n + i] = 0.0
-        if history[LENGTH] > 0.0:
-            polynomial = dense_component(history[AFTER], i, work.y, work.f)
+        if history.length > 0.0:
+            polynomial = dense_component(history.after, i, work.y, work.f)
             for s in range(STAGES):
-                position = history[AFTER] + C[s] * h / history[LENGTH]
+                position = history.after + C[s] * h / history.length
                 stages[s * n + i] = dense_component(position, i, work.y, work.f) - polynomial
 
 
@@ -240,8 +247,8 @@ def iterate(at, h):
     for iteration in range(ITERATIONS):
         size = correct(at, h)
         if iteration > 0:
-            history[CONVERGENCE] = size / previous if previous > 0.0 else 0.0
-        convergence = history[CONVERGENCE]
+            history.convergence = size / previous if previous > 0.0 else 0.0
+        convergence = history.convergence
         if convergence < 1.0 and size * convergence <= CLOSE * (1.0 - convergence) and (iteration > 0 or size < 1.0):
             return True
         if iteration > 0 and not convergence < 1.0:
@@ -255,7 +262,7 @@ def solve(at, h):
     """Solve for the stages of a step of length `h`; return whether the iteration converged."""
     history = at[0].implicit.past
     begin_stages(at, h)
-    is_kept = history[RENEWED] == h or (history[LENGTH] > 0.0 and history[CONVERGENCE] <= KEEP)
+    is_kept = history.renewed == h or (history.length > 0.0 and history.convergence <= KEEP)
     if not (prepare(at, h) if is_kept else renew(at, h)):
         return False
     return iterate(at, h) or (renew(at, h) and iterate(at, h))
@@ -287,7 +294,7 @@ def implicit_step(at, h):
     work = at[0]
     n, history, stages = work.y.size, work.implicit.past, work.implicit.stages
     if not solve(at, h):
-        history[CONVERGENCE] = 1.0
+        history.convergence = 1.0
         return FAILED
     for i in range(n):
         work.end[i] = work.y[i] + stages[(STAGES - 1) * n + i]
@@ -298,7 +305,7 @@ def implicit_step(at, h):
             work.f[i, row] = total
         for row in range(STAGES, work.f.shape[1]):
             work.f[i, row] = 0.0
-    history[LENGTH], history[AFTER] = h, 0.0
+    history.length, history.after = h, 0.0
     error = filtered_error(at, h, START)
     if error >= 1.0:
         for i in range(n):

@@ -9,8 +9,7 @@ import math
 from ..compiled.choosing import bits_of, number_of
 from ..compiled.family import inlined, kernel
 from ..joint.contract import touches
-from .choice import LIMIT, steady
-from .newton import LENGTH
+from .choice import steady
 
 SAFETY, SHRINK, GROW = 0.8, 0.2, 1.5  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
 MOST_TRIES = 60  # rejections in a row: each shortens the step by at least a fifth, so a shorter step would not help
@@ -68,7 +67,7 @@ def first_length(at, proposals, pattern):
 def proposal_of(at):
     """Return the place of the step length for this method and these touching contacts: the bits of a number."""
     work = at[0]
-    pattern = work.method[0] << work.mode.size
+    pattern = work.method.current << work.mode.size
     for j in range(work.mode.size):
         if touches(work.mode[j]):
             pattern |= 1 << j
@@ -89,9 +88,9 @@ def pace_of(at):
 def next_length(at, h, proposal):
     """Apply a decided change of method; return the length of the step after one of length `h`."""
     work = at[0]
-    if work.method[2] == work.method[0]:
+    if work.method.next == work.method.current:
         return steady(at, h, proposal)
-    work.method[0] = work.method[2]
-    work.implicit.past[LENGTH] = 0.0
+    work.method.current = work.method.next
+    work.implicit.past.length = 0.0
     length = work.proposals[proposal_of(at)]
-    return length if length > 0.0 else work.implicit.choice[LIMIT]  # these contacts never touched explicitly
+    return length if length > 0.0 else work.implicit.choice.limit  # these contacts never touched explicitly

@@ -63,9 +63,9 @@ class Fields:
         """Return the parts unknown while tracing."""
         return (self.numbers,)
 
-    def address(self) -> Any:
-        """Emit the address of the first number."""
-        return self.numbers.address()
+    def copy(self) -> Self:
+        """Return it with a copy of its array."""
+        return type(self)(self.numbers.copy())
 
     @classmethod
     def zeros(cls, *rows: int, zeros: Callable[..., np.ndarray] = np.zeros) -> Self:

@@ -6,7 +6,6 @@ import numpy as np
 
 from ...compiled.family import invoke, kernel, pointer_to
 from ..collocation import dense_component, dense_state
-from ..event import SAMPLES
 
 
 class Record(NamedTuple):
@@ -53,7 +52,7 @@ def write_samples(at):
     work = at[0]
     record = work.record
     independent = record.independent
-    i = work.counts[SAMPLES]
+    i = work.counts.samples
     while i < record.times.size and record.times[i] <= work.end[independent]:
         dense_state(share_at(at, independent, record.times[i]), work.y, work.f, work.z)
         work.z[independent] = record.times[i]
@@ -61,7 +60,7 @@ def write_samples(at):
             work.z[work.time + 1 + j] = max(work.z[work.time + 1 + j], 0.0)
         write_sample(at, work.z, record.samples[i])
         i += 1
-    work.counts[SAMPLES] = i
+    work.counts.samples = i
 
 
 def sample_states(work, states, out):

@@ -38,28 +38,17 @@ from ...observe.observables import (
 )
 from ...observe.stages import END, NODES, START
 from ..collocation import WEIGHTS
-from ..event import IMPLICIT, SAMPLES, STEPS
+from ..event import IMPLICIT
 from ..radau import STAGE_WEIGHTS
 from .between import look_between
 from .peaks import highest_between, refined_peak
 from .record import write_samples
 from .step_sums import (
-    HIGHEST_ACCELERATION,
-    HIGHEST_DEPTH,
-    HIGHEST_ERROR,
-    HIGHEST_FORCE,
-    HIGHEST_LOAD,
-    HIGHEST_TORQUE,
-    NEEDS_PEAK_SEARCH,
     NO_PEAK,
-    SUM_LOST,
-    SUM_RUBBED,
-    course_of,
     highest_inside,
     integral_of,
     integral_of_size,
     negative_part_of,
-    sum_of,
 )
 from .totals import (
     ACCELERATION_MAX,
@@ -113,15 +102,10 @@ def follow_contact(at, j, duration):
     """Follow contact `j` over a step of `duration` (s): its wear, its film, the limit of its law."""
     work = at[0]
     totals = work.totals
-    step_values, step, force, kappa = (
-        totals.step_values[j],
-        work.step,
-        course_of(work.mode.size, j),
-        course_of(work.mode.size, -1),
-    )
+    step_values, kappa, force = totals.step_values[j], work.profiles[0], work.profiles[1 + j]
     limited, worn, film = work.limit_depth[j] < math.inf, work.wear.code != 0, work.film[j, 1] < math.inf
     for i in range(PARTS + 1):
-        step_values[FORCE, i], step_values[KAPPA_COURSE, i] = step[force + i], max(step[kappa + i], 0.0)
+        step_values[FORCE, i], step_values[KAPPA_COURSE, i] = force[i], max(kappa[i], 0.0)
     follow(work.o, column_of(j, DEPTH), step_values, DEPTH_COURSE)
     if worn:
         follow(work.o, column_of(j, SLIP), step_values, SLIP_COURSE)
@@ -145,9 +129,9 @@ def follow_contact(at, j, duration):
 def note_film(at, h, j):
     """Add the heat and forces of contact `j`, which has a film; update its largest dry force (N) and pressure (Pa)."""
     work = at[0]
-    o, step, row, contacts = work.o, work.step, work.totals.joint[j], work.mode.size
-    weights = STAGE_WEIGHTS if work.method[0] == IMPLICIT else WEIGHTS
-    row[HEAT] += h * (step[sum_of(j, SUM_LOST)] + step[sum_of(j, SUM_RUBBED)])
+    o, sums, row, contacts = work.o, work.contact_steps[j], work.totals.joint[j], work.mode.size
+    weights = STAGE_WEIGHTS if work.method.current == IMPLICIT else WEIGHTS
+    row[HEAT] += h * (sums.sum_lost + sums.sum_rubbed)
     row[DRAINED_ENERGY] += h * integral_of(o, film_column(contacts, j, DRAINED), weights)
     row[FED_ENERGY] += h * negative_part_of(o, film_column(contacts, j, PUMPED), weights)
     row[FRICTION_ENERGY] += h * integral_of(o, film_column(contacts, j, DRY_RUBBED), weights)
@@ -170,7 +154,7 @@ def note_film(at, h, j):
 def note_friction(at, h):
     """Add the work (J) of friction loads over a step of length `h`; the last observables are their powers."""
     work = at[0]
-    weights = STAGE_WEIGHTS if work.method[0] == IMPLICIT else WEIGHTS
+    weights = STAGE_WEIGHTS if work.method.current == IMPLICIT else WEIGHTS
     loads = work.totals.friction
     for i in range(loads.size):
         loads[i] -= h * integral_of(work.o, work.o.shape[0] - loads.size + i, weights)
@@ -182,24 +166,23 @@ def seek_maxima(at):
     work = at[0]
     total, step, revolutions, counted = work.totals.whole, work.step, work.turns, work.stepper.in_window != 0.0
     for j in range(work.mode.size):
-        row = work.totals.joint[j]
-        if step[sum_of(j, HIGHEST_FORCE)] > NO_PEAK:
+        row, highest = work.totals.joint[j], work.contact_steps[j]
+        if highest.highest_force > NO_PEAK:
             largest = highest_between(at, column_of(j, NORMAL), 1.0)
             row[PEAK], revolutions.highest[j] = max(row[PEAK], largest), max(revolutions.highest[j], largest)
             if counted:
                 row[FORCE_MAX] = max(row[FORCE_MAX], largest)
-        if step[sum_of(j, HIGHEST_DEPTH)] > NO_PEAK:
+        if highest.highest_depth > NO_PEAK:
             row[DEPTH_MAX] = max(row[DEPTH_MAX], highest_between(at, column_of(j, DEPTH), 1.0))
-        if work.rubs[j] != 0 and step[sum_of(j, HIGHEST_LOAD)] > NO_PEAK:
+        if work.rubs[j] != 0 and highest.highest_load > NO_PEAK:
             row[LOAD_MAX] = max(row[LOAD_MAX], highest_between(at, column_of(j, LOAD), 1.0))
-    for column, index, is_inside in (
-        (ACCELERATION, ACCELERATION_MAX, HIGHEST_ACCELERATION),
-        (TORQUE, TORQUE_MAX, HIGHEST_TORQUE),
-    ):
-        if step[is_inside] > NO_PEAK:
-            largest = highest_between(at, column, math.copysign(1.0, work.o[column, END]))
-            total[index] = max(total[index], largest)
-    if step[HIGHEST_ERROR] > NO_PEAK:
+    if step.highest_acceleration > NO_PEAK:
+        largest = highest_between(at, ACCELERATION, math.copysign(1.0, work.o[ACCELERATION, END]))
+        total[ACCELERATION_MAX] = max(total[ACCELERATION_MAX], largest)
+    if step.highest_torque > NO_PEAK:
+        largest = highest_between(at, TORQUE, math.copysign(1.0, work.o[TORQUE, END]))
+        total[TORQUE_MAX] = max(total[TORQUE_MAX], largest)
+    if step.highest_error > NO_PEAK:
         sign = math.copysign(1.0, work.o[ERROR, END])
         total[ERROR_MAX] = max(total[ERROR_MAX], refined_peak(at, ERROR, sign, NODES.size // 2))
 
@@ -252,8 +235,8 @@ def note_step(at, h):
     """Add the slow sums of an accepted step of length `h`."""
     work = at[0]
     record, time, counted = work.record, work.time, work.stepper.in_window != 0.0
-    work.counts[STEPS] += 1
-    if work.step[NEEDS_PEAK_SEARCH] != 0.0:
+    work.counts.steps += 1
+    if work.step.needs_peak_search != 0.0:
         seek_maxima(at)
     if counted:
         touching = False
@@ -268,7 +251,7 @@ def note_step(at, h):
         if work.wear.code != 0 and touching:
             note_wear(at, h)
     note_turns(at)
-    i = work.counts[SAMPLES]
+    i = work.counts.samples
     if i < record.times.size and record.times[i] <= work.end[record.independent]:
         write_samples(at)
 
@@ -285,5 +268,5 @@ def open_window(at):
         totals.joint[j, DEPTH_MAX] = -math.inf
     for i in range(totals.friction.size):
         totals.friction[i] = 0.0
-    totals.whole[OPENED] = at[0].end[at[0].time] if at[0].counts[STEPS] else at[0].y[at[0].time]
+    totals.whole[OPENED] = at[0].end[at[0].time] if at[0].counts.steps else at[0].y[at[0].time]
     totals.whole[SPEED_MIN], totals.whole[SPEED_MAX] = math.inf, -math.inf

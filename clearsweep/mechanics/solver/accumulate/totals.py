@@ -24,26 +24,8 @@ from ...observe.observables import (
 )
 from ...observe.stages import END, NODES, START
 from .step_sums import (
-    HIGHEST_ACCELERATION,
-    HIGHEST_DEPTH,
-    HIGHEST_ERROR,
-    HIGHEST_FORCE,
-    HIGHEST_LOAD,
-    HIGHEST_TORQUE,
-    LENGTH,
-    NEEDS_PEAK_SEARCH,
     NO_PEAK,
-    SUM_ACCELERATION,
-    SUM_DRIVE,
-    SUM_FORCE,
-    SUM_FORCE_SQUARE,
-    SUM_GRAVITY,
-    SUM_LOST,
-    SUM_RUBBED,
-    SUM_STORED,
-    course_of,
     highest_inside,
-    sum_of,
 )
 
 # Columns of Totals.whole: five integrals of power since the start (J), their balance, figures of the window.
@@ -118,6 +100,8 @@ class Accumulators(NamedTuple):
     o: tuple
     end: tuple
     step: tuple
+    contact_steps: tuple
+    profiles: tuple
     stepper: tuple
     clearance: tuple
     film: tuple
@@ -138,8 +122,8 @@ def accumulate_step(accumulators, time):
     set
     and HIGHEST is kept for the maxima to search for; all other HIGHEST are set to NO_PEAK.
     """
-    step, counted = accumulators.step, accumulators.stepper.in_window != 0.0
-    step[NEEDS_PEAK_SEARCH] = 0.0
+    counted = accumulators.stepper.in_window != 0.0
+    accumulators.step.needs_peak_search = 0.0
     enter_powers(accumulators, counted)
     for j in range(accumulators.mode.size):
         duration = accumulators.end[time] - accumulators.y[time]
@@ -150,7 +134,8 @@ def accumulate_step(accumulators, time):
         if acts(accumulators.mode[j]):
             enter_contact(accumulators, j, counted, duration)
         else:
-            step[sum_of(j, HIGHEST_FORCE)] = step[sum_of(j, HIGHEST_DEPTH)] = step[sum_of(j, HIGHEST_LOAD)] = NO_PEAK
+            highest = accumulators.contact_steps[j]
+            highest.highest_force = highest.highest_depth = highest.highest_load = NO_PEAK
             if counted:
                 raise_to(accumulators.joint, (j, DEPTH_MAX), accumulators.o[column_of(j, DEPTH), END])
     enter_motion(accumulators, counted)
@@ -163,33 +148,34 @@ def raise_to(maxima, index, value):
 
 
 @inlined
-def seek_above(step, index, some, least):
-    """Request a search between the stages for the maximum at `index`, if `some`, where it exceeds `least`."""
-    if some and step[index] > least:
-        step[NEEDS_PEAK_SEARCH] = 1.0
-    else:
-        step[index] = NO_PEAK
+def sought_above(step, highest, some, least):
+    """Return `highest`, and request a search for the maximum between the stages, if `some` and it exceeds `least`."""
+    if some and highest > least:
+        step.needs_peak_search = 1.0
+        return highest
+    return NO_PEAK
 
 
 @inlined
 def enter_powers(accumulators, counted):
     """Integrate powers and squares with the weights of the method, at its order."""
-    total, joint, step, h = accumulators.whole, accumulators.joint, accumulators.step, accumulators.step[LENGTH]
-    total[WORK_DRIVE] += h * step[SUM_DRIVE]
-    total[WORK_GRAVITY] += h * step[SUM_GRAVITY]
+    total, joint, step, h = accumulators.whole, accumulators.joint, accumulators.step, accumulators.step.length
+    total[WORK_DRIVE] += h * step.sum_drive
+    total[WORK_GRAVITY] += h * step.sum_gravity
     if counted:
-        total[ACCELERATION_SQUARE] += h * step[SUM_ACCELERATION]
+        total[ACCELERATION_SQUARE] += h * step.sum_acceleration
     for j in range(accumulators.mode.size):
         if acts(accumulators.mode[j]):
-            total[ENERGY_STORED] += h * step[sum_of(j, SUM_STORED)]
-            total[ENERGY_LOST] += h * step[sum_of(j, SUM_LOST)]
-            total[ENERGY_RUBBED] += h * step[sum_of(j, SUM_RUBBED)]
+            sums = accumulators.contact_steps[j]
+            total[ENERGY_STORED] += h * sums.sum_stored
+            total[ENERGY_LOST] += h * sums.sum_lost
+            total[ENERGY_RUBBED] += h * sums.sum_rubbed
             if counted:
-                joint[j, FORCE_SQUARE] += h * step[sum_of(j, SUM_FORCE_SQUARE)]
-                joint[j, FORCE_TIME] += h * step[sum_of(j, SUM_FORCE)]
+                joint[j, FORCE_SQUARE] += h * sums.sum_force_square
+                joint[j, FORCE_TIME] += h * sums.sum_force
                 # the tangential force includes the shear of a film
                 if accumulators.rubs[j] != 0 and accumulators.film[j, 1] == math.inf:
-                    joint[j, FRICTION_ENERGY] += h * step[sum_of(j, SUM_RUBBED)]
+                    joint[j, FRICTION_ENERGY] += h * sums.sum_rubbed
     kinetic = accumulators.o[KINETIC, END]
     gain = kinetic - total[KINETIC_START] + total[ENERGY_STORED] + total[ENERGY_LOST] + total[ENERGY_RUBBED]
     imbalance = abs(total[WORK_DRIVE] + total[WORK_GRAVITY] - gain)
@@ -200,16 +186,18 @@ def enter_powers(accumulators, counted):
 @inlined
 def enter_contact(accumulators, j, counted, duration):
     """Add the largest force (N) and depth (m) of acting contact `j`, and the profile of its force."""
-    o, joint, step = accumulators.o, accumulators.joint, accumulators.step
+    o, joint, step, highest = accumulators.o, accumulators.joint, accumulators.step, accumulators.contact_steps[j]
     force, depth, load = column_of(j, NORMAL), column_of(j, DEPTH), column_of(j, LOAD)
-    seek_above(step, sum_of(j, HIGHEST_FORCE), True, 0.9 * min(joint[j, PEAK], accumulators.since[j]))
+    least = 0.9 * min(joint[j, PEAK], accumulators.since[j])
+    highest.highest_force = sought_above(step, highest.highest_force, True, least)
     largest = max(o[force, START], o[force, END])
     raise_to(joint, (j, PEAK), largest)
     accumulators.highest[j] = largest
     # with a film, of the eccentricity: the least distance from the bearing is needed, too
     margin = 0.02 * accumulators.clearance[j] if accumulators.film[j, 1] < math.inf else 0.0
-    seek_above(step, sum_of(j, HIGHEST_DEPTH), counted, 0.98 * joint[j, DEPTH_MAX] - margin)
-    step[sum_of(j, HIGHEST_LOAD)] = NO_PEAK
+    least = 0.98 * joint[j, DEPTH_MAX] - margin
+    highest.highest_depth = sought_above(step, highest.highest_depth, counted, least)
+    highest.highest_load = NO_PEAK
     if not counted:
         return
     raise_to(joint, (j, FORCE_MAX), largest)
@@ -218,21 +206,20 @@ def enter_contact(accumulators, j, counted, duration):
     if accumulators.rubs[j] != 0:
         for row in NODES:
             put_load(o, row, j)
-        step[sum_of(j, HIGHEST_LOAD)] = highest_inside(o, load, 1.0)
-        seek_above(step, sum_of(j, HIGHEST_LOAD), True, 0.96 * joint[j, LOAD_MAX])
+        highest.highest_load = sought_above(step, highest_inside(o, load, 1.0), True, 0.96 * joint[j, LOAD_MAX])
         raise_to(joint, (j, LOAD_MAX), max(o[load, START], o[load, END]))
 
 
 @inlined
 def enter_course(accumulators, j, duration):
     """Distribute the step's time (s) over bins by the profile of contact `j`'s force, all parts of the step at once."""
-    step, contacts, histograms, bins = accumulators.step, accumulators.mode.size, accumulators.spent, accumulators.bins
-    force, kappa, film = course_of(contacts, j), course_of(contacts, -1), accumulators.film[j, 1] < math.inf
+    histograms, bins, film = accumulators.spent, accumulators.bins, accumulators.film[j, 1] < math.inf
+    kappa, force = accumulators.profiles[0], accumulators.profiles[1 + j]
     for i in abreast(PARTS):
-        histograms[j, LASTING, i] = max(step[kappa + i], 0.0) + max(step[kappa + i + 1], 0.0)
+        histograms[j, LASTING, i] = max(kappa[i], 0.0) + max(kappa[i + 1], 0.0)
     share = duration / total_of(histograms[j, LASTING])
     for i in abreast(PARTS):
-        start_value, end_value = step[force + i], step[force + i + 1]
+        start_value, end_value = force[i], force[i + 1]
         lasting = histograms[j, LASTING, i] * share
         pulls = film and start_value * end_value < 0.0  # part of the time; noise of a contact close to 0 is excluded
         pushing = lasting * where(
@@ -256,17 +243,15 @@ def enter_motion(accumulators, counted):
     o, total, step = accumulators.o, accumulators.whole, accumulators.step
     largest, sign = max(abs(o[ERROR, START]), abs(o[ERROR, END])), math.copysign(1.0, o[ERROR, END])
     start_slope, end_slope = sign * o[ERROR_RATE, START], sign * o[ERROR_RATE, END]
-    highest = largest + 0.25 * step[LENGTH] * o[KAPPA, START] * min(
+    highest = largest + 0.25 * step.length * o[KAPPA, START] * min(
         start_slope, -end_slope
     )  # a parabola's rise above the higher end
-    step[HIGHEST_ERROR] = highest if start_slope > 0.0 and end_slope < 0.0 else NO_PEAK
-    for column, index, is_inside in (
-        (ACCELERATION, ACCELERATION_MAX, HIGHEST_ACCELERATION),
-        (TORQUE, TORQUE_MAX, HIGHEST_TORQUE),
-    ):
-        seek_above(step, is_inside, counted, 0.98 * total[index])
-        if counted:
-            raise_to(total, index, max(abs(o[column, START]), abs(o[column, END])))
-    seek_above(step, HIGHEST_ERROR, counted, total[ERROR_MAX])
+    step.highest_error = highest if start_slope > 0.0 and end_slope < 0.0 else NO_PEAK
+    least = 0.98 * total[ACCELERATION_MAX]
+    step.highest_acceleration = sought_above(step, step.highest_acceleration, counted, least)
+    step.highest_torque = sought_above(step, step.highest_torque, counted, 0.98 * total[TORQUE_MAX])
+    step.highest_error = sought_above(step, step.highest_error, counted, total[ERROR_MAX])
     if counted:
+        raise_to(total, ACCELERATION_MAX, max(abs(o[ACCELERATION, START]), abs(o[ACCELERATION, END])))
+        raise_to(total, TORQUE_MAX, max(abs(o[TORQUE, START]), abs(o[TORQUE, END])))
         raise_to(total, ERROR_MAX, largest)
