@@ -13,6 +13,7 @@ from clearsweep.mechanics.solver import bernstein, event_search, guarding
 from clearsweep.mechanics.solver.accumulate.step_sums import ContactStep
 from clearsweep.mechanics.solver.accumulate.totals import JOINT
 from clearsweep.mechanics.solver.bernstein import COEFFICIENTS, NOWHERE, PART, ROWS, VALUES, WHOLE
+from clearsweep.mechanics.solver.event import Method
 
 MIDDLES = (0.01, 0.07, 0.31, 0.5, 0.53, 0.94, 0.999)
 
@@ -183,7 +184,9 @@ def passage(monkeypatch, function, column=-1, peak=0.0):
     value = np.array([[*map(function, SHARES), 0.0]])
     guards = SimpleNamespace(value=value, contact=[0], column=[column])
     totals = SimpleNamespace(joint=np.full((1, JOINT), peak))
-    work = SimpleNamespace(guards=guards, totals=totals, method=[0], polynomials=np.zeros((ROWS, COEFFICIENTS)))
+    work = SimpleNamespace(
+        guards=guards, totals=totals, method=Method.zeros(), polynomials=np.zeros((ROWS, COEFFICIENTS))
+    )
     return guarding.first_passage((work,), 0), len(looks)
 
 

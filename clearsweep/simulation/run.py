@@ -13,7 +13,7 @@ from ..language import phases
 from ..mechanics.compiled.family import NO_ENTRY, form_number, put_numbers
 from ..mechanics.compiled.pinned import Pinned
 from ..mechanics.coupling.guards import guards_of
-from ..mechanics.coupling.rates import observed_width, samples_of, slopes_of
+from ..mechanics.coupling.rates import samples_of, slopes_of
 from ..mechanics.coupling.state import every_state
 from ..mechanics.coupling.trial_step import rates_of, stages_of, sweep_of
 from ..mechanics.coupling.wear import room_of, wear_of
@@ -29,101 +29,22 @@ from ..mechanics.joint.wear.contract import ACCOUNT, FINEST, SLID
 from ..mechanics.mechanism.contract import friction_laws
 from ..mechanics.observe import histogram
 from ..mechanics.observe.histogram import MOMENTS
-from ..mechanics.observe.stages import PLACES, STAGES
 from ..mechanics.solver import event as events
 from ..mechanics.solver import loop, newton, run_control
 from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.record import Record
-from ..mechanics.solver.accumulate.step_sums import ContactStep, Step
 from ..mechanics.solver.accumulate.turns import Turns
-from ..mechanics.solver.bernstein import COEFFICIENTS, ROWS
-from ..mechanics.trace.fields import Fields
-from ..mechanics.trace.symbols import WIDTH
 from . import watch
 from .lyapunov import Branches, Perturbed
 from .progress import Revolutions
 from .revolutions import NO_MARKS, Marks, buffers_for
+from .run_arrays import Memory, arrays_of, fields_from
 from .scene import Scene, state_units
-from .start import NOWHERE, Start, control_of, first_forms, parts_of, period, start_of
+from .start import NOWHERE, Start, control_of, parts_of, period, start_of
 from .watch import Observer
 
 TIME_BUDGET = -1  # a further status besides those of the loop
 NO_EVENTS = np.empty((0, 5))
-PIECE = 16384  # bytes: need of a short motion without histograms
-
-Arrays = dict[str, np.ndarray]  # name of a field of Work, Totals or Turns -> array
-
-
-def arrays_of(scene: Scene) -> Arrays:
-    """Return the arrays that a step of `scene` uses, as zeros, and `begun`, the initial values in one array."""
-    contacts, n = len(every_contact(scene.value.joints)), scene.start.size
-    begun: dict[str, tuple[int, ...]] = {
-        **first_forms(scene),
-        "stepper": (run_control.Stepper.SIZE,),
-        **dict.fromkeys(("highest", "since"), (contacts,)),
-        "whole": (total_columns.WHOLE,),
-        "joint": (contacts, total_columns.JOINT),
-    }
-    step = {
-        "k": (n, PLACES),
-        "o": (observed_width(scene.value), PLACES),
-        "nodes": (n + 1, STAGES),
-        "f": (n, STAGES),
-        "polynomials": (ROWS, COEFFICIENTS),
-        "step": (Step.SIZE,),
-        "contact_steps": (contacts, ContactStep.SIZE),
-        "profiles": (1 + contacts, histogram.PARTS + 1),
-        "spent": (contacts, total_columns.SPENT, histogram.PARTS),
-        "end": (n,),
-        "z": (n,),
-    }
-    numbers, arrays = np.zeros(sum(map(math.prod, begun.values()))), dict[str, np.ndarray]()
-    ends = itertools.accumulate(map(math.prod, begun.values()))
-    for (name, shape), end in zip(begun.items(), ends, strict=True):
-        arrays[name] = numbers[end - math.prod(shape) : end].reshape(shape)
-    arrays |= {name: _aligned(shape) for name, shape in step.items()}
-    whole = {"mode": (contacts,), "rubs": (contacts,), "bins": (contacts, total_columns.HIGHEST_BIN + 1)}
-    return arrays | {name: np.zeros(shape, np.int64) for name, shape in whole.items()} | {"begun": numbers}
-
-
-def _aligned(shape: tuple[int, ...]) -> np.ndarray:
-    """Return zeros that are aligned for vector registers."""
-    numbers = np.zeros(math.prod(shape) + WIDTH)
-    first = -numbers.ctypes.data // 8 % WIDTH
-    return numbers[first : first + math.prod(shape)].reshape(shape)
-
-
-def _fields_from(form: type, arrays: Arrays) -> dict[str, Any]:
-    """Return the arrays that are fields of a NamedTuple, with the names of their numbers if it gives them any."""
-    kinds = form.__annotations__
-    return {
-        name: kinds[name](arrays[name]) if issubclass(kinds[name], Fields) else arrays[name]
-        for name in kinds
-        if name in arrays
-    }
-
-
-class _Memory:
-    """Arrays that start as zeros, cut from a few large blocks so that they are cleared quickly."""
-
-    def __init__(self) -> None:
-        self.pieces: list[np.ndarray] = []
-        self.used = 0  # bytes used of the latest block
-
-    def zeros(self, shape: int | tuple[int, ...], dtype: Any = float) -> np.ndarray:
-        """Return an array of zeros."""
-        size = math.prod(shape if isinstance(shape, tuple) else (shape,)) * np.dtype(dtype).itemsize
-        if not self.pieces or self.used + size > PIECE:
-            self.pieces.append(np.zeros(max(size, PIECE), np.uint8))
-            self.used = 0
-        first, self.used = self.used, self.used + -(-size // 8) * 8
-        part: np.ndarray = self.pieces[-1][first : first + size].view(dtype).reshape(shape)
-        return part
-
-    def clear(self) -> None:
-        """Set all of them to zero."""
-        for piece in self.pieces:
-            piece.fill(0)
 
 
 def _accumulators_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> total_columns.Totals:
@@ -161,7 +82,7 @@ class Run:
     def __init__(self, start: Start, *, turned: bool = False):
         """Initialise at `start`; its times are in s or, for a free crank that has `turned`, in rad."""
         scene, value, contacts = start.scene, start.scene.value, every_contact(start.scene.value.joints)
-        internal, self.memory = every_state(value), _Memory()
+        internal, self.memory = every_state(value), Memory()
         n, many, zeros = scene.start.size, len(contacts), self.memory.zeros
         self.number, self.form, self.turned = form_number(value), start.form, turned
         self.arrays = arrays = arrays_of(scene)
@@ -170,7 +91,7 @@ class Run:
         independent = 0 if scene.crank_clock.free else moment
         self.given = start.given.copy()
         given = parts_of(self.given, start.form, many, len(internal))
-        self.totals = _accumulators_of(scene, many, zeros)._replace(**_fields_from(total_columns.Totals, arrays))
+        self.totals = _accumulators_of(scene, many, zeros)._replace(**fields_from(total_columns.Totals, arrays))
         samples = zeros((given.times.size, len(scene.layout.channels)))
         self.record = Record(given.times, samples, independent if turned else moment)
         self.work = events.Work(
@@ -202,8 +123,8 @@ class Run:
             implicit=newton.implicit_of(n, zeros),
             totals=self.totals,
             record=self.record,
-            turns=buffers_for(given.marks, n, many, zeros)._replace(**_fields_from(Turns, arrays)),
-            **_fields_from(events.Work, arrays),
+            turns=buffers_for(given.marks, n, many, zeros)._replace(**fields_from(Turns, arrays)),
+            **fields_from(events.Work, arrays),
         )
         self.kept = Pinned(self.work)
         self._begin(start)
