@@ -206,12 +206,12 @@ MUTATIONS = (
     Mutation(HISTOGRAM, "fill", "density[j, i] - density[j, i - 1]", "density[j, i]", RAMPS),
     Mutation(
         HISTOGRAM,
-        "force_exceeded",
-        "excess_time = float(totals[lowest_bin]) - duration",
-        "excess_time = float(totals[lowest_bin]) + duration",
+        "_exceeded",
+        "within = (higher_time - duration) / bin_time",
+        "within = (higher_time + duration) / bin_time",
         RAMPS,
     ),
-    Mutation(HISTOGRAM, "force_exceeded", "(totals >= duration) &", "(totals >= 2.0 * duration) &", RAMPS),
+    Mutation(HISTOGRAM, "_exceeded", "higher_time >= duration and", "higher_time >= 2.0 * duration and", RAMPS),
     Mutation(ALONG, "sum_along", "square + share * (force * force)", "square + share * force", WINDOW),
     Mutation(
         TOTALS,

@@ -5,7 +5,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clearsweep.mechanics.observe.histogram import BINS, EDGES, PARTS, WIDTHS, fill, force_bin, force_exceeded, ramp_of
+from clearsweep.mechanics.observe.histogram import (
+    BINS,
+    EDGES,
+    PARTS,
+    WIDTHS,
+    fill,
+    force_bin,
+    force_exceeded,
+    forces_exceeded,
+    ramp_of,
+)
 from clearsweep.mechanics.solver.accumulate.totals import (
     BEGUN,
     DENSITY,
@@ -60,6 +70,25 @@ def test_a_ramp_spends_in_each_bin_the_share_of_its_duration_that_the_bin_covers
 @pytest.mark.parametrize("force", [1e-3, 1.0, 777.7, 1e6])
 def test_a_steady_force_is_resolved_to_a_256th(force):
     assert force_exceeded(filled((force, force), 1.0), 0.5) == pytest.approx(force, rel=1.0 / 256.0, abs=0.0)
+
+
+def test_forces_exceeded_follow_from_sums_of_time_above_each_bin():
+    """For several contacts at once, with bins that many ramps cross, so that their densities add up."""
+    random = np.random.default_rng(3)
+    histograms, highest = np.zeros((3, BINS, 2)), np.zeros(3, np.int64)
+    for histogram, most, j in zip(histograms, (1e-3, 80.0, 7e4), range(3), strict=True):
+        for _ in range(100):
+            ends = most * random.random(2)
+            add_ramp(histogram, ends, 1.0)
+            highest[j] = max(highest[j], *map(force_bin, ends))
+    duration = 40.0
+    found = forces_exceeded(histograms, highest, duration)
+    for histogram, top, force in zip(histograms, highest, found, strict=True):
+        spent = spent_in(histogram)[: top + 1]  # rounding grows with the width of the empty bins above
+        above = np.cumsum(spent[::-1])[::-1]  # during the time of each bin and all higher ones
+        place = np.flatnonzero(above >= duration)[-1]
+        share = (above[place] - duration) / spent[place]
+        assert force == pytest.approx(EDGES[place] + share * WIDTHS[place], rel=1e-9)
 
 
 @pytest.mark.parametrize(("first", "film", "pulling"), [(0.0, np.inf, 0.0), (-50.0, 1e-6, 1.0 / 3.0)])

@@ -9,7 +9,7 @@ import numpy as np
 from ..contracts.layout import SECTION_COUNT, Layout
 from ..contracts.results import EVENT_DTYPE, Trajectory
 from ..judging.validity import message_of
-from ..mechanics.observe.histogram import force_exceeded, time_above
+from ..mechanics.observe.histogram import forces_exceeded, time_above
 from ..mechanics.solver import event as events
 from ..mechanics.solver import run_control
 from ..mechanics.solver.accumulate.record import Record, sample_states
@@ -145,11 +145,7 @@ def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
 
 def _exceeded_forces(totals: Totals, duration: float) -> list[float]:
     """Return the force (N) that each joint exceeds during `duration` (s); totals : by joint."""
-    bins = totals.bins[:, HIGHEST_BIN].tolist()
-    return [
-        force_exceeded(histogram[: highest + 1], duration)
-        for histogram, highest in zip(totals.histogram, bins, strict=True)
-    ]
+    return forces_exceeded(totals.histogram, np.ascontiguousarray(totals.bins[:, HIGHEST_BIN]), duration)
 
 
 def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:

@@ -315,10 +315,13 @@ def start(run: Run, control: run_control.Control) -> None:
 def call(run: Run, control: run_control.Control, scene: Scene, watchers: Sequence[Observer] = ()) -> None:
     """Integrate in one call, or with pauses if there are observers."""
     start(run, control)
-    with phases.phase(Revolutions(scene)) as run.phase:
+    run.phase = phases.start(Revolutions(scene))
+    try:
         if watchers:
             run.status, log = watch.drive(control, run, scene.case.simulate.discard, scene.crank_clock.at, watchers)
         else:
             run.status, log = run.go(control)
-    run.phase = None
+    finally:
+        phases.end(run.phase)
+        run.phase = None
     run.conclude(log)

@@ -182,7 +182,7 @@ class ForceExceeded(NamedTuple):
         whole, duration = histograms[-1] - histograms[0], times[-1] - times[0]
 
         def force(share: float) -> float:
-            return float(histogram.force_exceeded(whole, min(max(share, 0.0), 1.0) * duration))
+            return histogram.force_exceeded(whole, min(max(share, 0.0), 1.0) * duration)
 
         value = force(RARELY)
         above = np.array([histogram.time_above(value, each) for each in histograms])

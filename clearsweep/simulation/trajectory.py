@@ -17,6 +17,7 @@ from ..judging.validity import UNBALANCED, UNCHECKED, message_of, unsure_films
 from ..language import phases
 from ..language.errors import InputError, shown
 from ..mechanics.compiled.family import empty_entries
+from ..mechanics.observe.histogram import compile_exceeded
 from ..mechanics.solver import loop, run_control
 from ..mechanics.solver.accumulate.record import Record
 from .extrapolation import extrapolated_life
@@ -132,7 +133,7 @@ def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Tra
 
 def with_deadline(scene: Scene) -> Scene:
     """Return a scene with a deadline: its time budget from now."""
-    return dataclasses.replace(scene, deadline=time.process_time() + scene.case.simulate.time_budget)
+    return scene.with_deadline(time.process_time() + scene.case.simulate.time_budget)
 
 
 def end_of(scene: Scene) -> float:
@@ -339,11 +340,12 @@ def compile_for(case: Case) -> None:
 
 
 def compile_loop(case: Case) -> None:
-    """Compile the integration loop, which is the same for all cases, or load it from the cache."""
+    """Compile the code that is the same for all cases, the integration loop above all, or load it from the cache."""
     scene = build(case)
     with empty_entries():
         run = Run(start_of(scene, NOWHERE))
     loop.compile_for(run.kept)
+    compile_exceeded()
 
 
 def checked_times(times: ArrayLike, end: float) -> np.ndarray:

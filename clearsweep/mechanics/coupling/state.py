@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.dual import rate_or_slope
-from ..compiled.family import inlined, kernel, map_joints
+from ..compiled.family import form_number, inlined, kernel, map_joints
 from ..joint.contract import every_internal_state, integrated, internal_rates, internal_state, states_of
 from ..joint.places import after_number, extent, form_of, with_internal_state
 from ..mechanism.contract import friction_laws, friction_slips, with_friction_laws
@@ -52,13 +52,22 @@ def size_of(scene):
 
 def every_state(scene) -> list[tuple]:
     """Return (index of its contact or NEVER_RESET, InternalState, initial value) of every integrated number."""
+    kind = form_number(scene)
+    if kind in _STATELESS:
+        return []
     of_joints = every_internal_state(scene.joints) if states_of(scene).integrated else []
-    return of_joints + [
+    states = of_joints + [
         (NEVER_RESET, declared, began)
         for law in friction_laws(scene.mechanism)
         if integrated(type(law))
         for declared, began in zip(internal_state(law), law[len(law) - len(internal_state(law)) :], strict=True)
     ]
+    if not states:
+        _STATELESS.add(kind)
+    return states
+
+
+_STATELESS: set[int] = set()  # form numbers of scenes whose laws have no integrated state, as of most
 
 
 def _first(scene):

@@ -4,8 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.choosing import abreast, bits_of, number_of, where
-from ..compiled.family import inlined, kernel
+from ..compiled.choosing import abreast, bits_of, number_of, turns, where
+from ..compiled.family import inlined, kernel, kinds, shaped
+from ..compiled.plain import is_plain
+from ..trace import objects
 from .stages import NODES, SHARES
 
 # Histogram of the normal force over time: approximately logarithmic bins from the bits of the
@@ -16,7 +18,6 @@ BINS = 62 << BIN_BITS
 FIRST_BIN = (1023 + LOWEST) << BIN_BITS  # the bits of 2^LOWEST
 EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)  # N
 WIDTHS = np.diff(EDGES)  # N
-AT_ONCE = 256  # bins processed together: a factor of 2 between forces
 PARTS = 8  # parts of a step for the histogram and for wear
 BETWEEN = 3  # quarter points of a step at which positions are evaluated
 MOMENTS = 8  # these, both ends, and the last again, to fill the vector lanes
@@ -110,31 +111,74 @@ def add_course(histogram, j, step_values, duration):
             histogram[j, end_bin, 1] -= ramp.density
 
 
-def force_exceeded(histogram: np.ndarray, duration: float) -> float:
-    """Return the force (N) that is exceeded during `duration` (s), or 0 if contact was shorter.
+@kernel
+def _exceeded(histogram, j, highest, duration):
+    """Return the force (N) that histogram `j` exceeds during `duration` (s), 0 if it never does."""
+    index, higher_time, change, force = highest, 0.0, 0.0, -1.0
+    while force < 0.0:  # from the top, as most bins are below the result
+        change += histogram[j, index, 1]
+        width = bin_edge(index + 1) - bin_edge(index)
+        bin_time = change * width
+        bin_time = histogram[j, index, 0] - bin_time
+        higher_time += bin_time
+        if higher_time >= duration and bin_time > 0.0:
+            within = (higher_time - duration) / bin_time * width
+            force = bin_edge(index) + within
+        elif index == 0:
+            force = 0.0
+        index -= 1
+    return force
 
-    histogram : (up to BINS, 2), of the Totals; missing bins are empty.
+
+class _Nothing(NamedTuple):
+    """The scene of a function without parameters."""
+
+    unused: float = 0.0
+
+
+_NOTHING = _Nothing()
+
+
+def _exceeded_entry(scene, histogram, highest, duration, forces, count):
+    """Write the force that each of `count` histograms exceeds to `forces`; arrays are bare pointers."""
+    histogram, duration = shaped(histogram, (count, BINS, 2)), shaped(duration, (1,))[0]
+    highest, forces = shaped(highest, (count,)), shaped(forces, (count,))
+    for j in turns(count):
+        forces[j] = _exceeded(histogram, j, highest[j], duration)
+
+
+_CODE: list[objects.Code] = []  # of `_exceeded_entry`
+
+
+def compile_exceeded() -> objects.Code | None:
+    """Return the machine code that `forces_exceeded` calls, None if it was not compiled for this machine."""
+    if not _CODE:
+        code = objects.compiled(_exceeded_entry, _NOTHING, kinds(_NOTHING), "fiff")
+        if code is None:
+            return None
+        _CODE.append(code)
+    return _CODE[0]
+
+
+def forces_exceeded(histograms: np.ndarray, highest: np.ndarray, duration: float) -> list[float]:
+    """Return the force (N) that each histogram exceeds during `duration` (s), or 0 if contact was shorter.
+
+    histograms : (contacts, BINS, 2), of the Totals; highest : (contacts,) int64, the highest bin of each that may not
+    be empty.
     """
-    size = len(histogram)
-    higher_time, steps, end = 0.0, 0.0, size  # time in all higher bins
-    while end > 0:  # from the top, as most bins are below the result
-        begin = max(end - AT_ONCE, 0)
-        time, change = histogram[begin:end][::-1].T
-        sums = change.copy()
-        sums[0] += steps
-        np.cumsum(sums, out=sums)
-        bin_time = time - sums * WIDTHS[begin:end][::-1]
-        totals = bin_time.copy()
-        totals[0] += higher_time
-        np.cumsum(totals, out=totals)
-        bins = ((totals >= duration) & (bin_time > 0.0)).nonzero()[0]
-        if bins.size:
-            lowest_bin = bins[0]
-            index = end - 1 - lowest_bin
-            excess_time = float(totals[lowest_bin]) - duration
-            return float(EDGES[index] + excess_time / bin_time[lowest_bin] * WIDTHS[index])
-        higher_time, steps, end = float(totals[-1]), float(sums[-1]), begin
-    return 0.0
+    forces, count = np.empty(len(highest)), len(highest)
+    arrays = histograms, highest, np.array([duration]), forces
+    if is_plain():
+        _exceeded_entry((_NOTHING,), *arrays, count)
+    else:
+        addresses = [array.ctypes.data for array in arrays]
+        objects.function_at(compile_exceeded().address, len(addresses))(0, *addresses, count)
+    return forces.tolist()
+
+
+def force_exceeded(histogram: np.ndarray, duration: float) -> float:
+    """Return the same of one histogram, (BINS, 2), that may have any bins."""
+    return forces_exceeded(np.ascontiguousarray(histogram)[None], np.array([BINS - 1]), duration)[0]
 
 
 def time_above(force: float, histogram: np.ndarray) -> float:

@@ -175,6 +175,7 @@ def code_of(function: Callable, cache_key: str, module: Callable[[], ir.Module])
     return loaded(content) if content and not _WANTED else None
 
 
+@functools.cache
 def function_at(address: int, arrays: int) -> Any:
     """Return the machine code at an address as a Python function of the scene's address and `arrays` further ones."""
     return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * (1 + arrays), ctypes.c_int64)(address)
