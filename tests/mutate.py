@@ -104,13 +104,11 @@ MUTATIONS = (
         WINDOW,
     ),
     Mutation("simulation/window.py", "RARELY", "0.01", "0.02", WINDOW),
-    Mutation(
-        FIGURES, "JOINT", "sums=RootMean(total_columns.FORCE_SQUARE)", "sums=Mean(total_columns.FORCE_SQUARE)", WINDOW
-    ),
+    Mutation(FIGURES, "JOINT", 'sums=RootMean("force_square")', 'sums=Mean("force_square")', WINDOW),
     Mutation(FIGURES, "JOINT", "clearance + depth(window, place)", "clearance", WINDOW),
     Mutation(FIGURES, "JOINT", "max(depth(window, place), 0.0)", "depth(window, place)", FLIGHT),
-    Mutation(FIGURES, "depth", "total_columns.DEPTH_MAX], -window", "total_columns.DEPTH_MAX], 0.0 * window", FLIGHT),
-    Mutation(FIGURES, "restitution", "joint[total_columns.RESTITUTION] / joint", "1.0 / joint", IMPACT),
+    Mutation(FIGURES, "depth", ".depth_max, -window", ".depth_max, 0.0 * window", FLIGHT),
+    Mutation(FIGURES, "restitution", "joint.restitution / joint", "1.0 / joint", IMPACT),
     Mutation(WORN, "volume", "joint.journal_radius * journal.sum()", "joint.bearing_radius * journal.sum()", WEAR),
     Mutation(WORN, "volume", "2.0 * math.pi / len(bearing) * law.length", "2.0 * math.pi / len(bearing)", WEAR),
     Mutation(WORN, "WEAR", "max(map(np.max, worn", "min(map(np.max, worn", WEAR),

@@ -11,7 +11,7 @@ from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, RATE, SLIP, c
 from clearsweep.mechanics.observe.stages import NODES, PLACES, SCRATCH, SHARES
 from clearsweep.mechanics.solver import bernstein, event_search, guarding
 from clearsweep.mechanics.solver.accumulate.step_sums import ContactStep
-from clearsweep.mechanics.solver.accumulate.totals import JOINT
+from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
 from clearsweep.mechanics.solver.bernstein import COEFFICIENTS, NOWHERE, PART, ROWS, VALUES, WHOLE
 from clearsweep.mechanics.solver.event import Method
 
@@ -183,7 +183,7 @@ def passage(monkeypatch, function, column=-1, peak=0.0):
     monkeypatch.setattr(guarding, "guard_value", look)
     value = np.array([[*map(function, SHARES), 0.0]])
     guards = SimpleNamespace(value=value, contact=[0], column=[column])
-    totals = SimpleNamespace(joint=np.full((1, JOINT), peak))
+    totals = SimpleNamespace(joint=ContactTotals(np.full((1, ContactTotals.SIZE), peak)))
     work = SimpleNamespace(
         guards=guards, totals=totals, method=Method.zeros(), polynomials=np.zeros((ROWS, COEFFICIENTS))
     )

@@ -13,7 +13,7 @@ from ..mechanics.observe.histogram import forces_exceeded, time_above
 from ..mechanics.solver import event as events
 from ..mechanics.solver import run_control
 from ..mechanics.solver.accumulate.record import Record, sample_states
-from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, LOAD_TIME, OPENED, Totals
+from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, ContactTotals, Totals, WholeTotals
 from ..mechanics.solver.event import Counts
 from .figures import figures_of, shared_by
 from .ideal import ideal_peaks
@@ -92,8 +92,8 @@ class Outcome(NamedTuple):
     scene: Scene
     status: str
     message: str  # why it failed, or ''
-    whole: np.ndarray  # Totals by joint, as are the next four
-    joint: np.ndarray
+    whole: WholeTotals  # Totals by joint, as are the next four
+    joint: ContactTotals
     wear: np.ndarray
     account: np.ndarray
     friction: np.ndarray
@@ -150,7 +150,7 @@ def _exceeded_forces(totals: Totals, duration: float) -> list[float]:
 
 def _dry_times(totals: Totals, layout: Layout, duration: float) -> list[float]:
     """Return how long (s) each joint's dry contact carries load in a window of `duration` (s); totals : by joint."""
-    least = LEAST_DRY * totals.joint[:, LOAD_TIME] / duration
+    least = LEAST_DRY * totals.joint.column("load_time") / duration
     return [
         time_above(least[place], totals.dry[place]) if joint.film else 0.0 for place, joint in enumerate(layout.joints)
     ]
@@ -283,5 +283,5 @@ def _duration(scene: Scene, run: Run, end: float) -> float:
     if not scene.mechanism.turns:
         return float(run.work.end[run.work.time])
     if scene.crank_clock.free:
-        return float(run.work.end[run.work.time] - run.totals.whole[OPENED])
+        return float(run.work.end[run.work.time] - run.totals.whole.opened)
     return end - scene.crank_clock.at(scene.case.simulate.discard)

@@ -4,7 +4,7 @@ import functools
 import itertools
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,13 +47,15 @@ TIME_BUDGET = -1  # a further status besides those of the loop
 NO_EVENTS = np.empty((0, 5))
 
 
-def _accumulators_of(scene: Scene, contacts: int, zeros: Callable[..., np.ndarray]) -> total_columns.Totals:
-    """Return the accumulators of `contacts`; `zeros` creates the arrays."""
+def _accumulators_of(
+    scene: Scene, contacts: int, arrays: Mapping[str, Any], zeros: Callable[..., np.ndarray]
+) -> total_columns.Totals:
+    """Return the accumulators of `contacts` with some arrays; `zeros` creates the others."""
     parts = scene.layout.joints
     worn = any(part.wear_bins for part in parts)
     bins = max(min(part.wear_bins, FINEST) * part.wear_rows for part in parts)
     return total_columns.Totals(
-        **dict.fromkeys(total_columns.OF_STEPS, np.zeros(0)),
+        **arrays,
         histogram=np.zeros((contacts, histogram.BINS, 2)),
         dry=np.zeros((contacts if any(part.film for part in parts) else 0, histogram.BINS, 2)),
         step_values=zeros((contacts, histogram.COURSES, histogram.PARTS + 1)),
@@ -91,7 +93,7 @@ class Run:
         independent = 0 if scene.crank_clock.free else moment
         self.given = start.given.copy()
         given = parts_of(self.given, start.form, many, len(internal))
-        self.totals = _accumulators_of(scene, many, zeros)._replace(**fields_from(total_columns.Totals, arrays))
+        self.totals = _accumulators_of(scene, many, fields_from(total_columns.Totals, arrays), zeros)
         samples = zeros((given.times.size, len(scene.layout.channels)))
         self.record = Record(given.times, samples, independent if turned else moment)
         self.work = events.Work(

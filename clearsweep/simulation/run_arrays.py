@@ -31,8 +31,8 @@ def arrays_of(scene: Scene) -> Arrays:
         **first_forms(scene),
         "stepper": (run_control.Stepper.SIZE,),
         **dict.fromkeys(("highest", "since"), (contacts,)),
-        "whole": (total_columns.WHOLE,),
-        "joint": (contacts, total_columns.JOINT),
+        "whole": (total_columns.WholeTotals.SIZE,),
+        "joint": (contacts, total_columns.ContactTotals.SIZE),
     }
     step = {
         "k": (n, PLACES),

@@ -7,7 +7,6 @@ from ..compiled.family import kernel
 from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR, touches
 from ..observe.observables import observed
 from ..observe.stages import END
-from .accumulate.totals import APPROACH, CLIPS, ONSET_MAX, ONSETS, PEAK, REBOUNDS, RESTITUTION
 from .event import GUARD, LIMIT, NOTHING, ONSET, SEPARATION
 from .run_control import (
     EVENT_BUDGET,
@@ -31,10 +30,10 @@ def begin_contact(at, j, windowed):
     depth = max(contact.depth, 0.0)
     work.end[work.time + 1 + j] = max(math.sqrt(depth), SEED * work.sigma)
     latch(at, work.end, j, ENTERED, END)
-    totals.joint[j, PEAK], totals.joint[j, APPROACH] = 0.0, rate
+    totals.joint[j].peak, totals.joint[j].approach = 0.0, rate
     if windowed:
-        totals.joint[j, ONSETS] += 1.0
-        totals.joint[j, ONSET_MAX] = max(totals.joint[j, ONSET_MAX], rate)
+        totals.joint[j].onsets += 1.0
+        totals.joint[j].onset_max = max(totals.joint[j].onset_max, rate)
     return rate
 
 
@@ -51,9 +50,9 @@ def end_contact(at, j):
         if work.ended_by[i] == j:
             work.end[work.time + 1 + work.mode.size + i] = work.began[i]
     work.counts.separations += 1
-    if totals.joint[j, APPROACH] > ONSET_FLOOR:  # below, laws use the floor: the ratio is not theirs
-        totals.joint[j, RESTITUTION] -= rate / totals.joint[j, APPROACH]
-        totals.joint[j, REBOUNDS] += 1.0
+    if totals.joint[j].approach > ONSET_FLOOR:  # below, laws use the floor: the ratio is not theirs
+        totals.joint[j].restitution -= rate / totals.joint[j].approach
+        totals.joint[j].rebounds += 1.0
     return rate
 
 
@@ -83,11 +82,11 @@ def log_event(at, event):
 def apply_event(at, kind, j, windowed):
     """Apply the effects of an event at contact `j` at `work.end`; return the Event."""
     work = at[0]
-    moment, peak = work.end[work.time], work.totals.joint[j, PEAK]
+    moment, peak = work.end[work.time], work.totals.joint[j].peak
     if kind >= GUARD:
         g = kind - GUARD
         if windowed and work.guards.counted[g]:
-            work.totals.joint[j, CLIPS] += 1.0
+            work.totals.joint[j].clips += 1.0
         go_through(at, g, work.end, END)
     if kind >= LIMIT:
         work.counts.passages += 1

@@ -4,7 +4,6 @@ import math
 
 from ..compiled.family import invoke, kernel
 from ..observe.stages import END, NODES, SCRATCH, SHARES
-from .accumulate.totals import PEAK
 from .bernstein import (
     COEFFICIENTS,
     DEGREE,
@@ -80,7 +79,7 @@ def first_passage(at, g):
     p, guards = at[0].polynomials, at[0].guards
     if not take_guard(at, g):
         return NOWHERE
-    noise = ROUNDING * at[0].totals.joint[guards.contact[g], PEAK] if guards.column[g] >= 0 else 0.0
+    noise = ROUNDING * at[0].totals.joint[guards.contact[g]].peak if guards.column[g] >= 0 else 0.0
     if p[VALUES, 0] >= 0.0 and value_and_slope(p, WHOLE, NEXT_TO_START)[0] > noise:
         return 0.0
     x = crossing_for_certain(p, noise)

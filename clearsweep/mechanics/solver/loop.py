@@ -11,7 +11,7 @@ from ..trace import objects
 from .acceptance import assess_step
 from .accumulate.record import write_sample
 from .accumulate.slow_sums import note_step, open_window
-from .accumulate.totals import KINETIC_START, accumulate_step
+from .accumulate.totals import accumulate_step
 from .accumulate.turns import take_start
 from .choice import choose_method
 from .event import (
@@ -102,7 +102,7 @@ def begin_case(at):
         position,
         moment,
     )
-    totals.whole[KINETIC_START] = work.o[KINETIC, START]
+    totals.whole.kinetic_start = work.o[KINETIC, START]
     if stepper.in_window != 0.0:
         open_window(at)
     take_start(at)

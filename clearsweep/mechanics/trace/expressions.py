@@ -344,7 +344,7 @@ class Expressions:
     def fields(self, target: Any) -> Fields:
         """Return the Fields one of which a target names."""
         holder = self.value(target.value)
-        if not isinstance(holder, Fields) or target.attr not in type(holder).__dict__:
+        if not isinstance(holder, Fields) or target.attr not in holder.DECLARED:
             raise NotTraceableError("changes an attribute that is no number in memory")
         return holder
 

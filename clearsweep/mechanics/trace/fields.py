@@ -9,33 +9,29 @@ from .memory import View
 
 
 class _Field:
-    """A number of a Fields, by its index; of rows of Fields, the column of that number."""
+    """A number of a Fields, by its index."""
 
     def __init__(self, index: int):
         self.index = index
 
     def __get__(self, record: "Fields | None", owner: type | None = None) -> Any:
-        if record is None:
-            return self
-        numbers = record.numbers
-        return numbers[self.index] if len(numbers.shape) == 1 else numbers[..., self.index]
+        return self if record is None else record.of_one_row()[self.index]
 
     def __set__(self, record: "Fields", value: Any) -> None:
-        if len(record.numbers.shape) == 1:
-            record.numbers[self.index] = value
-        else:
-            record.numbers[..., self.index] = value
+        record.of_one_row()[self.index] = value
 
 
 class Fields:
     """Named numbers in an array, all float64 or all int64, or rows of them.
 
     A subclass declares a number by an annotation, with unit and meaning in a comment; the order of the declarations is
-    the order in memory.  The array is a numpy array or, in a traced body, a View: `stepper.growth = 1.0` changes it.
-    If it has a further leading axis, `rows[j]` is the Fields of row `j`, and `rows.growth` is a column.
+    the order in memory.  A subclass of a subclass has its fields, then its own.  The array is a numpy array or, in a
+    traced body, a View: `stepper.growth = 1.0` changes it.  If the array has a further leading axis, `rows[j]` is the
+    Fields of row `j`, and `rows.column("growth")` are the numbers of all rows.
     """
 
-    SIZE: ClassVar[int]  # number of fields
+    DECLARED: ClassVar[dict[str, type]]  # fields
+    SIZE: ClassVar[int]  # their number
     DTYPE: ClassVar[type]
     __slots__ = ("numbers",)
     numbers: Any
@@ -43,7 +39,9 @@ class Fields:
     def __init_subclass__(cls, like: type | None = None, **known: Any) -> None:
         """Declare the fields; `like` : a NamedTuple whose fields they are, as float64, instead of annotations."""
         super().__init_subclass__(**known)
-        declared = dict.fromkeys(like.__annotations__, float) if like else cls.__annotations__
+        own = dict.fromkeys(like.__annotations__, float) if like else cls.__annotations__
+        declared = getattr(cls, "DECLARED", {}) | own
+        cls.DECLARED = declared
         cls.SIZE, (cls.DTYPE,) = len(declared), set(declared.values())
         for index, name in enumerate(declared):
             setattr(cls, name, _Field(index))
@@ -56,8 +54,22 @@ class Fields:
             raise AttributeError(f"{type(self).__name__} has no number called {name!r}")
         object.__setattr__(self, name, value)
 
+    def __len__(self) -> int:
+        return len(self.numbers)
+
     def __getitem__(self, row: Any) -> Self:
         return type(self)(self.numbers[row])
+
+    def of_one_row(self) -> Any:
+        """Return the array, which has one axis."""
+        if len(self.numbers.shape) != 1:
+            raise AttributeError(f"{type(self).__name__} has several rows: choose one, or use `column`")
+        return self.numbers
+
+    def column(self, name: str) -> np.ndarray:
+        """Return the numbers of a field in all rows, as a view."""
+        column: np.ndarray = self.numbers[:, self.index_of(name)]
+        return column
 
     def pieces(self) -> tuple[Any, ...]:
         """Return the parts unknown while tracing."""
@@ -75,4 +87,4 @@ class Fields:
     @classmethod
     def index_of(cls, name: str) -> int:
         """Return the index of a field."""
-        return cls.__dict__[name].index
+        return list(cls.DECLARED).index(name)

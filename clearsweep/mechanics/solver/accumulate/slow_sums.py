@@ -51,33 +51,13 @@ from .step_sums import (
     negative_part_of,
 )
 from .totals import (
-    ACCELERATION_MAX,
     BEGUN,
-    BEYOND_TIME,
+    CONTACT_FIGURES,
     DENSITY,
-    DEPTH_MAX,
-    DRAINED_ENERGY,
-    DRY_FORCE_TIME,
-    DRY_MAX,
     ENDED,
-    ERROR_MAX,
-    FED_ENERGY,
-    FORCE_MAX,
-    FRICTION_ENERGY,
-    HEAT,
-    HELD_TIME,
-    LOAD_MAX,
-    LOAD_TIME,
-    OPENED,
-    PEAK,
-    PRESSURE_MAX,
+    FIRST_FIGURE,
     PULLED,
-    RESIDUAL,
-    SPEED_MAX,
-    SPEED_MIN,
-    SPEED_MOST,
-    TORQUE_MAX,
-    WHOLE,
+    WholeTotals,
 )
 from .turns import note_turns
 
@@ -113,9 +93,9 @@ def follow_contact(at, j, duration):
             put_rubbed(work.o, NODES[m], j)
         follow(work.o, column_of(j, RUBBED), step_values, RUBBED_COURSE)
     if limited:
-        totals.joint[j, BEYOND_TIME] += share_beyond(step_values, work.limit_depth[j]) * duration
+        totals.joint[j].beyond_time += share_beyond(step_values, work.limit_depth[j]) * duration
     if film:
-        totals.joint[j, HELD_TIME] += share_beyond(step_values, work.film[j, 1]) * duration
+        totals.joint[j].held_time += share_beyond(step_values, work.film[j, 1]) * duration
         bears = share_beyond(step_values, work.film[j, 0]) > 0.0
         if bears or worn:
             follow(work.o, film_column(work.mode.size, j, DRY), step_values, FORCE)  # the film itself causes no wear
@@ -131,23 +111,23 @@ def note_film(at, h, j):
     work = at[0]
     o, sums, row, contacts = work.o, work.contact_steps[j], work.totals.joint[j], work.mode.size
     weights = STAGE_WEIGHTS if work.method.current == IMPLICIT else WEIGHTS
-    row[HEAT] += h * (sums.sum_lost + sums.sum_rubbed)
-    row[DRAINED_ENERGY] += h * integral_of(o, film_column(contacts, j, DRAINED), weights)
-    row[FED_ENERGY] += h * negative_part_of(o, film_column(contacts, j, PUMPED), weights)
-    row[FRICTION_ENERGY] += h * integral_of(o, film_column(contacts, j, DRY_RUBBED), weights)
+    row.heat += h * (sums.sum_lost + sums.sum_rubbed)
+    row.drained_energy += h * integral_of(o, film_column(contacts, j, DRAINED), weights)
+    row.fed_energy += h * negative_part_of(o, film_column(contacts, j, PUMPED), weights)
+    row.friction_energy += h * integral_of(o, film_column(contacts, j, DRY_RUBBED), weights)
     dry = film_column(contacts, j, DRY)
-    row[DRY_FORCE_TIME] += h * integral_of_size(o, dry, weights)
-    row[LOAD_TIME] += h * integral_of_size(o, column_of(j, NORMAL), weights)
+    row.dry_force_time += h * integral_of_size(o, dry, weights)
+    row.load_time += h * integral_of_size(o, column_of(j, NORMAL), weights)
     largest = max(o[dry, START], o[dry, END])
-    if highest_inside(o, dry, 1.0) > 0.9 * row[DRY_MAX]:
+    if highest_inside(o, dry, 1.0) > 0.9 * row.dry_max:
         largest = max(largest, highest_between(at, dry, 1.0))
-    row[DRY_MAX] = max(row[DRY_MAX], largest)
+    row.dry_max = max(row.dry_max, largest)
     pressure = film_column(contacts, j, PRESSURE)
     largest = max(o[pressure, START], o[pressure, END])
-    if largest > 0.95 * row[PRESSURE_MAX]:  # between the ends of a step only the interpolant gives it
+    if largest > 0.95 * row.pressure_max:  # between the ends of a step only the interpolant gives it
         largest = max(largest, refined_peak(at, pressure, 1.0, NODES.size // 2))
-    row[PRESSURE_MAX] = max(row[PRESSURE_MAX], largest)
-    row[SPEED_MOST] = max(row[SPEED_MOST], o[film_column(contacts, j, SPEED), END])
+    row.pressure_max = max(row.pressure_max, largest)
+    row.speed_most = max(row.speed_most, o[film_column(contacts, j, SPEED), END])
 
 
 @kernel
@@ -169,22 +149,22 @@ def seek_maxima(at):
         row, highest = work.totals.joint[j], work.contact_steps[j]
         if highest.highest_force > NO_PEAK:
             largest = highest_between(at, column_of(j, NORMAL), 1.0)
-            row[PEAK], revolutions.highest[j] = max(row[PEAK], largest), max(revolutions.highest[j], largest)
+            row.peak, revolutions.highest[j] = max(row.peak, largest), max(revolutions.highest[j], largest)
             if counted:
-                row[FORCE_MAX] = max(row[FORCE_MAX], largest)
+                row.force_max = max(row.force_max, largest)
         if highest.highest_depth > NO_PEAK:
-            row[DEPTH_MAX] = max(row[DEPTH_MAX], highest_between(at, column_of(j, DEPTH), 1.0))
+            row.depth_max = max(row.depth_max, highest_between(at, column_of(j, DEPTH), 1.0))
         if work.rubs[j] != 0 and highest.highest_load > NO_PEAK:
-            row[LOAD_MAX] = max(row[LOAD_MAX], highest_between(at, column_of(j, LOAD), 1.0))
+            row.load_max = max(row.load_max, highest_between(at, column_of(j, LOAD), 1.0))
     if step.highest_acceleration > NO_PEAK:
         largest = highest_between(at, ACCELERATION, math.copysign(1.0, work.o[ACCELERATION, END]))
-        total[ACCELERATION_MAX] = max(total[ACCELERATION_MAX], largest)
+        total.acceleration_max = max(total.acceleration_max, largest)
     if step.highest_torque > NO_PEAK:
         largest = highest_between(at, TORQUE, math.copysign(1.0, work.o[TORQUE, END]))
-        total[TORQUE_MAX] = max(total[TORQUE_MAX], largest)
+        total.torque_max = max(total.torque_max, largest)
     if step.highest_error > NO_PEAK:
         sign = math.copysign(1.0, work.o[ERROR, END])
-        total[ERROR_MAX] = max(total[ERROR_MAX], refined_peak(at, ERROR, sign, NODES.size // 2))
+        total.error_max = max(total.error_max, refined_peak(at, ERROR, sign, NODES.size // 2))
 
 
 @kernel
@@ -211,7 +191,7 @@ def note_speed(at, h):
             if 0.0 < u < 1.0:
                 value = start_value + u * (start_slope + u * (linear_term + u * curvature))
                 low, high = min(low, value), max(high, value)
-    total[SPEED_MIN], total[SPEED_MAX] = min(total[SPEED_MIN], low), max(total[SPEED_MAX], high)
+    total.speed_min, total.speed_max = min(total.speed_min, low), max(total.speed_max, high)
 
 
 @kernel
@@ -260,13 +240,13 @@ def note_step(at, h):
 def open_window(at):
     """Reset the figures; keep the energies and the current contacts."""
     totals = at[0].totals
-    for column in range(RESIDUAL + 1, WHOLE):
-        totals.whole[column] = 0.0
-    for j in range(totals.joint.shape[0]):
-        for column in range(PEAK):
-            totals.joint[j, column] = 0.0
-        totals.joint[j, DEPTH_MAX] = -math.inf
+    for column in range(FIRST_FIGURE, WholeTotals.SIZE):
+        totals.whole.numbers[column] = 0.0
+    for j in range(at[0].mode.size):
+        for column in range(CONTACT_FIGURES):
+            totals.joint.numbers[j, column] = 0.0
+        totals.joint[j].depth_max = -math.inf
     for i in range(totals.friction.size):
         totals.friction[i] = 0.0
-    totals.whole[OPENED] = at[0].end[at[0].time] if at[0].counts.steps else at[0].y[at[0].time]
-    totals.whole[SPEED_MIN], totals.whole[SPEED_MAX] = math.inf, -math.inf
+    totals.whole.opened = at[0].end[at[0].time] if at[0].counts.steps else at[0].y[at[0].time]
+    totals.whole.speed_min, totals.whole.speed_max = math.inf, -math.inf
