@@ -47,9 +47,9 @@ def rounds(tanks, tally, height):
 @pytest.mark.parametrize("how", [machine_code(rounds), rounds])
 def test_a_body_changes_named_numbers_and_rows_of_them(how):
     tanks, tally = Tank.zeros(2), Tally.zeros()
-    tanks.inflow = 0.25, 0.5
+    tanks.column("inflow")[:] = 0.25, 0.5
     assert how(tanks.numbers, tally.numbers, 1.0) == 0.75
-    assert tanks.level.tolist() == [0.75, 1.0]
+    assert tanks.column("level").tolist() == [0.75, 1.0]
     assert tanks[1].level == 1.0
     assert (tally.rounds, tally.overflows) == (3, 1)
 
@@ -59,6 +59,19 @@ def test_memory_follows_from_the_declaration():
     assert Tally.zeros().numbers.dtype == np.int64
     assert Tank.zeros(3).numbers.shape == (3, 2)
     assert Tank.index_of("inflow") == 1
+
+
+def test_a_further_record_adds_its_own_numbers():
+    class Heated(Tank):
+        heat: float  # J
+
+    assert Heated.SIZE == 3
+    assert [Heated.index_of(name) for name in ("level", "inflow", "heat")] == [0, 1, 2]
+
+
+def test_rows_have_no_number_of_their_own():
+    with pytest.raises(AttributeError, match="several rows"):
+        _ = Tank.zeros(2).level
 
 
 def test_numbers_of_two_kinds_are_refused():
