@@ -76,7 +76,7 @@ IMPACT = "tests/test_plain.py -k give"
 FLIGHT = "tests/test_plain.py -k flight"
 LIMIT = "tests/test_law_limit.py"
 BLOCKS, MEANS = "simulation/batch_means.py", "tests/test_batch_means.py"
-EVENTS, GUARDING, BERNSTEIN = (f"mechanics/solver/{name}.py" for name in ("event_search", "guarding", "bernstein"))
+EVENTS, BERNSTEIN = (f"mechanics/solver/{name}.py" for name in ("event_search", "bernstein"))
 SEEN, SEARCH = "tests/test_plain.py -k unseen", "tests/test_event_search.py"
 ENDS = "tests/test_plain.py -k at_its_bearing"
 STICKS = "tests/test_plain.py -k stick"
@@ -167,8 +167,8 @@ MUTATIONS = (
     Mutation(BERNSTEIN, "first_crossing", "changes > 1 and", "changes > 3 and", SEARCH),
     Mutation(BERNSTEIN, "crossing_for_certain", "lower(p, tail_bound)", "lower(p, 0.0)", SEARCH),
     Mutation(BERNSTEIN, "_tail", "a + b * Fraction(n, 2)", "a - b * Fraction(n, 2)", SEARCH),
-    Mutation(GUARDING, "first_passage", "p[VALUES, 0] >= 0.0 and", "p[VALUES, 0] >= 1e9 and", SEARCH),
-    Mutation(GUARDING, "true_passage", "if fb <= 0.0: return NOWHERE", "if fb <= -1e9: return NOWHERE", SEARCH),
+    Mutation(EVENTS, "first_passage", "p[VALUES, 0] >= 0.0 and", "p[VALUES, 0] >= 1e9 and", SEARCH),
+    Mutation(EVENTS, "true_passage", "if fb <= 0.0: return NOWHERE", "if fb <= -1e9: return NOWHERE", SEARCH),
     Mutation(
         EVENTS,
         "first_event",

@@ -9,7 +9,7 @@ import pytest
 
 from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of, columns
 from clearsweep.mechanics.observe.stages import NODES, PLACES, SCRATCH, SHARES
-from clearsweep.mechanics.solver import bernstein, event_search, guarding
+from clearsweep.mechanics.solver import bernstein, event_search
 from clearsweep.mechanics.solver.accumulate.step_sums import ContactStep
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
 from clearsweep.mechanics.solver.bernstein import COEFFICIENTS, NOWHERE, PART, ROWS, VALUES, WHOLE
@@ -180,14 +180,14 @@ def passage(monkeypatch, function, column=-1, peak=0.0):
         looks.append(x)
         return function(x)
 
-    monkeypatch.setattr(guarding, "guard_value", look)
+    monkeypatch.setattr(event_search, "guard_value", look)
     value = np.array([[*map(function, SHARES), 0.0]])
     guards = SimpleNamespace(value=value, contact=[0], column=[column])
     totals = SimpleNamespace(joint=ContactTotals(np.full((1, ContactTotals.SIZE), peak)))
     work = SimpleNamespace(
         guards=guards, totals=totals, method=Method.zeros(), polynomials=np.zeros((ROWS, COEFFICIENTS))
     )
-    return guarding.first_passage((work,), 0), len(looks)
+    return event_search.first_passage((work,), 0), len(looks)
 
 
 @pytest.mark.parametrize(

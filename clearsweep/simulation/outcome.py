@@ -12,8 +12,8 @@ from ..judging.validity import message_of
 from ..mechanics.observe.histogram import forces_exceeded, time_above
 from ..mechanics.solver import event as events
 from ..mechanics.solver import run_control
-from ..mechanics.solver.accumulate.record import Record, sample_states
 from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, ContactTotals, Totals, WholeTotals
+from ..mechanics.solver.accumulate.within_step import Record, sample_states
 from ..mechanics.solver.event import Counts
 from .figures import figures_of, shared_by
 from .ideal import ideal_peaks

@@ -30,10 +30,9 @@ from ..mechanics.mechanism.contract import friction_laws
 from ..mechanics.observe import histogram
 from ..mechanics.observe.histogram import MOMENTS
 from ..mechanics.solver import event as events
-from ..mechanics.solver import loop, newton, run_control
+from ..mechanics.solver import loop, radau, run_control
 from ..mechanics.solver.accumulate import totals as total_columns
-from ..mechanics.solver.accumulate.record import Record
-from ..mechanics.solver.accumulate.turns import Turns
+from ..mechanics.solver.accumulate.within_step import Record, Turns
 from . import watch
 from .lyapunov import Branches, Perturbed
 from .progress import Revolutions
@@ -122,7 +121,7 @@ class Run:
             control=run_control.ControlNumbers.zeros(),
             log=np.empty((loop.LOG_ROWS, 5)),
             slopes=events.Slopes.zeros(zeros=zeros),
-            implicit=newton.implicit_of(n, zeros),
+            implicit=radau.implicit_of(n, zeros),
             totals=self.totals,
             record=self.record,
             turns=buffers_for(given.marks, n, many, zeros)._replace(**fields_from(Turns, arrays)),

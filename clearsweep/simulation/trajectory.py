@@ -19,7 +19,7 @@ from ..language.errors import InputError, shown
 from ..mechanics.compiled.family import empty_entries
 from ..mechanics.observe.histogram import compile_exceeded
 from ..mechanics.solver import loop, run_control
-from ..mechanics.solver.accumulate.record import Record
+from ..mechanics.solver.accumulate.within_step import Record
 from .extrapolation import extrapolated_life
 from .figures import COST, SETUP
 from .heat import Balance, at_equilibrium, has_balance

@@ -14,7 +14,6 @@ Counts of evaluations decide, never a clock, and only evaluations of the motion 
 
 from ..compiled.family import kernel
 from ..observe.stages import STAGES
-from ..trace.fields import Fields
 from .event import EXPLICIT, IMPLICIT
 from .radau import ERROR, ORDER
 from .run_control import AUTO
@@ -30,18 +29,6 @@ GAINED = 0.1  # plus this share of its earlier savings
 BACK = 0.1  # of explicit evaluations: number that must offset the loss before the bend is measured again
 STEADY = 1.2  # growth of the step that is forgone because the factors of the matrices can be reused
 STEP_COST = SWEEPS * STAGES
-
-
-class Choice(Fields):
-    """What the choice of the method follows: both methods on the latest stretches of the motion."""
-
-    limit: float  # length of an explicit step before the method changed
-    saved: float  # explicit evaluations saved by the implicit method since then
-    lost: float  # and lost
-    left: float  # explicit steps until the bend is measured again
-    span: float  # length of the steps that a stiff component may limit
-    cost: float  # their evaluations
-    early: float  # the same without the last of ORDER parts
 
 
 @kernel

@@ -47,6 +47,45 @@ class Slopes(Fields):
     parameters: int
 
 
+class Choice(Fields):
+    """What the choice of the method follows: both methods on the latest stretches of the motion."""
+
+    limit: float  # length of an explicit step before the method changed
+    saved: float  # explicit evaluations saved by the implicit method since then
+    lost: float  # and lost
+    left: float  # explicit steps until the bend is measured again
+    span: float  # length of the steps that a stiff component may limit
+    cost: float  # their evaluations
+    early: float  # the same without the last of ORDER parts
+
+
+class Past(Fields):
+    """What is known from earlier steps; lengths are 0 if there is none."""
+
+    length: float  # of the step whose interpolant is in `Work.f`
+    after: float  # 1 if this step follows it, 0 if it begins at the same place
+    renewed: float  # length of the step from here for which the Jacobians were evaluated
+    factored: float  # length of the step for which the matrices are factored
+    convergence: float  # of the last iteration
+
+
+class Implicit(NamedTuple):
+    """Workspace of the implicit method; n numbers in the state."""
+
+    jacobian: np.ndarray  # (3, n, n) derivatives of the rates at the stages PLACES
+    newton: np.ndarray  # (STAGES n, STAGES n) factors of the matrix of the iteration
+    pivots: np.ndarray  # (STAGES n,) int64
+    small: np.ndarray  # (n, n) factors of the matrix of the error estimate
+    small_pivots: np.ndarray  # (n,) int64
+    stages: np.ndarray  # (STAGES n,) differences of the stages from the start of the step
+    change: np.ndarray  # (STAGES n,)
+    offset: np.ndarray  # (n,)
+    marks: np.ndarray  # (ORDER + 1, n) states along explicit steps, see `choice`
+    spans: np.ndarray  # (ORDER + 1,) length of the steps up to each mark
+    choice: Choice
+    past: Past
+
+
 class Work(NamedTuple):
     """The arrays and constants of an integration: n numbers in the state, m of them of laws, l latched; c contacts.
 
@@ -97,7 +136,7 @@ class Work(NamedTuple):
     control: ControlNumbers
     log: np.ndarray  # (LOG_ROWS, 5) events since the latest pause, see event_actions.Event
     guards: tuple  # joint.guards.Guards
-    implicit: tuple  # newton.Implicit
+    implicit: Implicit
     totals: tuple  # totals.Totals
     record: tuple  # record.Record
     turns: tuple  # turns.Turns

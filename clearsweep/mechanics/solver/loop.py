@@ -1,4 +1,24 @@
-"""The integration loop: adaptive steps from event to event, with figures, samples and events taken on the way."""
+"""The integration loop: adaptive steps from event to event, with figures, samples and events taken on the way.
+
+    begin_case, then until the case ends or pauses:
+        prepare_step        the length of the step, or why the case stops
+        take_step           stages by iteration, end, polynomial, error, sums        step, collocation, radau
+        assess_step         its error, the length that it allows for the next        step_control
+        if its error is too large:
+            reject          try again with a shorter length
+        find_first_event    where its polynomials cross zero first                   event_search, bernstein
+        if there is an event:
+            take_step       up to the event; reject if the error is too large
+            step_to_event   the end, corrected to the exact event                    step
+            accept          sums, peaks, wear, samples up to there                   accumulate
+            pass_events     modes, laws and states after it                          event_actions
+            restart         rates of the new equations
+        else:
+            accept          sums, peaks, wear, samples of the whole step             accumulate
+            choose_method   explicit or implicit                                     choice
+            advance         its end is the next start
+        set_next_length     after a rejection, a first step or an accepted one       step_control
+"""
 
 import math
 
@@ -8,11 +28,9 @@ from ..compiled.plain import is_plain
 from ..observe.observables import KAPPA, KINETIC
 from ..observe.stages import END, START
 from ..trace import objects
-from .acceptance import assess_step
-from .accumulate.record import write_sample
 from .accumulate.slow_sums import note_step, open_window
 from .accumulate.totals import accumulate_step
-from .accumulate.turns import take_start
+from .accumulate.within_step import take_start, write_sample
 from .choice import choose_method
 from .event import (
     IMPLICIT,
@@ -21,7 +39,7 @@ from .event import (
     accumulators_of,
 )
 from .event_actions import pass_events
-from .newton import FAILED
+from .radau import FAILED
 from .run_control import (
     GOING,
     NOT_FINITE,
@@ -34,12 +52,19 @@ from .run_control import (
     TURNS_STIFF,
 )
 from .step import begin_step, find_first_event, step_to_event, take_step
-from .step_control import MOST_TRIES, first_length, next_length, pace_of, proposal_of, shrinking
+from .step_control import (
+    ACCEPTANCE,
+    BEGINNING,
+    MOST_TRIES,
+    REJECTION,
+    assess_step,
+    pace_of,
+    proposal_of,
+    set_next_length,
+)
 
 REVERSAL_TOLERANCE = 0.01 * 2.0 * math.pi  # rad: how far a free crank may turn back without a stall, as at an impact
 STALL_ADVANCE = 1e-4  # rad: how far a free crank has to advance within Control.patience
-# Growth of the second step after an event: at the onset of a contact the motion bends less than later
-AFTER_EVENT = 0.8
 CLOSE_TO_START = 1e-6  # share of an implicit step up to which an event is taken from its interpolant
 SHORT_SHARE = 1e-3  # share of a step up to which a step cut at an event is accepted whatever its error
 LOG_ROWS = 512  # events in the log before the loop pauses so that the caller can read them
@@ -109,18 +134,7 @@ def begin_case(at):
     while work.counts.samples < record.times.size and record.times[work.counts.samples] <= work.y[record.independent]:
         write_sample(at, work.y, record.samples[work.counts.samples])
         work.counts.samples += 1
-    set_first_length(at)
-
-
-@kernel
-def set_first_length(at):
-    """Set the length of the first step after a change of the equations; its error is unknown."""
-    stepper = at[0].stepper
-    stepper.next_length, stepper.growth, stepper.expected_error = (
-        first_length(at, at[0].proposals, proposal_of(at)),
-        AFTER_EVENT,
-        0.0,
-    )
+    set_next_length(at, BEGINNING)
 
 
 @kernel
@@ -175,22 +189,18 @@ def prepare_step(at):
     if stepper.rejections == 0.0:
         reason, stepper.evaluations = interruption(at), work.counts.evaluations
     if reason == GOING:
-        stepper.next_length = min(stepper.next_length, work.longest / work.o[KAPPA, START])
-        work.step.length = stepper.next_length
+        work.step.length = min(stepper.next_length, work.longest / work.o[KAPPA, START])
     return reason
 
 
 @kernel
-def reject(at, h):
-    """Reject a step of length `h` and shorten the next; return GOING, or a failure after MOST_TRIES rejections."""
+def reject(at):
+    """Reject a step and shorten the next; return GOING, or a failure after MOST_TRIES rejections."""
     work = at[0]
     stepper, error = work.stepper, work.step.error
     work.counts.rejected += 1
-    stepper.next_length, stepper.growth, stepper.rejections = (
-        h * shrinking(error),
-        1.0,
-        stepper.rejections + 1.0,
-    )
+    stepper.rejections += 1.0
+    set_next_length(at, REJECTION)
     if stepper.rejections > MOST_TRIES:
         return STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE
     return GOING
@@ -217,7 +227,7 @@ def cut_at_event(at, h, event):
     # peak of a friction law.  The error of a very short step is rounding.
     too_far = share > SHORT_SHARE and work.method.current != IMPLICIT
     if too_far and not work.step.error < 1.0:
-        return reject(at, work.step.length)
+        return reject(at)
     evaluations_before = work.counts.evaluations
     step_to_event(at, share, (kind, contact, stepper.next_stop), work.step.length)
     work.counts.locating += work.counts.evaluations - evaluations_before
@@ -236,7 +246,7 @@ def cut_at_event(at, h, event):
         if reason != GOING:
             return reason
     restart(at)
-    set_first_length(at)
+    set_next_length(at, BEGINNING)
     return GOING
 
 
@@ -249,9 +259,9 @@ def attempt_step(at):
     assess_step(accumulators_of(at), work.method.current)
     h = step.length
     if not step.error < 1.0:
-        return reject(at, h)
+        return reject(at)
     pattern = proposal_of(at)
-    work.proposals[pattern], work.paces[pattern] = stepper.next_length, pace_of(at)
+    work.proposals[pattern], work.paces[pattern] = step.proposal, pace_of(at)
     share, kind, contact = find_first_event(at, h, stepper.next_stop)
     if kind != NOTHING:
         return cut_at_event(at, h, (share, kind, contact))
@@ -259,7 +269,7 @@ def attempt_step(at):
     choose_method(at, h, pattern)
     note_step(at, h)
     advance(at)
-    stepper.next_length = next_length(at, h, stepper.next_length)
+    set_next_length(at, ACCEPTANCE)
     return GOING
 
 

@@ -19,10 +19,8 @@ from .event import (
     evaluate,
     trial_of,
 )
-from .event_search import first_event
-from .guarding import ELSEWHERE, evaluate_guards, looked_at
-from .newton import FAILED, fall_back, implicit_step
-from .radau import STAGE_WEIGHTS
+from .event_search import ELSEWHERE, evaluate_guards, first_event, looked_at
+from .radau import FAILED, STAGE_WEIGHTS, fall_back, implicit_step
 
 MOST_SWEEPS = 16
 CLOSE = 0.1  # of the allowed error: expected distance at which the iteration ends

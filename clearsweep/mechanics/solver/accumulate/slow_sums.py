@@ -40,9 +40,6 @@ from ...observe.stages import END, NODES, START
 from ..collocation import WEIGHTS
 from ..event import IMPLICIT
 from ..radau import STAGE_WEIGHTS
-from .between import look_between
-from .peaks import highest_between, refined_peak
-from .record import write_samples
 from .step_sums import (
     NO_PEAK,
     highest_inside,
@@ -59,7 +56,7 @@ from .totals import (
     PULLED,
     WholeTotals,
 )
-from .turns import note_turns
+from .within_step import highest_between, look_between, note_turns, refined_peak, write_samples
 
 
 @kernel

@@ -37,6 +37,7 @@ class Step(Fields):
     change: float  # mean square over the stages of the last change of a component, over the allowed error
     contraction: float  # ratio of the change of a sweep to that of the sweep before
     sweeps: float  # number of sweeps
+    proposal: float  # length of the next step as far as the error of this one allows
     accepted: float  # nonzero if the step is accurate and contains no event
     stiff: float  # nonzero if a stiff component may limit the step
     needs_peak_search: float  # nonzero if a maximum between its stages may exceed the values at its ends
