@@ -17,8 +17,8 @@ import numpy as np
 
 from .contracts.case import DOUBTFUL_WEAR_NUMBER, LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER
 from .contracts.catalogue import LARGEST
-from .grid.case_table import head_of, rows_of_csv
-from .grid.document import refuse_endless
+from .grid.written.document import refuse_endless
+from .grid.written.tables import head_of, rows_of_csv
 from .language import quantity
 from .language.errors import InputError, nearest
 

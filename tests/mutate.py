@@ -91,7 +91,7 @@ PASSING, PASSES = "mechanics/joint/film/transition.py", "tests/test_every_transi
 FILMS, OIL = "mechanics/joint/film", "mechanics/joint/lubricated.py"
 BALANCE, REYNOLDS, TIPS = (f"tests/test_{name}.py" for name in ("film_balance", "reynolds_film", "asperities"))
 SHARES, IDEALS, HEAT = (f"tests/test_{name}.py" for name in ("shares_of_contact", "ideal_peaks", "heat"))
-PATTERN, IDENTITY = "grid/pattern.py", "tests/test_grid.py -k 'id or demo or frame'"
+PATTERN, IDENTITY = "grid/cases.py", "tests/test_grid.py -k 'id or demo or frame'"
 
 MUTATIONS = (
     # figures of merit
@@ -506,7 +506,13 @@ MUTATIONS = (
     ),
     Mutation(f"{FILMS}/transition.py", "_greenwood", "or plane_strain_modulus", "or 2.0 * plane_strain_modulus", TIPS),
     Mutation(f"{FILMS}/transition.py", "FIT", "0.05308344", "0.05408344", TIPS),
-    Mutation("grid/film_checks.py", "_extremes", "(min(lengths), max(radii))", "(max(lengths), max(radii))", REYNOLDS),
+    Mutation(
+        "grid/reading/machine_checks.py",
+        "_extremes",
+        "(min(lengths), max(radii))",
+        "(max(lengths), max(radii))",
+        REYNOLDS,
+    ),
     Mutation(
         "judging/validity.py", "films", "if joint.fed > FED", "if joint.fed < FED", "tests/test_film.py -k remarks"
     ),

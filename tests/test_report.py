@@ -16,9 +16,9 @@ from mechanism_cases import PAIR, changed
 import clearsweep
 from clearsweep import grid, report, simulation, store
 from clearsweep.contracts import results
-from clearsweep.grid.key_table import shape
-from clearsweep.grid.keys import Number
-from clearsweep.grid.pattern import nested
+from clearsweep.grid.cases import nested
+from clearsweep.grid.keys.key_table import shape
+from clearsweep.grid.keys.kinds import Number
 from clearsweep.language import quantity, wording
 from clearsweep.language.errors import InputError
 from clearsweep.report.blocks import interactive
@@ -151,7 +151,7 @@ def test_page_names_worst_case_and_drivers_with_units(pages):
     assert "crank speed 1000, 3000, 5000 rpm" in text
     assert "8 \u00d7 step-budget" in text
     assert "the step budget of 1000000 steps" in text
-    assert "All motions repeat themselves (revolutions: 100 after 1)" in text
+    assert "All motions are periodic (revolutions: 100 with 1)" in text
     assert "largest wear" not in text
     assert "Deepest wear" in text
 

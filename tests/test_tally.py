@@ -82,8 +82,8 @@ def test_forces_exceeded_follow_from_sums_of_time_above_each_bin():
             add_ramp(histogram, ends, 1.0)
             highest[j] = max(highest[j], *map(force_bin, ends))
     duration = 40.0
-    found = forces_exceeded(histograms, highest, duration)
-    for histogram, top, force in zip(histograms, highest, found, strict=True):
+    forces = forces_exceeded(histograms, highest, duration)
+    for histogram, top, force in zip(histograms, highest, forces, strict=True):
         spent = spent_in(histogram)[: top + 1]  # rounding grows with the width of the empty bins above
         above = np.cumsum(spent[::-1])[::-1]  # during the time of each bin and all higher ones
         place = np.flatnonzero(above >= duration)[-1]

@@ -14,7 +14,15 @@ from .ideal import ideal_motion, ideal_peaks, mechanism_of
 from .life_block import Log
 from .links import ElasticLink, elastic_links
 from .peak_revolution import peak_revolution
-from .recommending import advice_text, alternatives, elastic_words, recommendations, recommendations_for
+from .recommending import (
+    Recommendation,
+    advice_text,
+    alternatives,
+    elastic_words,
+    recommendations,
+    recommendations_for,
+    recommended_texts,
+)
 from .scene import build, catalogue, derived, load_case, signature, warnings
 from .sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
 from .trajectory import compile_for, compile_loop, simulate
@@ -24,6 +32,7 @@ __all__ = [
     "HOLDS",
     "ElasticLink",
     "IdealMotion",
+    "Recommendation",
     "Sketch",
     "SketchedBody",
     "SketchedJoint",
@@ -50,6 +59,7 @@ __all__ = [
     "penetration_limit",
     "recommendations",
     "recommendations_for",
+    "recommended_texts",
     "restitution",
     "signature",
     "simulate",

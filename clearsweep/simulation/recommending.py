@@ -17,6 +17,7 @@ from .scene import catalogue
 FAMILIES = ("elastic", "law")  # of which one law each is recommended
 MOST_CASES = 25  # of a grid that are looked at
 DEPTH = 1e-6  # m, at which the forces of laws are compared
+_JOINTS = "{joints}"  # in a text that several joints may share
 _CAVEAT = "The load is the largest reaction without clearance; impacts are harder. clearsweep list NAME explains a law."
 
 
@@ -31,19 +32,33 @@ class Recommendation(NamedTuple):
     word: str  # HOLDS, DOUBTFUL or OUT, of the law that the grid has
     objection: str  # what is to be said of that
 
-    def sentence(self) -> str:
-        """Return it in words, with what the grid has."""
-        if not self.law:
-            return f"Recommended for {self.joint}: no {self.key}, as none holds there.{self._used()}"
-        same = self.law == self.used
-        law = f"{self.key} {self.law}{' (in use)' if same else ''}"
-        head = f"Recommended for {self.joint}: {law}, because {self.reason}."
-        return head if same else f"{head}{self._used()}"
+    def _name(self) -> str:
+        """Return key and law in words."""
+        law = self.law or "none (none is valid there)"
+        return f"{self.key} {law}{' (in use)' if self.law == self.used else ''}"
 
     def _used(self) -> str:
         """Return what is to be said of the law in use."""
         said = HOLDS if self.word == HOLDS else f"is {self.word}: {self.objection}"
-        return f" In use is {self.used}, which {said}."
+        return f"In use is {self.used}, which {said}."
+
+
+def _recommended_text(laws: Sequence[Recommendation]) -> str:
+    """Return the laws that are recommended for the joints _JOINTS, with the reasons and what the grid has."""
+    head = f"Recommended for {_JOINTS}: {', '.join(each._name() for each in laws)}."
+    reasons = [f"{each.law}: {each.reason}." for each in laws if each.law]
+    return " ".join([head, *reasons, *(each._used() for each in laws if each.law != each.used)])
+
+
+def recommended_texts(laws: Iterable[Recommendation]) -> list[str]:
+    """Return a line on the laws that are recommended for each joint; joints with the same line share it."""
+    by_joint: dict[str, list[Recommendation]] = {}
+    for each in laws:
+        by_joint.setdefault(each.joint, []).append(each)
+    alike: dict[str, list[str]] = {}
+    for joint, own in by_joint.items():
+        alike.setdefault(_recommended_text(own), []).append(joint)
+    return [text.replace(_JOINTS, wording.sentence_list(joints)) for text, joints in alike.items()]
 
 
 def recommendations(case: Case) -> list[Recommendation]:
@@ -84,16 +99,22 @@ def advice_text(source: str | PathLike, name: str | None = None) -> str:
     places = np.unique(np.linspace(0, len(cases) - 1, MOST_CASES).round().astype(int)).tolist()
     looked = [cases.case(place) for place in places]
     by_case = [advice(case) for case in looked]
-    blocks: dict[str, list[str]] = {}  # text -> the joints that it is of
+    alike: dict[tuple[str, ...], list[str]] = {}  # paragraphs -> the joints they are about
     for number, section in enumerate(looked[0].joints):
-        text = _text(section, [each[number] for each in by_case], name)
-        blocks.setdefault(text, []).append(section.name)
-    named = (f"{', '.join(joints)}: {text}" for text, joints in blocks.items())
-    return "\n\n".join([*named, _CAVEAT])
+        text = _paragraphs(section, [each[number] for each in by_case], name)
+        alike.setdefault(text, []).append(section.name)
+    lines: list[str] = []
+    printed: dict[str, str] = {}  # paragraph on a family of laws -> the joint where it is
+    for (first, *families), joints in alike.items():
+        lines.append(f"{', '.join(joints)}: {first.replace(_JOINTS, wording.sentence_list(joints))}")
+        for paragraph in families:
+            there = printed.setdefault(paragraph, joints[0])
+            lines.append(paragraph if there == joints[0] else f"{paragraph.splitlines()[0]}: as for {there}")
+    return "\n\n".join([*lines, _CAVEAT])
 
 
-def _text(joint: Joint, looked: Sequence[Advice], name: str | None) -> str:
-    """Return what is to be said of the laws for a joint in some cases, `joint` that of the first."""
+def _paragraphs(joint: Joint, looked: Sequence[Advice], name: str | None) -> tuple[str, ...]:
+    """Return what is to be said of a joint in some cases, then of each family of laws; `joint` is that of the first."""
     settings = dict.fromkeys((looked[0].setting, looked[-1].setting))
     worst = [_worst(verdicts) for verdicts in _by_law(looked).values()]
     if name is not None:
@@ -101,13 +122,14 @@ def _text(joint: Joint, looked: Sequence[Advice], name: str | None) -> str:
         if not chosen:
             known = dict.fromkeys(each.law for each in worst)
             raise InputError(f"list: no entry '{name}' there{nearest(name, known)}")
-        return "\n".join([" ... ".join(settings), *(line for each in chosen for line in ("", *_rows([each])))])
-    lines = [" ... ".join(settings), "", *(each.sentence() for each in _of(joint, worst))]
+        return " ... ".join(settings), *("\n".join(_rows([each])) for each in chosen)
+    recommended = _of(joint, worst)
+    lines = [" ... ".join(settings), *(["", _recommended_text(recommended)] if recommended else [])]
     if factor := _factor(joint, [each.law for each in worst if each.family == "elastic" and each.word == HOLDS]):
         lines.append(factor)
-    for family in sorted({each.family for each in worst}, key=[*KEYS].index):
-        lines += ["", *_rows([each for each in worst if each.family == family])]
-    return "\n".join(lines)
+    families = sorted({each.family for each in worst}, key=[*KEYS].index)
+    rows = ("\n".join(_rows([each for each in worst if each.family == family])) for family in families)
+    return "\n".join(lines), *rows
 
 
 def _rows(verdicts: list[Verdict]) -> list[str]:

@@ -51,7 +51,7 @@ class Estimate(NamedTuple):
     assumed: dict[str, dict[str, Any]]  # path written without a unit -> {"unit", "values"}: first and last value, SI
     defined: dict[str, dict[str, Any]]  # name under `define` -> value, unit, and expression or ''
     case: dict[str, Any]  # first case: identity, values by dotted path, units
-    recommended: list[str]  # a sentence on each law that is recommended for a joint of the first case
+    recommended: list[str]  # lines on the laws that are recommended for the joints of the first case
 
 
 def estimate(

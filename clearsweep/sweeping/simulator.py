@@ -11,7 +11,7 @@ from .worker import Simulator
 
 
 def _recommended(case: Case) -> list[str]:
-    return [recommendation.sentence() for recommendation in simulation.recommendations(case)]
+    return simulation.recommended_texts(simulation.recommendations(case))
 
 
 class _Functions(NamedTuple):

@@ -78,7 +78,7 @@ class Simulator(Protocol):
         """Return sentences about suspicious values."""
 
     def recommended(self, case: Case, /) -> list[str]:
-        """Return a sentence on each law that is recommended for a joint of a case."""
+        """Return a line on the laws that are recommended for the joints of a case."""
 
     def alternatives(self, case: Case, /) -> dict[str, list[str]]:
         """Return path of a law's name -> the other laws that hold in its joint."""

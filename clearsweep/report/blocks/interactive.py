@@ -19,7 +19,7 @@ HERE = Path(__file__).parent
 #: Files of the page's one script, in order; those of `vendor` are unmodified.
 SCRIPTS = (
     "vendor/uPlot.iife.min.js",
-    *(f"script/{name}.js" for name in ("common", "explorer", "player", "worn", "start")),
+    *(f"script/{name}.js" for name in ("common", "explorer", "player", "worn", "cells", "start")),
 )
 STYLES = ("vendor/uPlot.min.css",)
 

@@ -91,7 +91,7 @@ class Section(NamedTuple):
     @property
     def tables(self) -> list[Table]:
         """Return the tables of the section, which are written as CSV."""
-        return [block for block in self.blocks if isinstance(block, Table)]
+        return [block for block in self.blocks if isinstance(block, Table) and block.is_file]
 
     @property
     def pictures(self) -> list[tuple[str, Picture]]:

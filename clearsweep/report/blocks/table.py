@@ -60,6 +60,7 @@ class Table(NamedTuple):
     note: str
     columns: tuple[Column, ...]
     rows: Sequence[tuple]
+    is_file: bool = True  # whether it is written as a file; not if another table has all its rows
 
     def shown(self) -> Shown:
         """Return the table in text: heads with units for people, the first SHOWN rows."""

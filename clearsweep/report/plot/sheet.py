@@ -164,10 +164,18 @@ class Sheet:
             under = foot + _below(ax.xaxis, [name for _, name in ticks["x"]]) + named(ax.xaxis) - 0.22 * LABEL
         words.append(text(ax.xaxis.label, box.left + 0.5 * box.wide, under, LABEL, "middle"))
         baseline = box.left - _tick_width(ax.yaxis, box.high) - 0.5 * LABEL
-        words.append(text(ax.yaxis.label, baseline, box.top + 0.5 * box.high, LABEL, "middle", turn=-90.0))
+        words.append(self._upright(ax.yaxis.label, baseline, box))
         lines = "".join(path)
         drawn = f'<path d="{lines}" style="stroke: {GREY}; stroke-width: 0.8"/>' if lines else ""
         return "\n".join([each for each in (drawn, *words) if each])
+
+    def _upright(self, label: str, x: float, box: Box) -> str:
+        """Return the label of a vertical side, centred on the axes as far as the sheet allows."""
+        longest = self.high - 2.0 * PAD
+        size = min(LABEL, LABEL * longest / max(width(label, LABEL), 1.0))
+        half = 0.5 * width(label, size)
+        middle = min(max(box.top + 0.5 * box.high, PAD + half), self.high - PAD - half)
+        return text(label, x, middle, size, "middle", turn=-90.0)
 
     def _bar(self, bar: Bar, box: Box, key: str) -> str:
         left, side = box.left + box.wide + APART, bar.ax.yaxis
@@ -186,7 +194,7 @@ class Sheet:
             parts.append(text(name, left + BAR + side.tick_length + GAP, y, side.size, "start", middle=True))
         parts.append(f'<path d="{"".join(path)}" style="stroke: {GREY}; stroke-width: 0.8"/>' if path else "")
         x = left + BAR + _tick_width(side, box.high) + named(side) - 0.3 * LABEL
-        parts.append(text(side.label, x, box.top + 0.5 * box.high, LABEL, "middle", turn=-90.0))
+        parts.append(self._upright(side.label, x, box))
         return "\n".join(filter(None, parts))
 
 

@@ -50,6 +50,7 @@ SECTIONS: tuple[Makes, ...] = (  # seen at once, in the order of the page
     sample.sections,
     cases.sections,
     drivers.sections,
+    sample.leading,
     trust.sections,
     lasting.sections,
 )
@@ -58,7 +59,16 @@ SECOND = (*SECTIONS[SECTIONS.index(drivers.sections) :], explorer.leading)
 MORE: tuple[tuple[str, tuple[Makes, ...]], ...] = (  # folded below them, by subject
     (
         "Forces and output",
-        (headline.sections, curves.sections, maps.sections, drivers.more, sample.more, tradeoffs.sections),
+        (
+            verdict.more,
+            optimised.more,
+            headline.sections,
+            curves.sections,
+            maps.sections,
+            drivers.more,
+            sample.more,
+            tradeoffs.sections,
+        ),
     ),
     (
         "Motion",
@@ -86,6 +96,13 @@ def _long(section: Section) -> bool:
     return any(isinstance(block, Detail) for block in section.blocks)
 
 
+def _is_second(sections: Makes, listed: list[Section]) -> bool:
+    """Return whether sections are in the second column of a wide page, after those that are `listed`."""
+    if any(section.key == "optimise" for section in listed):
+        return sections is explorer.leading  # as long as all others
+    return sections in SECOND and (sections is not drivers.sections or any(map(_long, listed)))
+
+
 def of(study: Study) -> list[Section]:
     """Return the non-empty sections of a run."""
     listed: list[Section] = []
@@ -95,7 +112,7 @@ def of(study: Study) -> list[Section]:
         for number, (subject, sections) in enumerate(every):
             preparing.note(share=number / len(every))
             made = [section for section in sections(study) if section.blocks]
-            second = sections in SECOND and (sections is not drivers.sections or any(map(_long, listed)))
+            second = _is_second(sections, listed)
             placed = [section._replace(subject=subject, second=second) for section in made]
             listed += [counts.noted(study, section) for section in placed]
     return listed

@@ -11,7 +11,7 @@ from ..blocks.picture import capital
 from ..blocks.section import Block, Detail, Note, Section
 from ..data.shown import shown
 from ..data.study import Joint, Study
-from ..data.worst_case import worst_case
+from ..data.worst_case import question, worst_case
 from ..one_case import player
 from ..one_case.motion import history, onsets, pictures
 
@@ -23,8 +23,8 @@ NOT_SAVED = Markup(
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the worst case in motion, or how to draw one, or [] if none finished."""
-    if study.cases.empty:
+    """Return the worst case in motion, or how to draw it; [] without a finished case, and for `identify`."""
+    if study.cases.empty or question(study).question == "identify":
         return []
     worst = worst_case(study)
     ids = [worst[0]] if worst else []
@@ -39,6 +39,7 @@ def others(study: Study) -> list[Section]:
         return []
     worst, ranked = worst_case(study), _ranked(study)
     first = worst[0] if worst else next(iter(ranked), None)
+    first = None if question(study).question == "identify" else first
     words = ("largest", "smallest") if len(ranked) == 2 else ("largest", "median", "smallest")
     name = capital(study.lead.name)
     why = {case_id: f"{name}, the {word} of all cases" for case_id, word in zip(ranked, words, strict=False)}

@@ -29,10 +29,10 @@ def sections(study: Study) -> list[Section]:
 
 def recommended(study: Study) -> list[str]:
     """Return the laws that are recommended for each dry joint, by the load of its hardest case."""
-    return [sentence for joint in study.joints for sentence in _recommended(study, joint)]
+    return simulation.recommended_texts(each for joint in study.joints for each in _recommended(study, joint))
 
 
-def _recommended(study: Study, joint: Joint) -> list[str]:
+def _recommended(study: Study, joint: Joint) -> list[simulation.Recommendation]:
     if not study.driven or not study.has(joint.column(PEAK.figure)):
         return []
     hardest = study.cases[joint.column(PEAK.figure)].idxmax()
@@ -41,4 +41,4 @@ def _recommended(study: Study, joint: Joint) -> list[str]:
     except InputError:  # laws of another version
         return []
     load = elastic_comparison.load_of(study, joint, hardest)
-    return [each.sentence() for each in simulation.recommendations_for(section, load)] if section.is_dry else []
+    return simulation.recommendations_for(section, load) if section.is_dry else []

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...grid.optimised import SENSES
+from ...grid.sections.optimise import SENSES
 from ...judging.verdict import MARGIN
 from ..blocks.interactive import packed
 from ..blocks.section import Block, Interactive, Note, Section
@@ -11,6 +11,7 @@ from ..data.shown import shown
 from ..data.study import RATIO, Study
 
 MOST = 4_400  # cases: a page stays below 3 MB
+LEADING_ROWS = 8  # of the table where it is seen at once
 DRAWN = 5  # figures displayed at first, besides the swept values
 TABLES = ("forces", "wear", "output", "certainty")  # tables whose figures are available
 WIDE = 8.0  # ratio of largest to smallest value above which an axis is logarithmic
@@ -67,6 +68,7 @@ def _marked(study: Study, kept: np.ndarray, columns: list[dict]) -> dict:
         "marked": np.flatnonzero(_best(study)[kept]).tolist(),
         "note": "The best cases are marked.",
         "points": [across, up, swept[0] if len(asked) > 1 else swept[-1]],
+        "rows": LEADING_ROWS,
     }
 
 

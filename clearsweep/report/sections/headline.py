@@ -115,14 +115,14 @@ def repeating(study: Study) -> list[str]:
     if len(repeated):
         cases = "All motions" if len(repeated) == count else f"{len(repeated)} of {wording.count(count, 'motion')}"
         shares = Counter(int(period) for period in repeated)
-        after = wording.sentence_list([f"{number} after {period}" for period, number in sorted(shares.items())])
-        points.append(f"{cases} repeat themselves (revolutions: {after}): a peak there comes back in every period.")
+        shares_of = wording.sentence_list([f"{number} with {period}" for period, number in sorted(shares.items())])
+        points.append(f"{cases} are periodic (revolutions: {shares_of}); their peaks recur in every period.")
     points += _chaotic(study)
     if len(repeated) < count:
         rest, suffix = wording.count(count, "motion"), _beside_median(study, study.hardest_joint())
         points.append(
-            f"{count - len(repeated)} of {rest} were not seen to repeat themselves within the window. Compare these by "
-            f"the median of the peaks of revolutions, by rms or p99{suffix}."
+            f"No period was found in {count - len(repeated)} of {rest}. Compare these by the median peak per "
+            f"revolution, by rms or p99{suffix}."
         )
         points += _expected(study)
     return points

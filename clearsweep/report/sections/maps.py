@@ -68,7 +68,8 @@ def first(study: Study) -> list[Picture]:
     if study.cases.empty or study.limits:
         return []
     maps = [each for joint in study.joints for each in _maps(study, joint)]
-    return [_picture(study, each, _span(maps, each.name)) for each in maps[:1]]
+    pictures = [(_picture(study, each, _span(maps, each.name)), each.joint) for each in maps[:1]]
+    return [picture._replace(title=picture.title + study.where(joint, ", joint {}")) for picture, joint in pictures]
 
 
 def _maps(study: Study, joint: Joint) -> list[Map]:
@@ -112,7 +113,7 @@ def _reduced(study: Study, column: str) -> Callable[[np.ndarray], float]:
 
 def over_axes(study: Study, joint: Joint, figure: str, name: str) -> list[Picture]:
     """Return a figure of a joint over the two axes that move it most, or the only one, or [] if it does not vary."""
-    column, name = joint.column(figure), name + study.where(joint, ", joint {}")
+    column = joint.column(figure)
     varies = study.has(column) and study.cases[column].nunique() > 1
     effects = main_effects(study, column) if varies else []
     if len(effects) > 1:
@@ -121,7 +122,7 @@ def over_axes(study: Study, joint: Joint, figure: str, name: str) -> list[Pictur
         return [
             _picture(study, Map(joint, column, name, pair, table), (float(np.nanmin(table)), float(np.nanmax(table))))
         ]
-    return [line(study, effect, name) for effect in effects]
+    return [line(study, effect, name + study.where(joint, ", joint {}")) for effect in effects]
 
 
 def _in_order(study: Study, pair: tuple[Axis, Axis]) -> tuple[Axis, Axis]:

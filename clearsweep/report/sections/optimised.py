@@ -5,33 +5,92 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ...grid.sections.optimise import SENSES
 from ...language import quantity, wording
 from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture
 from ..blocks.section import Block, Gallery, Section, Sentences, filled
-from ..blocks.table import Column, Table
+from ..blocks.table import Column, Quantity, Table
 from ..data.dotted import dig
+from ..data.shown import in_words
 from ..data.study import Study
 
 WIDTH, HEIGHT = 6.5, 4.0  # inches
+AT_ONCE = 8  # rows of the best cases that the page shows at first
 FRONT = 2  # cases from which a front is drawn
 
 
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if nothing was optimised, or the run did not end."""
-    if "optimise" not in study.run.grid:
+    known = _known(study)
+    if known is None:
         return []
+    (rows, names), start = known, _start(study)
+    texts = [*_sentences(study, rows), *_beside_start(study, rows, names, start), *_told_apart(study, rows, names)]
+    table = _table(study, rows, names, start)
+    blocks: list[Block] = [Sentences(texts), _first(table)]
+    return [Section("optimise", "The best cases", filled(blocks))]
+
+
+def ends(study: Study) -> list[tuple[str, str]]:
+    """Return each objective and the case in which it is best; [] without an answer."""
+    known = _known(study)
+    if known is None:
+        return []
+    rows, smaller = [row for row in known[0] if row["case_id"] in study.cases.index], _senses(study)[0]
+    best_cases = []
+    for name in known[1]:
+        valued = [row for row in rows if row[name] is not None]
+        if valued:
+            best = min(valued, key=lambda row: row[name] * (1.0 if name in smaller else -1.0))
+            best_cases.append((name, str(best["case_id"])))
+    return best_cases
+
+
+def answers(study: Study) -> list[str]:
+    """Return a sentence for each objective on the best case for it."""
+    return [
+        f"Best {name}: {study.text(case_id, name)} at {study.setting(case_id)}, case {wording.short_id(case_id)}."
+        for name, case_id in ends(study)
+    ]
+
+
+def _senses(study: Study) -> list[list[str]]:
+    """Return the objectives that are minimised, and those that are maximised."""
+    return [study.run.grid["optimise"].get(sense, []) for sense in SENSES]
+
+
+def more(study: Study) -> list[Section]:
+    """Return all of the best cases, their front, and every case as a line; [] as for `sections`."""
+    known = _known(study)
+    if known is None:
+        return []
+    rows, names = known
+    table = _table(study, rows, names, _start(study))
+    whole = [table] if len(table.rows) > AT_ONCE else []
+    pictures = [*_front(study, rows, names), *_parallel(study, rows, names)]
+    return [Section("optimise-more", "All of the best cases", filled([*whole, Gallery("", pictures)]))]
+
+
+def _known(study: Study) -> tuple[list[dict[str, Any]], list[str]] | None:
+    """Return the best cases as rows and the names of the objectives, or None without an answer."""
+    if "optimise" not in study.run.grid:
+        return None
     frame = study.run.optimise
     if frame is None or frame.empty:
-        return []
-    asked = study.run.grid["optimise"]
-    names = [name for sense in ("minimise", "maximise") for name in asked.get(sense, [])]
+        return None
+    names = [name for sense in _senses(study) for name in sense]
     rows = [{name: None if pd.isna(each) else each for name, each in row.items()} for row in frame.to_dict("records")]
-    start = _start(study)
-    texts = [*_sentences(study, rows), *_beside_start(study, rows, names, start), *_told_apart(study, rows, names)]
-    pictures = [*_front(study, rows, names), *_parallel(study, rows, names)]
-    blocks: list[Block] = [Sentences(texts), Gallery("", pictures), _table(study, rows, names, start)]
-    return [Section("optimise", "The best cases", filled(blocks))]
+    return rows, names
+
+
+def _first(table: Table) -> Table:
+    """Return a table without most rows of a long front: its first rows and others at equal steps."""
+    if len(table.rows) <= AT_ONCE:
+        return table
+    places = np.linspace(0, len(table.rows) - 1, AT_ONCE).round().astype(int)
+    note = f"{AT_ONCE} of {len(table.rows)} rows at equal steps; all of them are below, under More."
+    return table._replace(key="optimise-first", note=note, rows=[table.rows[place] for place in places], is_file=False)
 
 
 def _start(study: Study) -> str | None:
@@ -118,11 +177,17 @@ def _table(study: Study, rows: list[dict[str, Any]], names: list[str], start: st
         values = [study.cases.at[start, axis.path] for axis in study.axes]
         cells = (*values, *(float(study.cases.at[start, name]) for name in names), float(margin))
         exceeded = study.cases.at[start, "limits_exceeded"] if "limits_exceeded" in study.cases else ""
-        lines.append((*cells, exceeded or wording.DASH, "as written"))
+        lines.append((*cells, _limits(study, exceeded), "as written"))
     for row in rows:
         numbers = [float("nan") if row[name] is None else row[name] for name in (*names, "margin")]
-        lines.append((*(row[axis.path] for axis in study.axes), *numbers, row["limiting"] or wording.DASH, "best"))
+        lines.append((*(row[axis.path] for axis in study.axes), *numbers, _limits(study, row["limiting"]), "best"))
     return Table("optimise", "The best cases", "", columns, lines)
+
+
+def _limits(study: Study, names: str) -> Quantity:
+    """Return the cell of limits by their columns, in words on the page."""
+    text = ", ".join(in_words(study, name) for name in names.split(",")) if names else wording.DASH
+    return Quantity(names or wording.DASH, text)
 
 
 def _front(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[Picture]:

@@ -1,5 +1,7 @@
 """The section on a sample: how the figures spread, how likely limits are exceeded, what drives the spread."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 
@@ -7,7 +9,7 @@ from ...judging.probability import INDEPENDENT
 from ...language import wording
 from ...language.errors import InputError
 from ..blocks.picture import Picture, capital
-from ..blocks.section import Block, Gallery, Section, Sentences, filled
+from ..blocks.section import Block, Gallery, Points, Section, Sentences, filled
 from ..data.study import Study
 from ..draw import comparison
 from ..draw.style import RED
@@ -32,23 +34,92 @@ def sections(study: Study) -> list[Section]:
     if not samples:
         return []
     if study.run.grid["sample"]["method"] in INDEPENDENT:
-        tables: list[Block] = [limit_table(study, every), spread_table(study, samples)]
-        return [Section("sample", "Probabilistic study", filled(tables))]
+        blocks: list[Block] = [limit_table(study, every), Points(_spreads(study, samples))]
+        return [Section("sample", "Probabilistic study", filled(blocks))]
     return [Section("sample", "What drives the spread", filled(_sensitivity(study, samples)))]
 
 
+def leading(study: Study) -> list[Section]:
+    """Return what drives the leading figure of a sample; [] as for `sections`."""
+    samples = _independent(study)
+    figures = _scattered(study) if samples else []
+    if not figures:
+        return []
+    sample = _widest(samples, figures[0])
+    known = correlations(study, sample, figures[0].column)
+    if not known:
+        return []
+    clear = sum(_is_clear(partial) for _, _, partial in known)
+    drawn = Gallery(SCATTER_NOTE, _clouds(study, sample, figures[0])[: max(clear, 1)], small=True)
+    return [Section("sample-drivers", "What drives it", [Points(_causes(study, figures[0], known)), drawn])]
+
+
+def _causes(study: Study, figure: Judged, known: Sequence[tuple[str, Estimate, Estimate]]) -> list[str]:
+    """Return the variables that go with a figure, the strongest first, and those without a clear effect."""
+    names = {axis.path: axis.name for axis in study.axes}
+    clear = [(names[path], partial) for path, _, partial in known if _is_clear(partial)]
+    weak = [names[path] for path, _, partial in known if not _is_clear(partial)]
+    if not clear:
+        return [f"No variable has a clear effect on the {figure.name}."]
+    said = [
+        f"{name} ({wording.plain(each.value, 2)}; 95 %: {wording.plain(each.low, 2)} to {wording.plain(each.high, 2)})"
+        for name, each in clear
+    ]
+    text = f"What drives the {figure.name}, by rank correlation with the other variables fixed: "
+    text += f"{wording.sentence_list(said)}."
+    return [text + (f" No clear effect on it: {wording.sentence_list(weak)}." if weak else "")]
+
+
+def _is_clear(correlation: Estimate) -> bool:
+    """Return whether the interval of a correlation excludes 0."""
+    return correlation.low > 0.0 or correlation.high < 0.0
+
+
+def _spreads(study: Study, samples: list[Setting]) -> list[str]:
+    """Return median and 90 % range of the leading figure and of those with a limit."""
+    texts = []
+    for figure in dict.fromkeys([*_scattered(study)[:1], *(each for each in limited_figures(study) if each.limits)]):
+        for sample in samples:
+            values = sample.figures[figure.column]
+            if not np.isfinite(values).any():
+                continue
+            low, middle, high = sensitivity.spread(values).quantiles
+            ends = [low.value, middle.value, high.value, *(end for end in middle[1:] if np.isfinite(end))]
+            texts_of = wording.in_common_unit(ends, figure.unit)
+            sure = f" (95 %: {' to '.join(texts_of[3:])})" if len(texts_of) == 5 else ""
+            at = [f"{name} {text}" for name, text in _point(study, sample)]
+            where = f" at {', '.join(at)}" if at else ""
+            texts.append(
+                f"{capital(figure.name)}{where}: median {texts_of[1]}{sure}; 90 % of the cases are between "
+                f"{texts_of[0]} and {texts_of[2]}."
+            )
+    return texts
+
+
+def _point(study: Study, sample: Setting) -> list[tuple[str, str]]:
+    """Return name and value of the swept axes at which a sample was drawn."""
+    known = [(axis, sample.point.get(axis.path)) for axis in study.swept()]
+    return [(axis.name, axis.text(value)) for axis, value in known if value is not None]
+
+
+def _independent(study: Study) -> list[Setting]:
+    """Return the samples with finished cases, [] unless their cases are independent."""
+    samples = [each for each in sensitivity.settings(study.run) if len(each.failed) < len(set(each.case_ids))]
+    return samples if samples and study.run.grid["sample"]["method"] in INDEPENDENT else []
+
+
 def more(study: Study) -> list[Section]:
-    """Return what drives the spread of a sample, and the figures as histograms; [] as for `sections`."""
-    every = sensitivity.settings(study.run)
-    samples = [sample for sample in every if len(sample.failed) < len(set(sample.case_ids))]
-    if not samples or study.run.grid["sample"]["method"] not in INDEPENDENT:
+    """Return spread, what drives it, and the figures as histograms; [] as for `sections`."""
+    samples = _independent(study)
+    if not samples:
         return []
     blocks: list[Block] = [
+        spread_table(study, samples),
         Gallery(SCATTER_NOTE, _scatter(study, samples), small=True),
         rank_table(study, samples),
         Gallery(NOTE, _histograms(study, samples), small=True),
     ]
-    return [Section("sample-spread", "What drives the spread", filled(blocks))]
+    return [Section("sample-spread", "Spread of the figures", filled(blocks))]
 
 
 def _sensitivity(study: Study, samples: list[Setting]) -> list[Block]:
@@ -63,13 +134,24 @@ def _sensitivity(study: Study, samples: list[Setting]) -> list[Block]:
 
 def _scatter(study: Study, samples: list[Setting]) -> list[Picture]:
     """Return the first figures over the variables that go with each most, limited ones first; not of too few cases."""
-    figures = sorted(limited_figures(study), key=lambda figure: not figure.limits)[:SCATTERED]
-    pictures = []
-    for figure in figures:
-        sample = max(samples, key=lambda each: float(np.nan_to_num(each.figures[figure.column]).max()))
-        correlated = correlations(study, sample, figure.column)[:SCATTERED]
-        pictures += [_cloud(study, sample, figure, path, alone) for path, alone, _ in correlated]
-    return pictures
+    figures = _scattered(study)[1:]  # the first is seen at once
+    return [picture for figure in figures for picture in _clouds(study, _widest(samples, figure), figure)]
+
+
+def _scattered(study: Study) -> list[Judged]:
+    """Return the figures that are drawn over the variables, those with a limit first."""
+    return sorted(limited_figures(study), key=lambda figure: not figure.limits)[:SCATTERED]
+
+
+def _widest(samples: list[Setting], figure: Judged) -> Setting:
+    """Return the sample with the largest value of a figure."""
+    return max(samples, key=lambda each: float(np.nan_to_num(each.figures[figure.column]).max()))
+
+
+def _clouds(study: Study, sample: Setting, figure: Judged) -> list[Picture]:
+    """Return a figure over the variables that go with it most."""
+    correlated = correlations(study, sample, figure.column)[:SCATTERED]
+    return [_cloud(study, sample, figure, path, alone) for path, alone, _ in correlated]
 
 
 def _cloud(study: Study, sample: Setting, figure: Judged, path: str, correlation: Estimate) -> Picture:
@@ -106,11 +188,7 @@ def _histogram(study: Study, sample: Setting, figure: Judged) -> Picture:
     values = values[np.isfinite(values)]
     scale = wording.scale(figure.unit, values)
     marks = tuple(np.quantile(values, sensitivity.QUANTILES))
-    settings = [
-        f"{axis.name} {axis.text(sample.point[axis.path])}"
-        for axis in study.swept()
-        if sample.point.get(axis.path) is not None
-    ]
+    settings = [f"{name} {text}" for name, text in _point(study, sample)]
     quantiles = zip(sensitivity.QUANTILES, marks, strict=True)
     fixed = [limit.value for limit in figure.limits if not limit.times]
     alt = ", ".join(f"{share:.0%} quantile {scale.text(mark)}" for share, mark in quantiles)

@@ -11,6 +11,7 @@ from ..blocks.section import Block, Gallery, Section, Sentences, filled
 from ..blocks.table import Column, Quantity, Table, counted
 from ..data.axis import Axis
 from ..data.dotted import all_sought, seek_text
+from ..data.shown import in_words
 from ..data.study import Study
 from ..draw import seek as draw
 
@@ -56,7 +57,7 @@ def sections(study: Study) -> list[Section]:
         lines = [
             "Every fit is judged at its largest clearance. The answer is the last one before the first that fails."
         ]
-    sentences, pictures = Sentences([*safest(study), *lines]), Gallery("", _pictures(answers, words))
+    sentences, pictures = Sentences(lines), Gallery("", _pictures(answers, words))  # the verdict has the answer
     blocks: list[Block] = [sentences, pictures, _table(study, answers), *_nearest(study, answers)]
     return [Section("seek", words, filled(blocks))]
 
@@ -71,7 +72,7 @@ def safest(study: Study) -> list[str]:
     if none:
         many = f" in {len(none)} of {len(answers.rows)} searches" if len(answers.rows) > 1 else ""
         return [
-            f"{end} safe {name}: none of the range that was looked at{many}{_because(answers, none[0])}.",
+            f"{end} safe {name}: none of the range that was looked at{many}{_because(study, answers, none[0])}.",
             *_not_monotone(answers),
         ]
     choose = min if answers.largest else max
@@ -81,7 +82,7 @@ def safest(study: Study) -> list[str]:
         text += f", which is safe in all {len(answers.rows)} searches"
     border = answers.interval(row)
     text += f"; the border is {border}" if border else "; the range that was looked at ends there"
-    return [f"{text}{_because(answers, row)}.", *_not_monotone(answers)]
+    return [f"{text}{_because(study, answers, row)}.", *_not_monotone(answers)]
 
 
 def card(study: Study) -> list[tuple[str, str, str]]:
@@ -95,7 +96,11 @@ def card(study: Study) -> list[tuple[str, str, str]]:
         return [(f"{end} safe {answers.axis.name}", "none", "of the range that was searched")]
     row = (min if answers.largest else max)(known, key=lambda row: row[answers.column])
     return [
-        (f"{end} safe {answers.axis.name}", answers.axis.text(row[answers.column]), _because(answers, row).strip(", "))
+        (
+            f"{end} safe {answers.axis.name}",
+            answers.axis.text(row[answers.column]),
+            _because(study, answers, row).strip(", "),
+        )
     ]
 
 
@@ -109,9 +114,10 @@ def _not_monotone(answers: _Answers) -> list[str]:
     return sentences
 
 
-def _because(answers: _Answers, row: dict[str, Any]) -> str:
+def _because(study: Study, answers: _Answers, row: dict[str, Any]) -> str:
     """Return the limit that determines an answer, and its joint."""
-    limited = f", limited by {row['limiting']}" if row["limiting"] else ""
+    names = row["limiting"].split(",") if row["limiting"] else []
+    limited = f", limited by {wording.sentence_list([in_words(study, name) for name in names])}" if names else ""
     return f"{limited} at {answers.setting(row)}" if answers.others and row["limiting"] else limited
 
 

@@ -10,9 +10,10 @@ from ..data.study import Joint, Study
 from ..data.worst_case import question, worst_case
 from ..samples import counts
 from ..statistics import elastic_range
-from . import identified, seek
+from . import identified, optimised, seek
 
 ONSET = "onset_rate_max"
+TOLD = 3  # swept values of a case up to which a card has them all
 
 
 def sections(study: Study) -> list[Section]:
@@ -32,6 +33,8 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
     if study.cases.empty:
         return cards
     cards += _answer(study)
+    if question(study).question == "identify":
+        return cards  # the others would be of machines that were only tried
     figures = (
         *(() if question(study).question == "force" else ((PEAK.figure, "Largest normal force", ""),)),
         ("force_peak_ratio", "Peak over ideal peak", "1: as without clearance"),
@@ -61,7 +64,7 @@ def _answer(study: Study) -> list[tuple[str, str, str]]:
         return []
     case_id, candidate = worst
     value = float(study.cases.at[case_id, candidate.columns[0]])
-    at = study.setting(case_id)
+    at = _at(study, case_id)
     if lead.question == "life":
         return [("Shortest life", f"{wording.plain(value)}{wording.BLANK}h", at)]
     if lead.question in ("seek", "limits"):
@@ -73,7 +76,7 @@ def _answer(study: Study) -> list[tuple[str, str, str]]:
             ("Smallest margin", verdict.margin_words(value, study.limits, exceeded), at),
         ]
     if lead.question == "optimise":
-        return [(f"Best {name}", study.text(case_id, name), at) for name in candidate.columns if name != verdict.MARGIN]
+        return [(f"Best {name}", study.text(best, name), _at(study, best)) for name, best in optimised.ends(study)]
     if lead.question == "force":
         return [("Largest normal force", study.text(case_id, candidate.columns[0]), at)]
     cards = [("Thinnest film", study.text(case_id, candidate.columns[0]), at)]
@@ -84,6 +87,11 @@ def _answer(study: Study) -> list[tuple[str, str, str]]:
             said = wording.percent(known) if share else study.text(case_id, name)
             cards.append((f"{heading[0].upper()}{heading[1:]}", said, "of that case"))
     return cards
+
+
+def _at(study: Study, case_id: str) -> str:
+    """Return the swept values of a case, or its identity where they are many."""
+    return study.setting(case_id) if len(study.swept()) <= TOLD else f"case {wording.short_id(case_id)}"
 
 
 def _worst(study: Study, figure: str) -> tuple[str, Joint | None]:

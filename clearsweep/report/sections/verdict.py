@@ -19,11 +19,11 @@ from ..samples import counts
 from ..samples.sample_tables import any_exceeded
 from ..statistics import sensitivity
 from ..statistics.main_effects import main_effects
-from . import law_check, life, maps
+from . import law_check, life, maps, optimised
 from .seek import safest
 
 MAPS = 3  # pairs of axes at most
-NOTE = "Smallest margin in per cent of the cases of a cell, which passes if all of them keep to all limits."
+NOTE = "Smallest margin, in per cent; a cell passes if all of its cases keep to all limits."
 
 
 def sections(study: Study) -> list[Section]:
@@ -31,9 +31,23 @@ def sections(study: Study) -> list[Section]:
     if study.cases.empty:
         none = f"None of the {wording.count(len(study.failed), 'case')} finished; the reasons are listed below."
         return [Section("verdict", "Verdict", [Points([none])])]
-    points = [*life.ends(study), *safest(study), *_kept(study), *_worst(study), *law_check.sentences(study)]
-    blocks: list[Block] = [Points(points), _table(study), Gallery(NOTE, _maps(study)), Gallery("", maps.first(study))]
+    points = [
+        *life.ends(study),
+        *safest(study),
+        *optimised.answers(study),
+        *_kept(study),
+        *_worst(study),
+        *law_check.sentences(study),
+    ]
+    blocks: list[Block] = [Points(points), Gallery("", [*_maps(study)[:1], *maps.first(study)])]
     return [Section("verdict", "Verdict", filled(blocks))]
+
+
+def more(study: Study) -> list[Section]:
+    """Return the limits in numbers, and the maps of further pairs of axes."""
+    if study.cases.empty:
+        return []
+    return [Section("limits-kept", "Limits", filled([_table(study), Gallery("", _maps(study)[1:])]))]
 
 
 def _worst(study: Study) -> list[str]:
@@ -99,7 +113,8 @@ def _kept(study: Study) -> list[str]:
         return []
     counted_cases = counts.limits(study)
     beyond, cases = counted_cases.exceeding, wording.count(counted_cases.cases, "case")
-    first = f"{beyond} of {cases} exceed at least one limit." if beyond else f"All of {cases} keep to the limits."
+    first = f"{beyond} of {cases} exceed at least one limit" if beyond else f"All of {cases} keep to the limits"
+    first += f": {wording.sentence_list(_each(study))}."
     if "refine" in study.run.grid:
         first += " Cases that refine put at the limits' border are among them, so that this is no share of designs."
     sentences = [first, *_chance(study), *_not_judged(study)]
@@ -112,8 +127,18 @@ def _kept(study: Study) -> list[str]:
             margin = verdict.margin_words(
                 float(study.cases.at[case_id, verdict.MARGIN]), study.limits, study.cases.at[case_id, verdict.EXCEEDED]
             )
-            sentences.append(f"{word} margin: {margin}{_at(study, case_id)}{remark}.")
+            case = f", case {wording.short_id(case_id)}" if study.swept() else ""
+            sentences.append(f"{word} margin: {margin}{_at(study, case_id)}{case}{remark}.")
     return sentences
+
+
+def _each(study: Study) -> list[str]:
+    """Return each limit in words, with the number of cases that exceed it if there are several limits."""
+    each = counts.limits(study).each
+    if len(each) == 1:
+        return [_limit(study, study.limits[0])]
+    known = zip(study.limits, each, strict=True)
+    return [f"{_limit(study, limit)} ({wording.count(failing, 'case')})" for limit, (failing, _) in known]
 
 
 def _chance(study: Study) -> list[str]:
@@ -203,7 +228,7 @@ def _map(study: Study, across: Axis, up: Axis) -> Picture:
     between = _between(study, exceeded, across, up)
     passing_cells, cells = int((failing == 0.0).sum()), int(np.isfinite(failing).sum())
     others = [axis.name for axis in study.swept() if axis not in (across, up)]
-    caption = f"Worst over {wording.sentence_list(others)}." if others else "One case per cell."
+    caption = f"{NOTE} Worst over {wording.sentence_list(others)}." if others else f"{NOTE} One case per cell."
     if len(between.x):
         dots = wording.count(len(between.x), "dot")
         caption += f" {capital(dots)}: cases between, put there by refine; crosses exceed a limit."

@@ -36,6 +36,7 @@ class Explorer {
     this.order = this.ids.map((_, i) => i);
     this.marked = new Set(data.marked || []);
     this.points = data.points;
+    this.many = data.rows || 20;
     this.note = data.note || "";
     const lead = this.columns.find(column => column.lead) || this.columns[0];
     this.sorted = {column: lead, falling: !lead.rising};
@@ -174,7 +175,7 @@ class Explorer {
   }
 
   rows() {
-    const many = 20, pages = Math.max(Math.ceil(this.keeps.length / many), 1);
+    const many = this.many, pages = Math.max(Math.ceil(this.keeps.length / many), 1);
     this.page = Math.min(this.page, pages - 1);
     const shown = this.columns.filter(column => column.drawn);
     this.body.replaceChildren(...this.keeps.slice(many * this.page, many * (this.page + 1)).map(i =>

@@ -27,7 +27,7 @@ class Player {
     this.stage = element("div", {class: "stage"}, this.picture);
     this.rings = this.joints.map(joint => {
       const canvas = element("canvas", {role: "img", "aria-label": `Journal of ${joint.name} in its bearing`});
-      return element("figure", {}, element("figcaption", {}, element("strong", {}, joint.name),
+      return element("figure", {"aria-label": `Journal of ${joint.name}`}, element("figcaption", {}, element("strong", {}, joint.name),
         element("span", {}, `clearance ${joint.said}${joint.magnified > 1 ?
           `; penetration drawn ${numberText(joint.magnified)} times as deep` : ""}`)), canvas);
     });
@@ -75,6 +75,7 @@ class Player {
     this.curves.replaceChildren();
     const width = this.curves.clientWidth, line = {stroke: colour("line"), width: 1};
     const axis = {stroke: colour("ink"), grid: line, ticks: line, font: "12px system-ui, sans-serif"};
+    const height = Math.min(Math.max(Math.round(ROOM / this.charts.length), SMALLEST), LARGEST);
     this.said = [];
     this.plots = this.charts.map(chart => {
       const said = element("p", {class: "said"});
@@ -82,12 +83,12 @@ class Player {
       this.said.push(said);
       const marker = element("div", {class: "marker"});
       const plot = new uPlot({
-        width, height: 150,
+        width, height,
         scales: {x: {time: false}},
         legend: {show: false},
         cursor: {y: false, drag: {x: true, y: false}, sync: {key: this.root.dataset.source}},
-        axes: [{...axis, incrs: [15, 30, 45, 90, 180, 360, 720, 1440], values: (_, ticks) => ticks.map(tick => `${tick}°`)},
-          {...axis, size: 56, values: (_, ticks) => ticks.map(numberText)}],
+        axes: [{...axis, size: 34, incrs: [15, 30, 45, 90, 180, 360, 720, 1440], values: (_, ticks) => ticks.map(tick => `${tick}°`)},
+          {...axis, size: 56, space: 20, values: (_, ticks) => ticks.map(numberText)}],
         series: [{}, ...chart.lines.map(each => ({width: 1.25, stroke: colour(each.colour), dash: each.dashed ? [6, 4] : undefined}))],
         hooks: {setCursor: [plot => {
           if (plot.cursor.event && plot.cursor.idx != null && plot.cursor.left >= 0) this.go(plot.cursor.idx);
@@ -204,4 +205,5 @@ function capital(text) {
   return text[0].toUpperCase() + text.slice(1);
 }
 
+const ROOM = 402, SMALLEST = 88, LARGEST = 134;  // px, height of all curves together, and of each
 const BODY_COLOURS = ["#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#8C6D31"];

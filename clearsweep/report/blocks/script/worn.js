@@ -15,7 +15,7 @@ class Worn {
     }));
     const tools = element("p", {class: "tools"}, element("label", {}, data.title, this.choice));
     root.append(tools,
-      element("div", {class: "grid"}, ...this.bodies.map(body => element("figure", {},
+      element("div", {class: "grid"}, ...this.bodies.map(body => element("figure", {"aria-label": body.name},
         element("figcaption", {}, element("strong", {}, body.name), body.words), body.canvas))));
     redrawn(tools, () => this.draw()); // its height does not change with what is drawn
   }
