@@ -16,10 +16,10 @@ class Tank(Fields):
     inflow: float  # m/s
 
 
-class Tally(Fields):
+class FillCounts(Fields):
     """Counts."""
 
-    rounds: int
+    fillings: int
     overflows: int
 
 
@@ -33,30 +33,30 @@ def fill(tank, height):
     return False
 
 
-def rounds(tanks, tally, height):
+def fillings(tanks, counted, height):
     """Fill both tanks three times; return the level of the first."""
-    named, counts = Tank(tanks), Tally(tally)
+    state, counts = Tank(tanks), FillCounts(counted)
     for _ in range(3):
-        counts.rounds += 1
+        counts.fillings += 1
         for j in range(2):
-            if fill(named[j], height):
+            if fill(state[j], height):
                 counts.overflows = counts.overflows + 1
-    return named[0].level
+    return state[0].level
 
 
-@pytest.mark.parametrize("how", [machine_code(rounds), rounds])
+@pytest.mark.parametrize("how", [machine_code(fillings), fillings])
 def test_a_body_changes_named_numbers_and_rows_of_them(how):
-    tanks, tally = Tank.zeros(2), Tally.zeros()
+    tanks, counted = Tank.zeros(2), FillCounts.zeros()
     tanks.column("inflow")[:] = 0.25, 0.5
-    assert how(tanks.numbers, tally.numbers, 1.0) == 0.75
+    assert how(tanks.numbers, counted.numbers, 1.0) == 0.75
     assert tanks.column("level").tolist() == [0.75, 1.0]
     assert tanks[1].level == 1.0
-    assert (tally.rounds, tally.overflows) == (3, 1)
+    assert (counted.fillings, counted.overflows) == (3, 1)
 
 
 def test_memory_follows_from_the_declaration():
     assert Tank.SIZE == 2
-    assert Tally.zeros().numbers.dtype == np.int64
+    assert FillCounts.zeros().numbers.dtype == np.int64
     assert Tank.zeros(3).numbers.shape == (3, 2)
     assert Tank.index_of("inflow") == 1
 
