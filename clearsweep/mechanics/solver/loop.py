@@ -1,23 +1,23 @@
 """The integration loop: adaptive steps from event to event, with figures, samples and events taken on the way.
 
-    begin_case, then until the case ends or pauses:
-        prepare_step        the length of the step, or why the case stops
-        take_step           stages by iteration, end, polynomial, error, sums        step, collocation, radau
-        assess_step         its error, the length that it allows for the next        step_control
-        if its error is too large:
-            reject          try again with a shorter length
-        find_first_event    where its polynomials cross zero first                   event_search, bernstein
-        if there is an event:
-            take_step       up to the event; reject if the error is too large
-            step_to_event   the end, corrected to the exact event                    step
-            accept          sums, peaks, wear, samples up to there                   accumulate
-            pass_events     modes, laws and states after it                          event_actions
-            restart         rates of the new equations
-        else:
-            accept          sums, peaks, wear, samples of the whole step             accumulate
-            choose_method   explicit or implicit                                     choice
-            advance         its end is the next start
-        set_next_length     after a rejection, a first step or an accepted one       step_control
+begin_case, then until the case ends or pauses:
+    prepare_step        the length of the step, or why the case stops
+    take_step           stages by iteration, end, polynomial, error, sums        step, collocation, radau
+    assess_step         its error, the length that it allows for the next        step_control
+    if its error is too large:
+        reject          try again with a shorter length
+    find_first_event    where its polynomials cross zero first                   event_search, bernstein
+    if there is an event:
+        take_step       up to the event; reject if the error is too large
+        step_to_event   the end, corrected to the exact event                    step
+        accept          sums, peaks, wear, samples up to there                   accumulate
+        pass_events     modes, laws and states after it                          event_actions
+        restart         rates of the new equations
+    else:
+        accept          sums, peaks, wear, samples of the whole step             accumulate
+        choose_method   explicit or implicit                                     choice
+        advance         its end is the next start
+    set_next_length     after a rejection, a first step or an accepted one       step_control
 """
 
 import math
