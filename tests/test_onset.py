@@ -40,7 +40,7 @@ PEN, RATE = 2e-5, 0.3  # m, m/s
 
 
 def observed(rate):
-    return Observed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, rate)
+    return Observed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, rate, 0.0)
 
 
 def lasting(elastic, restitution):

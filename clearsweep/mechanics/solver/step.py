@@ -6,11 +6,11 @@ from ..compiled.family import invoke, kernel
 from ..joint.contract import SAME
 from ..observe.observables import KAPPA, observed
 from ..observe.stages import END, STAGES, START
-from .accumulate.step_sums import (
-    sum_up,
-)
+from .accumulate.step_sums import sum_up
+from .bernstein import WHOLE, value_and_slope
 from .collocation import WEIGHTS, begin_stages, continue_stages, dense_state, error_norm, interpolate
 from .event import (
+    GUARD,
     IMPLICIT,
     LIMIT,
     ONSET,
@@ -19,7 +19,7 @@ from .event import (
     evaluate,
     trial_of,
 )
-from .event_search import ELSEWHERE, evaluate_guards, first_event, looked_at
+from .event_search import ELSEWHERE, evaluate_guards, first_event, looked_at, take_guard
 from .radau import FAILED, STAGE_WEIGHTS, fall_back, implicit_step
 
 MOST_SWEEPS = 16
@@ -179,8 +179,8 @@ def shorten(at, share):
 def step_to_event(at, share, event, h):
     """Finish a step of length `h` that was repeated with a `share` of its length to end at an event.
 
-    event : (kind, contact, place of a STOP along the run).  The end is corrected to the exact event, except for guards,
-    whose values are already located.
+    event : (kind, contact, place of a STOP along the run).  The end is corrected to the exact event, as between stages
+    the interpolant is less accurate than the end of a step.
     """
     work = at[0]
     kind, contact, stop = event
@@ -199,6 +199,11 @@ def step_to_event(at, share, event, h):
         miss, slope = work.end[root] - math.sqrt(work.limit_depth[contact]), work.k[root, END]
     elif kind == STOP:
         miss, slope = work.end[work.independent] - stop, work.k[work.independent, END]
+    elif kind >= GUARD:
+        evaluate_guards(at, work.y, END)
+        if take_guard(at, kind - GUARD):
+            miss, change = value_and_slope(work.polynomials, WHOLE, 1.0)
+            slope = change / h
     if slope != 0.0 and abs(miss) <= 1e-3 * h * abs(slope):  # one Newton step, unless the event is nearly tangential
         for i in range(work.end.size):
             work.end[i] -= work.k[i, END] * miss / slope
