@@ -63,7 +63,7 @@ class ContactStep(Fields):
     highest_load: float  # N^2, likewise
 
 
-NO_PEAK = -math.inf  # HIGHEST of an observable without maximum between the ends of the step
+NO_PEAK = -math.inf  # the highest value of an observable without maximum between the ends of the step
 
 
 class TrialStep(NamedTuple):
