@@ -116,7 +116,9 @@ def read(file: str | PathLike) -> Series:
         raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     for line, row in rows:
         if len(row) != len(titles):
-            raise InputError(f"{path}:{line}: the row has {len(row)} cells, the head {len(titles)}; write every value")
+            raise InputError(
+                f"{path}:{line}: the row has {len(row)} cells but the header has {len(titles)}; write every value"
+            )
     columns: dict[str, np.ndarray] = {}
     rounding: dict[str, np.ndarray] = {}
     for column, title in enumerate(titles):
@@ -202,18 +204,15 @@ def _of_depth(worn: Worn) -> list[str]:
     finite = implied[np.isfinite(implied)]
     sentence = (
         f"Wear depth: the table grows by {_um(grown[-1])} um, its own pressures and speeds with "
-        f"{worn.coefficient:.3g} m^2/N give {totals['trapezoidal']} um (trapezoidal rule; {totals['left']} "
-        f"with the first values of each step, {totals['right']} with the last). "
+        f"{worn.coefficient:.3g} m^2/N give {totals['trapezoidal']} um (trapezoidal rule; {totals['left']} with the "
+        f"first values of each step, {totals['right']} with the last). "
     )
     if lengths[best]:
         sentence += f"Its steps follow one of these sums, the {best} one, up to {time[lengths[best]]:g} s. "
     else:
         sentence += "Its steps follow none of these sums, from the first on. "
     if len(finite) and not _one_coefficient(worn):
-        sentence += (
-            f"No one coefficient gives its depth: what its steps ask for goes from {finite[0]:.3g} to {finite[-1]:.3g} "
-            "m^2/N."
-        )
+        sentence += f"No single coefficient gives this depth: its steps need {finite[0]:.3g} to {finite[-1]:.3g} m^2/N."
     return [sentence.strip()]
 
 
@@ -225,8 +224,10 @@ def _one_coefficient(worn: Worn) -> bool:
     upper = np.maximum(rate[1:], rate[:-1]) * steps
     lower = np.minimum(rate[1:], rate[:-1]) * steps
     with np.errstate(all="ignore"):
-        low = np.where(upper > 0.0, (depth - unit) / upper, 0.0)
-        high = np.where(lower > 0.0, (depth + unit) / lower, np.inf)
+        low, high = (
+            np.where(upper > 0.0, (depth - unit) / upper, 0.0),
+            np.where(lower > 0.0, (depth + unit) / lower, np.inf),
+        )
     return bool(low.max() <= high.min())
 
 

@@ -23,7 +23,7 @@ def test_time_beyond_the_range_of_the_law_is_the_share_of_samples_beyond_it():
     depth = np.hypot(trajectory["joints/rod_slider/x"], trajectory["joints/rod_slider/y"]) - 0.5e-3
     assert 0.0 < np.mean(depth > limit) < 1.0
     assert trajectory.summary["rod_slider_law_limit_fraction"] == pytest.approx(np.mean(depth > limit), abs=2e-3)
-    assert trajectory.message.startswith("law-limit: rod-slider is deeper than 0.1991 mm, up to which johnson is valid")
+    assert trajectory.message.startswith("law-limit: rod-slider exceeds 0.1991 mm, the limit of johnson,")
 
 
 def test_a_law_without_a_limit_is_never_beyond_it():
@@ -32,34 +32,34 @@ def test_a_law_without_a_limit_is_never_beyond_it():
     assert trajectory.message == ""
 
 
-def columns_of_case(row):
+def one(row):
     """Columns of one case."""
     return {column: [value] for column, value in row.items()}
 
 
-def test_a_run_reports_how_many_cases_leave_what_their_laws_are_made_for_and_the_worst():
+def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_worst():
     messages = Remarks(["crank_rod", "rod_slider"])
     zero = dict.fromkeys(
         (f"{joint}_{figure}" for joint in messages.joints for figure in (ONSET_RATE, LIMIT_SHARE)), 0.0
     )
     zero |= {"crank_rod_yield_speed": 0.1, "rod_slider_yield_speed": 0.5}
-    messages.add(columns_of_case({"case_id": "a", "message": "", **zero, "rod_slider_onset_rate_max": 0.5}))
-    messages.add(columns_of_case({"case_id": "b", "message": "", **zero, "crank_rod_onset_rate_max": 0.4}))
-    messages.add(columns_of_case({"case_id": "c", "message": "", **zero, "rod_slider_onset_rate_max": 5.0}))
+    messages.add(one({"case_id": "a", "message": "", **zero, "rod_slider_onset_rate_max": 0.5}))
+    messages.add(one({"case_id": "b", "message": "", **zero, "crank_rod_onset_rate_max": 0.4}))
+    messages.add(one({"case_id": "c", "message": "", **zero, "rod_slider_onset_rate_max": 5.0}))
     message = past_limits([("crank-rod", "liu", np.inf, 0.0), ("rod-slider", "johnson", 2e-4, 0.125)])
-    messages.add(columns_of_case({"case_id": "d", "message": message, **zero, "rod_slider_law_limit_fraction": 0.125}))
-    messages.add(columns_of_case({"case_id": "e", "message": None, **zero, "rod_slider_law_limit_fraction": None}))
+    messages.add(one({"case_id": "d", "message": message, **zero, "rod_slider_law_limit_fraction": 0.125}))
+    messages.add(one({"case_id": "e", "message": None, **zero, "rod_slider_law_limit_fraction": None}))
     fast, deep = messages.sentences()
-    assert "in 2 of 5 cases: the worst closes at 5 m/s, 10 times the 0.5 m/s at which its contact first yields" in fast
+    assert "in 2 of 5 cases: the fastest approaches at 5 m/s, 10 times the 0.5 m/s at which its contact first" in fast
     assert "(case c, rod-slider)" in fast
-    assert "a law that does not yield then overstates forces" in fast  # which law it is the row does not say
-    assert "in 1 of 5 cases, longest in case d: rod-slider is deeper than 0.2 mm, up to which johnson is valid" in deep
+    assert "beyond yield an elastic law overstates forces" in fast  # which law it is the row does not say
+    assert "in 1 of 5 cases, longest in case d: rod-slider exceeds 0.2 mm, the limit of johnson," in deep
     assert "for 12 % of the time." in deep
     together = Remarks(messages.joints)
     rates = {column: [value] * 3 for column, value in zero.items()}
     rates["crank_rod_onset_rate_max"] = [0.11, np.nan, 0.5]
     together.add({"case_id": list("abc"), "message": ["", message, None], **rates})
-    assert "in 2 of 3 cases: the worst closes at 0.5 m/s" in together.sentences()[0]
+    assert "in 2 of 3 cases: the fastest approaches at 0.5 m/s" in together.sentences()[0]
     assert "(case c, crank-rod)" in together.sentences()[0]
 
 
@@ -71,16 +71,14 @@ def test_contacts_of_unknown_strength_are_not_blamed():
     rows |= {"crank_rod_yield_speed": [None, 0.1, 0.1]}  # of a law that yields; nothing is known of rod-slider
     message.add(rows)
     (fast,) = message.sentences()
-    assert "in 1 of 3 cases: the worst closes at 0.2 m/s, 2 times the 0.1 m/s" in fast
+    assert "in 1 of 3 cases: the fastest approaches at 0.2 m/s, 2 times the 0.1 m/s" in fast
     assert "(case b, crank-rod)" in fast
     assert columns(message.joints, rows)[-1] == f"crank_rod_{YIELD_SPEED}"
 
 
-def test_a_run_within_what_its_laws_are_made_for_has_nothing_to_report():
+def test_a_run_within_what_its_laws_are_made_for_has_nothing_to_tell():
     message = Remarks(["pair"])
-    message.add(
-        columns_of_case({"case_id": "a", "message": "", "pair_onset_rate_max": 0.0, "pair_law_limit_fraction": 0.0})
-    )
+    message.add(one({"case_id": "a", "message": "", "pair_onset_rate_max": 0.0, "pair_law_limit_fraction": 0.0}))
     assert message.sentences() == []
     assert past_limits([("pair", "johnson", 1e-4, 0.0)]) == ""
 

@@ -260,7 +260,7 @@ def test_none_in_the_range_says_which_other_keys_move_the_margin(tmp_path):
     assert first.upper == pytest.approx(-2.08)
     assert all(effect.size == 0.0 for effect in result.effects[1:])
     text = run_summary.run_text(run_summary.of_run(result))
-    assert "furthest from the limits, -180 % at gravity 0 m/s^2, rod mass 0.1 kg:" in text
+    assert "on the worst margin, -180 % at gravity 0 m/s^2, rod mass 0.1 kg:" in text
     assert f"{MASS} (0.14 kg): -152 % with 10 % less, -208 % with 10 % more" in text
     assert not any(effect.path.endswith(".exponent") for effect in result.effects)  # of which units depend
     again = quiet(source, tmp_path / "run")

@@ -48,7 +48,7 @@ def sentence(deciding: Row, rows: list[Row], text: Callable[[str, float], str]) 
     first, last, written = (_figure(row, text) for row in (ordered[0], ordered[-1], deciding))
     span = f"{first} ({names[0]})" + (f" to {last} ({names[-1]})" if len(ordered) > 1 else "")
     figure = "margin " if deciding.column == MARGIN else ""
-    return f"{subject}: {figure}{span}; {written} as written. {_moved(deciding, ordered)}"
+    return f"{subject}: {figure}{span}; {written} under the laws of the grid. {_moved(deciding, ordered)}"
 
 
 def _figure(row: Row, text: Callable[[str, float], str]) -> str:
@@ -67,16 +67,16 @@ def _moved(deciding: Row, ordered: list[Row]) -> str:
     if deciding.column != MARGIN:
         factors = [row.value / deciding.value for row in ordered if deciding.value]
         if not factors:
-            return "The figure is zero as written."
+            return "The figure is zero under the laws of the grid."
         low, high = (wording.plain(factor, 3) for factor in (min(factors), max(factors)))
-        return f"They give {' to '.join(dict.fromkeys((low, high)))} times the figure as written."
+        return f"They give {' to '.join(dict.fromkeys((low, high)))} times the figure under the laws of the grid."
     is_moved = [(row.value >= 0.0) != (deciding.value >= 0.0) for row in ordered]
     moving_laws = list(itertools.compress(_names(ordered), is_moved))
     if not moving_laws:
-        return "No law moves the verdict."
+        return "No law changes the verdict."
     names = [
         *moving_laws[:NAMED_LAWS],
         *([f"{len(moving_laws) - NAMED_LAWS} more"] if len(moving_laws) > NAMED_LAWS else []),
     ]
-    does = "exceeds a limit" if deciding.value >= 0.0 else "keeps to the limits"
-    return f"The verdict moves: the case {does} with {wording.sentence_list(names)}."
+    does = "exceeds a limit" if deciding.value >= 0.0 else "meets the limits"
+    return f"The verdict changes: the case {does} with {wording.sentence_list(names)}."

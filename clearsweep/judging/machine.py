@@ -45,7 +45,7 @@ def sentences(identified: Mapping[str, Any], joints: int) -> list[str]:
         if speed and abs(speed / computed_speed - 1.0) > SPEED:
             lines.append(
                 f"{signal['file']}: the measured speed is {speed * 30.0 / math.pi:.5g} rpm, but the cases have "
-                f"{computed_speed * 30.0 / math.pi:.5g} rpm; write the measured one under drive."
+                f"{computed_speed * 30.0 / math.pi:.5g} rpm; write the measured speed under drive."
             )
     gain, noise_range = identified["priors"]["gain"], [100.0 * share for share in identified["priors"]["noise"]]
     lines.append(
@@ -58,18 +58,15 @@ def sentences(identified: Mapping[str, Any], joints: int) -> list[str]:
 def _misfit(identified: Mapping[str, Any]) -> str:
     """Return the sentence on whether the model explains the measurement."""
     if identified["explained"]:
-        return (
-            "The model explains what was measured within the errors that are assumed; a law that differs by less is "
-            "not noticed."
-        )
+        return "The model explains the measurement within the assumed errors; smaller model errors are not detected."
     deviating = sorted(
         (fit for fit in identified["fits"] if abs(fit["deviations"]) > LARGE_DEVIATION),
         key=lambda fit: -abs(fit["deviations"]),
     )
     descriptions = [f"{fit['channel']}, {fit['feature']}{difference(fit)}" for fit in deviating[:NAMED_FEATURES]]
-    where = f"; furthest off: {wording.sentence_list(descriptions)}" if descriptions else ""
+    where = f"; largest differences: {wording.sentence_list(descriptions)}" if descriptions else ""
     return (
-        f"Misfit: no values of these keys explain what was measured{where}. Errors are "
-        f"{math.sqrt(identified['misfit']):.2g} times those assumed, by which the intervals are widened; "
-        "another law or a missing part may be the reason."
+        f"Misfit: no values of these keys explain the measurement{where}. Errors are "
+        f"{math.sqrt(identified['misfit']):.2g} times the assumed ones, so the intervals are widened; "
+        "another law or a missing effect may be the reason."
     )

@@ -27,9 +27,9 @@ KEYS = {
     "film": "film.law",
     "pressure": "wear.pressure",
 }
-NOTHING = "nothing speaks against it"
+NOTHING = "no known objection"
 RESTITUTION_TOLERANCE = 0.05  # relative error of the restitution that a suitable law reproduces
-WRITTEN = Merit(0, "its stiffness is written in the grid")
+WRITTEN = Merit(0, "its stiffness is given in the grid")
 
 
 class Verdict(NamedTuple):
@@ -103,7 +103,7 @@ def _setting(joint: Joint, load: float | None) -> str:
         words.append(f"E* {wording.text(plane_strain_modulus(joint.contact.material), 'Pa', 4)}")
     else:
         words.append("no material")
-    words.append("no load that is known beforehand" if load is None else f"load {wording.text(load, 'N', 4)}")
+    words.append("load unknown before the run" if load is None else f"load {wording.text(load, 'N', 4)}")
     arc = _arc(joint, load)
     return ", ".join(words) + (f", half the contact arc {math.degrees(arc):.3g} deg" if arc is not None else "")
 
@@ -137,7 +137,7 @@ def _elastic(joint: Joint, load: float | None) -> Iterator[Verdict]:
         measured = "stiffness" in candidate.contact.values and any(x.name == "stiffness" for x in laws[name].fields)
         doubts = [] if measured else _doubts(laws[name], joint, load)
         reason, too_deep = _depth(candidate, load)
-        reason = reason or ("its stiffness is written" if measured else NOTHING)
+        reason = reason or ("its stiffness is given" if measured else NOTHING)
         word = DOUBTFUL if doubts or too_deep else HOLDS
         merit = WRITTEN if measured else laws[name].merit
         yield Verdict("elastic", name, word, "; ".join(too_deep + doubts) or reason, merit)
@@ -149,7 +149,7 @@ def _depth(joint: Joint, load: float | None) -> tuple[str, list[str]]:
         return "", []
     limit, depth = registry.penetration_limit(joint), static_penetration(registry.contact_terms(joint)[1], load)
     words = f"{wording.text(depth, 'm')} deep under the load"
-    return words, [f"{words}, it is valid up to {wording.text(limit, 'm')}"] if depth > limit else []
+    return words, [f"{words}, valid up to {wording.text(limit, 'm')}"] if depth > limit else []
 
 
 def _roughness(joint: Joint, load: float | None) -> Iterator[Verdict]:
@@ -186,15 +186,15 @@ def _losses(joint: Joint) -> Iterator[Verdict]:
         elif "hertz" in law.needs and joint.contact.elastic != "power":
             yield Verdict("law", law.name, OUT, "needs elastic: power with the exponent 1.5")
         elif restitution_of is None:
-            yield Verdict("law", law.name, DOUBTFUL, "what an impact gives back follows from its keys, mass and speed")
+            yield Verdict("law", law.name, DOUBTFUL, "its restitution depends on its keys, mass and speed")
         elif required is None:
-            yield Verdict("law", law.name, DOUBTFUL if field else HOLDS, "the joint asks for no restitution")
+            yield Verdict("law", law.name, DOUBTFUL if field else HOLDS, "the joint has no restitution")
         elif field and not field.contains(required):
             yield Verdict("law", law.name, OUT, f"takes a restitution {field.allowed()}")
         else:
             reproduced = float(restitution_of(required))
             word = HOLDS if abs(reproduced - required) <= RESTITUTION_TOLERANCE * required else DOUBTFUL
-            reason = f"gives back {reproduced:.3g} where {required:.3g} is asked for"
+            reason = f"has a restitution of {reproduced:.3g} instead of {required:.3g}"
             yield Verdict("law", law.name, word, reason, law.merit)
 
 

@@ -39,8 +39,8 @@ class Recommendation(NamedTuple):
 
     def _used(self) -> str:
         """Return the verdict on the law in use as a sentence."""
-        objection = "" if self.word == HOLDS else f": {self.objection}"
-        return f"In use is {self.used}, which is {self.word}{objection}."
+        description = f"is {self.word}" + ("" if self.word == HOLDS else f": {self.objection}")
+        return f"In use is {self.used}, which {description}."
 
 
 def _recommended_text(laws: Sequence[Recommendation]) -> str:
@@ -170,7 +170,7 @@ def _factor(joint: Joint, names: list[str]) -> str:
     softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
     depth_text = wording.text(DEPTH, "m", 1)
     return (
-        f"The {len(forces)} suitable elastic laws differ by a factor of "
+        f"The {len(forces)} valid elastic laws differ by a factor of "
         f"{wording.plain(forces[stiffest] / forces[softest])} in force at {depth_text}, from {softest} to {stiffest}."
     )
 
@@ -192,7 +192,7 @@ def _of(joint: Joint, verdicts: Iterable[Verdict]) -> list[Recommendation]:
     return recommended
 
 
-_NO_RESTITUTION = "the joint asks for no restitution"
+_NO_RESTITUTION = "the joint has no restitution"
 
 
 def _rank(verdict: Verdict) -> int:

@@ -77,12 +77,12 @@ def read_record(directory: Path) -> dict[str, Any]:
 
 def check_form(directory: Path, record: dict[str, Any]) -> None:
     """Raise DirectoryError if this version cannot read the format of a run directory."""
-    result_schema = record["frame"].get("schema")
-    if result_schema != SCHEMA_VERSION:
+    number = record["frame"].get("schema")
+    if number != SCHEMA_VERSION:
         written = record.get("versions", {}).get("clearsweep", "unknown")
         raise DirectoryError(
-            f"{directory}: has form {result_schema} of run directories, written by clearsweep {written}; this version "
-            f"reads form {SCHEMA_VERSION}: run the grid again into another directory, or read it with that version"
+            f"{directory}: has format {number} of run directories, written by clearsweep {written}; this version "
+            f"reads format {SCHEMA_VERSION}: run the grid again into another directory, or read it with that version"
         )
 
 

@@ -221,7 +221,7 @@ class Driver:
         if remaining:
             self.batches.requeued.append(new_batch(remaining, 1))  # one by one
         if note.late:
-            self._give_up(culprit, "timeout", f"did not end within the {self.job.case_timeout:g} s of --case-timeout")
+            self._give_up(culprit, "timeout", f"took longer than the {self.job.case_timeout:g} s of --case-timeout")
         elif remaining or not batch.attempts:
             self.batches.requeued.append(new_batch(culprit, 1))
         else:

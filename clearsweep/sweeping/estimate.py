@@ -89,7 +89,7 @@ def estimate(
     if over_budget := sum(each.over_budget for each in timed):
         warnings.append(
             f"{over_budget:,} of {count(len(timed), 'timed case')} would take longer than simulate.time_budget allows "
-            "and end with the status time-budget; allow more, or ask for fewer revolutions"
+            "and end with the status time-budget; increase it, or reduce simulate.revolutions"
         )
     overhead = slower * (min(imported, LONGEST_IMPORT) + FINISH) + looked + start_up
     run = remaining.pending + further.cases

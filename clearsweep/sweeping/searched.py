@@ -42,7 +42,7 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
     names = wording.sentence_list([wording.axis_name(path, number_of_joints(paths)) for path in sought_paths])
     lines = ["", f"The {direction} {names} within the limits (all in seek.parquet)"]
     if not answers:
-        return [*lines, "  the search was stopped before its end; run the same command again to continue"]
+        return [*lines, "  the search was interrupted; run the same command again to continue"]
     for answer in answers[:LISTED_ANSWERS]:
         value, low, high = (value_text(path, answer[name], facts) for name in ("value", "low", "high"))
         answered = (
@@ -79,9 +79,9 @@ def _effect_lines(path: str, facts: dict[str, Any]) -> list[str]:
             value = grid_text(effect["value"], effect["unit"], speed=effect["path"].endswith("speed"))
             texts.append(f"    {effect['path']} ({value}): {lower} with {step} less, {upper} with {step} more")
     if not texts:
-        return ["  No other key of the grid moves the margin by itself."] if effects else []
+        return ["  No other key of the grid changes the margin by itself."] if effects else []
     setting = setting_text({**furthest["point"], path: furthest["value"]}, facts)
-    heading = f"  Other keys that move the margin furthest from the limits, {_margin(furthest['margin'])} at {setting}:"
+    heading = f"  Effect of other keys on the worst margin, {_margin(furthest['margin'])} at {setting}:"
     return [heading, *texts[:LISTED_EFFECTS]]
 
 
@@ -113,13 +113,11 @@ def refine_lines(facts: dict[str, Any]) -> list[str]:
     count, section = refinement["added"], refinement["asked"]
     if not refinement["crossed"]:
         return ["", "Refined: no cases added, because no two neighbours differ in meeting the limits"]
-    units = (
-        "its place is known to a thousandth of the steps of the grid" if refinement["whole"] else "more would narrow it"
-    )
+    units = "it is known to a thousandth of the steps of the grid" if refinement["whole"] else "more would narrow it"
     boxes = f"{refinement['crossed']:,} place" + "s" * (refinement["crossed"] != 1)
     return [
         "",
-        f"Refined: {count:,} of at most {section:,} cases added where the limits' border runs, at {boxes}; {units}",
+        f"Refined: {count:,} of at most {section:,} cases added along the border of the limits, at {boxes}; {units}",
     ]
 
 
@@ -160,7 +158,7 @@ def optimise_lines(facts: dict[str, Any]) -> list[str]:
     front = f"the front has {len(best):,} cases" if len(best) > 1 else "the best case"
     lines = ["", f"Optimised over {optimum['looked_at']:,} cases: {front} (all in optimise.parquet)"]
     if not optimum["feasible"]:
-        front = "none keeps to the limits; the nearest one"
+        front = "no case meets the limits; the nearest case"
         lines[-1] = f"Optimised over {optimum['looked_at']:,} cases: {front} (optimise.parquet)"
     for name, case in [*(("", case) for case in best[:LISTED_ANSWERS]), *((("start: ", start),) if start else ())]:
         values = [_objective(column, case, optimum["units"][column]) for column in case["values"]]

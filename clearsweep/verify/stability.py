@@ -47,7 +47,6 @@ from ..mechanics.joint.elastic.power import POWERS
 from ..mechanics.joint.guide import CORNERS
 from ..mechanics.joint.lubricated import Film, Lubricated
 from ..mechanics.mechanism import contract, planar
-from ..mechanics.solver.accumulate import totals
 from ..simulation import scene
 from ..simulation.ideal import ideal_peaks
 from ..simulation.run import integration_of
@@ -176,14 +175,14 @@ def _second_look(case_scene: scene.Scene) -> str:
     )
     if tighter_run.status != run.status:
         return "it does not end at a tenth of the tolerance"
-    depths, tighter_depths = run.totals.joint[:, totals.DEPTH_MAX], tighter_run.totals.joint[:, totals.DEPTH_MAX]
+    depths, tighter_depths = (each.totals.joint.column("depth_max") for each in (run, tighter_run))
     stored = max(
         elastic_energy(joint.elastic, depth) for joint, depth in zip(case_scene.value.joints, depths, strict=True)
     )
     difference = float(np.max(np.abs(tighter_depths / depths - 1.0)))
     return (
         f"at a tenth of the tolerance it differs by {difference:.1e} of itself, and the energies are out of balance by "
-        f"{run.totals.whole[totals.RESIDUAL] / stored:.1e} of the contact's"
+        f"{run.totals.whole.residual / stored:.1e} of the contact's"
     )
 
 

@@ -10,8 +10,6 @@ from typing import NamedTuple
 
 from ...contracts.catalogue import NOTHING, Figure, Shown
 from ...contracts.layout import Layout
-from ...mechanics.solver import event as events
-from ...mechanics.solver.accumulate import totals as total_columns
 from ..sums import ForceExceeded, Mean, PerRevolution, RootMean, of_joint
 from ..window import Window
 from . import film, life, wear
@@ -19,28 +17,28 @@ from .peaks import PEAKS, RETURNS, ideal_peak
 from .spatial import SPATIAL
 
 
-def largest(column: int, of: str = "joint") -> Callable[[Window, int], float]:
-    """Return the formula of a figure that is itself a column of Totals.joint or Totals.whole."""
+def largest(name: str, of: str = "joint") -> Callable[[Window, int], float]:
+    """Return the formula of a figure that is itself a field of ContactTotals or WholeTotals."""
     if of == "joint":
-        return lambda window, index: window.totals.joint[index, column]
-    return lambda window, _: window.totals.whole[column]
+        return lambda window, place: getattr(window.totals.joint[place], name)
+    return lambda window, _: getattr(window.totals.whole, name)
 
 
-def depth(window: Window, index: int) -> float:
+def depth(window: Window, place: int) -> float:
     """Return the largest penetration (m) of the journal, negative if it never touched the bearing."""
-    return float(max(window.totals.joint[index, total_columns.DEPTH_MAX], -window.joints[index].clearance))
+    return float(max(window.totals.joint[place].depth_max, -window.joints[place].clearance))
 
 
-def restitution(window: Window, index: int) -> float | None:
+def restitution(window: Window, place: int) -> float | None:
     """Return the mean ratio of rebound to approach speed, or None without rebounds."""
-    joint = window.totals.joint[index]
-    return joint[total_columns.RESTITUTION] / joint[total_columns.REBOUNDS] if joint[total_columns.REBOUNDS] else None
+    joint = window.totals.joint[place]
+    return joint.restitution / joint.rebounds if joint.rebounds else None
 
 
-def crank_speed(name: str, text: str, column: int) -> Figure:
+def crank_speed(name: str, text: str) -> Figure:
     """Return the figure `name` of a free crank's speed; `text`: which speed."""
-    value, places = largest(column, "case"), (Shown("output", f"crank speed {name}", 5),)
-    return Figure(f"crank_speed_{name}", "rad/s", f"{text} of a free crank", "case", ("free",), value, shown=places)
+    value, shown = largest(f"speed_{name}", "case"), (Shown("output", f"crank speed {name}", 5),)
+    return Figure(f"crank_speed_{name}", "rad/s", f"{text} of a free crank", "case", ("free",), value, shown=shown)
 
 
 JOINT = (
@@ -49,7 +47,7 @@ JOINT = (
         "N",
         "largest normal force in the window, located",
         of="joint",
-        value=largest(total_columns.FORCE_MAX),
+        value=largest("force_max"),
         shown=(Shown("forces", "force peak", 1), Shown("sample", "force peak", 3), Shown("case", "peak", 3)),
     ),
     Figure(
@@ -57,7 +55,7 @@ JOINT = (
         "N",
         "root mean square of the normal force over the window's time, free flight counting as zero",
         of="joint",
-        sums=RootMean(total_columns.FORCE_SQUARE),
+        sums=RootMean("force_square"),
         shown=(
             Shown("forces", "force rms", 3),
             Shown("sample", "force rms", 2),
@@ -83,7 +81,7 @@ JOINT = (
         "1",
         "contact onsets in the window per revolution; in all where nothing turns",
         of="joint",
-        sums=PerRevolution(total_columns.ONSETS),
+        sums=PerRevolution("onsets"),
         shown=(
             Shown("forces", "impacts{per_rev}", 6),
             Shown("sample", "impacts{per_rev}", 4),
@@ -95,7 +93,7 @@ JOINT = (
         "1",
         "share of the window's time in contact",
         of="joint",
-        sums=Mean(total_columns.CONTACT_TIME),
+        sums=Mean("contact_time"),
         shown=(Shown("forces", "time in contact", 7), Shown("case", "time in contact", 7)),
     ),
     Figure(
@@ -103,7 +101,7 @@ JOINT = (
         "m/s",
         "largest closing rate at a contact onset",
         of="joint",
-        value=largest(total_columns.ONSET_MAX),
+        value=largest("onset_max"),
         shown=(Shown("forces", "fastest onset", 8), Shown("case", "fastest onset", 8)),
     ),
     Figure(
@@ -121,7 +119,7 @@ JOINT = (
         "m/s",
         "onset rate that the contact's law uses at the end of the window; null: no contact, or it uses none",
         of="joint",
-        value=lambda window, index: None if math.isnan(window.onset[index]) else window.onset[index],
+        value=lambda window, place: None if math.isnan(window.onset[place]) else window.onset[place],
         differs=False,
         null=NOTHING,
     ),
@@ -130,7 +128,7 @@ JOINT = (
         "m",
         "largest penetration",
         of="joint",
-        value=lambda window, index: max(depth(window, index), 0.0),
+        value=lambda window, place: max(depth(window, place), 0.0),
         shown=(Shown("forces", "penetration", 9),),
     ),
     Figure(
@@ -138,14 +136,14 @@ JOINT = (
         "m",
         "largest distance of the journal centre from the bearing centre",
         of="joint",
-        value=lambda window, index: window.joints[index].clearance + depth(window, index),
+        value=lambda window, place: window.joints[place].clearance + depth(window, place),
     ),
     Figure(
         "law_limit_fraction",
         "1",
         "share of the window's time at a penetration beyond the elastic law's range",
         of="joint",
-        sums=Mean(total_columns.BEYOND_TIME),
+        sums=Mean("beyond_time"),
         shown=(Shown("forces", "time past its law's range", 10, if_any=True),),
     ),
     Figure(
@@ -153,7 +151,7 @@ JOINT = (
         "1",
         "times a contact's force law turned to traction and was clipped at zero",
         of="joint",
-        value=largest(total_columns.CLIPS),
+        value=largest("clips"),
         shown=(Shown("forces", "clips", 11, if_any=True),),
     ),
     Figure(
@@ -162,7 +160,7 @@ JOINT = (
         "mean power of dry friction over the window",
         of="joint",
         needs=("friction",),
-        sums=Mean(total_columns.FRICTION_ENERGY),
+        sums=Mean("friction_energy"),
         shown=(Shown("forces", "friction power", 12, if_any=True), Shown("case", "friction power", 8)),
     ),
     Figure(
@@ -171,7 +169,7 @@ JOINT = (
         "temperature of both bodies of a dry joint at which its heat balance settles",
         of="joint",
         needs=("thermal",),
-        value=lambda window, index: window.case.joints[index].temperature,
+        value=lambda window, place: window.case.joints[place].temperature,
         shown=(Shown("forces", "temperature", 13, if_any=True), Shown("case", "temperature", 9)),
     ),
     Figure(
@@ -180,7 +178,7 @@ JOINT = (
         "radial clearance at that temperature",
         of="joint",
         needs=("thermal",),
-        value=lambda window, index: window.case.joints[index].clearance,
+        value=lambda window, place: window.case.joints[place].clearance,
         shown=(Shown("forces", "warm clearance", 14, if_any=True), Shown("case", "warm clearance", 10)),
     ),
     Figure(
@@ -223,7 +221,7 @@ MECHANISM = (
         "{output}/s^2",
         "largest {output} acceleration, absolute",
         of="output",
-        value=largest(total_columns.ACCELERATION_MAX, "output"),
+        value=largest("acceleration_max", "output"),
         shown=(Shown("output", "{output} acc. peak", 2), Shown("sample", "{output} acc. peak", 21)),
     ),
     Figure(
@@ -231,7 +229,7 @@ MECHANISM = (
         "{output}/s^2",
         "root mean square of the {output} acceleration over time",
         of="output",
-        sums=RootMean(total_columns.ACCELERATION_SQUARE),
+        sums=RootMean("acceleration_square"),
         shown=(Shown("output", "{output} acc. rms", 3),),
     ),
     Figure(
@@ -239,7 +237,7 @@ MECHANISM = (
         "{output}",
         "largest distance of the {output} from its place in the ideal mechanism",
         of="output",
-        value=largest(total_columns.ERROR_MAX, "output"),
+        value=largest("error_max", "output"),
         shown=(
             Shown("output", "{output} error", 1),
             Shown("forces", "{output} error", 12),
@@ -248,14 +246,14 @@ MECHANISM = (
             Shown("effects", "{output} error", 5),
         ),
     ),
-    crank_speed("min", "least speed", total_columns.SPEED_MIN),
-    crank_speed("max", "largest speed", total_columns.SPEED_MAX),
+    crank_speed("min", "least speed"),
+    crank_speed("max", "largest speed"),
     Figure(
         "crank_torque_peak",
         "N*m",
         "largest drive torque, absolute",
         needs=("turns",),
-        value=largest(total_columns.TORQUE_MAX, "case"),
+        value=largest("torque_max", "case"),
         shown=(Shown("output", "crank torque peak", 4), Shown("sample", "crank torque peak", 22)),
     ),
 )
@@ -307,21 +305,17 @@ RESIDUAL = Figure(
     "energy_residual",
     "1",
     "largest energy imbalance at a step or event end over the largest kinetic energy",
-    value=lambda window, _: (
-        window.totals.whole[total_columns.RESIDUAL] / window.totals.whole[total_columns.KINETIC_MAX]
-    ),
+    value=lambda window, _: window.totals.whole.residual / window.totals.whole.kinetic_max,
     differs=False,
 )
 #: Work counts of a case, even if it failed; further runs are included.
 COST = (
-    Figure(
-        "steps", "1", "accepted steps", value=lambda window, _: window.counts[events.STEPS], kind="int", differs=False
-    ),
+    Figure("steps", "1", "accepted steps", value=lambda window, _: window.counts.steps, kind="int", differs=False),
     Figure(
         "steps_rejected",
         "1",
         "rejected steps",
-        value=lambda window, _: window.counts[events.REJECTED],
+        value=lambda window, _: window.counts.rejected,
         kind="int",
         differs=False,
     ),
@@ -329,7 +323,7 @@ COST = (
         "rhs_evaluations",
         "1",
         "evaluations of the equations of motion, locating events included",
-        value=lambda window, _: window.counts[events.EVALUATIONS],
+        value=lambda window, _: window.counts.evaluations,
         kind="int",
         differs=False,
     ),
@@ -348,16 +342,16 @@ def column_of(layout: Layout, name: str) -> tuple[Figure, int | None]:
 
 
 def _joint_indices(layout: Layout) -> dict[str, int]:
-    indices = {joint.name: index for index, joint in enumerate(layout.joints)}
-    return indices | {joint: index for index, joint in enumerate(layout.rubbing)}
+    indices = {joint.name: place for place, joint in enumerate(layout.joints)}
+    return indices | {joint: place for place, joint in enumerate(layout.rubbing)}
 
 
 def figures_of(window: Window, *, failed: bool = False) -> dict:
     """Return all columns: figures that follow from sums, else None; of a `failed` run only the work counts."""
     shared = shared_by(window.layout)
     values = shared.blank.copy()
-    for name, formula, index, kind in shared.cost if failed else shared.formulas:
-        value = formula(window, index)
+    for name, formula, place, kind in shared.cost if failed else shared.formulas:
+        value = formula(window, place)
         values[name] = value if value is None else kind(value)
     return values
 
@@ -390,10 +384,10 @@ def shared_by(layout: Layout) -> Shared:
 
 def _formulas(layout: Layout, figures: tuple[Figure, ...]) -> list[_Formula]:
     """Return the formulas of the columns of some figures in a layout."""
-    by_name, indices = {figure.name: figure for figure in figures}, _joint_indices(layout)
+    known, indices = {figure.name: figure for figure in figures}, _joint_indices(layout)
     formulas: list[_Formula] = []
     for column in layout.columns:
-        figure = column.figure in by_name and of_joint(by_name[column.figure], layout, column.joint)
+        figure = column.figure in known and of_joint(known[column.figure], layout, column.joint)
         formula = figure and (figure.sums.value if figure.settles else figure.value)
         if figure and formula:
             formulas.append((column.name, formula, indices.get(column.joint), int if figure.kind == "int" else float))

@@ -5,56 +5,55 @@ from collections.abc import Callable
 from functools import partial
 
 from ...contracts.catalogue import Figure, Shown
-from ...mechanics.solver.accumulate import totals as total_columns
 from ..window import Window
 
 WITHIN = 1e-9  # relative difference below which two peaks are the same
 
 
-def ideal_peak(window: Window, index: int) -> float | None:
+def ideal_peak(window: Window, place: int) -> float | None:
     """Return the largest reaction (N) of the ideal mechanism."""
-    return window.ideal.get(window.case.joints[index].name)
+    return window.ideal.get(window.case.joints[place].name)
 
 
-def load_peak(window: Window, index: int) -> float:
+def load_peak(window: Window, place: int) -> float:
     """Return the largest resultant (N) of normal and friction force."""
-    joint = window.totals.joint[index]
-    return float(max(joint[total_columns.FORCE_MAX], math.sqrt(joint[total_columns.LOAD_MAX])))
+    joint = window.totals.joint[place]
+    return float(max(joint.force_max, math.sqrt(joint.load_max)))
 
 
-def peak_ratio(window: Window, index: int) -> float | None:
+def peak_ratio(window: Window, place: int) -> float | None:
     """Return the largest resultant over the largest reaction without clearance, or None if there is no reaction."""
-    ideal = ideal_peak(window, index)
-    return load_peak(window, index) / ideal if ideal else None
+    ideal = ideal_peak(window, place)
+    return load_peak(window, place) / ideal if ideal else None
 
 
-def peak_turn(window: Window, index: int) -> int | None:
+def peak_turn(window: Window, place: int) -> int | None:
     """Return the revolution of the largest normal force, or None if that revolution is incomplete."""
-    highest, largest = window.spreads[index].highest, window.totals.joint[index, total_columns.FORCE_MAX]
+    highest, largest = window.spreads[place].highest, window.totals.joint[place].force_max
     return highest[1] if highest and highest[0] >= (1.0 - WITHIN) * largest > 0.0 else None
 
 
 def of_peaks(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
     """Return the figures of a quantile of force peaks per revolution: its value and the ends of its interval."""
 
-    def value(attribute: str) -> Callable[[Window, int], float | None]:
-        return lambda window, index: getattr(getattr(window.spreads[index], name), attribute)
+    def value(end: str) -> Callable[[Window, int], float | None]:
+        return lambda window, place: getattr(getattr(window.spreads[place], name), end)
 
     column, end = f"force_peak_{name}", "{} end of the 95 % interval of {}; null: too few revolutions"
-    figure_of = partial(Figure, unit="N", of="joint", needs=("turns",))
+    made = partial(Figure, unit="N", of="joint", needs=("turns",))
     return (
-        figure_of(column, text=text, value=value("value"), shown=(shown,)),
-        figure_of(f"{column}_low", text=end.format("lower", column), value=value("low"), differs=False),
-        figure_of(f"{column}_high", text=end.format("upper", column), value=value("high"), differs=False),
+        made(column, text=text, value=value("value"), shown=(shown,)),
+        made(f"{column}_low", text=end.format("lower", column), value=value("low"), differs=False),
+        made(f"{column}_high", text=end.format("upper", column), value=value("high"), differs=False),
     )
 
 
-def _expected(name: str) -> Callable[[Window, int], float | None]:
+def _expected(end: str) -> Callable[[Window, int], float | None]:
     """Return an end of the largest force to expect; of a periodic motion the largest of the window."""
 
-    def value(window: Window, index: int) -> float | None:
-        spread = window.spreads[index]
-        return spread.highest[0] if window.period and spread.highest else getattr(spread.million, name)
+    def value(window: Window, place: int) -> float | None:
+        spread = window.spreads[place]
+        return spread.highest[0] if window.period and spread.highest else getattr(spread.million, end)
 
     return value
 

@@ -4,21 +4,27 @@ import math
 
 from ...contracts.catalogue import ENDLESS, Figure, Shown
 from ...mechanics.joint.spatial import jam_angle
-from ...mechanics.solver.accumulate.totals import FORCE_TIME
 from ..sums import PerRevolution
-from ..window import AXIAL_FORCE_MAX, AXIAL_ONSETS, TILT_MAX, UNEVEN_TIME, Window
+from ..window import JointTotals, Window
 
 
-def tilt_limit(window: Window, index: int) -> float | None:
+def tilt_limit(window: Window, place: int) -> float | None:
     """Return the tilt (rad) at which the journal jams between the walls, or None if it cannot."""
-    angle = jam_angle(window.joints[index])
+    angle = jam_angle(window.joints[place])
     return angle if math.isfinite(angle) else None
 
 
-def edge_load_share(window: Window, index: int) -> float:
+def in_space(window: Window, place: int) -> JointTotals:
+    """Return the figures of a spatial joint."""
+    joint = window.totals.joint[place]
+    assert isinstance(joint, JointTotals)
+    return joint
+
+
+def edge_load_share(window: Window, place: int) -> float:
     """Return the imbalance of wall loads: difference of normal forces over their sum, both averaged over time."""
-    joint = window.totals.joint[index]
-    return float(joint[UNEVEN_TIME] / joint[FORCE_TIME]) if joint[FORCE_TIME] else 0.0
+    joint = in_space(window, place)
+    return float(joint.uneven_time / joint.force_time) if joint.force_time else 0.0
 
 
 SPATIAL = (
@@ -28,7 +34,7 @@ SPATIAL = (
         "largest angle between the axes of bearing and journal",
         of="joint",
         needs=("spatial",),
-        value=lambda window, index: window.totals.joint[index, TILT_MAX],
+        value=lambda window, place: in_space(window, place).tilt_max,
         shown=(Shown("forces", "tilt", 20),),
     ),
     Figure(
@@ -57,7 +63,7 @@ SPATIAL = (
         "largest normal force at a flange, located",
         of="joint",
         needs=("spatial", "axial"),
-        value=lambda window, index: window.totals.joint[index, AXIAL_FORCE_MAX],
+        value=lambda window, place: in_space(window, place).axial_force_max,
         shown=(Shown("forces", "axial force peak", 23),),
     ),
     Figure(
@@ -66,7 +72,7 @@ SPATIAL = (
         "contact onsets at the flanges in the window per revolution",
         of="joint",
         needs=("spatial", "axial"),
-        sums=PerRevolution(AXIAL_ONSETS),
+        sums=PerRevolution("axial_onsets"),
         shown=(Shown("forces", "axial impacts{per_rev}", 24),),
     ),
 )
