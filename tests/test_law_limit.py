@@ -32,7 +32,7 @@ def test_a_law_without_a_limit_is_never_beyond_it():
     assert trajectory.message == ""
 
 
-def one(row):
+def columns_of_case(row):
     """Columns of one case."""
     return {column: [value] for column, value in row.items()}
 
@@ -43,12 +43,12 @@ def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_w
         (f"{joint}_{figure}" for joint in messages.joints for figure in (ONSET_RATE, LIMIT_SHARE)), 0.0
     )
     zero |= {"crank_rod_yield_speed": 0.1, "rod_slider_yield_speed": 0.5}
-    messages.add(one({"case_id": "a", "message": "", **zero, "rod_slider_onset_rate_max": 0.5}))
-    messages.add(one({"case_id": "b", "message": "", **zero, "crank_rod_onset_rate_max": 0.4}))
-    messages.add(one({"case_id": "c", "message": "", **zero, "rod_slider_onset_rate_max": 5.0}))
+    messages.add(columns_of_case({"case_id": "a", "message": "", **zero, "rod_slider_onset_rate_max": 0.5}))
+    messages.add(columns_of_case({"case_id": "b", "message": "", **zero, "crank_rod_onset_rate_max": 0.4}))
+    messages.add(columns_of_case({"case_id": "c", "message": "", **zero, "rod_slider_onset_rate_max": 5.0}))
     message = past_limits([("crank-rod", "liu", np.inf, 0.0), ("rod-slider", "johnson", 2e-4, 0.125)])
-    messages.add(one({"case_id": "d", "message": message, **zero, "rod_slider_law_limit_fraction": 0.125}))
-    messages.add(one({"case_id": "e", "message": None, **zero, "rod_slider_law_limit_fraction": None}))
+    messages.add(columns_of_case({"case_id": "d", "message": message, **zero, "rod_slider_law_limit_fraction": 0.125}))
+    messages.add(columns_of_case({"case_id": "e", "message": None, **zero, "rod_slider_law_limit_fraction": None}))
     fast, deep = messages.sentences()
     assert "in 2 of 5 cases: the fastest approaches at 5 m/s, 10 times the 0.5 m/s at which its contact first" in fast
     assert "(case c, rod-slider)" in fast
@@ -78,7 +78,9 @@ def test_contacts_of_unknown_strength_are_not_blamed():
 
 def test_a_run_within_what_its_laws_are_made_for_has_nothing_to_tell():
     message = Remarks(["pair"])
-    message.add(one({"case_id": "a", "message": "", "pair_onset_rate_max": 0.0, "pair_law_limit_fraction": 0.0}))
+    message.add(
+        columns_of_case({"case_id": "a", "message": "", "pair_onset_rate_max": 0.0, "pair_law_limit_fraction": 0.0})
+    )
     assert message.sentences() == []
     assert past_limits([("pair", "johnson", 1e-4, 0.0)]) == ""
 
