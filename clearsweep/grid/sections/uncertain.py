@@ -89,7 +89,7 @@ def _spread(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] 
         reader.problems.add(written.value[FACTOR], f"{where}.{FACTOR}", sentence)
         return None
     if written.value == PUBLISHED:
-        library_value = reader.taken.get(path)
+        library_value = reader.library_values.get(path)
         if library_value is None:
             sentence = f"needs the range of a wear pair; write `{path.rpartition('.')[0]}.pair`, or a distribution"
             reader.problems.add(written, where, sentence)
