@@ -333,7 +333,7 @@ def draw(grid: Path, out: Path | None) -> None:
 @verbs.command()
 @_directory
 @click.argument("case_id")
-@click.option("--out", type=_PATH, metavar="FILE", help="Default: DIR/CASE_ID.html; .csv: forces of the pins.")
+@click.option("--out", type=_PATH, metavar="FILE", help="Default: DIR/CASE_ID.html; .csv: forces in the joints.")
 def show(directory: Path, case_id: str, out: Path | None) -> None:
     """Run one case again and plot orbit, force and events; a unique prefix of CASE_ID is enough."""
     from . import report as reports

@@ -14,7 +14,7 @@ from fake_physics import Fake, grid, sweep
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep import simulation, store
+from clearsweep import report, simulation, store
 from clearsweep.contracts.results import Trajectory
 from clearsweep.language import phases
 from clearsweep.language.errors import StorageError
@@ -437,6 +437,23 @@ def test_the_cases_of_an_unfinished_run_are_read_as_those_of_the_finished_one(tm
         assert np.array_equal(run.wear(case_id)["rod_slider"], whole.wear(case_id)["rod_slider"])
     del run
     assert not place.exists()
+
+
+def test_the_page_of_an_unfinished_run_says_how_many_cases_it_has(tmp_path):
+    """Also while another process works there, which holds the lock of the directory."""
+    with pytest.raises(StorageError):
+        sweep(grid(5), tmp_path / "run", executor="serial", show_progress=False, simulator=Full)
+    with store.RunDirectory(tmp_path / "run").open_for(clearsweep.grid.load(grid(5), Fake.catalogue())):
+        assert store.status(tmp_path / "run")["state"] == "under way"
+        run = gathered(tmp_path / "run", report.Run, Fake.catalogue)
+        page = report.write(run, tmp_path / "page.html").read_text(encoding="utf-8")
+    there = len(run)
+    assert 0 < there < 5
+    assert f"The run is not finished: this page has {there} of 5 cases." in page
+    assert f"none failed, {5 - there} not run yet" in page
+    whole = sweep(grid(5), tmp_path / "whole", executor="serial", show_progress=False)
+    page = report.write(report.open(whole.directory), tmp_path / "whole.html").read_text(encoding="utf-8")
+    assert "not finished" not in page
 
 
 def test_a_finished_run_is_opened_as_it_is_and_an_empty_one_is_refused(tmp_path):
