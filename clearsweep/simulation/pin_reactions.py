@@ -47,8 +47,9 @@ def pin_reactions(scene: Scene, times: np.ndarray) -> PinReactions:
     The case must not be refused.  An acceleration is the difference of two velocities close to each other.  Bristles of
     friction in joints without clearance count as bent by long sliding.
     """
-    case = scene.case
-    machine = mechanism_of(case).machine(case)
+    case, machine_of = scene.case, mechanism_of(scene.case).machine
+    assert machine_of is not None  # of a case that is not refused
+    machine = machine_of(case)
     step = STEP * float(np.min(np.diff(times)))
     first = np.append(times[:-1], times[-1] - step)
     path = simulate(scene, np.stack([first, first + step], -1).ravel())
